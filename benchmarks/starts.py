@@ -1,9 +1,9 @@
 """Count how often a task reaches its goal from random starts: `python -m benchmarks.starts "make dumplings"`.
 
 Each run is `aeros run` in a process and with a memory of its own, on the physics plant unless --plant names
-another, without film; seeds are 0, 1, and so on from --first, and each gives another start (docs/starts.md).
-With --faults or --person things go wrong or a person walks about.  The figures count what the run itself
-measured, decided and recorded; processor time is of the whole process, its start included.
+another, without video; seeds are 0, 1, and so on from --first-seed, and each gives another start
+(docs/starts.md).  With --faults or --people things go wrong or a person walks about.  The figures count what
+the run itself measured, decided and recorded; processor time is of the whole process, its start included.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from math import sqrt
 from pathlib import Path
 from typing import Any, Final
 
+from aeros.spec.migrations.renamed_names import current_event
 from benchmarks.command import build_parser, print_json
 
 _ROOT: Final = Path(__file__).parents[1]
@@ -79,7 +80,7 @@ def read_run(trace: Sequence[dict[str, Any]], audit: Iterable[dict[str, Any]], w
         "denied": verdicts.count("DENY"),
         "attenuated": verdicts.count("ATTENUATE"),
         "stops": sum(reason.startswith("monitor:") for reason in reasons),
-        "faults": sum(one["kind"] == "fault" for one in trace),
+        "faults": sum(current_event(one["kind"]) == "fault-started" for one in trace),
         "simulated_s": last["time"],
         "way": [one["text"] for one in trace if one["kind"] in ("step-ended", "step-not-started")],
     }
@@ -140,16 +141,16 @@ def main() -> None:
     parser = build_parser(__doc__, quick="one run")
     parser.add_argument("instruction", nargs="?", default="make dumplings")
     parser.add_argument("--runs", type=int, default=100)
-    parser.add_argument("--first", type=int, default=0, help="the first seed")
+    parser.add_argument("--first-seed", type=int, default=0, help="the first seed")
     parser.add_argument("--jobs", type=int, default=1, help="runs at the same time")
-    for option in ("plant", "faults", "person"):
+    for option in ("plant", "faults", "people"):
         parser.add_argument(f"--{option}", help="as of `aeros run`")
     arguments = parser.parse_args()
-    options = ["--no-record"]
-    for option in ("plant", "faults", "person"):
+    options = ["--no-video"]
+    for option in ("plant", "faults", "people"):
         if (given := getattr(arguments, option)) is not None:
             options += [f"--{option}", given]
-    seeds = range(arguments.first, arguments.first + (1 if arguments.quick else arguments.runs))
+    seeds = range(arguments.first_seed, arguments.first_seed + (1 if arguments.quick else arguments.runs))
     runs = []
     with ThreadPoolExecutor(arguments.jobs) as threads:
         for run in threads.map(partial(run_once, arguments.instruction, options), seeds):

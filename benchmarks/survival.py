@@ -23,7 +23,7 @@ def main() -> None:
     """Run the trials and print their results."""
     parser = build_parser(__doc__, "two trials")
     parser.add_argument("--trials", type=int, default=200)
-    parser.add_argument("--first", type=int, default=0, help="the first seed")
+    parser.add_argument("--first-seed", type=int, default=0, help="the first seed")
     parser.add_argument("--plant", choices=PLANTS, default="symbolic")
     parser.add_argument("--lasting", type=float, help="seconds in which kills fall (default: measured)")
     arguments = parser.parse_args()
@@ -31,7 +31,7 @@ def main() -> None:
     lasting = arguments.lasting or measure_duration(arguments.plant, _INPUT_PATHS)
     known = load_inputs(_INPUT_PATHS).configuration.modules
     each: list[KillTrial] = []
-    for seed in range(arguments.first, arguments.first + trials):
+    for seed in range(arguments.first_seed, arguments.first_seed + trials):
         each.append(trial_of(seed, arguments.plant, known, lasting, _INPUT_PATHS))
         if arguments.format == "text":
             result = each[-1].violations or (

@@ -110,7 +110,7 @@ class Agent:
         found = self._load_checkpoint(instruction, routed)
         if found is not None and (ended := found[0].final_report) is not None:
             text = f"{routed} had ended: {_outcome_text(ended)}"
-            self._journal.record("run-had-ended", text, task=str(routed), **_summary(ended))
+            self._journal.record("run-already-ended", text, task=str(routed), **_summary(ended))
             return ended
         return self._pursue(instruction, routed, timeout, found)
 
@@ -180,7 +180,7 @@ class Agent:
                 return kept, self._events_since(kept, instruction, routed)
             except UnusableCheckpointError as unusable:
                 problems.append(str(unusable))
-                self._journal.record("checkpoint-refused", str(unusable), reason=str(unusable))
+                self._journal.record("checkpoint-rejected", str(unusable), reason=str(unusable))
         if problems:
             raise AgentError(f"the task cannot be resumed: {'; '.join(problems)}; start it again")
         if any(one.event == "step-began" for one in self._runtime.events_since(EMPTY_LOG_HEAD) or ()):
@@ -235,10 +235,10 @@ class Agent:
         try:
             routed = route(instruction, self._runtime.active_modules())
         except RoutingError as error:
-            self._journal.record("not-routed", error.reason, instruction=instruction, reason=error.reason)
+            self._journal.record("task-not-found", error.reason, instruction=instruction, reason=error.reason)
             raise
         self._journal.record(
-            "routed", f"“{instruction}” → {routed}", instruction=instruction, task=str(routed)
+            "task-selected", f"“{instruction}” → {routed}", instruction=instruction, task=str(routed)
         )
         if goal is not None:
             return replace(routed, task=replace(routed.task, goal=goal.term, goal_text=goal.text))

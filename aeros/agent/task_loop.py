@@ -137,7 +137,11 @@ class TaskLoop:
         position = "goes on with its plan" if self._plan is not None else "plans anew"
         task = str(self._routed)
         self._journal.record(
-            "resumed", f"{task}: {position}", task=task, told=position, records=checkpoint.audit_head.records
+            "run-resumed",
+            f"{task}: {position}",
+            task=task,
+            told=position,
+            records=checkpoint.audit_head.records,
         )
 
     def save_final(self, report: RunReport) -> None:
@@ -202,7 +206,7 @@ class TaskLoop:
             self._replans += 1
             self._save()
             self._journal.record(
-                "re-plan", f"re-plan {self._replans}: {end.reason}", number=self._replans, reason=end.reason
+                "replan", f"re-plan {self._replans}: {end.reason}", number=self._replans, reason=end.reason
             )
             if self._runtime.now() - began < RETRY_INTERVAL_S:
                 # A plan that failed at once (for example while a sensor is silent) would fail again at once.
@@ -218,7 +222,7 @@ class TaskLoop:
         self._waited += RETRY_INTERVAL_S
         self._save()
         self._journal.record(
-            "waiting", f"waits {RETRY_INTERVAL_S:g} s: {reason}", seconds=RETRY_INTERVAL_S, reason=reason
+            "wait-started", f"waits {RETRY_INTERVAL_S:g} s: {reason}", seconds=RETRY_INTERVAL_S, reason=reason
         )
         self._idle()
 
@@ -268,7 +272,7 @@ class TaskLoop:
         steps = [str(part) for part in graph.parts]
         text, details = " → ".join(steps), {"remark": graph.remark} if graph.remark else {}
         self._journal.record(
-            "plan",
+            "plan-accepted",
             f"{text} ({graph.remark})" if details else text,
             planner=self._proposals.name,
             task=str(self._routed),
@@ -291,7 +295,7 @@ class TaskLoop:
         steps = [] if rest is None else [str(part) for part in rest.parts]
         does = f"goes on with {' → '.join(steps)}" if steps else "stands still"
         self._journal.record(
-            "plan-late", f"{reason}; {does}", planner=self._proposals.name, reason=reason, steps=steps
+            "planning-timeout", f"{reason}; {does}", planner=self._proposals.name, reason=reason, steps=steps
         )
         return PlanFailure(f"{reason}; {does}", is_final=self._runtime.is_stopped) if rest is None else rest
 

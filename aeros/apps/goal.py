@@ -63,7 +63,7 @@ def parse_value(name: str, text: str, site: Site) -> Any:
     if text == "unknown":
         return None
     sink = Diagnostics()
-    expression = _argument(f"--start {name}", text)
+    expression = _argument(f"--initial {name}", text)
     value = elaborate_constant(expression, constant_scope(site), sink, declared.variable.type)
     sink.raise_if_errors()
     return value

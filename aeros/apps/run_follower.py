@@ -130,9 +130,9 @@ class RunFollower:
                 self.ended = None
             case "note" if left.notes:
                 kind, details = left.notes[-1]
-                if kind == "routed":
+                if kind == "task-selected":
                     self.task_event, self.ended = details, None
-                if kind in ("run-ended", "run-had-ended"):
+                if kind in ("run-ended", "run-already-ended"):
                     self.ended = details
         left.decisions.clear()
         del left.notes[:-1], left.sessions[:-1], left.pause_changes[:-1]
@@ -140,7 +140,7 @@ class RunFollower:
     def _on_event(self, event: TraceEvent) -> None:
         self.events.append(event)
         self.now = max(self.now, event.time)
-        if event.kind == "plan":
+        if event.kind == "plan-accepted":
             self.plan = event
             runs = self._record.left.runs
             runs[:] = [run for run in runs if run.end_time is None or run.start_time >= event.time]

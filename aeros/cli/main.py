@@ -10,12 +10,14 @@ import os
 import sys
 import traceback
 from collections.abc import Sequence
+from itertools import takewhile
 from typing import Final
 
 import aeros
 from aeros.exit_codes import EXIT_CODES, Exit, UsageError
 from aeros.spec.diagnostics.errors import UndecidedError, UserError
 from aeros.spec.diagnostics.render import escape_invisible, render_all
+from aeros.spec.migrations.renamed_names import RENAMED_OPTIONS
 
 _COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "verify": ("author.verify", "prove modules safe under a site's policy"),
@@ -80,6 +82,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 errors="backslashreplace"
             )  # a terminal with another encoding must not cause a failure
     given = sys.argv[1:] if arguments is None else list(arguments)
+    if (renamed := _renamed_option(given)) is not None:
+        print(f"aeros: option `{renamed[0]}` was renamed; use `{renamed[1]}`", file=sys.stderr)
+        return Exit.USAGE
     parsed = _parser(given).parse_args(given)
     try:
         return int(parsed.command(parsed))
@@ -109,6 +114,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
             file=sys.stderr,
         )
         return Exit.INTERNAL_ERROR
+
+
+def _renamed_option(given: Sequence[str]) -> tuple[str, str] | None:
+    """Find an option that has another name now; return its old and its current name."""
+    command = next((word for word in given if word in _COMMANDS), "")
+    renamed = RENAMED_OPTIONS.get(command, {})
+    names = (word.partition("=")[0] for word in takewhile(lambda word: word != "--", given))
+    return next(((name, renamed[name]) for name in names if name in renamed), None)
 
 
 def _parser(given: Sequence[str]) -> argparse.ArgumentParser:

@@ -107,7 +107,7 @@ def physics_plants(
         found = OpenPlant(cast(Plant, None), {"faults": 0, "ik_solutions": 0})
 
         def count_fault(one: FaultEvent) -> None:
-            found.counts["faults"] += one.event == "fault"
+            found.counts["faults"] += one.event == "fault-started"
 
         injector = FaultInjector(happening, seed, count_fault)
         found.equivalent_interval = lambda: injector.equivalent_rates

@@ -57,7 +57,7 @@ def load_people(plant: str, name_or_path: str | None) -> tuple[Person, ...]:
     if name_or_path is None:
         return ()
     if plant != "physics":
-        raise PlantSetupError(f"`--person` needs the physics plant: the {plant} plant has no people")
+        raise PlantSetupError(f"`--people` needs the physics plant: the {plant} plant has no people")
     with _physics_import_errors():
         from aeros.sim.bullet.people_file import read_people
     return read_people(name_or_path)
@@ -151,13 +151,13 @@ def open_video(plant: str, path: Path) -> Viewer:
     Raises:
         PlantSetupError: The plant has no image, or the video cannot be written.
     """
-    _require_physics("--record", plant)
+    _require_physics("--video", plant)
     with _physics_import_errors():
         from aeros.sim.bullet.video import VideoError, VideoRecorder
     try:
         return VideoRecorder(path)
     except VideoError as refusal:
-        raise PlantSetupError(f"{refusal}; give another file with --record") from refusal
+        raise PlantSetupError(f"{refusal}; give another file with --video") from refusal
 
 
 def open_viewer(plant: str) -> Viewer:
@@ -178,7 +178,7 @@ def open_viewer(plant: str) -> Viewer:
     try:
         return ViewerWindow()
     except WindowError as refusal:
-        raise PlantSetupError(f"--view: {refusal}; or use --record, which needs no display") from refusal
+        raise PlantSetupError(f"--view: {refusal}; or use --video, which needs no display") from refusal
 
 
 def _require_physics(option: str, plant: str) -> None:

@@ -48,7 +48,7 @@ class Session:
         >>> with aeros.open_session("ecms/clean_table", seed=7) as session:
         ...     kinds = [event.kind for event in session.events("clean the table")]
         >>> kinds[0], kinds[-1]
-        ('routed', 'run-ended')
+        ('task-selected', 'run-ended')
         >>> session.report.reached
         True
     """
@@ -126,7 +126,7 @@ class Session:
         Example:
             >>> with aeros.open_session("ecms/clean_table") as session:
             ...     for event in session.events("clean the table"):
-            ...         if event.kind == "plan":
+            ...         if event.kind == "plan-accepted":
             ...             print(len(event.details["steps"]))
             3
         """

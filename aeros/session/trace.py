@@ -8,6 +8,7 @@ from typing import Final, Self, TextIO
 
 from aeros.agent.execution.journal import AgentEvent
 from aeros.spec.diagnostics.render import escape_invisible
+from aeros.spec.migrations import formats
 
 TRACE: Final = "trace.jsonl"
 """File name of the trace in the folder of a run."""
@@ -34,7 +35,13 @@ class TraceWriter:
         Raises:
             OSError: The file cannot be written.  A stream that fails is not written to again.
         """
-        line = {"time": event.time, "kind": event.kind, "text": event.text, "details": event.details}
+        line = {
+            "schema": formats.TRACE.schema,
+            "time": event.time,
+            "kind": event.kind,
+            "text": event.text,
+            "details": event.details,
+        }
         self._file.write(json.dumps(line, default=str) + "\n")
         self._file.flush()
         if self._stream is not None and event.text:

@@ -9,6 +9,7 @@ import re
 
 from aeros.spec.migrations.format import Format, Kind
 from aeros.spec.migrations.formats import FORMATS
+from aeros.spec.migrations.renamed_names import RENAMED_EVENTS, RENAMED_OPTIONS
 from tests.repo.tree import PYTHON, check_generated, text_of
 
 
@@ -31,6 +32,16 @@ def test_the_table_is_that_of_the_registry() -> None:
             f"| {one.title} | {files} | {schema} | {one.kind.value} | {_changes(one)} | {_how(one)} |\n"
         )
     check_generated("docs/formats.md", "formats", expected + "\n")
+
+
+def test_the_tables_of_renamed_names_are_those_of_the_code() -> None:
+    events = "\n| old event | current event |\n|---|---|\n"
+    events += "".join(f"| `{old}` | `{new}` |\n" for old, new in RENAMED_EVENTS.items())
+    check_generated("docs/formats.md", "renamed events", events + "\n")
+    options = "\n| command | old option | current option |\n|---|---|---|\n"
+    for command, names in RENAMED_OPTIONS.items():
+        options += "".join(f"| `aeros {command}` | `{old}` | `{new}` |\n" for old, new in names.items())
+    check_generated("docs/formats.md", "renamed options", options + "\n")
 
 
 def test_every_schema_in_the_code_is_on_the_page() -> None:

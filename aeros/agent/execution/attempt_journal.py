@@ -28,7 +28,7 @@ def record_provider_choice(journal: Journal, module: str, name: str, dispatch: D
     """
     if dispatch.options:
         journal.record(
-            "skill-chosen",
+            "provider-selected",
             f"`{dispatch.request.skill}` for {module}.{name}: " + "; ".join(map(str, dispatch.options)),
             capability=f"{module}.{name}",
             skill=f"{module}.{dispatch.request.skill}",

@@ -15,7 +15,7 @@ class AgentEvent:
     """Something that the agent did or found.
 
     Attributes:
-        kind: kind as in the audit record, for example `plan`, `step-ended`, `re-plan`.
+        kind: kind as in the audit record, for example `plan-accepted`, `step-ended`, `replan`.
         text: one line for people; empty if there is nothing to show.
         details: JSON values.
         time: plant time (s).

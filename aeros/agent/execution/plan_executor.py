@@ -199,7 +199,7 @@ class PlanExecutor:
         if self._is_over():
             return None
         if self._is_redundant(step):
-            self._journal.record("step-left-out", f"{step} is no longer needed", step=str(step))
+            self._journal.record("step-skipped", f"{step} is no longer needed", step=str(step))
             self._progress.mark_done(at)
             return None
         return (yield from self._run_attempt(StepRole.STEP, step, scope, at))
@@ -211,7 +211,7 @@ class PlanExecutor:
                 break
             if attempt.no_retry_reason and self._attempts.has_planned_in_current_state():
                 why = attempt.no_retry_reason
-                self._journal.record("tries-forgone", f"{step}: {why}", step=str(step), reason=why)
+                self._journal.record("retries-skipped", f"{step}: {why}", step=str(step), reason=why)
                 break
             end = yield from self._run_recovery(step, scope, (*at, self._progress.attempt_count(at)))
             if end is not None:

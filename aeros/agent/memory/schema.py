@@ -14,6 +14,7 @@ from typing import Final
 
 from aeros.agent.errors import AgentError
 from aeros.spec.migrations.formats import MEMORY
+from aeros.spec.migrations.renamed_names import RENAMED_EVENTS
 
 _MIGRATION_1: Final = (
     """CREATE TABLE sessions (
@@ -50,7 +51,12 @@ _MIGRATION_2: Final = (
 # `causes`: why the step failed, as data; NULL where only the reason in words was kept.
 _MIGRATION_3: Final = ("ALTER TABLE episodes ADD COLUMN causes TEXT",)
 
-_MIGRATIONS: Final = (_MIGRATION_1, _MIGRATION_2, _MIGRATION_3)
+_MIGRATION_4: Final = tuple(
+    f"UPDATE events SET kind = '{new}' WHERE kind = '{old}'"  # noqa: S608  names of ours
+    for old, new in RENAMED_EVENTS.items()
+)
+
+_MIGRATIONS: Final = (_MIGRATION_1, _MIGRATION_2, _MIGRATION_3, _MIGRATION_4)
 
 SCHEMA_VERSION: Final = MEMORY.version
 

@@ -151,7 +151,7 @@ class ProgressRecovery:
         return any(before.get(name) not in (None, to_json_value(value)) for name, value in effects.items())
 
     def _record(self, name: str, how: str) -> None:
-        self.journal.record("step-accounted", f"{name} was under way: {how}", skill=name, how=how)
+        self.journal.record("interrupted-step-resolved", f"{name} was under way: {how}", skill=name, how=how)
 
 
 def recorded_steps(events: Iterable[AuditEvent]) -> list[RecordedStep]:

@@ -164,7 +164,7 @@ class McpRobotThread(RobotThread[RobotParts]):
         Args:
             name: Id of the plan.
             plan: The plan.
-            details: Details of the audit record `mcp-executing`: client, plan and approval.
+            details: Details of the audit record `mcp-plan-started`: client, plan and approval.
 
         Returns:
             The execution, which goes on in the thread.
@@ -173,7 +173,7 @@ class McpRobotThread(RobotThread[RobotParts]):
 
         def follow(parts: RobotParts) -> None:
             try:
-                parts.runtime.note("mcp-executing", details)
+                parts.runtime.note("mcp-plan-started", details)
                 parts.planner.plan_to_follow = plan
                 running.report = parts.agent.run(self._instruction, goal=plan.goal)
             except BaseException as failure:

@@ -120,7 +120,7 @@ class Tools:
             }
             return does[tool](arguments, client)
         except (ToolCallError, ApprovalError) as refusal:
-            self._record("mcp-refused", {"client": client, "tool": tool[:80], "reason": str(refusal)})
+            self._record("mcp-call-rejected", {"client": client, "tool": tool[:80], "reason": str(refusal)})
             raise ToolCallError(str(refusal)) from refusal
 
     # Queries
@@ -179,7 +179,7 @@ class Tools:
                     self._discard_plan(next(iter(self._plans)))
                 self._plans[name] = _AcceptedPlan(plan)
         verdict = {"accepted": not problems, "plan": name, "problems": problems}
-        self._record("mcp-proposed", {"client": client, **verdict, **_content(plan)})
+        self._record("mcp-plan-proposed", {"client": client, **verdict, **_content(plan)})
         measured = {one: to_json_value(world.known[one]) for one in world.predicates if one in world.known}
         return {**verdict, "goal": goal.text, "judged_from": measured}
 
@@ -268,7 +268,7 @@ class Tools:
     def _pause(self, _arguments: Mapping[str, Any], client: str) -> dict[str, Any]:
         if self._command() is OperatorCommand.RUN:
             self._ask(OperatorCommand.PAUSE)
-        self._record("mcp-pause", {"client": client})
+        self._record("mcp-paused", {"client": client})
         return {"status": self._hold_reason()}
 
     def _stop(self, _arguments: Mapping[str, Any], client: str) -> dict[str, Any]:
@@ -277,7 +277,7 @@ class Tools:
             for name in list(self._plans):
                 self._discard_plan(name)
             self._approvals.withdraw_all()
-        self._record("mcp-stop", {"client": client})
+        self._record("mcp-stopped", {"client": client})
         return {"status": self._hold_reason()}
 
     def _resume(self, _arguments: Mapping[str, Any], client: str) -> dict[str, Any]:
@@ -293,7 +293,7 @@ class Tools:
                 return {"status": "waits for approval", "operator": f"aeros approve {self._resuming}"}
             self._resuming = None
         self._record(
-            "mcp-resume",
+            "mcp-resumed",
             {"client": client, "approved": {"by": approval.approved_by, "at": approval.approved_at}},
         )
         self._ask(OperatorCommand.RUN)

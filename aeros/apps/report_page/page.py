@@ -112,8 +112,8 @@ def _summary(left: RunData, signed: str) -> Iterator[str]:
         sound = f'<span class="bad">NOT SOUND: {_text(left.chain.reason)}</span>; the rest is not shown'
     ended = next((details for kind, details in reversed(left.notes) if kind == "run-ended"), None)
     rows = [
-        ("instruction", _noted_details(left, "routed", "instruction")),
-        ("task", _noted_details(left, "routed", "task")),
+        ("instruction", _noted_details(left, "task-selected", "instruction")),
+        ("task", _noted_details(left, "task-selected", "task")),
         ("ended", _ended(ended)),
         ("measured", _text(ended.get("measured")) if ended is not None else ""),
         ("decisions", f"{counts.allowed} allowed, {counts.attenuated} attenuated, {counts.denied} denied"),
@@ -142,7 +142,7 @@ def _plans(left: RunData) -> Iterator[str]:
     """Draw the latest plan and list all; consecutive equal plans are listed once."""
     latest = plan_diagram(left)
     yield "<p>The trace has no plan.</p>" if latest is None else svg(latest)
-    plans = [(one.time, one.details.get("steps")) for one in left.events if one.kind == "plan"]
+    plans = [(one.time, one.details.get("steps")) for one in left.events if one.kind == "plan-accepted"]
     folded = [list(group) for _, group in groupby(plans, key=lambda plan: json.dumps(plan[1]))]
     items = []
     for group in folded[:_MAX_PLANS]:

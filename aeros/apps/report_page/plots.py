@@ -50,7 +50,7 @@ def collect_marks(left: RunData) -> list[Mark]:
     Returns:
         The marks in order of time.
     """
-    marks = [Mark(one.time, "fault", one.text) for one in left.events if one.kind.startswith("fault")]
+    marks = [Mark(one.time, "fault", one.text) for one in left.events if one.kind.startswith("fault-")]
     marks += [
         Mark(run.end_time, "stopped", f"stop: {run.skill}: {run.reason or run.status}")
         for run in left.runs
@@ -61,7 +61,7 @@ def collect_marks(left: RunData) -> list[Mark]:
         for one in left.decisions
         if one.decision == "DENY"
     ]
-    marks += [Mark(one.time, "re-plan", one.text) for one in left.events if one.kind == "re-plan"]
+    marks += [Mark(one.time, "re-plan", one.text) for one in left.events if one.kind == "replan"]
     marks += [Mark(time, "stopped", f"{what} by the operator") for time, what in left.pause_changes]
     return sorted(marks)
 

@@ -20,13 +20,14 @@ from aeros.runtime.bus.sample_file import FILE as SAMPLES
 from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.migrations import formats
 from aeros.spec.migrations.format import Format, FormatVersionError
+from aeros.spec.migrations.renamed_names import current_event
 
 AUDIT: Final = "audit.jsonl"
 TRACE: Final = "trace.jsonl"
 
 _NAMES: Final = re.compile(r"\w+\.\w+")
 
-_TRACE_ONLY_EVENTS: Final = frozenset(("fault", "fault-over", "fault-passed"))
+_TRACE_ONLY_EVENTS: Final = frozenset(("fault-started", "fault-ended", "fault-not-triggered"))
 """Events that only the plant writes to the trace; the agent does not know of them."""
 
 
@@ -180,7 +181,7 @@ def read_run_data(folder: Path) -> RunData:
     left.chain = verify_log(folder / AUDIT, reading.add_record)
     left.events = [
         event
-        for line in _lines(folder / TRACE, formats.TRACE, left)
+        for line in _lines(folder / TRACE, formats.TRACE, left, oldest_version=1)
         if (event := parse_event(line)) is not None
     ]
     traced = [(one.kind, one.details) for one in left.events if one.kind not in _TRACE_ONLY_EVENTS]
@@ -197,8 +198,14 @@ def _canonical_events(events: list[tuple[str, Mapping[str, Any]]]) -> str:
     return json.dumps(events, sort_keys=True)
 
 
-def _lines(path: Path, format_: Format, left: RunData) -> Iterator[Mapping[str, Any]]:
-    """Yield the objects of a file of JSON lines; count lines of other form as one problem."""
+def _lines(
+    path: Path, format_: Format, left: RunData, oldest_version: int | None = None
+) -> Iterator[Mapping[str, Any]]:
+    """Yield the objects of a file of JSON lines; count lines of other form as one problem.
+
+    Lines of the current version are read, and older ones down to `oldest_version` if it is given.
+    """
+    readable = range(oldest_version or format_.version, format_.version)
     bad = 0
     try:
         with path.open("rb") as file:
@@ -208,7 +215,8 @@ def _lines(path: Path, format_: Format, left: RunData) -> Iterator[Mapping[str, 
                 except (ValueError, RecursionError):
                     found = None
                 if type(found) is dict:
-                    format_.require_current(found, path)
+                    if format_.version_of(found) not in readable:
+                        format_.require_current(found, path)
                     yield found
                 else:
                     bad += 1
@@ -298,7 +306,7 @@ class RecordReader:
     def _note(self, kind: object, details: object) -> None:
         if type(kind) is not str or type(details) is not dict:
             return
-        self.left.notes.append((kind, details))
+        self.left.notes.append((current_event(kind), details))
         if kind != "step-ended":
             return
         skill = details.get("skill")
@@ -322,7 +330,7 @@ def parse_event(line: Mapping[str, Any]) -> TraceEvent | None:
     seconds = _number(time)
     if seconds is None or type(kind) is not str or type(text) is not str or type(details) is not dict:
         return None
-    return TraceEvent(seconds, kind, text, details)
+    return TraceEvent(seconds, current_event(kind), text, details)
 
 
 def parse_sample(line: Mapping[str, Any]) -> tuple[float, Mapping[str, Any]] | None:

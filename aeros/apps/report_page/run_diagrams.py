@@ -24,7 +24,7 @@ def plan_diagram(left: RunData) -> Diagram | None:
     Returns:
         The diagram; None if the run had no plan.
     """
-    plan = next((event for event in reversed(left.events) if event.kind == "plan"), None)
+    plan = next((event for event in reversed(left.events) if event.kind == "plan-accepted"), None)
     if plan is None:
         return None
     since = [run for run in left.runs if run.start_time >= plan.time]
@@ -105,7 +105,7 @@ def _failed(run: SkillExecution | None) -> bool:
 
 
 def _instruction(left: RunData) -> str:
-    return next((str(one.get("instruction")) for kind, one in left.notes if kind == "routed"), "began")
+    return next((str(one.get("instruction")) for kind, one in left.notes if kind == "task-selected"), "began")
 
 
 def _end(left: RunData) -> tuple[str, Shape]:

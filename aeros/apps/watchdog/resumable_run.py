@@ -19,7 +19,7 @@ _RUN_FILE: Final = "run.json"
 _PLANT_EXIT_TIMEOUT_S: Final = 60.0  # s
 _NOT_SAVED_OPTIONS: Final = (
     *("command", "resume", "watchdog", "serve_plant", "supervised"),
-    *("crashes", "within", "silence"),
+    *("max_crashes", "crash_window", "heartbeat_timeout"),
 )
 
 

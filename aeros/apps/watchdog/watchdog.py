@@ -97,7 +97,7 @@ class _Watchdog:
                 print(f"aeros: the agent has crashed: {why}", file=sys.stderr, flush=True)
                 if self._is_asked_to_end:
                     return Exit.INTERRUPTED
-                limits = (self._arguments.crashes, self._arguments.within)
+                limits = (self._arguments.max_crashes, self._arguments.crash_window)
                 reason = quarantine.record_crash(why, time.time(), *limits)
                 if reason is not None:
                     print(f"aeros: agent quarantined: {reason}", file=sys.stderr)
@@ -105,7 +105,7 @@ class _Watchdog:
 
     def _start(self, *role: str, output: IO[bytes] | None = None) -> subprocess.Popen[bytes]:
         command = [sys.executable, "-m", "aeros", "run", *role, "--state", str(self._arguments.state)]
-        within = str(int(self._arguments.silence * 1e6))
+        within = str(int(self._arguments.heartbeat_timeout * 1e6))
         environment = {**os.environ, "NOTIFY_SOCKET": str(self._address), "WATCHDOG_USEC": within}
         return subprocess.Popen(  # noqa: S603  this program itself
             command,
@@ -132,7 +132,7 @@ class _Watchdog:
                 if messages.fileno() in ready:
                     lines = messages.recv(_MAX_MESSAGE_BYTES).decode("utf-8", "replace").split("\n")
                     if READY in lines or ALIVE in lines:
-                        latest = time.monotonic() + self._arguments.silence
+                        latest = time.monotonic() + self._arguments.heartbeat_timeout
                     if STOPPING in lines:
                         # It checks its log and may write a report: no heartbeats are expected meanwhile.
                         self._is_over, latest = True, time.monotonic() + _START_TIMEOUT_S
@@ -145,7 +145,7 @@ class _Watchdog:
                 elif time.monotonic() >= latest:
                     agent.kill()
                     agent.wait()
-                    return f"no heartbeat for {self._arguments.silence:g} s; killed"
+                    return f"no heartbeat for {self._arguments.heartbeat_timeout:g} s; killed"
         finally:
             os.close(handle)
         code = agent.wait()

@@ -11,10 +11,11 @@ from typing import Any, Final
 
 from aeros.runtime.audit.check import Record
 from aeros.spec.expr.shortfall import UnmetBound
+from aeros.spec.migrations.renamed_names import current_event
 from aeros.spec.model.cause import Cause
 
 _START_EVENTS: Final = ("step-started", "step-not-started")
-_END_EVENTS: Final = ("run-ended", "run-interrupted", "not-routed")
+_END_EVENTS: Final = ("run-ended", "run-interrupted", "task-not-found")
 
 
 @dataclass(frozen=True)
@@ -89,7 +90,7 @@ class RunLog:
     def __init__(self, records: Sequence[Record]) -> None:
         self._records = records
         self._notes = [
-            (place, event, details)
+            (place, current_event(event), details)
             for place, record in enumerate(records)
             if (event := _text(record["details"], "event")) and record["event"] == "note"
             if isinstance(details := record["details"].get("details"), dict)

@@ -34,8 +34,8 @@ points where parallel branches split and join.
 examples:
   aeros graph ecms/make_dumplings                                     for a Markdown page
   aeros graph ecms/make_dumplings --format svg > rules.svg
-  aeros graph ecms/make_dumplings --what closed-loop --format dot | dot -Tpdf > loop.pdf
-  aeros graph ecms/fetch_object --what composition
+  aeros graph ecms/make_dumplings --kind closed-loop --format dot | dot -Tpdf > loop.pdf
+  aeros graph ecms/fetch_object --kind composition
 """
 
 
@@ -53,7 +53,7 @@ def add_to(commands: Subparsers) -> None:
         "--site", type=existing_path, help="the site file (default: the reference site, a Panda cell)"
     )
     parser.add_argument(
-        "--what", choices=("rules", "closed-loop", "composition"), default="rules", help="default: rules"
+        "--kind", choices=("rules", "closed-loop", "composition"), default="rules", help="default: rules"
     )
     parser.add_argument("--format", choices=tuple(_FORMATS), default="mermaid", help="default: mermaid")
     parser.set_defaults(command=_command)
@@ -61,13 +61,13 @@ def add_to(commands: Subparsers) -> None:
 
 def _command(arguments: argparse.Namespace) -> Exit:
     ecm, site = read_module(arguments.module, arguments.site)
-    if arguments.what == "composition":
+    if arguments.kind == "composition":
         composition = select_declared(ecm, "composition", ecm.compositions, arguments.composition)
         drawing = composition_drawing(ecm, composition)
     else:
         task = select_declared(ecm, "task", ecm.tasks, arguments.task)
         drawing = rules_drawing(ecm, task)
-        if arguments.what == "closed-loop":
+        if arguments.kind == "closed-loop":
             try:
                 drawing = closed_loop_drawing(ecm, explore_task(ecm, task, site))
             except StateSpaceError as why:

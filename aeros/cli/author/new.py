@@ -35,8 +35,8 @@ Its tests are in test_NAME.py next to the folder.  Continue with docs/tutorial.m
 
 examples:
   aeros new ecm tidy                          the folder tidy/ and test_tidy.py, here
-  aeros new ecm tidy --in ecms                in a folder of modules
-  aeros new ecm tidy --task "pick up"         then: aeros run "pick up" --ecms tidy --plant symbolic
+  aeros new ecm tidy --parent ecms            in a folder of modules
+  aeros new ecm tidy --instruction "pick up"  then: aeros run "pick up" --ecms tidy --plant symbolic
   aeros new ecm tidy --site cell.yaml         for a site of your own
 """
 
@@ -64,7 +64,7 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument("what", choices=("ecm",), help="the thing to create: a capability module")
     parser.add_argument("name", type=_name, metavar="NAME", help="name of the module and of its folder")
     parser.add_argument(
-        "--in", dest="place", type=existing_path, default=Path(), metavar="FOLDER", help="default: here"
+        "--parent", type=existing_path, default=Path(), metavar="FOLDER", help="default: here"
     )
     parser.add_argument(
         "--site",
@@ -72,7 +72,10 @@ def add_to(commands: Subparsers) -> None:
         help="the site file for which it is (default: the reference site, a Panda cell)",
     )
     parser.add_argument(
-        "--task", type=_task, metavar="WORDS", help="the instruction that starts its task (default: NAME)"
+        "--instruction",
+        type=_task,
+        metavar="WORDS",
+        help="the instruction that starts its task (default: NAME)",
     )
     parser.set_defaults(command=_command)
 
@@ -103,7 +106,7 @@ def _task(text: str) -> str:
 
 
 def _command(arguments: argparse.Namespace) -> Exit:
-    name, place, words = arguments.name, arguments.place, arguments.task or arguments.name
+    name, place, words = arguments.name, arguments.parent, arguments.instruction or arguments.name
     sink = Diagnostics()
     site = load_site(arguments.site or reference_site_path(), sink)
     sink.raise_if_errors()
@@ -116,7 +119,8 @@ def _command(arguments: argparse.Namespace) -> Exit:
         _write_module(name, place, _files(name, words, place, arguments.site), site)
     except OSError as error:
         print(
-            f"aeros: cannot write to `{place}`: {error.strerror}; choose another with --in", file=sys.stderr
+            f"aeros: cannot write to `{place}`: {error.strerror}; choose another with --parent",
+            file=sys.stderr,
         )
         return Exit.REJECTED
     except _NewModuleError as refusal:
@@ -140,7 +144,9 @@ def _check_name(name: str, site: Site) -> None:
 
 def _check_absent(path: Path) -> None:
     if os.path.lexists(path):
-        raise _NewModuleError(f"`{path}` exists already; choose another name, or another folder with --in")
+        raise _NewModuleError(
+            f"`{path}` exists already; choose another name, or another folder with --parent"
+        )
 
 
 def _files(name: str, words: str, place: Path, site: Path | None) -> dict[str, str]:

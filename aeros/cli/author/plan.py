@@ -51,10 +51,10 @@ symbolic plant: the task's `initial`, or harmless values if no instruction is gi
 
 examples:
   aeros plan "make dumplings"
-  aeros plan "make dumplings" --start dough_on_workspace=true --start filling_on_workspace=true
-  aeros plan "clean the table" --start wiping_area_clear=unknown
+  aeros plan "make dumplings" --initial dough_on_workspace=true --initial filling_on_workspace=true
+  aeros plan "clean the table" --initial wiping_area_clear=unknown
   aeros plan --goal "object_grasped and not object_delivered" --format json
-  aeros plan "make dumplings" --pddl pddl/
+  aeros plan "make dumplings" --export-pddl pddl/
   aeros plan check dumplings.plan "make dumplings"       accept a given plan, or list its problems
 
 A given plan has the format of classical planners: one `(module.skill)`, or PDDL action, on each line.
@@ -77,7 +77,7 @@ def add_to(commands: Subparsers) -> None:
     )
     parser.add_argument("--goal", metavar="EXPR", help="goal condition that replaces the task's goal")
     parser.add_argument(
-        "--start",
+        "--initial",
         type=_setting,
         action="append",
         default=[],
@@ -90,7 +90,7 @@ def add_to(commands: Subparsers) -> None:
         "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"
     )
     parser.add_argument(
-        "--pddl",
+        "--export-pddl",
         type=Path,
         metavar="FOLDER",
         help="write domain.pddl and problem.pddl for a classical planner instead of planning",
@@ -128,8 +128,8 @@ def _command(arguments: argparse.Namespace) -> Exit:
     check, instruction = _parse_words(arguments.words)
     if instruction is None and arguments.goal is None:
         raise UsageError("give an instruction or --goal")
-    if check is not None and arguments.pddl is not None:
-        raise UsageError("`check` cannot be combined with --pddl")
+    if check is not None and arguments.export_pddl is not None:
+        raise UsageError("`check` cannot be combined with --export-pddl")
     site, modules, others = _load(arguments)
     task: Task | None = None
     if instruction is not None:
@@ -139,14 +139,14 @@ def _command(arguments: argparse.Namespace) -> Exit:
             print(f"aeros: {refusal}", file=sys.stderr)
             return Exit.REJECTED
     goal = parse_goal(arguments.goal, site) if arguments.goal is not None else _task_goal(task)
-    known = _start(site, task, dict(arguments.start))
+    known = _start(site, task, dict(arguments.initial))
     steps = None if check is None else _steps(check)
     also = {step.partition(" ")[0].casefold() for step in steps or ()}
     kept = () if task is None else task.invariants
     domain = domain_for(modules, site, known, goal.term, kept, extra_variables=also)
     start = domain.state(known)
-    if arguments.pddl is not None:
-        return _export_pddl(arguments.pddl, domain, start)
+    if arguments.export_pddl is not None:
+        return _export_pddl(arguments.export_pddl, domain, start)
     if steps is not None:
         return _check_result(StrongCyclicStrategy(domain), start, steps, arguments.format)
     found: dict[str, Any] = {

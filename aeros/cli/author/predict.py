@@ -42,14 +42,14 @@ _LABELS = {
 _EXAMPLES = """\
 The agent's loop with its retries, recoveries and re-plans is a Markov chain over the declared outcomes.
 It is solved exactly, in fractions, without sampling.  A run starts from the same state as the symbolic
-plant: the task's `initial`, everything else false.  With --set the other outcomes of the skill keep their
-proportions.  The module is not proved; use `aeros verify`.
+plant: the task's `initial`, everything else false.  With --probability the other outcomes of
+the skill keep their proportions.  The module is not proved; use `aeros verify`.
 
 examples:
   aeros predict ecms/make_dumplings                                as declared, with the site's re-plans
-  aeros predict ecms/make_dumplings --set wrap.wrapped=70%         wrapping fails in 30 % of all tries
-  aeros predict ecms/clean_table --set wipe.streaky=0.4 --retry wipe=3 --replans 0
-  aeros predict ecms/fetch_object --set grasp.grasped=13/20 --format json
+  aeros predict ecms/make_dumplings --probability wrap.wrapped=70%   wrapping fails in 30 % of all tries
+  aeros predict ecms/clean_table --probability wipe.streaky=0.4 --max-retries wipe=3 --max-replans 0
+  aeros predict ecms/fetch_object --probability grasp.grasped=13/20 --format json
 """
 
 
@@ -63,7 +63,7 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument("module", type=existing_path, metavar="MODULE", help="the folder of a module")
     parser.add_argument("--task", help="one of its tasks (default: all)")
     parser.add_argument(
-        "--set",
+        "--probability",
         type=_probability,
         action="append",
         default=[],
@@ -71,10 +71,10 @@ def add_to(commands: Subparsers) -> None:
         help="override an outcome probability, as 0.7, 7/10 or 70%% (repeatable)",
     )
     parser.add_argument(
-        "--replans", type=_count, metavar="N", help="maximum number of re-plans (default: the site's)"
+        "--max-replans", type=_count, metavar="N", help="maximum number of re-plans (default: the site's)"
     )
     parser.add_argument(
-        "--retry",
+        "--max-retries",
         type=_retry,
         action="append",
         default=[],
@@ -125,14 +125,16 @@ def _command(arguments: argparse.Namespace) -> Exit:
         if arguments.task is None
         else [select_declared(found, "task", found.tasks, arguments.task)]
     )
-    for skill, retries in arguments.retry:
+    for skill, retries in arguments.max_retries:
         if retries > site.limits.retries:
-            raise UsageError(f"`--retry {skill}={retries}`: {site.id} allows at most {site.limits.retries}")
+            raise UsageError(
+                f"`--max-retries {skill}={retries}`: {site.id} allows at most {site.limits.retries}"
+            )
     try:
         ecm, tasks = _apply_overrides(found, chosen, arguments)
     except MisuseError as error:
         raise UsageError(str(error)) from error
-    replans = site.limits.replans if arguments.replans is None else arguments.replans
+    replans = site.limits.replans if arguments.max_replans is None else arguments.max_replans
     predictions = [_prediction_json(ecm, task, site, replans) for task in tasks]
     if arguments.format == "json":
         print(json.dumps({"schema": SCHEMA, "predictions": predictions}, indent=1))
@@ -144,11 +146,13 @@ def _command(arguments: argparse.Namespace) -> Exit:
 def _apply_overrides(
     ecm: Ecm, tasks: Iterable[Task], arguments: argparse.Namespace
 ) -> tuple[Ecm, list[Task]]:
-    """Apply --set and --retry to the module and its tasks."""
+    """Apply --probability and --max-retries to the module and its tasks."""
     chances: dict[str, dict[str, Fraction]] = {}
-    for skill, outcome, value in arguments.set:
+    for skill, outcome, value in arguments.probability:
         chances.setdefault(skill, {})[outcome] = value
-    return with_skill_probabilities(ecm, chances), [with_retries(one, dict(arguments.retry)) for one in tasks]
+    return with_skill_probabilities(ecm, chances), [
+        with_retries(one, dict(arguments.max_retries)) for one in tasks
+    ]
 
 
 def _prediction_json(ecm: Ecm, task: Task, site: Site, replans: int) -> dict[str, Any]:

@@ -38,7 +38,7 @@ examples:
   aeros experiment 4 --plant symbolic
   aeros experiment 8/aeros/make_dumplings/0.90 --trials 1000 --plant symbolic
   aeros experiment all --out runs/full --resume
-  aeros experiment 4 8 --enter my_package.my_module:MyArchitecture --plant symbolic
+  aeros experiment 4 8 --architecture my_package.my_module:MyArchitecture --plant symbolic
   aeros experiment all --executor dask://10.0.0.7:8786
 """
 
@@ -64,7 +64,9 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument(
         "--trials", type=_count, default=100, metavar="N", help="trials of each condition (default: 100)"
     )
-    parser.add_argument("--first", type=_seed, default=0, metavar="SEED", help="the first seed (default: 0)")
+    parser.add_argument(
+        "--first-seed", type=_seed, default=0, metavar="SEED", help="the first seed (default: 0)"
+    )
     parser.add_argument("--plant", choices=PLANTS, default="physics", help="default: physics")
     where = parser.add_mutually_exclusive_group()
     where.add_argument(
@@ -79,7 +81,7 @@ def add_to(commands: Subparsers) -> None:
     )
     parser.add_argument("--resume", action="store_true", help="reuse the finished trials in --out")
     parser.add_argument(
-        "--enter",
+        "--architecture",
         action="append",
         default=[],
         metavar="MODULE:CLASS",
@@ -106,7 +108,9 @@ def _seed(text: str) -> int:
 
 def _command(arguments: argparse.Namespace) -> Exit:
     try:
-        experiments = catalogue(arguments.plant, [EnteredArchitecture(name) for name in arguments.enter])
+        experiments = catalogue(
+            arguments.plant, [EnteredArchitecture(name) for name in arguments.architecture]
+        )
         if arguments.experiments == ["list"]:
             print("\n\n".join(map(_format_experiment, experiments.values())))
             return Exit.SUCCESS
@@ -124,7 +128,7 @@ def _format_experiment(one: Experiment) -> str:
 def _run(arguments: argparse.Namespace, experiments: list[Experiment]) -> Exit:
     where = InputPaths(str(arguments.ecms), None if arguments.site is None else str(arguments.site))
     out = _folder(arguments)
-    seeds = range(arguments.first, arguments.first + arguments.trials)
+    seeds = range(arguments.first_seed, arguments.first_seed + arguments.trials)
     conditions = [row.condition for one in experiments for row in one.rows]
     results_of = _import_report_writer()
     for name in {row.architecture for one in experiments for row in one.rows if row.architecture}:
@@ -188,8 +192,8 @@ def _interval_misses(row: dict[str, object]) -> bool:
 def _rerun_options(arguments: argparse.Namespace) -> str:
     """Return the options that repeat a row."""
     options = [f"--plant {arguments.plant} --trials {arguments.trials}"]
-    options += [f"--first {arguments.first}"] if arguments.first else []
-    options += [f"--enter {quote(name)}" for name in arguments.enter]
+    options += [f"--first-seed {arguments.first_seed}"] if arguments.first_seed else []
+    options += [f"--architecture {quote(name)}" for name in arguments.architecture]
     options += [f"--ecms {quote(str(arguments.ecms))}"] if arguments.ecms != Path("ecms") else []
     options += [f"--site {quote(str(arguments.site))}"] if arguments.site is not None else []
     return " ".join(options)

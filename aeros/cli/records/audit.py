@@ -39,7 +39,7 @@ signature in a second file; docs/audit.md lists the tampering that each of them 
 examples:
   aeros audit keygen --out .aeros/audit.key
   aeros audit verify runs/demo/audit.jsonl --public-key .aeros/audit.key.pub --anchor /mnt/other/demo.anchor
-  aeros audit show runs/demo/audit.jsonl --verdict DENY
+  aeros audit show runs/demo/audit.jsonl --decision DENY
   aeros audit replay runs/demo/audit.jsonl
 """
 _VERIFY_EXAMPLES = """\
@@ -60,7 +60,7 @@ Each decision other than a plain ALLOW is followed by its reasons.  With --site 
 source of the rule, and the values that it read.
 
 examples:
-  aeros audit show runs/demo/audit.jsonl --verdict DENY --site cell.yaml      why was this denied?
+  aeros audit show runs/demo/audit.jsonl --decision DENY --site cell.yaml      why was this denied?
   aeros audit show runs/demo/audit.jsonl --skill make_dumplings.boil --rule separation
   aeros audit show runs/demo/audit.jsonl --event step-ended --format json
 """

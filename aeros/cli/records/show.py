@@ -15,6 +15,7 @@ from aeros.spec.diagnostics.codes import CODES
 from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.units import format_number, format_quantity
+from aeros.spec.migrations.renamed_names import current_event
 from aeros.spec.model.policy import Quota
 from aeros.spec.model.rules import Rule
 from aeros.spec.model.site import Site
@@ -32,15 +33,17 @@ def add_filters(parser: argparse.ArgumentParser) -> None:
     """
     group = parser.add_argument_group("record filters (repeat an option for OR; different options are ANDed)")
     group.add_argument(
-        "--verdict", action="append", choices=("ALLOW", "ATTENUATE", "DENY"), help="with this verdict"
+        "--decision", action="append", choices=("ALLOW", "ATTENUATE", "DENY"), help="with this decision"
     )
     group.add_argument("--module", action="append", help="of this module")
     group.add_argument("--skill", action="append", help="of this skill, SKILL or MODULE.SKILL")
     group.add_argument("--kind", action="append", help="with an action of this kind")
     group.add_argument("--rule", action="append", help="with this rule, field or AE code among the reasons")
     group.add_argument("--event", action="append", help="of this kind, as `decision`, `step-ended`, `note`")
-    group.add_argument("--from", type=int, dest="first", metavar="N", help="from this sequence number on")
-    group.add_argument("--to", type=int, dest="last", metavar="N", help="up to this sequence number")
+    group.add_argument(
+        "--from-record", type=int, dest="first", metavar="N", help="from this sequence number on"
+    )
+    group.add_argument("--to-record", type=int, dest="last", metavar="N", help="up to this sequence number")
     group.add_argument("--since", type=_time, metavar="T", help="written at T or later, as 2026-11-21T05:16")
     group.add_argument("--until", type=_time, metavar="T", help="written at T or earlier")
 
@@ -67,7 +70,7 @@ def matches_filters(record: Record, filters: argparse.Namespace) -> bool:
     asked = details.get("asked")
     kind = asked.get("kind") if type(asked) is dict else None
     listed = [
-        (filters.verdict, [details.get("verdict")] if record["event"] == "decision" else []),
+        (filters.decision, [details.get("verdict")] if record["event"] == "decision" else []),
         (filters.module, [module]),
         (filters.skill, [skill, f"{module}.{skill}"]),
         (filters.kind, [kind]),
@@ -219,7 +222,9 @@ def _summary(record: Record) -> str:
         time = details.get("time")
         at = f"{time:.3f} s" if type(time) is float else json.dumps(time)
         return f"{details.get('verdict')!s:9}  {who} asks for {_action(details.get('asked'))} at {at}"
-    words = [str(details[name]) for name in ("status", "reason", "event") if details.get(name)]
+    words = [str(details[name]) for name in ("status", "reason") if details.get(name)]
+    if details.get("event"):
+        words.append(current_event(str(details["event"])))
     if "module" in details:
         words.insert(0, who)
     return ": ".join(words) or json.dumps(details)

@@ -24,7 +24,7 @@ An approval covers exactly the listed content, is used once, and expires after t
 examples:
   aeros approve                     list pending requests
   aeros approve 3f9c01aa
-  aeros approve 3f9c01aa --refuse
+  aeros approve 3f9c01aa --reject
 """
 
 
@@ -36,7 +36,7 @@ def add_to(commands: Subparsers) -> None:
     """
     parser = add_command(commands, "approve", __doc__, _EXAMPLES)
     parser.add_argument("id", nargs="?", help="id of the pending request (default: list pending requests)")
-    parser.add_argument("--refuse", action="store_true", help="reject the request")
+    parser.add_argument("--reject", action="store_true", help="reject the request")
     parser.add_argument(
         "--format", choices=("text", "json"), default="text", help="format of the list (default: text)"
     )
@@ -48,19 +48,19 @@ def add_to(commands: Subparsers) -> None:
 
 def _command(arguments: argparse.Namespace) -> Exit:
     if arguments.id is None:
-        if arguments.refuse:
-            print("aeros: --refuse needs the id of a request", file=sys.stderr)
+        if arguments.reject:
+            print("aeros: --reject needs the id of a request", file=sys.stderr)
             return Exit.USAGE
         waiting = pending_requests(arguments.state)
         listed = "\n".join(map(_format_request, waiting)) or "no pending approvals"
         print(json.dumps(waiting, indent=1) if arguments.format == "json" else listed)
         return Exit.SUCCESS
     try:
-        (reject if arguments.refuse else approve)(arguments.state, arguments.id)
+        (reject if arguments.reject else approve)(arguments.state, arguments.id)
     except (ApprovalError, OSError) as error:
         print(f"aeros: {escape_invisible(str(error))}", file=sys.stderr)
         return Exit.REJECTED
-    print(f"{arguments.id} is {'refused' if arguments.refuse else 'approved, once and within ten minutes'}")
+    print(f"{arguments.id} is {'rejected' if arguments.reject else 'approved, once and within ten minutes'}")
     return Exit.SUCCESS
 
 

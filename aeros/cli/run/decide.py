@@ -39,7 +39,7 @@ a request:
    "inputs": {}, "usage": {"grip-rate": 0}}
 
 examples:
-  aeros decide --ecm ecms/make_dumplings --skill wrap --example > requests.jsonl
+  aeros decide --ecm ecms/make_dumplings --skill wrap --print-examples > requests.jsonl
   aeros decide --ecm ecms/make_dumplings --skill wrap < requests.jsonl
   aeros decide --ecm ecms/make_dumplings --skill wrap --explain < requests.jsonl
   aeros decide --ecm ecms/make_dumplings --skill wrap --explain --format json < requests.jsonl
@@ -72,7 +72,9 @@ def add_to(commands: Subparsers) -> None:
         help="json: one object per line; text: for people (default: json, with --explain text)",
     )
     parser.add_argument(
-        "--example", action="store_true", help="print example requests that are allowed, and decide nothing"
+        "--print-examples",
+        action="store_true",
+        help="print example requests that are allowed, and decide nothing",
     )
     parser.set_defaults(command=_command)
 
@@ -89,7 +91,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
         print(f"aeros: `{ecm.id}` has no skill `{arguments.skill}`; it has {known}", file=sys.stderr)
         return Exit.USAGE
     explainer = Explainer(configuration, GateMode(arguments.gate))
-    if arguments.example:
+    if arguments.print_examples:
         in_full = verify([arguments.ecm], site, store=default_store())
         for request in example_requests(
             explainer.gate, configuration.site, ecm, ecm.skills[arguments.skill], in_full

@@ -45,15 +45,15 @@ def build_planner(arguments: argparse.Namespace, module: Ecm, site: Site) -> Pla
     of_llm = (arguments.planner == "llm", arguments.llm_url is not None, arguments.llm_model is not None)
     if any(of_llm) and not all(of_llm):
         raise UsageError("--planner llm, --llm-url and --llm-model must be given together")
-    if arguments.engine is not None and arguments.planner != "pddl":
-        raise UsageError("--engine requires --planner pddl")
+    if arguments.pddl_engine is not None and arguments.planner != "pddl":
+        raise UsageError("--pddl-engine requires --planner pddl")
     by_search = arguments.goal is not None or arguments.planner in ("smt", "pddl", "llm")
-    if arguments.plan_within is not None and not by_search:
-        raise UsageError("--plan-within requires --planner smt, pddl or llm")
+    if arguments.planning_timeout is not None and not by_search:
+        raise UsageError("--planning-timeout requires --planner smt, pddl or llm")
     if arguments.planner == "llm":
         return _llm_planner(arguments, site)
     if arguments.planner == "pddl":
-        return PddlPlanner(site, UnifiedPlanningEngine(arguments.engine))
+        return PddlPlanner(site, UnifiedPlanningEngine(arguments.pddl_engine))
     if by_search:
         return SmtPlanner(site)
     if composition is None:
@@ -80,7 +80,7 @@ def _llm_planner(arguments: argparse.Namespace, site: Site) -> Planner:
     endpoint = LlmEndpoint(arguments.llm_url, arguments.llm_model, os.environ.get(LLM_KEY))
     fallback = RulePlanner() if arguments.goal is None else SmtPlanner(site)
     # Leave time for the fallback planner.
-    asked_within = 0.8 * min(arguments.plan_within or inf, float(site.limits.planning))
+    asked_within = 0.8 * min(arguments.planning_timeout or inf, float(site.limits.planning))
     return LlmPlanner(site, endpoint, fallback, asked_within)
 
 
@@ -95,4 +95,4 @@ def planning_timeout(arguments: argparse.Namespace, planner: Planner) -> float |
         Seconds, while the plant's clock runs on; None for a planner that answers at once.
     """
     at_once = isinstance(planner, RulePlanner | CompositionPlanner)
-    return None if at_once else arguments.plan_within or inf
+    return None if at_once else arguments.planning_timeout or inf

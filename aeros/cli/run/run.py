@@ -61,15 +61,15 @@ examples:
   aeros run "make dumplings" --plant symbolic --gate shadow
   aeros run "fetch the object" --plant kinematic --seed 3
   aeros run "fetch the object" --composition fetch_once --timeout 60
-  aeros run "make dumplings" --planner smt --plan-within 5
-  aeros run "make dumplings" --planner pddl --engine pyperplan
+  aeros run "make dumplings" --planner smt --planning-timeout 5
+  aeros run "make dumplings" --planner pddl --pddl-engine pyperplan
   aeros run "make dumplings" --planner llm --llm-url http://localhost:11434/v1 --llm-model qwen3
   aeros run "make dumplings" --goal "dumpling_wrapped and not dumpling_cooked"
-  aeros run "fetch the object" --person across_the_room
+  aeros run "fetch the object" --people across_the_room
   aeros run "make dumplings" --faults wrapper_bumped --seed 4
-  aeros run "make dumplings" --record dumplings.mp4 --mcap dumplings.mcap
-  aeros run "make dumplings" --view --no-record
-  aeros run "make dumplings" --person at_the_bench --report
+  aeros run "make dumplings" --video dumplings.mp4 --mcap dumplings.mcap
+  aeros run "make dumplings" --view --no-video
+  aeros run "make dumplings" --people at_the_bench --report
   aeros run "fetch the object" --scene shelf_behind
   aeros run "make dumplings" --bag runs/demo-bag
   aeros run "make dumplings" --watchdog
@@ -126,7 +126,7 @@ def add_to(commands: Subparsers) -> None:
         "(default: rules; smt with --goal)",
     )
     parser.add_argument(
-        "--engine",
+        "--pddl-engine",
         metavar="NAME",
         help="classical planner of --planner pddl, by its name in unified-planning (default: its choice)",
     )
@@ -138,7 +138,7 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument("--llm-model", metavar="NAME", help="the language model")
     parser.add_argument("--goal", metavar="EXPR", help="goal condition that replaces the task's goal")
     parser.add_argument(
-        "--plan-within",
+        "--planning-timeout",
         type=_seconds,
         metavar="SECONDS",
         help="time limit for planning, while the plant's clock runs on "
@@ -164,7 +164,7 @@ def add_to(commands: Subparsers) -> None:
         help="record the same in this new MCAP file, for example for Foxglove",
     )
     parser.add_argument(
-        "--person",
+        "--people",
         metavar="FILE|NAME",
         help="simulated people: a people file or a shipped name (physics)",
     )
@@ -183,12 +183,12 @@ def add_to(commands: Subparsers) -> None:
     )
     film = parser.add_mutually_exclusive_group()
     film.add_argument(
-        "--record",
+        "--video",
         type=video_path,
         metavar="FILE",
         help="video to write (physics): *.webp, *.gif or *.mp4 (default: run.webp in the folder of --out)",
     )
-    film.add_argument("--no-record", action="store_true", help="record no video")
+    film.add_argument("--no-video", action="store_true", help="record no video")
     parser.add_argument(
         "--view", action="store_true", help="show the run in a window (physics); needs a display"
     )
@@ -216,21 +216,21 @@ def add_to(commands: Subparsers) -> None:
         help="resume the interrupted task",
     )
     surviving.add_argument(
-        "--crashes",
+        "--max-crashes",
         type=_count,
         default=5,
         metavar="N",
-        help="crashes within --within that trigger quarantine (default: 5)",
+        help="crashes within --crash-window that trigger quarantine (default: 5)",
     )
     surviving.add_argument(
-        "--within",
+        "--crash-window",
         type=_seconds,
         default=600.0,
         metavar="SECONDS",
-        help="time window of --crashes (default: 600)",
+        help="time window of --max-crashes (default: 600)",
     )
     surviving.add_argument(
-        "--silence",
+        "--heartbeat-timeout",
         type=_seconds,
         default=60.0,
         metavar="SECONDS",

@@ -95,7 +95,7 @@ def load_scene_extras(
     Returns:
         The extras; empty if another process serves the plant, which loads them itself.
     """
-    people = load_people(arguments.plant, arguments.person)
+    people = load_people(arguments.plant, arguments.people)
     if is_remote(arguments):
         return SceneExtras((), (), ())
     faults = load_faults(arguments.plant, arguments.faults, configuration, routed.task)
@@ -123,9 +123,9 @@ def open_outputs(arguments: argparse.Namespace, task: str) -> Iterator[tuple[Pat
             spectators.append(open_viewer(arguments.plant))
             stack.callback(spectators[0].close)
         out = arguments.out if arguments.serve_plant else create_output_folder(arguments.out, task)
-        is_filmed = arguments.plant == "physics" and not arguments.no_record
-        if is_filmed or arguments.record is not None:
-            spectators.append(open_video(arguments.plant, arguments.record or out / "run.webp"))
+        is_filmed = arguments.plant == "physics" and not arguments.no_video
+        if is_filmed or arguments.video is not None:
+            spectators.append(open_video(arguments.plant, arguments.video or out / "run.webp"))
         yield out, spectators
 
 

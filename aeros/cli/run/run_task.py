@@ -163,8 +163,8 @@ def _report_run(
 def _report_outputs(staged: PlantSetup, feed: BusFeed | None, sound: str) -> None:
     """Write the report page if requested, and print the outputs of the run."""
     arguments, out = staged.arguments, staged.out
-    if arguments.record is not None and arguments.record.exists():
-        print(f"video      {arguments.record}")
+    if arguments.video is not None and arguments.video.exists():
+        print(f"video      {arguments.video}")
     if feed is not None:
         kept = f"bag        {arguments.bag}/" if arguments.mcap is None else f"mcap       {arguments.mcap}"
         print(kept + (f", {feed.lost} messages lost: {feed.trouble}" if feed.lost else ""))

@@ -59,7 +59,7 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument("--once", action="store_true", help="print the current state once and exit")
     parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
     parser.add_argument(
-        "--every", type=_seconds, default=0.5, metavar="SECONDS", help="refresh interval (default: 0.5)"
+        "--interval", type=_seconds, default=0.5, metavar="SECONDS", help="refresh interval (default: 0.5)"
     )
     parser.set_defaults(command=_command)
 
@@ -79,11 +79,11 @@ def _command(arguments: argparse.Namespace) -> Exit:
     if arguments.once:
         return _print(viewer.snapshot(), arguments.format)
     if arguments.format == "text" and sys.stdout.isatty():
-        return _watch(viewer, arguments.every)
+        return _watch(viewer, arguments.interval)
     shown = viewer.snapshot()
     code = _print(shown, arguments.format)
     while shown is not None and shown["is_running"]:
-        time.sleep(arguments.every)
+        time.sleep(arguments.interval)
         view = viewer.snapshot()
         if view is not None and view != shown:
             code, shown = _print(view, arguments.format), view

@@ -60,7 +60,7 @@ class AerosAgent:
         late: list[AgentEvent] = []
 
         def on_event(event: AgentEvent) -> None:
-            if event.kind == "plan-late":
+            if event.kind == "planning-timeout":
                 late.append(event)
 
         with open_temporary_agent(

@@ -68,14 +68,14 @@ def motion_without_agent(plant_log: Sequence[Mapping[str, Any]], plant: str) -> 
     """
     broken: list[str] = []
     for one, then in zip(plant_log, [*plant_log[1:], None], strict=False):
-        if one["event"] != "let-go":
+        if one["event"] != "agent-disconnected":
             continue
         speed = max(map(abs, one["measured"]["joint_velocity"]))
         if speed > _REST_SPEEDS[plant]:
             broken.append(f"stopped: at {one['time']:.2f} s a joint moved at {speed:.4f} rad/s")
         if then is None:
             continue
-        if then["event"] != "connected" or then["time"] != one["time"]:
+        if then["event"] != "agent-connected" or then["time"] != one["time"]:
             broken.append(f"stopped: after {one['time']:.2f} s time went on without an agent")
         way = dist(one["measured"]["joint_position"], then["measured"]["joint_position"])
         if way > _REST_TOLERANCES[plant]:

@@ -42,6 +42,7 @@ from aeros.experiments.trial_kinds import SCRATCH_ROOT, Findings
 from aeros.experiments.trial_kinds import Trial as Tried
 from aeros.experiments.trials.kill_logs import motion_without_agent, read_whole_lines, repeated_skills
 from aeros.runtime.audit.log import verify_log
+from aeros.spec.migrations.renamed_names import current_event
 from aeros.spec.model.ecm import Ecm
 
 LONGEST_TASK: Final = 600.0
@@ -108,7 +109,7 @@ class _SupervisedTask:
         self.state, self.out = folder / "state", folder / "out"
         self.log = self.out / "audit.jsonl"
         site = () if where.site is None else ("--site", str(Path(where.site).resolve()))
-        options = ("--plant", plant, "--seed", str(trial.seed), "--no-record", "--out", str(self.out), *site)
+        options = ("--plant", plant, "--seed", str(trial.seed), "--no-video", "--out", str(self.out), *site)
         self._asked = (instruction, *options, "--ecms", str(Path(where.modules_folder).resolve()))
         self._watchdog = self._start(*self._asked)
         self._seen: list[bytes] = []
@@ -117,7 +118,7 @@ class _SupervisedTask:
 
     def _start(self, *arguments: str) -> subprocess.Popen[bytes]:
         command = [sys.executable, "-m", "aeros", "run", *arguments, "--watchdog"]
-        more = ("--state", str(self.state), "--crashes", "1000")
+        more = ("--state", str(self.state), "--max-crashes", "1000")
         # The child imports the same AEROS as this process.
         paths = [str(Path(aeros.__file__).parents[1]), os.environ.get("PYTHONPATH", "")]
         return subprocess.Popen(  # noqa: S603
@@ -241,7 +242,7 @@ class PlantLogTimes:
         stops, resumes = [], []
         for kill, following in zip(killed, [*killed, inf][1:], strict=True):
             after = [(at - kill, event) for at, event in self._lines if kill <= at < following]
-            stop = next((at for at, event in after if event == "let-go"), None)
+            stop = next((at for at, event in after if event == "agent-disconnected"), None)
             resumed = (at for at, event in after if event == "skill-began" and (stop is None or at >= stop))
             resumes.append(next(resumed, None))
             stops.append(stop)
@@ -356,7 +357,7 @@ def _judge(trial: KillTrial, life: _SupervisedTask, plant: str, modules: Mapping
     trial.failure_reason = "" if trial.reached or not ended else ended[-1]["reason"]
     changes = [one["details"]["change"] for one in notes if one["event"] == "lifecycle"]
     trial.recovered = changes.count("crash")
-    trial.resumed = sum(one["event"] == "resumed" for one in notes)
+    trial.resumed = sum(current_event(one["event"]) == "run-resumed" for one in notes)
     if not ended:
         trial.violations.append("ended: no record says so")
     if (life.state / "run.json").exists():
@@ -365,8 +366,12 @@ def _judge(trial: KillTrial, life: _SupervisedTask, plant: str, modules: Mapping
     if not chain.is_sound:
         trial.violations.append(f"kept: record {chain.bad_record}: {chain.reason}")
     trial.violations += life.lost_records()
-    plant_log = read_whole_lines(life.out / "plant.jsonl")
-    trial.kills_in_motion = sum(one["event"] == "let-go" and one["amid_motion"] for one in plant_log)
+    plant_log = [
+        {**line, "event": current_event(line["event"])} for line in read_whole_lines(life.out / "plant.jsonl")
+    ]
+    trial.kills_in_motion = sum(
+        one["event"] == "agent-disconnected" and one["amid_motion"] for one in plant_log
+    )
     trial.violations += [*repeated_skills(plant_log, modules), *motion_without_agent(plant_log, plant)]
 
 

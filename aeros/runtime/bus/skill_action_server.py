@@ -109,7 +109,7 @@ class _GoalRunner:
             inputs = _parse_inputs(request.inputs)
         except _MalformedError as wrong:
             refusal = {"module": request.module, "skill": request.skill, "reason": str(wrong)}
-            self._runtime.note("goal-refused", refusal)
+            self._runtime.note("goal-rejected", refusal)
             _finish_goal(goal, StepResult(StepStatus.REFUSED, str(wrong)))
             return
         started = self._runtime.start(StepRequest(request.module, request.skill, inputs))

@@ -30,8 +30,8 @@ class FaultEvent(NamedTuple):
 
     Attributes:
         time: s.
-        event: `fault` when it begins; `fault-over` when it ends; `fault-passed` when the skill ended before
-            the fault could begin.
+        event: `fault-started` when it begins; `fault-ended` when it ends; `fault-not-triggered` when the
+            skill ended before the fault could begin.
         fault: its name.
         text: for people.
         opportunity: number of the fault's opportunity, from 1.
@@ -117,7 +117,10 @@ class FaultInjector(NoDisturbance):
         self._waiting = [pending for pending in self._waiting if pending.opportunity_kind.skill != skill]
         for pending in passed:
             self._emit(
-                "fault-passed", pending.fault, pending.opportunity, f"not triggered: `{skill}` ended first"
+                "fault-not-triggered",
+                pending.fault,
+                pending.opportunity,
+                f"not triggered: `{skill}` ended first",
             )
 
     def before_tick(self) -> None:
@@ -131,7 +134,7 @@ class FaultInjector(NoDisturbance):
                 now = now.combine_worst(degradation)
             else:
                 self._acting.remove(active)
-                self._emit("fault-over", active.fault, active.opportunity, "is over")
+                self._emit("fault-ended", active.fault, active.opportunity, "is over")
         self._applier.apply(now)
 
     def detection_filter(self, camera: str) -> DetectionFilter:
@@ -147,7 +150,7 @@ class FaultInjector(NoDisturbance):
             ):
                 rng = self._draws[fault.name].next()
                 if rng is not None:
-                    self._emit("fault", fault, self._last_opportunity(fault), "happens")
+                    self._emit("fault-started", fault, self._last_opportunity(fault), "happens")
                     effects.append(detection_effect(kind, rng))
 
         def through(found: OptionalDetection) -> OptionalDetection:
@@ -199,7 +202,7 @@ class FaultInjector(NoDisturbance):
         name = f"{fault.name} {opportunity}"
         ticks = physical_effect(fault.kind, rng, name, self._parts)
         self._acting.append(_ActiveFault(fault, opportunity, ticks))
-        self._emit("fault", fault, opportunity, "begins")
+        self._emit("fault-started", fault, opportunity, "begins")
 
     def _last_opportunity(self, fault: Fault) -> int:
         """Return the number of the latest opportunity of this fault."""

@@ -94,7 +94,7 @@ class PlantHost:
         # An agent may think for as long as it likes: nothing moves meanwhile.
         self._channel, self._is_agent_lost = MessageChannel(connection, None), False
         self._body, self._connection = None, connection
-        self._log("connected")
+        self._log("agent-connected")
         try:
             while not self._is_shut_down:
                 self._answer(self._channel.receive())
@@ -109,7 +109,7 @@ class PlantHost:
         for skill in self._skills:
             self._plant.skill_ended(skill, finished=False)
         self._skills.clear()
-        self._log("let-go", why=why, amid_motion=self._is_agent_lost)
+        self._log("agent-disconnected", why=why, amid_motion=self._is_agent_lost)
 
     def _answer(self, message: Mapping[str, Any]) -> None:
         handler = _HANDLERS.get(message.get("do", ""))
@@ -194,7 +194,7 @@ class PlantHost:
 
     def _shut_down(self, message: Mapping[str, Any]) -> Any:
         self._plant.stop()
-        self._log("ended")
+        self._log("host-ended")
         self._is_shut_down = True
 
     def _log(self, event: str, **more: Any) -> None:

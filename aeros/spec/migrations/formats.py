@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from aeros.spec.migrations import checkpoint, crashes
+from aeros.spec.migrations import checkpoint, crashes, renamed_names
 from aeros.spec.migrations.format import Format, Kind, Version
 
 _FIRST: Final = (Version("the first version"),)
@@ -47,7 +47,10 @@ RUN: Final = Format(
     title="state folder: arguments of a watched run",
     files=("run.json",),
     kind=Kind.JSON,
-    versions=_FIRST,
+    versions=(
+        *_FIRST,
+        Version("options of `aeros run` have the names below", renamed_names.run_options_to_2),
+    ),
     keys=frozenset({"instruction", "state"}),
 )
 LATEST_RUN: Final = Format(
@@ -113,7 +116,7 @@ TRACE: Final = Format(
     title="events of a run, as the agent reported them",
     files=("trace.jsonl",),
     kind=Kind.JSON_LINES,
-    versions=_FIRST,
+    versions=(*_FIRST, Version("events have the names below", renamed_names.trace_to_2)),
     keys=frozenset({"time", "kind", "text", "details"}),
 )
 MEASURED: Final = Format(
@@ -133,6 +136,7 @@ MEMORY: Final = Format(
         Version("the first version"),
         Version("episodes have a context and a flag: counted as evidence"),
         Version("episodes keep the causes of a failure as data"),
+        Version("events have the names below"),
     ),
     cure=_AT_OPEN,
 )

@@ -42,7 +42,7 @@ def test_everything_is_noted_remembered_and_observed(tmp_path: Path) -> None:
     with start_agent(tmp_path, "chef", runtime, on_event=seen.append) as agent:
         report = agent.run("dumplings")
     assert [event.kind for event in seen] == runtime.kinds()
-    assert runtime.kinds()[:3] == ["routed", "lifecycle", "plan"]
+    assert runtime.kinds()[:3] == ["task-selected", "lifecycle", "plan-accepted"]
     assert runtime.kinds()[-2:] == ["lifecycle", "run-ended"]
     assert runtime.kinds().count("step-started") == runtime.kinds().count("step-ended") == len(report.steps)
     json.dumps(runtime.notes, allow_nan=False)
@@ -80,7 +80,7 @@ def test_an_unroutable_instruction_is_noted_and_raised(tmp_path: Path) -> None:
     runtime = FakeRuntime()
     with start_agent(tmp_path, "chef", runtime) as agent, pytest.raises(RoutingError):
         agent.run("fly to the moon")
-    assert runtime.kinds() == ["not-routed"]
+    assert runtime.kinds() == ["task-not-found"]
 
 
 def test_an_interrupt_leaves_memory_and_lock_whole(tmp_path: Path) -> None:

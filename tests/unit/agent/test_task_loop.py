@@ -143,7 +143,7 @@ def test_a_step_that_became_needless_is_left_out() -> None:
     report = run(runtime)
     assert runtime.submitted == ["prepare", "wrap", "boil"]
     assert report.replans == 0
-    assert "step-left-out" in runtime.kinds()
+    assert "step-skipped" in runtime.kinds()
 
 
 def test_an_unmet_precondition_is_not_submitted_and_replans() -> None:
@@ -234,7 +234,7 @@ def test_a_denial_that_may_pass_is_waited_for_and_is_no_replan() -> None:
     assert report.reached
     assert report.replans == 0
     assert runtime.submitted.count("boil") == 21
-    assert runtime.kinds().count("waiting") == 20
+    assert runtime.kinds().count("wait-started") == 20
     assert runtime.clock == 100.0 + len(runtime.submitted) + 20 * RETRY_INTERVAL_S
 
 
@@ -433,7 +433,7 @@ def test_a_resumed_run_has_the_re_plans_and_the_waiting_that_are_left(
     assert (
         report.reason == "`dumpling.boil` was denied: denied: somebody is near; 5 s of waiting did not help"
     )
-    waits = [details["seconds"] for kind, details in runtime.notes if kind == "waiting"]
+    waits = [details["seconds"] for kind, details in runtime.notes if kind == "wait-started"]
     assert waits == [RETRY_INTERVAL_S] * 5
 
 
@@ -450,7 +450,7 @@ def test_the_number_of_re_plans_is_kept_before_it_is_reported(tmp_path: Path) ->
     class Dying(FakeRuntime):
         def note(self, event: str, details: Mapping[str, Any]) -> None:
             super().note(event, details)
-            if event == "re-plan":
+            if event == "replan":
                 raise KeyboardInterrupt
 
     runtime = Dying(endings={"boil": ["nothing_changed"]})

@@ -51,7 +51,7 @@ def test_in_place_of_a_late_plan_the_rest_of_the_one_before_is_followed(tmp_path
     report = run(tmp_path, runtime, Sleeping("prepare", "recover", "wrap", "boil"))
     assert report.reached
     assert runtime.submitted == ["prepare", "recover", "wrap", "recover", "wrap", "boil"]
-    (late,) = notes_of(runtime, "plan-late")
+    (late,) = notes_of(runtime, "planning-timeout")
     assert late["reason"] == f"the plan is late: there was no plan within {WITHIN:g} s"
     assert late["steps"] == ["dumpling.recover", "dumpling.wrap", "dumpling.boil"]
 
@@ -63,7 +63,7 @@ def test_where_the_plan_before_does_not_lead_to_the_goal_any_more_the_robot_stan
     runtime.state["wrapper_aligned"] = True
     report = run(tmp_path, runtime, Sleeping("prepare", "wrap", "boil"))
     assert runtime.submitted == ["prepare", "wrap"]
-    assert [one["steps"] for one in notes_of(runtime, "plan-late")] == [[], []]
+    assert [one["steps"] for one in notes_of(runtime, "planning-timeout")] == [[], []]
     assert report.reason is not None
     assert report.reason.endswith(f"the plan is late: there was no plan within {WITHIN:g} s; stands still")
 
@@ -122,4 +122,4 @@ def test_what_was_found_to_lead_to_the_goal_from_another_world_is_not_followed(t
             tmp_path, "chef", runtime, Sleeping("prepare", "recover", "wrap", "boil"), within=2.0
         ) as agent:
             agent.run("Make dumplings!")
-    assert [one["steps"] for one in notes_of(runtime, "plan-late")] == [[]]
+    assert [one["steps"] for one in notes_of(runtime, "planning-timeout")] == [[]]

@@ -310,7 +310,7 @@ def test_a_task_that_had_ended_is_reported_as_it_ended_and_nothing_more_is_done(
     done, notes = list(runtime.done), len(runtime.notes)
     assert resume(tmp_path, runtime) == resume(tmp_path, runtime) == report
     assert runtime.done == done
-    assert [kind for kind, _ in runtime.notes[notes:]] == ["routed", "run-had-ended"] * 2
+    assert [kind for kind, _ in runtime.notes[notes:]] == ["task-selected", "run-already-ended"] * 2
 
 
 def test_where_the_end_cannot_be_read_nothing_is_gone_on_with(tmp_path: Path) -> None:
@@ -363,7 +363,7 @@ def test_after_a_damaged_checkpoint_the_one_before_is_gone_on_from(
     path = folder / "checkpoint.json"
     path.write_text(damage(path.read_text()))
     assert resume(folder, runtime).reached
-    refused = [details["reason"] for kind, details in runtime.notes if kind == "checkpoint-refused"]
+    refused = [details["reason"] for kind, details in runtime.notes if kind == "checkpoint-rejected"]
     assert len(refused) == 1
     assert why in refused[0]
     assert runtime.done == ["prepare", "recover", "wrap", "boil"]

@@ -77,7 +77,7 @@ def test_a_value_of_another_type_is_refused_with_its_place(site: Site, name: str
         parse_value(name, text, site)
     (problem,) = refused.value.diagnostics
     assert problem.primary is not None
-    assert problem.primary.span.source.path == f"--start {name}"
+    assert problem.primary.span.source.path == f"--initial {name}"
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from aeros.runtime.audit.log import verify_log
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.text.discovery import reference_site_path
-from tests.unit.apps.report_page.left_runs import decision, run_symbolic
+from tests.unit.apps.report_page.left_runs import decision, old_run, run_symbolic
 
 
 class Writing:
@@ -41,6 +41,14 @@ class Writing:
 @pytest.fixture
 def writing(tmp_path: Path) -> Writing:
     return Writing(tmp_path)
+
+
+def test_a_run_with_old_event_names_is_followed(tmp_path: Path) -> None:
+    run = RunFollower(old_run(tmp_path / "old"))
+    run.read()
+    view = run_view(run, None, is_there=True)
+    assert (view["instruction"], view["ended"]) == ("make dumplings", {"reached": True, "reason": None})
+    assert run.plan is not None
 
 
 def test_what_is_not_there_yet_is_waited_for(writing: Writing) -> None:
@@ -81,7 +89,7 @@ def test_the_plan_shows_where_it_is(writing: Writing) -> None:
         run.read()
         return [part["how"] for part in run_view(run, None, is_there=True)["plan"]]
 
-    writing.emit(0.0, "plan", "a → b", steps=["m.a", "m.b (retry 2, on_failure c)", "m.c"])
+    writing.emit(0.0, "plan-accepted", "a → b", steps=["m.a", "m.b (retry 2, on_failure c)", "m.c"])
     assert shown() == ["to come"] * 3
     writing.record("step-began", module="m", skill="a", time=0.0)
     assert shown() == ["under way", "to come", "to come"]
@@ -91,19 +99,19 @@ def test_the_plan_shows_where_it_is(writing: Writing) -> None:
     writing.record("step-ended", module="m", skill="b", time=2.0, status="denied", reason="no")
     writing.record("note", event="step-ended", details={"skill": "m.b", "outcome": None, "failed": True})
     assert shown() == ["done", "failed", "to come"]
-    writing.emit(3.0, "plan", "b", steps=["m.b", "m.c"])
+    writing.emit(3.0, "plan-accepted", "b", steps=["m.b", "m.c"])
     assert shown() == ["to come", "to come"]
 
 
-@pytest.mark.parametrize("end", ["run-ended", "run-had-ended"])
+@pytest.mark.parametrize("end", ["run-ended", "run-already-ended"])
 def test_a_run_after_a_run_begins_anew(end: str, writing: Writing) -> None:
     run = RunFollower(writing.folder)
-    writing.record("note", event="routed", details={"instruction": "one", "task": "m.t"})
+    writing.record("note", event="task-selected", details={"instruction": "one", "task": "m.t"})
     writing.record("note", event=end, details={"reached": True})
     run.read()
     assert run.ended == {"reached": True}
     assert not run_view(run, None, is_there=True)["is_running"]
-    writing.record("note", event="routed", details={"instruction": "two", "task": "m.t"})
+    writing.record("note", event="task-selected", details={"instruction": "two", "task": "m.t"})
     run.read()
     view = run_view(run, None, is_there=True)
     assert (view["ended"], view["instruction"]) == (None, "two")
@@ -117,7 +125,7 @@ def test_lines_of_another_form_are_passed_over(odd: object, writing: Writing) ->
     for event in ("decision", "step-began", "step-ended", "note", "session-opened", "paused"):
         writing.record(event, time=odd, verdict=odd, asked=odd, state=odd, usage=odd, event=odd, details=odd)
     writing.record("decision", verdict="ALLOW", state={"x": odd}, usage=odd, reasons=odd)
-    writing.emit(0.0, "plan", "x", steps=odd)
+    writing.emit(0.0, "plan-accepted", "x", steps=odd)
     run.read()
     view = run_view(run, None, is_there=False)
     json.dumps(view)
@@ -130,8 +138,8 @@ def test_memory_does_not_grow_with_the_run(writing: Writing) -> None:
     run = RunFollower(writing.folder)
     for number in range(500):
         writing.record("decision", **decision(float(number)))
-        writing.record("note", event="waiting", details={})
-        writing.emit(float(number), "waiting", "x")
+        writing.record("note", event="wait-started", details={})
+        writing.emit(float(number), "wait-started", "x")
     run.read()
     assert run.counts["ALLOW"] == 500
     assert (len(run.last), len(run.events)) == (50, 50)

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -13,6 +14,7 @@ from aeros.cli.main import main
 from aeros.cli.run import decide
 from aeros.exit_codes import Exit, exit_for
 from aeros.runtime.audit.log import verify_log
+from aeros.spec.migrations.renamed_names import RENAMED_OPTIONS
 from aeros.spec.obligations.verdicts import Conclusion
 
 ROOT = Path(__file__).parents[3]
@@ -54,6 +56,28 @@ def test_every_command_has_help_with_examples_and_exit_codes(
     shown = capsys.readouterr().out
     assert "exit codes: 0 proved" in shown
     assert f"aeros {command} " in shown
+
+
+@pytest.mark.parametrize(
+    ("command", "old", "new"),
+    [(command, old, new) for command, names in RENAMED_OPTIONS.items() for old, new in names.items()],
+)
+def test_an_old_option_is_refused_with_its_current_name(
+    command: str, old: str, new: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for word in (old, f"{old}=it"):
+        assert main([command, word]) == Exit.USAGE
+        assert capsys.readouterr().err == f"aeros: option `{old}` was renamed; use `{new}`\n"
+    with pytest.raises(SystemExit):
+        main([command, *(["show"] if command == "audit" else []), "--help"])
+    shown = set(re.findall(r"--[a-z-]+", capsys.readouterr().out))
+    assert new in shown
+    assert old not in shown
+
+
+def test_an_argument_after_two_dashes_is_no_option(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["graph", "--", "--what"]) != Exit.SUCCESS
+    assert "was renamed" not in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("arguments", [[], ["proof"], ["--loud"]])

@@ -49,7 +49,7 @@ def test_every_listener_hears_the_same_and_all_is_closed_in_order(
 
     @contextmanager
     def opened(observe: Observer) -> Iterator[Plant]:
-        observe(AgentEvent("fault", "", {}, 0.0))
+        observe(AgentEvent("fault-started", "", {}, 0.0))
         with open_plant("symbolic", configuration, task, 0) as plant:
             yield plant
         steps.append(f"plant closed, {verify_log(tmp_path / 'audit.jsonl').records > 0}")
@@ -72,7 +72,7 @@ def test_every_listener_hears_the_same_and_all_is_closed_in_order(
     assert steps == ["agent closed", "plant closed, True"]
     assert ears[0].ticks == ears[1].ticks > 0
     assert ears[0].observations == ears[1].observations > 0
-    assert [events[0].kind, events[-1].kind] == ["fault", "run-ended"]
+    assert [events[0].kind, events[-1].kind] == ["fault-started", "run-ended"]
     assert len((tmp_path / "trace.jsonl").read_text().splitlines()) == len(events)
     assert (tmp_path / "measured.jsonl").stat().st_size > 0
     report = verify_log(tmp_path / "audit.jsonl")

@@ -46,13 +46,13 @@ def test_what_is_not_asked_for_is_empty_on_every_plant() -> None:
 
 @pytest.mark.parametrize("plant", ["kinematic", "symbolic"])
 def test_extras_and_images_are_of_the_physics_plant_alone(plant: str, tmp_path: Path) -> None:
-    with pytest.raises(PlantSetupError, match=f"`--person` needs the physics plant: the {plant} plant"):
+    with pytest.raises(PlantSetupError, match=f"`--people` needs the physics plant: the {plant} plant"):
         load_people(plant, "walker")
     with pytest.raises(PlantSetupError, match="`--faults` needs `--plant physics`"):
         load_faults(plant, "slips", proved()[0], TIDY)
     with pytest.raises(PlantSetupError, match=f"`--scene` needs the physics plant: the {plant} plant"):
         load_bodies(plant, "clutter", TIDY, 0)
-    with pytest.raises(PlantSetupError, match=f"`--record` needs the physics plant: the {plant} plant"):
+    with pytest.raises(PlantSetupError, match=f"`--video` needs the physics plant: the {plant} plant"):
         open_video(plant, tmp_path / "run.gif")
     with pytest.raises(PlantSetupError, match=f"`--view` needs the physics plant: the {plant} plant"):
         open_viewer(plant)

@@ -40,7 +40,7 @@ def test_leaving_the_events_early_stops_the_robot_for_good() -> None:
     before = threading.active_count()
     with aeros.open_session("ecms/clean_table") as session:
         for event in session.events(_CLEAN):
-            if event.kind == "plan":
+            if event.kind == "plan-accepted":
                 break
         assert session.report is None
         result = session.run(_CLEAN)

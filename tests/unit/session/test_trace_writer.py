@@ -7,7 +7,7 @@ from pathlib import Path
 from aeros.agent.execution.journal import AgentEvent
 from aeros.session.trace import TraceWriter
 
-_SAID = AgentEvent("plan", "two steps", {"steps": 2}, 1.5)
+_SAID = AgentEvent("plan-accepted", "two steps", {"steps": 2}, 1.5)
 _SILENT = AgentEvent("lifecycle", "", {"after": "running"}, 2.0)
 
 
@@ -24,8 +24,14 @@ def test_each_event_is_a_line_of_json_and_those_with_text_are_printed(tmp_path: 
         trace.write(_SAID)
         trace.write(_SILENT)
     lines = [json.loads(line) for line in (tmp_path / "trace.jsonl").read_text().splitlines()]
-    assert lines[0] == {"time": 1.5, "kind": "plan", "text": "two steps", "details": {"steps": 2}}
-    assert [line["kind"] for line in lines] == ["plan", "lifecycle"]
+    assert lines[0] == {
+        "time": 1.5,
+        "kind": "plan-accepted",
+        "text": "two steps",
+        "details": {"steps": 2},
+        "schema": "aeros/trace/2",
+    }
+    assert [line["kind"] for line in lines] == ["plan-accepted", "lifecycle"]
     assert stream.getvalue() == "   1.50 s  two steps\n"
 
 

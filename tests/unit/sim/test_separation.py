@@ -85,7 +85,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
         referee = Referee()
         monkeypatch.setattr(physics, "make_plant", partial(make_plant, referee=referee, sensors=sensors))
         code = main(
-            ["run", instruction, "--person", person, "--ecms", str(REPOSITORY / "ecms"), "--no-record",
+            ["run", instruction, "--people", person, "--ecms", str(REPOSITORY / "ecms"), "--no-video",
              "--state", str(tmp_path / "state"), "--out", str(tmp_path / "out"), *arguments]
         )  # fmt: skip
         records = [json.loads(line) for line in (tmp_path / "out" / "audit.jsonl").read_text().splitlines()]

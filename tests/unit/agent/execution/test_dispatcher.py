@@ -180,7 +180,7 @@ def notes_of(runtime: FakeRuntime, kind: str) -> list[dict[str, Any]]:
 def test_a_choice_is_reported_with_its_numbers(tmp_path: Path) -> None:
     report, runtime = pursued(tmp_path, {})
     assert report.reached
-    (choice,) = notes_of(runtime, "skill-chosen")
+    (choice,) = notes_of(runtime, "provider-selected")
     (step,) = report.steps
     assert choice["capability"] == "kitchen.cooking"
     assert choice["skill"] == f"kitchen.{step.skill}"
@@ -224,7 +224,7 @@ def test_tries_are_forgone_where_they_are_hopeless_and_never_added(tmp_path: Pat
     always: dict[str, list[Scripted]] = {"boil": ["cold"] * 40, "steam": ["cold"] * 40}
     report, runtime = pursued(tmp_path, always)
     assert (len(report.steps), report.retries, report.replans) == (4, 0, 3)
-    assert "`boil` 0 of" in notes_of(runtime, "tries-forgone")[0]["reason"]
+    assert "`boil` 0 of" in notes_of(runtime, "retries-skipped")[0]["reason"]
     report, _ = pursued(tmp_path / "new", always)
     # Until the record is long enough, every try that the plan has.
     assert (len(report.steps), report.retries) == (16, 12)
@@ -235,7 +235,7 @@ def test_one_provider_with_hope_is_worth_a_further_try(tmp_path: Path) -> None:
         remember(memory, "boil", 0, 28)
     report, runtime = pursued(tmp_path, {"boil": ["cold"] * 40, "steam": ["cold"] * 2})
     assert report.reached
-    assert notes_of(runtime, "tries-forgone") == []
+    assert notes_of(runtime, "retries-skipped") == []
     assert report.retries == 2
 
 

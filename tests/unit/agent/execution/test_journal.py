@@ -39,12 +39,12 @@ class Listeners:
 
 def test_an_event_is_in_the_record_before_anybody_else_knows_of_it() -> None:
     listeners = Listeners()
-    listeners.journal.record("re-plan", "re-plan 2: denied", number=2)
-    event = AgentEvent("re-plan", "re-plan 2: denied", {"number": 2}, 100.0)
+    listeners.journal.record("replan", "re-plan 2: denied", number=2)
+    event = AgentEvent("replan", "re-plan 2: denied", {"number": 2}, 100.0)
     assert listeners.places == [
-        ("record", ("re-plan", {"number": 2})),
+        ("record", ("replan", {"number": 2})),
         ("observer", event),
-        ("memory", (100.0, "re-plan", {"number": 2})),
+        ("memory", (100.0, "replan", {"number": 2})),
     ]
 
 

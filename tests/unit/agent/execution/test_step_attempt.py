@@ -323,7 +323,7 @@ def test_a_choice_between_providers_is_reported_with_the_record_of_each() -> Non
     ecm = module("dumpling", (*DUMPLING.skills.values(), fold), *DUMPLING.tasks.values())
     kitchen.runtime.modules = {"dumpling": replace(ecm, capabilities={"closing": ("fold", "wrap")})}
     kitchen.attempt("closing")
-    chosen = kitchen.note("skill-chosen")
+    chosen = kitchen.note("provider-selected")
     assert (chosen["capability"], chosen["skill"]) == ("dumpling.closing", "dumpling.fold")
     fold_option, wrap_option = chosen["options"]
     assert fold_option["record"] == {"successes": 3, "failures": 1}

@@ -29,7 +29,7 @@ def path(tmp_path: Path) -> Path:
                         "finished", None, True, f"{mark} by {skill}", 1.0, {}, counts_toward_record=True
                     )
                     memory.end_episode(memory.start_episode(beginning), ending)
-                memory.add_event(1.0, "re-plan", {"reason": f"`cook.{skill}` failed: {mark} by {skill}"})
+                memory.add_event(1.0, "replan", {"reason": f"`cook.{skill}` failed: {mark} by {skill}"})
             memory.set_fact(f"last {mark}", {"reason": "`cook.boil` failed"}, f"session {number}")
     return path
 

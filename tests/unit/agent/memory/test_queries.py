@@ -49,7 +49,7 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
         remember(memory, WRAP, "Askew")
         remember(memory, WRAP, "torn")
         remember(memory, replace(WRAP, context='{"code": "0"}'), "late", counts=False)
-        memory.add_event(5.0, "re-plan", {"number": 1})
+        memory.add_event(5.0, "replan", {"number": 1})
     with open_memory(path, replace(who, sessions=2)) as memory:
         remember(memory, BOIL, seconds=4.0)
         remember(memory, replace(BOIL, context='{"code": "1"}'), seconds=6.0)
@@ -170,7 +170,7 @@ def test_all_rows_are_of_every_table_and_say_of_which(reader: MemoryReader) -> N
     kinds = [row["row"] for row in rows]
     assert kinds == ["session"] * 2 + ["episode"] * 8 + ["event"] * 3 + ["fact"] * 2
     events: list[Any] = [(row["kind"], row["details"]) for row in rows if row["row"] == "event"]
-    assert events[0] == ("re-plan", {"number": 1})
+    assert events[0] == ("replan", {"number": 1})
 
 
 def test_where_nothing_is_remembered_nothing_is_made(tmp_path: Path) -> None:

@@ -59,7 +59,7 @@ def pursue(folder: Path, server: Stub, asked_within: float = 20.0) -> tuple[RunR
 
 
 def plans_of(runtime: FakeRuntime) -> list[dict[str, Any]]:
-    return [details for kind, details in runtime.notes if kind == "plan"]
+    return [details for kind, details in runtime.notes if kind == "plan-accepted"]
 
 
 @pytest.mark.parametrize("plan", [GOOD, FORKED])
@@ -179,7 +179,7 @@ def test_a_server_that_stalls_is_not_waited_for_longer_than_allowed(reply: Any, 
         report, runtime = pursue(tmp_path, server, asked_within=0.5)
     assert report.reached
     assert "it has not answered in time" in plans_of(runtime)[0]["remark"]
-    assert [kind for kind, _ in runtime.notes if kind == "plan-late"] == []
+    assert [kind for kind, _ in runtime.notes if kind == "planning-timeout"] == []
 
 
 def test_a_server_that_is_not_there_is_said() -> None:

@@ -130,12 +130,12 @@ def run(folder: Path, *arguments: str) -> int:
 
 def test_a_run_by_a_real_engine_reaches_the_goal(tmp_path: Path) -> None:
     pytest.importorskip("unified_planning", reason="needs `pip install 'aeros[pddl]'`")
-    assert run(tmp_path, "--planner", "pddl", "--engine", "pyperplan") == Exit.SUCCESS
+    assert run(tmp_path, "--planner", "pddl", "--pddl-engine", "pyperplan") == Exit.SUCCESS
 
 
 def test_an_engine_that_is_not_there_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("unified_planning", reason="needs `pip install 'aeros[pddl]'`")
-    assert run(tmp_path, "--planner", "pddl", "--engine", "oracle") == Exit.REJECTED
+    assert run(tmp_path, "--planner", "pddl", "--pddl-engine", "oracle") == Exit.REJECTED
     assert "the engine gave no answer: UPNoRequestedEngineAvailableException" in capsys.readouterr().out
 
 
@@ -146,7 +146,7 @@ def missing(_: str) -> None:
 @pytest.mark.parametrize(
     ("arguments", "find", "code", "said"),
     [
-        (["--engine", "pyperplan"], None, Exit.USAGE, "--engine requires --planner pddl"),
+        (["--pddl-engine", "pyperplan"], None, Exit.USAGE, "--pddl-engine requires --planner pddl"),
         (["--planner", "pddl"], missing, Exit.REJECTED, "--planner pddl needs `pip install 'aeros[pddl]'`"),
     ],
 )

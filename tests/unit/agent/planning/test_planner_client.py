@@ -65,7 +65,7 @@ def test_the_site_says_how_long_a_planner_may_take_at_most(tmp_path: Path) -> No
     with start_agent(tmp_path, "chef", runtime, Sleeping("prepare"), within=inf) as agent:
         agent.run("Make dumplings!")
     assert runtime.clock == 100.5
-    (late,) = notes_of(runtime, "plan-late")
+    (late,) = notes_of(runtime, "planning-timeout")
     assert late["reason"] == "the plan is late: there was no plan within 0.5 s"
 
 

@@ -31,7 +31,7 @@ class Notes(Journal):
         self.accounted: list[str] = []
 
     def record(self, kind: str, text: str, **details: Any) -> None:
-        assert kind == "step-accounted"
+        assert kind == "interrupted-step-resolved"
         self.accounted.append(details["how"])
 
 

@@ -17,7 +17,7 @@ CORPUS = Path(__file__).parents[3] / "corpus"
 
 NESTED = (
     *("graph", str(CORPUS / "accepted" / "sequence_in_a_branch_in_a_sequence")),
-    *("--site", str(CORPUS / "site" / "table.yaml"), "--what", "composition"),
+    *("--site", str(CORPUS / "site" / "table.yaml"), "--kind", "composition"),
 )
 
 

@@ -120,7 +120,7 @@ def test_a_plan_is_run_to_its_own_goal_and_recorded_first(robot: Robot) -> None:
     assert (running.plan, running.report.reached, running.report.goal) == ("p1", True, "dough_on_workspace")
     assert running.failure is None
     assert robot.runtime.submitted == ["prepare"]
-    assert robot.runtime.notes[0] == ("mcp-executing", {"client": "me"})
+    assert robot.runtime.notes[0] == ("mcp-plan-started", {"client": "me"})
 
 
 def test_while_a_plan_runs_the_robot_is_busy(robot: Robot) -> None:

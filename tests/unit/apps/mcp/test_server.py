@@ -82,7 +82,7 @@ def test_a_client_sees_proposes_and_has_executed_what_the_operator_approves(tmp_
         "refused": (True, "a text is longer than 1000 characters"),
     }
     notes = [one["details"] for one in records if one["event"] == "note"]
-    (noted,) = (note["details"] for note in notes if note["event"] == "mcp-executing")
+    (noted,) = (note["details"] for note in notes if note["event"] == "mcp-plan-started")
     assert noted["client"].startswith("mcp ")
     assert "uid" in noted["approved"]["by"]
 

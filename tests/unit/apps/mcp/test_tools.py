@@ -240,9 +240,9 @@ def test_what_is_approved_is_executed_once_and_who_asked_is_on_record(usual: Cel
     assert decided > 10
     assert usual.call("execute_plan", plan=name, wait=1) == found
     assert usual.decisions() == decided
-    (noted,) = usual.noted("mcp-executing")
+    (noted,) = usual.noted("mcp-plan-started")
     assert (noted["client"], noted["plan"], noted["approved"]["id"]) == ("a client 1.0", name, id_)
-    assert [note["planner"] for note in usual.noted("plan")] == ["mcp"]
+    assert [note["planner"] for note in usual.noted("plan-accepted")] == ["mcp"]
 
 
 def test_what_the_operator_refuses_is_not_executed(usual: Cell) -> None:
@@ -258,14 +258,14 @@ def test_what_the_operator_refuses_is_not_executed(usual: Cell) -> None:
 
 def test_a_site_may_let_plans_be_executed_at_once(free: Cell) -> None:
     assert free.call("execute_plan", plan=free.proposed(), wait=30)["status"] == "goal reached"
-    assert free.noted("mcp-executing")[0]["approved"] is None
+    assert free.noted("mcp-plan-started")[0]["approved"] is None
 
 
 def test_a_site_may_let_nothing_be_executed(configuration: Configuration, tmp_path: Path) -> None:
     with cell(configuration, tmp_path, McpPolicy(Execute.DENIED)) as one:
         with pytest.raises(ToolCallError, match="does not allow MCP clients to execute plans"):
             one.call("execute_plan", plan=one.proposed())
-        assert one.noted("mcp-refused")[0]["tool"] == "execute_plan"
+        assert one.noted("mcp-call-rejected")[0]["tool"] == "execute_plan"
 
 
 def test_a_site_may_name_the_skills_and_the_number_of_steps(
@@ -375,7 +375,7 @@ def test_to_resume_needs_the_operator_whatever_the_site_says(
         approve(tmp_path / "state", again)
         assert one.call("resume") == {"status": "resumed"}
         assert one.call("state")["operator"] == "run"
-        assert one.noted("mcp-resume")[0]["approved"]["by"]
+        assert one.noted("mcp-resumed")[0]["approved"]["by"]
 
 
 def test_a_pause_does_not_take_a_stop_back(free: Cell) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import lzma
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -52,5 +53,15 @@ def written_run(
         for event, details in [("session-opened", session), *records]:
             log.append(event, details)
     (folder / "trace.jsonl").write_text("".join(json.dumps(line) + "\n" for line in trace))
+    (folder / "measured.jsonl").write_text("")
+    return folder
+
+
+def old_run(folder: Path) -> Path:
+    """The same run, recorded when events had the old names of `RENAMED_EVENTS` (commit 05243d5f, seed 7)."""
+    data = Path(__file__).parents[1] / "data" / "run_with_old_events"
+    folder.mkdir()
+    (folder / "audit.jsonl").write_bytes(lzma.decompress((data / "audit.jsonl.xz").read_bytes()))
+    (folder / "trace.jsonl").write_bytes((data / "trace.jsonl").read_bytes())
     (folder / "measured.jsonl").write_text("")
     return folder

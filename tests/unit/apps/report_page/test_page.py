@@ -61,8 +61,8 @@ def elements(page: str) -> _Elements:
 def hostile_run(folder: Path, text: str) -> str:
     noted: dict[str, Any] = {"instruction": text, "task": text}
     records: list[tuple[str, dict[str, Any]]] = [
-        ("note", {"event": "routed", "details": noted}),
-        ("note", {"event": "plan", "details": {"steps": [text, {text: text}]}}),
+        ("note", {"event": "task-selected", "details": noted}),
+        ("note", {"event": "plan-accepted", "details": {"steps": [text, {text: text}]}}),
         ("step-began", {"module": "arm", "skill": text, "time": 0.0}),
         ("decision", decision(0.5, "DENY", text, reasons=[["AE750", text, text], [text, text, text], text])),
         ("decision", decision(0.6, "ATTENUATE", text, asked={"kind": text, "parameters": {text: text}})),
@@ -73,10 +73,10 @@ def hostile_run(folder: Path, text: str) -> str:
                                    "modules": {text: {"version": text, "manifest": text, "code": text}}}),
     ]  # fmt: skip
     trace = [
-        {"time": 0.0, "kind": "routed", "text": text, "details": noted},
-        {"time": 0.2, "kind": "plan", "text": text, "details": {"steps": [text, {text: text}]}},
-        {"time": 0.7, "kind": "fault", "text": text, "details": {}},
-        {"time": 0.8, "kind": "re-plan", "text": text, "details": {}},
+        {"time": 0.0, "kind": "task-selected", "text": text, "details": noted},
+        {"time": 0.2, "kind": "plan-accepted", "text": text, "details": {"steps": [text, {text: text}]}},
+        {"time": 0.7, "kind": "fault-started", "text": text, "details": {}},
+        {"time": 0.8, "kind": "replan", "text": text, "details": {}},
     ]
     out = written_run(folder, records, trace)
     return page_of(read_run_data(out), text, {}, text)

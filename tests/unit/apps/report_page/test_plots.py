@@ -24,9 +24,9 @@ def ended(status: str, *, failed: bool | None = None, reason: str = "") -> Skill
 def test_faults_stops_denials_and_re_plans_are_marked_in_order() -> None:
     left = RunData(
         events=[
-            TraceEvent(4.0, "re-plan", "re-plan 1: it failed", {}),
-            TraceEvent(0.5, "fault", "the object slips", {}),
-            TraceEvent(0.7, "waiting", "waits 1 s", {}),
+            TraceEvent(4.0, "replan", "re-plan 1: it failed", {}),
+            TraceEvent(0.5, "fault-started", "the object slips", {}),
+            TraceEvent(0.7, "wait-started", "waits 1 s", {}),
         ],
         decisions=[
             RecordedDecision(

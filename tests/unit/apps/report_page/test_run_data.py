@@ -10,7 +10,8 @@ import pytest
 
 from aeros.apps.report_page.page import page_of
 from aeros.apps.report_page.run_data import SkillExecution, read_run_data
-from tests.unit.apps.report_page.left_runs import decision, run_symbolic, written_run
+from aeros.spec.migrations.renamed_names import trace_to_2
+from tests.unit.apps.report_page.left_runs import decision, old_run, run_symbolic, written_run
 
 
 def test_steps_are_reported_with_role_and_outcome(tmp_path: Path) -> None:
@@ -30,6 +31,29 @@ def test_steps_are_reported_with_role_and_outcome(tmp_path: Path) -> None:
     assert left.samples == sorted(left.samples, key=lambda sample: sample[0])
 
 
+def test_a_run_with_old_event_names_is_read_as_one_with_current_names(tmp_path: Path) -> None:
+    old = read_run_data(old_run(tmp_path / "old"))
+    assert old.problems == []
+    assert old.chain is not None
+    assert old.chain.is_sound
+    kinds = [event.kind for event in old.events]
+    assert kinds[:3] == ["task-selected", "lifecycle", "plan-accepted"]
+    assert {"replan", "step-skipped"} <= set(kinds)
+    assert [kind for kind, _ in old.notes] == kinds
+    assert "make_dumplings.make_dumplings" in page_of(old, "old", {}, "")
+
+
+def test_a_trace_that_two_versions_wrote_is_read(tmp_path: Path) -> None:
+    out = old_run(tmp_path / "old")
+    lines = (out / "trace.jsonl").read_text().splitlines(keepends=True)
+    rest = trace_to_2("".join(lines[5:]))
+    (out / "trace.jsonl").write_text("".join(lines[:5]) + rest)
+    assert read_run_data(out).problems == []
+    (out / "trace.jsonl").write_text("".join(lines[:5]) + rest.replace("trace/2", "trace/3"))
+    (newer, _) = read_run_data(out).problems
+    assert "was written by a newer AEROS" in newer
+
+
 def test_a_trace_that_says_other_things_than_the_record_is_noticed(tmp_path: Path) -> None:
     out = run_symbolic(tmp_path)
     trace = out / "trace.jsonl"
@@ -39,7 +63,7 @@ def test_a_trace_that_says_other_things_than_the_record_is_noticed(tmp_path: Pat
 
 def test_a_fault_that_the_plant_told_is_no_contradiction(tmp_path: Path) -> None:
     out = run_symbolic(tmp_path)
-    fault = {"time": 1.0, "kind": "fault", "text": "slips", "details": {}}
+    fault = {"time": 1.0, "kind": "fault-started", "text": "slips", "details": {}}
     trace = out / "trace.jsonl"
     trace.write_text(json.dumps(fault) + "\n" + trace.read_text())
     left = read_run_data(out)
@@ -80,7 +104,7 @@ def test_details_of_another_form_are_passed_over(odd: object, tmp_path: Path) ->
         ]
     records += [
         ("note", {"event": kind, "details": {name: odd}})
-        for kind in ("step-ended", "run-ended", "routed", "plan")
+        for kind in ("step-ended", "run-ended", "task-selected", "plan-accepted")
         for name in ("skill", "instruction", "steps", "reached", "measured", "reason")
     ]
     out = written_run(tmp_path / "out", records)

@@ -12,9 +12,12 @@ from tests.unit.apps.report_page.left_runs import run_symbolic
 
 def test_the_latest_plan_is_drawn_with_how_its_parts_were_left() -> None:
     plans = [
-        TraceEvent(0.0, "plan", "", {"steps": ["m.a"]}),
+        TraceEvent(0.0, "plan-accepted", "", {"steps": ["m.a"]}),
         TraceEvent(
-            5.0, "plan", "", {"steps": ["m.a (retry 2)", "(if not x then (m.b) else nothing)", "m.c", "m.d"]}
+            5.0,
+            "plan-accepted",
+            "",
+            {"steps": ["m.a (retry 2)", "(if not x then (m.b) else nothing)", "m.c", "m.d"]},
         ),
     ]
     runs = [

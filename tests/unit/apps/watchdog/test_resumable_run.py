@@ -23,7 +23,14 @@ from tests.unit.sim.hosting.hosted import Hosting
 
 
 def asked(state: Path, **changed: object) -> Namespace:
-    given = {"instruction": "fetch", "seed": 3, "ecms": [], "out": Path("out"), "resume": False, "crashes": 5}
+    given = {
+        "instruction": "fetch",
+        "seed": 3,
+        "ecms": [],
+        "out": Path("out"),
+        "resume": False,
+        "max_crashes": 5,
+    }
     return Namespace(state=state, **{**given, **changed})
 
 
@@ -35,7 +42,7 @@ def test_what_was_asked_comes_back_wherever_it_is_resumed(
     save_run_options(asked(state))
     assert state.stat().st_mode & 0o777 == 0o700
     monkeypatch.chdir("/")
-    restored = load_run_options(asked(state, instruction=None, seed=0, resume=True, crashes=9))
+    restored = load_run_options(asked(state, instruction=None, seed=0, resume=True, max_crashes=9))
     assert vars(restored) == {
         "instruction": "fetch",
         "seed": 3,
@@ -44,7 +51,7 @@ def test_what_was_asked_comes_back_wherever_it_is_resumed(
         "state": state,
         # This command's own.
         "resume": True,
-        "crashes": 9,
+        "max_crashes": 9,
     }
 
 
@@ -80,7 +87,7 @@ def test_a_task_that_has_ended_ends_its_plant(tmp_path: Path) -> None:
     hosting.join().close()
     end_task(tmp_path, hosting.path)
     hosting.thread.join(20.0)
-    assert hosting.events()[-1] == "ended"
+    assert hosting.events()[-1] == "host-ended"
     assert not (tmp_path / "run.json").exists()
     # Where none is there any more, nothing is left to end.
     end_task(tmp_path, hosting.path)
@@ -97,7 +104,7 @@ def test_the_end_of_a_plant_is_waited_for(tmp_path: Path) -> None:
     with lock_folder(tmp_path / "plant"):
         waiting = Thread(target=wait)
         waiting.start()
-        hosting.until("ended")
+        hosting.until("host-ended")
         waiting.join(0.2)
         order.append("film written")
     waiting.join(20.0)

@@ -111,7 +111,7 @@ def test_whoever_is_killed_the_task_ends_and_nothing_is_done_twice_or_lost(seed:
 def test_an_agent_that_keeps_crashing_is_left_in_quarantine_and_released(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    watched = Watched.paused(tmp_path, "--crashes", "2")
+    watched = Watched.paused(tmp_path, "--max-crashes", "2")
     first = watched.agent()
     os.kill(first, signal.SIGKILL)
     os.kill(watched.until(lambda: watched.agent(other_than=first)), signal.SIGKILL)
@@ -165,7 +165,7 @@ def test_a_pause_outlasts_a_crash_and_so_does_a_stop(tmp_path: Path) -> None:
 def test_an_agent_that_hangs_is_killed_and_the_task_goes_on(tmp_path: Path) -> None:
     (tmp_path / "state").mkdir()
     (tmp_path / "state" / "checkpoint.json").write_text("what an earlier task left")
-    watched = Watched.paused(tmp_path, "--silence", "8")
+    watched = Watched.paused(tmp_path, "--heartbeat-timeout", "8")
     os.kill(watched.agent(), signal.SIGSTOP)
     asked("resume", watched.state)
     code, said = watched.end()
@@ -247,7 +247,7 @@ def test_a_bag_does_not_go_with_a_watchdog(tmp_path: Path, capsys: pytest.Captur
 @pytest.mark.physics
 def test_without_its_plant_a_task_ends_and_is_not_gone_on_with_on_another(tmp_path: Path) -> None:
     # On physics seconds pass between the end of the first step and that of the task.
-    watched = Watched(tmp_path, "--plant", "physics", "--no-record")
+    watched = Watched(tmp_path, "--plant", "physics", "--no-video")
     watched.until(lambda: watched.notes("step-ended"))
     plant = json.loads((watched.state / "plant" / "agent.lock").read_text())["pid"]
     os.kill(plant, signal.SIGKILL)

@@ -52,7 +52,9 @@ def said(links: Iterable[CausalLink]) -> list[str]:
                 "`dirt` is not measured; `tidy.wipe` needs it measured",
             ],
         ),
-        ([note("not-routed", reason="no installed module provides “fly”")],
+        ([note("task-not-found", reason="no installed module provides “fly”")],
+         "no installed module provides “fly”", ["no installed module provides “fly”"], []),
+        ([note("not-routed", reason="no installed module provides “fly”")],  # its old name
          "no installed module provides “fly”", ["no installed module provides “fly”"], []),
         (DENIED[:3], "the record does not say how the run ended: it goes on, or was killed",
          ["tidy.wipe ended as denied: AE750", "the gate denied it"],
@@ -216,7 +218,7 @@ events = st.sampled_from(
         "plan-rejected",
         "broken-assumption",
         "run-ended",
-        "not-routed",
+        "task-not-found",
     ]
 )
 

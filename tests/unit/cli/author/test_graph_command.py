@@ -38,7 +38,7 @@ def test_the_rules_are_drawn_in_their_order(capsys: pytest.CaptureFixture[str]) 
 
 
 def test_the_closed_loop_has_every_outcome(capsys: pytest.CaptureFixture[str]) -> None:
-    assert graph("--what", "closed-loop", "--format", "dot") == Exit.SUCCESS
+    assert graph("--kind", "closed-loop", "--format", "dot") == Exit.SUCCESS
     shown = capsys.readouterr().out
     assert set(re.findall(r"(\w+) → (\w+)", shown)) == {
         ("pick_cloth", "picked"),
@@ -53,15 +53,15 @@ def test_the_closed_loop_has_every_outcome(capsys: pytest.CaptureFixture[str]) -
 
 @pytest.mark.parametrize("what", ["rules", "closed-loop"])
 def test_every_arrow_of_every_format_joins_two_nodes(what: str, capsys: pytest.CaptureFixture[str]) -> None:
-    graph("--what", what, "--format", "mermaid")
+    graph("--kind", what, "--format", "mermaid")
     shown = capsys.readouterr().out
     nodes = set(re.findall(r"^  (\w+)[\[({]", shown, re.MULTILINE))
     arrows = re.findall(r"^  (\w+) -\S+ ?(?:\S.*\| )?(\w+)$", shown, re.MULTILINE)
     assert {name for arrow in arrows for name in arrow} == nodes
-    graph("--what", what, "--format", "dot")
+    graph("--kind", what, "--format", "dot")
     shown = capsys.readouterr().out
     assert re.findall(r"^  (\w+) -> (\w+) ", shown, re.MULTILINE) == arrows
-    graph("--what", what, "--format", "svg")
+    graph("--kind", what, "--format", "svg")
     tree = ET.fromstring(capsys.readouterr().out)  # noqa: S314 - our own output
     assert len(tree.findall(".//{*}path[@marker-end]")) == len(arrows)
 
@@ -70,21 +70,21 @@ def test_what_cannot_reach_the_goal_stands_out(tmp_path: Path, capsys: pytest.Ca
     shutil.copytree(BASE / "tidy", tmp_path / "tidy")
     manifest = tmp_path / "tidy" / "ecm.yaml"
     manifest.write_text(manifest.read_text().replace("wiped: {effects: {bench_clean: true}, ", "wiped: {"))
-    assert main(["graph", str(tmp_path / "tidy"), *SITE, "--what", "closed-loop", "--format", "dot"]) == 0
+    assert main(["graph", str(tmp_path / "tidy"), *SITE, "--kind", "closed-loop", "--format", "dot"]) == 0
     assert "octagon" in capsys.readouterr().out
 
 
 CORPUS = Path(__file__).parents[3] / "corpus"
 NESTED = (
     *("graph", str(CORPUS / "accepted" / "sequence_in_a_branch_in_a_sequence")),
-    *("--site", str(CORPUS / "site" / "table.yaml"), "--what", "composition"),
+    *("--site", str(CORPUS / "site" / "table.yaml"), "--kind", "composition"),
 )
 
 
 def test_an_unknown_composition_is_a_usage_error(capsys: pytest.CaptureFixture[str]) -> None:
     assert main([*NESTED, "--composition", "composd"]) == Exit.USAGE
     assert "has no composition `composd`; did you mean `composed`?" in capsys.readouterr().err
-    assert graph("--what", "composition", "--composition", "c") == Exit.USAGE
+    assert graph("--kind", "composition", "--composition", "c") == Exit.USAGE
     assert capsys.readouterr().err == "aeros: `tidy` has no composition `c`; it has clean_once\n"
 
 
@@ -95,7 +95,7 @@ def test_a_module_without_compositions_has_none_to_draw(capsys: pytest.CaptureFi
 
 
 def test_layers_go_down_and_boxes_do_not_touch(capsys: pytest.CaptureFixture[str]) -> None:
-    graph("--what", "closed-loop", "--format", "svg")
+    graph("--kind", "closed-loop", "--format", "svg")
     tree = ET.fromstring(capsys.readouterr().out)  # noqa: S314 - our own output
     boxes = [one for one in tree.findall("{*}rect") if one.get("rx")]
     rows: dict[float, list[tuple[float, float]]] = {}
@@ -116,7 +116,7 @@ def test_a_loop_over_numbers_is_not_drawn(tmp_path: Path, capsys: pytest.Capture
     shutil.copytree(BASE / "tidy", tmp_path / "tidy")
     manifest = tmp_path / "tidy" / "ecm.yaml"
     manifest.write_text(manifest.read_text().replace("goal: bench_clean", "goal: human_distance > 1 m"))
-    arguments = ["graph", str(tmp_path / "tidy"), *SITE, "--what", "closed-loop"]
+    arguments = ["graph", str(tmp_path / "tidy"), *SITE, "--kind", "closed-loop"]
     assert main(arguments) == Exit.REJECTED
     assert (
         "depends on `human_distance`, which is neither a truth value nor an enum" in capsys.readouterr().err

@@ -18,7 +18,7 @@ FILES = ["test_tidy.py", "tidy", "tidy/ecm.yaml", "tidy/skills.py"]
 
 
 def _new(folder: Path, *arguments: str, name: str = "tidy") -> int:
-    return main(["new", "ecm", name, "--in", str(folder), *arguments])
+    return main(["new", "ecm", name, "--parent", str(folder), *arguments])
 
 
 def _usage(folder: Path, *arguments: str, name: str = "tidy") -> int:
@@ -55,7 +55,7 @@ def test_a_new_module_is_proved_and_runs_at_once(tmp_path: Path, capsys: pytest.
 def test_a_new_module_runs_in_physics_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     _new(tmp_path)
     main(["verify", str(tmp_path / "tidy")])
-    assert _run(tmp_path, "tidy", "--no-record") == Exit.SUCCESS
+    assert _run(tmp_path, "tidy", "--no-video") == Exit.SUCCESS
     assert "measured on the physics plant: holding = true" in capsys.readouterr().out
 
 
@@ -64,7 +64,7 @@ def test_the_commands_it_names_next_are_those_that_work(
 ) -> None:
     folder = tmp_path / "my modules"
     folder.mkdir()
-    assert _new(folder, "--task", "Pick it-up") == Exit.SUCCESS
+    assert _new(folder, "--instruction", "Pick it-up") == Exit.SUCCESS
     said = capsys.readouterr().out.splitlines()
     commands = [line.strip() for line in said[said.index("next:") + 1 :]]
     assert len(commands) == 2
@@ -130,14 +130,14 @@ def test_a_bad_name_is_refused_with_a_better_one(
 def test_words_that_could_not_ask_for_a_task_are_refused(
     words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert _usage(tmp_path, f"--task={words}") == Exit.USAGE
+    assert _usage(tmp_path, f"--instruction={words}") == Exit.USAGE
     assert 'as in "pick up"' in capsys.readouterr().err
     assert _below(tmp_path) == []
 
 
 @pytest.mark.parametrize("words", ["null", "12", "Räum auf"])
 def test_words_that_yaml_might_misread_still_ask_for_the_task(words: str, tmp_path: Path) -> None:
-    assert _new(tmp_path, f"--task={words}") == Exit.SUCCESS
+    assert _new(tmp_path, f"--instruction={words}") == Exit.SUCCESS
     assert main(["verify", str(tmp_path / "tidy")]) == Exit.SUCCESS
     assert _run(tmp_path, f"please {words} now", "--plant", "symbolic") == Exit.SUCCESS
 
@@ -165,7 +165,7 @@ def test_what_is_there_already_stays(
             path.symlink_to("nowhere")
     assert _new(tmp_path) == Exit.REJECTED
     said = capsys.readouterr().err
-    assert f"`{path}` exists already; choose another name, or another folder with --in" in said
+    assert f"`{path}` exists already; choose another name, or another folder with --parent" in said
     assert _below(tmp_path) == [taken]
 
 
@@ -184,7 +184,7 @@ def test_a_place_that_cannot_be_written_to_is_refused(
     assert _new(folder) == Exit.REJECTED
     said = capsys.readouterr().err
     assert f"cannot write to `{folder}`" in said
-    assert "choose another with --in" in said
+    assert "choose another with --parent" in said
 
 
 def test_for_a_site_of_ones_own_its_tests_verify_under_that_site(tmp_path: Path) -> None:
@@ -228,5 +228,5 @@ def test_help_has_examples_and_exit_codes(capsys: pytest.CaptureFixture[str]) ->
         main(["new", "--help"])
     assert left.value.code == 0
     said = capsys.readouterr().out
-    assert "aeros new ecm tidy --in ecms" in said
+    assert "aeros new ecm tidy --parent ecms" in said
     assert "exit codes:" in said

@@ -31,7 +31,7 @@ def test_a_plan_says_what_is_done_where_outcomes_differ(capsys: pytest.CaptureFi
 
 def test_any_goal_may_be_planned_for_and_the_plan_be_had_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     goal = "object_grasped and not object_delivered"
-    given = ["--goal", goal, "--start", "robot_at_target=true", "--start", "object_detected=true"]
+    given = ["--goal", goal, "--initial", "robot_at_target=true", "--initial", "object_detected=true"]
     assert main(["plan", *given, *ECMS, "--format", "json"]) == Exit.SUCCESS
     shown = json.loads(capsys.readouterr().out)
     assert shown["schema"] == "aeros/plan/1"
@@ -44,9 +44,9 @@ def test_any_goal_may_be_planned_for_and_the_plan_be_had_as_json(capsys: pytest.
 
 def test_where_there_is_no_plan_it_is_said_why(capsys: pytest.CaptureFixture[str]) -> None:
     goal = ["--goal", "table_wiped and not estop_pressed"]
-    assert main(["plan", *goal, "--start", "estop_pressed=unknown", *ECMS]) == Exit.REJECTED
+    assert main(["plan", *goal, "--initial", "estop_pressed=unknown", *ECMS]) == Exit.REJECTED
     assert "`estop_pressed` is not measured, and no skill sets it" in capsys.readouterr().out
-    assert main(["plan", *goal, "--start", "estop_pressed=true", *ECMS]) == Exit.REJECTED
+    assert main(["plan", *goal, "--initial", "estop_pressed=true", *ECMS]) == Exit.REJECTED
     assert "`not estop_pressed`, which does not hold now, and no skill" in capsys.readouterr().out
 
 
@@ -62,8 +62,8 @@ def test_a_goal_that_holds_already_needs_no_plan(capsys: pytest.CaptureFixture[s
         (["--goal", "table_wipd"], Exit.REJECTED, "did you mean `table_wiped`?"),
         (["--goal", "tool_speed > 3 m"], Exit.REJECTED, "--goal:1:14"),
         (["fly away"], Exit.REJECTED, "no installed module provides"),
-        (["clean", "--start", "table_wipd=true"], Exit.USAGE, "did you mean `table_wiped`?"),
-        (["clean", "--start", "table_wiped=3 m"], Exit.REJECTED, "--start table_wiped:1:1"),
+        (["clean", "--initial", "table_wipd=true"], Exit.USAGE, "did you mean `table_wiped`?"),
+        (["clean", "--initial", "table_wiped=3 m"], Exit.REJECTED, "--initial table_wiped:1:1"),
     ],
 )
 def test_what_cannot_be_meant_is_refused(
@@ -100,7 +100,7 @@ def test_a_plan_may_lead_through_the_skills_of_several_modules(
 def test_no_plan_in_time_leaves_the_robot_where_it_is(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    arguments = ["--planner", "smt", "--plan-within", "0.000001", "--timeout", "2"]
+    arguments = ["--planner", "smt", "--planning-timeout", "0.000001", "--timeout", "2"]
     assert _run(tmp_path, *arguments) == Exit.REJECTED
     said = capsys.readouterr().out
     assert "there was no plan within 1e-06 s; stands still" in said
@@ -111,7 +111,7 @@ def test_no_plan_in_time_leaves_the_robot_where_it_is(
     ("arguments", "said"),
     [
         (["--goal", "dumpling_cooked", "--planner", "rules"], "--goal requires --planner smt"),
-        (["--plan-within", "5"], "--plan-within requires --planner smt"),
+        (["--planning-timeout", "5"], "--planning-timeout requires --planner smt"),
         (["--composition", "any", "--planner", "smt"], "cannot be combined with --planner or --goal"),
     ],
 )
@@ -169,7 +169,10 @@ def test_a_plan_from_elsewhere_is_judged(
         (["check", "no.plan", "make dumplings"], "the plan to check: `no.plan`: No such file or directory"),
         (["check", "ecms"], "give an instruction or --goal"),
         (["make", "dumplings"], 'an instruction is one argument: "make dumplings"'),
-        (["check", "ecms", "make dumplings", "--pddl", "out"], "`check` cannot be combined with --pddl"),
+        (
+            ["check", "ecms", "make dumplings", "--export-pddl", "out"],
+            "`check` cannot be combined with --export-pddl",
+        ),
     ],
 )
 def test_what_is_to_be_judged_has_to_be_said(
@@ -198,12 +201,15 @@ def test_a_judgement_may_be_had_as_json(tmp_path: Path, capsys: pytest.CaptureFi
 
 
 def test_the_same_problem_may_be_had_in_pddl(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    unknown = ["--start", "wrapper_aligned=unknown"]
-    assert main(["plan", "make dumplings", *unknown, *ECMS, "--pddl", str(tmp_path / "pddl")]) == Exit.SUCCESS
+    unknown = ["--initial", "wrapper_aligned=unknown"]
+    assert (
+        main(["plan", "make dumplings", *unknown, *ECMS, "--export-pddl", str(tmp_path / "pddl")])
+        == Exit.SUCCESS
+    )
     domain = (tmp_path / "pddl" / "domain.pddl").read_text()
     assert "(:action make_dumplings-recover-aligned" in domain
     assert ":effect (and (wrapper_aligned) (not (unknown-wrapper_aligned)))" in domain
     assert "(:init (unknown-wrapper_aligned))" in (tmp_path / "pddl" / "problem.pddl").read_text()
     (tmp_path / "file").write_text("")
-    assert main(["plan", "make dumplings", *ECMS, "--pddl", str(tmp_path / "file")]) == Exit.REJECTED
+    assert main(["plan", "make dumplings", *ECMS, "--export-pddl", str(tmp_path / "file")]) == Exit.REJECTED
     assert "cannot write to" in capsys.readouterr().err

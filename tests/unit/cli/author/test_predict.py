@@ -15,7 +15,7 @@ from aeros.exit_codes import Exit
 ROOT = Path(__file__).parents[4]
 CORPUS = ROOT / "tests" / "corpus"
 CLEAN, DUMPLINGS = str(ROOT / "ecms" / "clean_table"), str(ROOT / "ecms" / "make_dumplings")
-SURE = ("--set", "organize.left_over=0", "--set", "verify.verified=1")
+SURE = ("--probability", "organize.left_over=0", "--probability", "verify.verified=1")
 """Skills after wiping never fail."""
 
 
@@ -28,8 +28,8 @@ def predictions(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str
 
 
 def test_the_text_says_what_was_asked_and_what_comes_of_it(capsys: pytest.CaptureFixture[str]) -> None:
-    certain = ["--set", "wipe.wiped=70%", *SURE]
-    assert main(["predict", CLEAN, *certain, "--replans", "0"]) == Exit.SUCCESS
+    certain = ["--probability", "wipe.wiped=70%", *SURE]
+    assert main(["predict", CLEAN, *certain, "--max-replans", "0"]) == Exit.SUCCESS
     assert capsys.readouterr().out.splitlines() == [
         "clean_table.clean_table at panda_cell, at most 0 re-plans",
         "from clutter_on_table = true, sponge_seen = true, table_organized = false, table_verified = false, "
@@ -44,7 +44,7 @@ def test_the_text_says_what_was_asked_and_what_comes_of_it(capsys: pytest.Captur
 
 
 def test_json_has_exact_fractions_and_the_start(capsys: pytest.CaptureFixture[str]) -> None:
-    found = predictions(capsys, CLEAN, "--set", "wipe.streaky=3/10", *SURE, "--replans=1")
+    found = predictions(capsys, CLEAN, "--probability", "wipe.streaky=3/10", *SURE, "--max-replans=1")
     assert found["module"] == found["task"] == "clean_table"
     assert found["replans_at_most"] == 1
     assert found["start"]["clutter_on_table"] is True
@@ -54,13 +54,13 @@ def test_json_has_exact_fractions_and_the_start(capsys: pytest.CaptureFixture[st
 
 @pytest.mark.parametrize(("tries", "exact"), [(0, "7/10"), (2, "973/1000"), (3, "9919/10000")])
 def test_a_retry_budget_can_be_asked_for(tries: int, exact: str, capsys: pytest.CaptureFixture[str]) -> None:
-    chances = ("--set", "wipe.wiped=0.7", *SURE)
-    found = predictions(capsys, CLEAN, *chances, "--replans=0", f"--retry=wipe={tries}")
+    chances = ("--probability", "wipe.wiped=0.7", *SURE)
+    found = predictions(capsys, CLEAN, *chances, "--max-replans=0", f"--max-retries=wipe={tries}")
     assert found["success"]["exact"] == exact
 
 
 def test_fractions_longer_than_python_writes_are_written(capsys: pytest.CaptureFixture[str]) -> None:
-    found = predictions(capsys, CLEAN, "--set", "wipe.wiped=0.000000001", "--replans", "300")
+    found = predictions(capsys, CLEAN, "--probability", "wipe.wiped=0.000000001", "--max-replans", "300")
     assert len(found["success"]["exact"]) > 10_000
     assert 0 < found["success"]["decimal"] < 1e-5
 
@@ -68,14 +68,14 @@ def test_fractions_longer_than_python_writes_are_written(capsys: pytest.CaptureF
 @pytest.mark.parametrize(
     "arguments",
     [
-        ["--set", "wrap=0.7"],
-        ["--set", "wrap.wrapped=1e-999999999"],
-        ["--set", "wrap.wrapped=1.5"],
-        ["--set", "wrap.wrapped=1/0"],
-        ["--set", "wrap.wrapped=-1"],
-        ["--retry", "wrap"],
-        ["--retry", "wrap=many"],
-        ["--replans", "-1"],
+        ["--probability", "wrap=0.7"],
+        ["--probability", "wrap.wrapped=1e-999999999"],
+        ["--probability", "wrap.wrapped=1.5"],
+        ["--probability", "wrap.wrapped=1/0"],
+        ["--probability", "wrap.wrapped=-1"],
+        ["--max-retries", "wrap"],
+        ["--max-retries", "wrap=many"],
+        ["--max-replans", "-1"],
     ],
 )
 def test_what_is_not_well_formed_is_a_usage_error(
@@ -92,11 +92,14 @@ def test_what_is_not_well_formed_is_a_usage_error(
     [
         ([str(ROOT / "ecms")], "holds several modules; name one"),
         ([DUMPLINGS, "--task", "bake"], "has no task `bake`; it has make_dumplings"),
-        ([DUMPLINGS, "--set", "fry.done=1"], "has no skill `fry`"),
-        ([DUMPLINGS, "--set", "wrap.done=1"], "`wrap` has no outcome `done`"),
-        ([DUMPLINGS, "--set", "wrap.wrapped=1", "--set", "wrap.spoilt=1"], "are not a distribution"),
-        ([DUMPLINGS, "--retry", "wrap=4"], "`--retry wrap=4`: panda_cell allows at most 3"),
-        ([DUMPLINGS, "--retry", "fry=1"], "no rule of `make_dumplings` runs `fry`"),
+        ([DUMPLINGS, "--probability", "fry.done=1"], "has no skill `fry`"),
+        ([DUMPLINGS, "--probability", "wrap.done=1"], "`wrap` has no outcome `done`"),
+        (
+            [DUMPLINGS, "--probability", "wrap.wrapped=1", "--probability", "wrap.spoilt=1"],
+            "are not a distribution",
+        ),
+        ([DUMPLINGS, "--max-retries", "wrap=4"], "`--max-retries wrap=4`: panda_cell allows at most 3"),
+        ([DUMPLINGS, "--max-retries", "fry=1"], "no rule of `make_dumplings` runs `fry`"),
     ],
 )
 def test_what_the_module_does_not_have_is_a_usage_error(

@@ -144,7 +144,7 @@ def test_the_reaction_beside_a_slow_planner_is_drawn_along_its_latency(tmp_path:
     ("arguments", "said"),
     [
         (["44"], "there is no experiment `44`"),
-        (["4", "--enter", "flatt"], "there is no architecture `flatt`"),
+        (["4", "--architecture", "flatt"], "there is no architecture `flatt`"),
         (["4", "--executor", "ray://"], "expected `dask://HOST:PORT`"),
         (["4", "--out", "/proc/nobody"], "cannot write to `/proc/nobody`"),
     ],

@@ -60,9 +60,9 @@ DENIAL = denied("AE750", "separation", module="handling", skill="slowly", asked=
     ("options", "matches"),
     [
         ((), True),
-        (("--verdict", "DENY"), True),
-        (("--verdict", "ALLOW"), False),
-        (("--verdict", "ALLOW", "--verdict", "DENY"), True),
+        (("--decision", "DENY"), True),
+        (("--decision", "ALLOW"), False),
+        (("--decision", "ALLOW", "--decision", "DENY"), True),
         (("--module", "handling"), True),
         (("--module", "hand"), False),
         (("--skill", "slowly"), True),
@@ -75,10 +75,10 @@ DENIAL = denied("AE750", "separation", module="handling", skill="slowly", asked=
         (("--rule", "no"), False),
         (("--event", "decision"), True),
         (("--event", "note"), False),
-        (("--verdict", "DENY", "--kind", "carry"), False),
-        (("--from", "5", "--to", "5"), True),
-        (("--from", "6"), False),
-        (("--to", "4"), False),
+        (("--decision", "DENY", "--kind", "carry"), False),
+        (("--from-record", "5", "--to-record", "5"), True),
+        (("--from-record", "6"), False),
+        (("--to-record", "4"), False),
         (("--since", "1970-01-01T00:16:40+00:00"), True),
         (("--since", "1970-01-01T00:16:41+00:00"), False),
         (("--until", "1970-01-01T00:16:40+00:00"), True),
@@ -91,7 +91,7 @@ def test_a_record_is_selected_by_all_of_its_options(options: tuple[str, ...], *,
 
 def test_the_verdict_of_what_is_no_decision_matches_nothing() -> None:
     noted = record("note", verdict="DENY", asked="move", reasons=[["AE750", "separation", "no"]])
-    assert not matches_filters(noted, filters("--verdict", "DENY"))
+    assert not matches_filters(noted, filters("--decision", "DENY"))
     assert not matches_filters(noted, filters("--rule", "separation"))
     assert not matches_filters(noted, filters("--kind", "move"))
 
@@ -144,7 +144,8 @@ def test_a_line_has_number_time_event_and_summary() -> None:
             record("step-ended", module="m", skill="s", status="denied", reason="r"),
             "step-ended      m.s: denied: r",
         ),
-        (record("note", event="plan"), "note            plan"),
+        (record("note", event="plan"), "note            plan-accepted"),
+        (record("note", event="plan-rejected"), "note            plan-rejected"),
         (record("note", count=1), 'note            {"count": 1}'),
         (record("note", event="x\x1b[2J"), "note            x\\x1b[2J"),
     ],

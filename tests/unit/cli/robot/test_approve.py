@@ -25,11 +25,11 @@ def test_the_operator_lists_approves_and_refuses(tmp_path: Path, capsys: pytest.
     assert f"{one}  execute, requested by evil\\x1b[2J, 0 s ago\n    a.b\n    until x\n" in listed
     assert f"{other}  resume" in listed
     assert main(["approve", one, *state]) == Exit.SUCCESS
-    assert main(["approve", other, "--refuse", *state]) == Exit.SUCCESS
+    assert main(["approve", other, "--reject", *state]) == Exit.SUCCESS
     assert approvals.consume(one) is not None
     assert approvals.is_rejected(other)
     assert main(["approve", one, *state]) == Exit.REJECTED
-    assert main(["approve", "--refuse", *state]) == Exit.USAGE
+    assert main(["approve", "--reject", *state]) == Exit.USAGE
     assert main(["approve", "--format", "json", *state]) == Exit.SUCCESS
     assert json.loads(capsys.readouterr().out.splitlines()[-1]) == []
 
@@ -71,8 +71,8 @@ def test_an_answer_is_confirmed_and_an_unknown_request_refused(
     one, other = approvals.request(WHAT), approvals.request({**WHAT, "goal": "y"})
     assert main(["approve", one, *state]) == Exit.SUCCESS
     assert capsys.readouterr().out == f"{one} is approved, once and within ten minutes\n"
-    assert main(["approve", other, "--refuse", *state]) == Exit.SUCCESS
-    assert capsys.readouterr().out == f"{other} is refused\n"
+    assert main(["approve", other, "--reject", *state]) == Exit.SUCCESS
+    assert capsys.readouterr().out == f"{other} is rejected\n"
     assert main(["approve", "\x1b[2J", *state]) == Exit.REJECTED
     said = capsys.readouterr()
     assert said.out == ""

@@ -44,7 +44,7 @@ class Fed:
         return [decision["verdict"] for decision in decisions]
 
     def examples(self, skill: str, mode: str = "compiled") -> list[bytes]:
-        found = self.run(b"", "--skill", skill, "--gate", mode, "--example")
+        found = self.run(b"", "--skill", skill, "--gate", mode, "--print-examples")
         return [json.dumps(request).encode() for request in found]
 
 
@@ -214,7 +214,7 @@ def test_examples_hold_whole_numbers_and_histories(
         "--skill",
         "feed",
     ]
-    assert main([*counting, "--example"]) == Exit.SUCCESS
+    assert main([*counting, "--print-examples"]) == Exit.SUCCESS
     (line,) = capsys.readouterr().out.splitlines()
     assert "count within 60 s (pressed and (not (previously pressed)))" in json.loads(line)["state"]
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(line.encode())))

@@ -29,7 +29,7 @@ SITE = replace(site(), limits=replace(site().limits, planning=Fraction(10)))
 
 
 def options(**given: Any) -> Namespace:
-    names = ("composition", "planner", "goal", "llm_url", "llm_model", "engine", "plan_within")
+    names = ("composition", "planner", "goal", "llm_url", "llm_model", "pddl_engine", "planning_timeout")
     return Namespace(**{**dict.fromkeys(names), **given})
 
 
@@ -45,7 +45,7 @@ def test_by_default_the_rules_of_the_task_plan() -> None:
 def test_a_goal_is_searched_for() -> None:
     assert type(built(goal="dumpling_cooked")) is SmtPlanner
     assert type(built(planner="smt")) is SmtPlanner
-    assert type(built(goal="dumpling_cooked", planner="smt", plan_within=1.0)) is SmtPlanner
+    assert type(built(goal="dumpling_cooked", planner="smt", planning_timeout=1.0)) is SmtPlanner
 
 
 def test_a_composition_of_the_module_is_its_own_planner() -> None:
@@ -65,7 +65,7 @@ def test_a_composition_that_the_module_lacks_is_refused(name: str, hint: str) ->
 
 def test_an_engine_plans_pddl() -> None:
     pytest.importorskip("unified_planning", reason="needs `pip install 'aeros[pddl]'`")
-    assert type(built(planner="pddl", engine="pyperplan")) is PddlPlanner
+    assert type(built(planner="pddl", pddl_engine="pyperplan")) is PddlPlanner
     assert type(built(planner="pddl")) is PddlPlanner
 
 
@@ -80,11 +80,11 @@ def test_an_engine_plans_pddl() -> None:
         ({"llm_url": "http://x/v1", "llm_model": "m"}, "must be given together"),
         ({"llm_url": "http://x/v1"}, "must be given together"),
         ({"llm_model": "m", "planner": "smt"}, "must be given together"),
-        ({"engine": "pyperplan"}, "--engine requires --planner pddl"),
-        ({"engine": "pyperplan", "planner": "smt"}, "--engine requires --planner pddl"),
-        ({"plan_within": 1.0}, "--plan-within requires --planner smt, pddl or llm"),
-        ({"plan_within": 1.0, "planner": "rules"}, "--plan-within requires"),
-        ({"plan_within": 1.0, "composition": "all_at_once"}, "--plan-within requires"),
+        ({"pddl_engine": "pyperplan"}, "--pddl-engine requires --planner pddl"),
+        ({"pddl_engine": "pyperplan", "planner": "smt"}, "--pddl-engine requires --planner pddl"),
+        ({"planning_timeout": 1.0}, "--planning-timeout requires --planner smt, pddl or llm"),
+        ({"planning_timeout": 1.0, "planner": "rules"}, "--planning-timeout requires"),
+        ({"planning_timeout": 1.0, "composition": "all_at_once"}, "--planning-timeout requires"),
     ],
 )
 def test_options_that_contradict_each_other_are_usage_errors(given: dict[str, Any], message: str) -> None:
@@ -101,7 +101,7 @@ def test_a_language_model_leaves_a_fifth_of_the_time_to_the_other_planner(
 ) -> None:
     pytest.importorskip("httpx", reason="needs `pip install 'aeros[llm]'`")
     monkeypatch.setenv(LLM_KEY, "sk-1")
-    planner = built(**LLM, plan_within=within)
+    planner = built(**LLM, planning_timeout=within)
     assert planner.name == "llm tiny"
     assert planner._within == pytest.approx(asked)
     assert planner._endpoint.api_key == "sk-1"
@@ -120,7 +120,7 @@ def test_without_its_library_no_language_model_is_asked(monkeypatch: pytest.Monk
 
 
 def test_only_planners_that_search_have_a_time_limit() -> None:
-    assert planning_timeout(options(plan_within=3.0), SmtPlanner(SITE)) == 3.0
+    assert planning_timeout(options(planning_timeout=3.0), SmtPlanner(SITE)) == 3.0
     assert planning_timeout(options(), SmtPlanner(SITE)) == inf
-    assert planning_timeout(options(plan_within=3.0), RulePlanner()) is None
+    assert planning_timeout(options(planning_timeout=3.0), RulePlanner()) is None
     assert planning_timeout(options(), CompositionPlanner("x")) is None

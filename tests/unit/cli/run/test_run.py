@@ -66,7 +66,7 @@ def test_a_scene_that_is_not_there_is_refused(
 def test_a_run_leaves_a_trace_and_a_sound_audit_log(tmp_path: Path) -> None:
     assert _run(tmp_path, "--plant", "symbolic") == Exit.SUCCESS
     events = [json.loads(line) for line in (tmp_path / "out" / "trace.jsonl").read_text().splitlines()]
-    assert [event["kind"] for event in events][:2] == ["routed", "lifecycle"]
+    assert [event["kind"] for event in events][:2] == ["task-selected", "lifecycle"]
     assert events[-1]["kind"] == "run-ended"
     report = verify_log(tmp_path / "out" / "audit.jsonl")
     assert report.bad_record is None
@@ -256,8 +256,8 @@ def test_without_a_bag_nothing_of_ros_is_imported() -> None:
 
 
 def test_a_plant_without_people_refuses_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert _run(tmp_path, "--plant", "symbolic", "--person", "at_the_bench") == Exit.REJECTED
-    assert "`--person` needs the physics plant" in capsys.readouterr().err
+    assert _run(tmp_path, "--plant", "symbolic", "--people", "at_the_bench") == Exit.REJECTED
+    assert "`--people` needs the physics plant" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
 
@@ -267,7 +267,7 @@ def test_people_that_cannot_be_are_refused_with_the_line_before_anything_is_writ
 ) -> None:
     file = tmp_path / "people.yaml"
     file.write_text("schema: aeros/people/1\ndescription: x\npeople: {guest: {path: [{at: [1 m, 2 kg]}]}}\n")
-    assert _run(tmp_path, "--person", str(file)) == Exit.REJECTED
+    assert _run(tmp_path, "--people", str(file)) == Exit.REJECTED
     assert "error[AE204]" in (said := capsys.readouterr().err)
     assert "people.yaml:3:" in said
     assert not (tmp_path / "out").exists()

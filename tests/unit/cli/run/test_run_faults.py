@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[4]
 
 def arguments(folder: Path, instruction: str, faults: str, *more: str) -> list[str]:
     return ["run", instruction, "--ecms", str(ROOT / "ecms"), "--state", str(folder / "state"),
-            "--out", str(folder / "out"), "--no-record", "--faults", faults, *more]  # fmt: skip
+            "--out", str(folder / "out"), "--no-video", "--faults", faults, *more]  # fmt: skip
 
 
 def trace_of(folder: Path) -> list[dict[str, Any]]:
@@ -174,7 +174,7 @@ def test_the_agent_puts_right(case: str, tmp_path: Path, monkeypatch: pytest.Mon
     done = truth_at_the_end(monkeypatch)
     assert main(arguments(tmp_path, instruction, faults, "--seed", str(seed))) == Exit.SUCCESS
     trace = trace_of(tmp_path)
-    (fault_event,) = [event for event in trace if event["kind"] == "fault"]
+    (fault_event,) = [event for event in trace if event["kind"] == "fault-started"]
     assert fault_event["details"] == {"fault": "it", "opportunity": 1}
     assert [
         f"{event['details']['skill'].partition('.')[2]} {event['details']['outcome']}"
@@ -205,7 +205,7 @@ def test_the_same_seed_leaves_the_same_trace_in_another_process_and_another_seed
             subprocess.run(command, env=environment, cwd=ROOT, check=False, capture_output=True)
         else:
             main(words)
-        assert any(event["kind"] == "fault" for event in trace_of(folder))
+        assert any(event["kind"] == "fault-started" for event in trace_of(folder))
         return hashlib.sha256((folder / "out" / "trace.jsonl").read_bytes()).hexdigest()
 
     here = digest("here", 3, elsewhere=False)

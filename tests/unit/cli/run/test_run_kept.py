@@ -127,7 +127,7 @@ def test_an_mcap_file_says_what_trace_and_audit_log_say(
     plant: str, task: str, least: int, goal: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "kept" / "run.mcap"
-    given = ["--plant", plant, "--mcap", str(file)] + (["--no-record"] if plant == "physics" else [])
+    given = ["--plant", plant, "--mcap", str(file)] + (["--no-video"] if plant == "physics" else [])
     assert main(arguments(tmp_path, *given, task=task)) == Exit.SUCCESS
     assert f"mcap       {file}\n" in capsys.readouterr().out
     assert list(file.parent.iterdir()) == [file]
@@ -172,10 +172,10 @@ def test_the_file_alone_says_how_to_read_it(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        (["--record", "run.avi"], "`run.avi`: expected a file named *.webp, *.gif, *.mp4"),
-        (["--record", "run"], "`run`: expected a file named *.webp, *.gif, *.mp4"),
+        (["--video", "run.avi"], "`run.avi`: expected a file named *.webp, *.gif, *.mp4"),
+        (["--video", "run"], "`run`: expected a file named *.webp, *.gif, *.mp4"),
         (["--mcap", "run.bag"], "`run.bag`: expected a file named *.mcap"),
-        (["--record", "run.gif", "--no-record"], "not allowed with argument --record"),
+        (["--video", "run.gif", "--no-video"], "not allowed with argument --video"),
         (["--mcap", "run.mcap", "--bag", "bag"], "not allowed with argument --mcap"),
     ],
 )
@@ -190,7 +190,7 @@ def test_what_cannot_be_meant_is_refused(
 
 
 @pytest.mark.parametrize("plant", ["symbolic", "kinematic"])
-@pytest.mark.parametrize("given", [["--record", "run.gif"], ["--view"]])
+@pytest.mark.parametrize("given", [["--video", "run.gif"], ["--view"]])
 def test_a_plant_in_which_there_is_nothing_to_be_seen_refuses_to_show_it(
     plant: str, given: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -216,8 +216,8 @@ def test_a_film_that_is_there_is_refused_before_anything_moves(
 ) -> None:
     film = tmp_path / "run.gif"
     film.write_bytes(b"mine")
-    assert main(arguments(tmp_path, "--record", str(film))) == Exit.REJECTED
-    assert f"`{film}` exists already; give another file with --record" in capsys.readouterr().err
+    assert main(arguments(tmp_path, "--video", str(film))) == Exit.REJECTED
+    assert f"`{film}` exists already; give another file with --video" in capsys.readouterr().err
     assert film.read_bytes() == b"mine"
     assert not (tmp_path / "out" / "audit.jsonl").exists()
 
@@ -234,7 +234,7 @@ def test_without_a_display_a_view_is_refused_before_anything_is_written(
 
 def moving(folder: Path, film: str = "run.gif") -> subprocess.Popen[bytes]:
     """A run that is filmed and kept, some steps into its task."""
-    given = ["--record", str(folder / film), "--mcap", str(folder / "run.mcap")]
+    given = ["--video", str(folder / film), "--mcap", str(folder / "run.mcap")]
     command = [sys.executable, "-m", "aeros", *arguments(folder, *given)]
     run = subprocess.Popen(command, cwd=REPOSITORY, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     audit, late = folder / "out" / "audit.jsonl", time.monotonic() + 120.0

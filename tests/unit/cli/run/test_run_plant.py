@@ -51,7 +51,7 @@ def test_without_options_the_scene_has_no_extras(tmp_path: Path) -> None:
     assert [list(one) for one in found] == [[], [], []]
 
 
-@pytest.mark.parametrize("option", ["--person", "--faults", "--scene"])
+@pytest.mark.parametrize("option", ["--people", "--faults", "--scene"])
 def test_extras_need_the_physics_plant(option: str, tmp_path: Path) -> None:
     setup = staged(options(tmp_path, option, "x"))
     with pytest.raises(PlantSetupError, match=rf"`{option}` needs"):
@@ -101,13 +101,13 @@ def test_a_run_has_a_new_folder_and_nothing_to_be_seen(tmp_path: Path, seen: lis
 
 def test_physics_is_filmed_into_the_folder_unless_it_is_forbidden(tmp_path: Path, seen: list[str]) -> None:
     assert len(outputs(options(tmp_path, "--plant", "physics"))[1]) == 1
-    assert outputs(options(tmp_path / "2", "--plant", "physics", "--no-record"))[1] == []
-    outputs(options(tmp_path / "3", "--plant", "physics", "--record", str(tmp_path / "film.gif")))
+    assert outputs(options(tmp_path / "2", "--plant", "physics", "--no-video"))[1] == []
+    outputs(options(tmp_path / "3", "--plant", "physics", "--video", str(tmp_path / "film.gif")))
     assert seen == ["open run.webp of physics", "open film.gif of physics"]
 
 
 def test_a_film_that_is_asked_for_is_opened_on_any_plant(tmp_path: Path, seen: list[str]) -> None:
-    outputs(options(tmp_path, "--record", str(tmp_path / "film.gif")))
+    outputs(options(tmp_path, "--video", str(tmp_path / "film.gif")))
     assert seen == ["open film.gif of symbolic"]
 
 
@@ -172,7 +172,7 @@ def test_a_served_plant_lives_until_it_is_shut_down_and_leaves_a_log(tmp_path: P
     serving.join(20.0)
     assert codes == [Exit.SUCCESS]
     assert not socket.parent.exists()
-    assert '"connected"' in (tmp_path / "out" / "plant.jsonl").read_text()
+    assert '"agent-connected"' in (tmp_path / "out" / "plant.jsonl").read_text()
 
 
 def test_a_plant_that_is_served_already_is_not_served_twice(tmp_path: Path, socket: Path) -> None:

@@ -55,7 +55,7 @@ CASES = {
         "4",
         "--faults",
         "FAULTS",
-        "--person",
+        "--people",
         "PERSON",
     ),
     "kinematic": ("clean the table", "--plant", "kinematic", "--timeout", "3"),
@@ -74,7 +74,7 @@ def digest(folder: Path, case: str, seed: int, hashes: int) -> str:
         (folder / f"{name}.yaml").write_text(text)
     words = [str(folder / f"{word}.yaml") if word in files else word for word in CASES[case]]
     out = folder / f"{seed}-{hashes}"
-    words += ["--seed", str(seed), "--no-record", "--ecms", str(ROOT / "ecms")]
+    words += ["--seed", str(seed), "--no-video", "--ecms", str(ROOT / "ecms")]
     words += ["--state", f"{out}-state", "--out", str(out)]
     ended = subprocess.run(
         [sys.executable, "-m", "aeros", "run", *words],

@@ -68,7 +68,7 @@ def test_what_a_module_says_does_not_reach_the_terminal(
 ) -> None:
     hostile = "x\x1b[2J\x1b]0;owned\x07\r\n"
     denied = decision(1.0, "DENY", hostile, reasons=[["AE750", hostile, hostile]])
-    trace = [{"time": 0.0, "kind": "plan", "text": hostile, "details": {"steps": [hostile]}}]
+    trace = [{"time": 0.0, "kind": "plan-accepted", "text": hostile, "details": {"steps": [hostile]}}]
     out = written_run(tmp_path / "out", [("decision", denied)], trace)
     assert main(["top", "--run", str(out), "--state", str(tmp_path)]) == Exit.SUCCESS
     said = capsys.readouterr().out
@@ -124,7 +124,7 @@ def test_elsewhere_than_on_a_terminal_it_follows_to_the_end(tmp_path: Path) -> N
             time.sleep(0.01)
         ended = subprocess.run(
             [sys.executable, "-m", "aeros.cli.main", "top", "--state", str(tmp_path / "state"),
-             "--format", "json", "--every", "0.05"],
+             "--format", "json", "--interval", "0.05"],
             capture_output=True, text=True, timeout=60, check=True,
         )  # fmt: skip
         assert run.wait(60) == Exit.SUCCESS

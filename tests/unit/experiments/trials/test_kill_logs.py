@@ -21,16 +21,24 @@ def test_a_skill_that_begins_while_its_success_is_measured_is_repeated() -> None
 @pytest.mark.parametrize(
     ("log", "message"),
     [
-        ([log_line("let-go", joint_velocity=[0.1] + [0.0] * 6)], "a joint moved at 0.1000 rad/s"),
-        ([log_line("let-go"), log_line("connected", at=1.5)], "time went on without an agent"),
-        ([log_line("let-go"), log_line("skill-began")], "time went on without an agent"),
-        ([log_line("let-go"), log_line("connected", joint_position=[0.2] + [0.0] * 6)], "moved by 0.2 rad"),
+        ([log_line("agent-disconnected", joint_velocity=[0.1] + [0.0] * 6)], "a joint moved at 0.1000 rad/s"),
+        (
+            [log_line("agent-disconnected"), log_line("agent-connected", at=1.5)],
+            "time went on without an agent",
+        ),
+        ([log_line("agent-disconnected"), log_line("skill-began")], "time went on without an agent"),
+        (
+            [log_line("agent-disconnected"), log_line("agent-connected", joint_position=[0.2] + [0.0] * 6)],
+            "moved by 0.2 rad",
+        ),
     ],
 )
 def test_what_moves_while_nobody_is_there_is_found(log: list[dict[str, Any]], message: str) -> None:
     (found,) = motion_without_agent(log, "symbolic")
     assert message in found
-    assert motion_without_agent([log_line("let-go"), log_line("connected")], "symbolic") == []
+    assert (
+        motion_without_agent([log_line("agent-disconnected"), log_line("agent-connected")], "symbolic") == []
+    )
 
 
 def test_a_skill_that_did_not_finish_or_succeed_may_begin_again() -> None:
@@ -61,8 +69,10 @@ def test_a_helper_may_run_again_after_a_failure() -> None:
 
 
 def test_other_events_are_passed_over() -> None:
-    assert repeated_skills([log_line("let-go"), log_line("connected")], MODULES) == []
-    assert motion_without_agent([log_line("connected"), log_line("skill-began", at=2.0)], "symbolic") == []
+    assert repeated_skills([log_line("agent-disconnected"), log_line("agent-connected")], MODULES) == []
+    assert (
+        motion_without_agent([log_line("agent-connected"), log_line("skill-began", at=2.0)], "symbolic") == []
+    )
     assert motion_without_agent([], "physics") == []
 
 
@@ -80,13 +90,13 @@ def test_other_events_are_passed_over() -> None:
 def test_physics_holds_an_arm_nearly_still_and_others_exactly(
     plant: str, speed: float, way: float, count: int
 ) -> None:
-    gone = log_line("let-go", joint_velocity=[speed] + [0.0] * 6)
-    back = log_line("connected", joint_position=[way] + [0.0] * 6)
+    gone = log_line("agent-disconnected", joint_velocity=[speed] + [0.0] * 6)
+    back = log_line("agent-connected", joint_position=[way] + [0.0] * 6)
     assert len(motion_without_agent([gone, back], plant)) == count
 
 
 def test_an_agent_that_does_not_come_back_leaves_nothing_to_compare() -> None:
-    assert motion_without_agent([log_line("let-go")], "symbolic") == []
+    assert motion_without_agent([log_line("agent-disconnected")], "symbolic") == []
 
 
 def test_plants_are_named() -> None:

@@ -48,7 +48,7 @@ def test_times_are_from_a_kill_to_rest_and_to_the_next_skill_after_it(tmp_path: 
     stamps = PlantLogTimes(log)
     killed, count = [], 0
     with log.open("a", encoding="utf-8", buffering=1) as file:
-        for events in (["skill-began", "let-go", "skill-began"], ["skill-began"], []):
+        for events in (["skill-began", "agent-disconnected", "skill-began"], ["skill-began"], []):
             killed.append(time.monotonic())
             for event in events:
                 time.sleep(0.06)
@@ -136,7 +136,7 @@ CRASHED = ("lifecycle", {"change": "crash"})
 
 def test_a_task_that_reached_its_goal_breaks_nothing(tmp_path: Path) -> None:
     begun = ("lifecycle", {"change": "begin"})
-    trial = Ended(tmp_path, begun, CRASHED, ("resumed", {}), CRASHED, REACHED).judged(*BOILED)
+    trial = Ended(tmp_path, begun, CRASHED, ("run-resumed", {}), CRASHED, REACHED).judged(*BOILED)
     assert (trial.reached, trial.failure_reason, trial.violations) == (True, "", [])
     assert (trial.recovered, trial.resumed, trial.kills_in_motion) == (2, 1, 0)
 
@@ -154,7 +154,7 @@ def test_what_is_broken_is_listed(tmp_path: Path) -> None:
     ended = Ended(tmp_path, lost=2)
     (ended.state / "run.json").touch()
     again = log_line("skill-began", at=7.0, dumpling_cooked=True)
-    gone = {**log_line("let-go", joint_velocity=[0.1] * 7), "amid_motion": True}
+    gone = {**log_line("agent-disconnected", joint_velocity=[0.1] * 7), "amid_motion": True}
     trial = ended.judged(*BOILED, again, gone)
     assert [text.partition(":")[0] for text in trial.violations] == [
         "ended",
@@ -305,7 +305,7 @@ def test_the_task_runs_under_a_watchdog_with_folders_of_its_own(tmp_path: Path) 
         ("--seed", "3"),
         ("--out", str(tmp_path / "out")),
         ("--state", str(tmp_path / "state")),
-        ("--crashes", "1000"),
+        ("--max-crashes", "1000"),
     ):
         assert command[command.index(option) + 1] == value
     assert "--watchdog" in command

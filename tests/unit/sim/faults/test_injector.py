@@ -83,7 +83,7 @@ def test_a_fault_begins_with_its_skill_and_ends_after_its_ticks() -> None:
     run.injector.skill_began("test.other")
     run.injector.skill_began(SKILL)
     run.ticks(6)
-    assert run.reported() == [(3, "fault", "it", 1), (7, "fault-over", "it", 1)]
+    assert run.reported() == [(3, "fault-started", "it", 1), (7, "fault-ended", "it", 1)]
     assert [one.text for one in run.events] == [
         "fault `it` begins (opportunity 1)",
         "fault `it` is over (opportunity 1)",
@@ -96,7 +96,7 @@ def test_a_delay_is_counted_from_the_skills_beginning() -> None:
     run.ticks(2)
     run.injector.skill_began(SKILL)
     run.ticks(9)
-    assert run.reported()[0] == (7, "fault", "it", 1)
+    assert run.reported()[0] == (7, "fault-started", "it", 1)
 
 
 def test_a_fault_may_wait_until_something_is_held() -> None:
@@ -108,7 +108,7 @@ def test_a_fault_may_wait_until_something_is_held() -> None:
     run.ticks(1)
     run.holding = False
     run.ticks(5)
-    assert run.reported() == [(12, "fault", "it", 1)]
+    assert run.reported() == [(12, "fault-started", "it", 1)]
 
 
 def test_a_fault_that_has_not_begun_passes_with_its_skill() -> None:
@@ -119,9 +119,9 @@ def test_a_fault_that_has_not_begun_passes_with_its_skill() -> None:
     run.injector.skill_ended(SKILL)
     run.ticks(10)
     assert run.reported() == [
-        (2, "fault-passed", "it", 1),
-        (5, "fault", "other", 1),
-        (9, "fault-over", "other", 1),
+        (2, "fault-not-triggered", "it", 1),
+        (5, "fault-started", "other", 1),
+        (9, "fault-ended", "other", 1),
     ]
     assert run.events[0].text == "fault `it` not triggered: `test.carry` ended first (opportunity 1)"
 
@@ -132,7 +132,7 @@ def test_a_fault_that_has_begun_goes_on_after_its_skill() -> None:
     run.ticks(1)
     run.injector.skill_ended(SKILL)
     run.ticks(9)
-    assert run.reported() == [(0, "fault", "it", 1), (4, "fault-over", "it", 1)]
+    assert run.reported() == [(0, "fault-started", "it", 1), (4, "fault-ended", "it", 1)]
 
 
 def test_every_invocation_is_an_opportunity_with_a_number() -> None:
@@ -141,7 +141,7 @@ def test_every_invocation_is_an_opportunity_with_a_number() -> None:
         run.injector.skill_began(SKILL)
         run.ticks(6)
         run.injector.skill_ended(SKILL)
-    assert [number for _, event, _, number in run.reported() if event == "fault"] == [1, 2, 3]
+    assert [number for _, event, _, number in run.reported() if event == "fault-started"] == [1, 2, 3]
 
 
 def test_an_opportunity_that_is_not_taken_is_counted_and_not_reported() -> None:
@@ -153,13 +153,13 @@ def test_an_opportunity_that_is_not_taken_is_counted_and_not_reported() -> None:
     for _ in range(2):
         run.injector.skill_began(SKILL)
         run.ticks(6)
-    assert [event for _, event, _, _ in run.reported()] == ["fault", "fault-over"]
+    assert [event for _, event, _, _ in run.reported()] == ["fault-started", "fault-ended"]
 
 
 def test_a_timed_fault_begins_after_each_period_and_not_at_the_start() -> None:
     run = Run(fault(PadFrictionFault(0.5, 1), TimedOpportunity(4)))
     run.ticks(13)
-    assert [(time, number) for time, event, _, number in run.reported() if event == "fault"] == [
+    assert [(time, number) for time, event, _, number in run.reported() if event == "fault-started"] == [
         (4, 1),
         (8, 2),
         (12, 3),
@@ -185,7 +185,7 @@ def test_a_picture_of_its_camera_is_an_opportunity_of_a_detection_fault() -> Non
     assert run.reported() == []
     run.ticks(5)
     assert run.injector.detection_filter("mast")(FOUND) is None
-    assert run.reported() == [(5, "fault", "it", 1)]
+    assert run.reported() == [(5, "fault-started", "it", 1)]
     assert run.events[0].text == "fault `it` happens (opportunity 1)"
 
 

@@ -119,7 +119,7 @@ def fault(
 
 
 def begun(one: FaultyPlant) -> list[float]:
-    return [happening.time for happening in one.happened if happening.event == "fault"]
+    return [happening.time for happening in one.happened if happening.event == "fault-started"]
 
 
 def test_a_bump_moves_a_thing_by_force_and_without_one_it_stays(faulty_plant: Make) -> None:
@@ -132,8 +132,8 @@ def test_a_bump_moves_a_thing_by_force_and_without_one_it_stays(faulty_plant: Ma
     after = one.value("cube_position")
     assert 0.005 < after[0] - before[0] < 0.05
     assert abs(after[1] - before[1]) < 0.002
-    assert [happening.event for happening in one.happened] == ["fault", "fault-over"]
-    assert one.happened[0] == FaultEvent(0.5, "fault", "it", "fault `it` begins (opportunity 1)", 1)
+    assert [happening.event for happening in one.happened] == ["fault-started", "fault-ended"]
+    assert one.happened[0] == FaultEvent(0.5, "fault-started", "it", "fault `it` begins (opportunity 1)", 1)
 
 
 @pytest.mark.parametrize("kind", [PadFrictionFault(0.0, 240), GripForceFault(0.0, 240)])
@@ -293,12 +293,12 @@ def test_a_fault_waits_for_something_held_and_passes_with_its_skill(faulty_plant
     one.plant.skill_began(SKILL)
     one.do("wait", duration=0.5)
     one.plant.skill_ended(SKILL, finished=True)
-    assert [happening.event for happening in one.happened] == ["fault-passed"]
+    assert [happening.event for happening in one.happened] == ["fault-not-triggered"]
     one.plant.skill_began(SKILL)
     one.hold_cube()
     one.plant.skill_ended(SKILL, finished=True)
     events = [happening.event for happening in one.happened]
-    assert events == ["fault-passed", "fault", "fault-over"]
+    assert events == ["fault-not-triggered", "fault-started", "fault-ended"]
 
 
 def test_a_rate_of_p_bumps_in_a_share_p_of_the_runs(faulty_plant: Make) -> None:
@@ -326,7 +326,7 @@ def test_faults_act_together_and_none_changes_when_another_happens(faulty_plant:
         one = faulty_plant(*faults)
         one.do("wait", duration=5.0)
         return {
-            each.name: [h.time for h in one.happened if h.event == "fault" and h.fault == each.name]
+            each.name: [h.time for h in one.happened if h.event == "fault-started" and h.fault == each.name]
             for each in faults
         }
 

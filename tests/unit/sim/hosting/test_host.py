@@ -68,7 +68,7 @@ def test_kill_9_amid_a_motion_brings_it_to_rest_within_its_limits() -> None:
         word, moving_at = agent.stdout.readline().split()
         assert (word, float(moving_at) > 0.05) == ("moving", True)
         os.kill(agent.pid, signal.SIGKILL)
-        let_go = hosting.until("let-go")
+        let_go = hosting.until("agent-disconnected")
     assert let_go["amid_motion"]
     assert speed(let_go["measured"]) == 0.0
     # Whoever comes next finds it as it was left, and nothing has moved since.
@@ -80,7 +80,13 @@ def test_kill_9_amid_a_motion_brings_it_to_rest_within_its_limits() -> None:
     assert plant.advance(lambda now, measured: None, 100.0)[moved].completed
     plant.shut_down_host()
     hosting.thread.join(20.0)
-    assert hosting.events() == ["connected", "skill-began", "let-go", "connected", "ended"]
+    assert hosting.events() == [
+        "agent-connected",
+        "skill-began",
+        "agent-disconnected",
+        "agent-connected",
+        "host-ended",
+    ]
 
 
 def test_an_agent_that_hangs_is_given_up_and_cannot_go_on() -> None:
@@ -88,7 +94,7 @@ def test_an_agent_that_hangs_is_given_up_and_cannot_go_on() -> None:
     with mover(hosting, 2.0) as agent:
         assert agent.stdout is not None
         assert agent.stdout.readline().startswith("moving")
-        let_go = hosting.until("let-go")
+        let_go = hosting.until("agent-disconnected")
         assert speed(let_go["measured"]) == 0.0
         rest = agent.stdout.read()
     assert "ended" not in rest
@@ -120,7 +126,7 @@ def test_a_malformed_message_ends_the_connection_and_not_the_plant() -> None:
     assert max(map(abs, plant.observe()["joint_velocity"].value)) == 0.0
     plant.shut_down_host()
     hosting.thread.join(20.0)
-    assert hosting.events().count("let-go") == 4
+    assert hosting.events().count("agent-disconnected") == 4
 
 
 def test_a_host_without_clients_ends() -> None:
@@ -146,13 +152,13 @@ def test_skills_that_are_under_way_end_with_their_agent_and_others_do_not() -> N
     plant.skill_began("m.b")
     plant.skill_ended("m.a", finished=True)
     plant.close()
-    let_go = hosting.until("let-go")
+    let_go = hosting.until("agent-disconnected")
     assert (let_go["why"], let_go["amid_motion"]) == ("connection closed by peer", False)
     assert let_go["measured"] == {"near": 1.5}
     assert fake.calls[-2:] == [("stop",), ("skill_ended", "m.b", False)]
     other = hosting.join()
     other.close()
-    hosting.until("let-go")
+    hosting.until("agent-disconnected")
     last = hosting.join()
     last.shut_down_host()
     hosting.thread.join(20.0)
@@ -171,10 +177,10 @@ def test_what_happens_is_reported_with_what_was_measured_then() -> None:
     plant.shut_down_host()
     hosting.thread.join(20.0)
     assert hosting.notes == [
-        {"event": "connected", "time": 4.0, "measured": {"near": 1.5}},
+        {"event": "agent-connected", "time": 4.0, "measured": {"near": 1.5}},
         {"event": "skill-began", "time": 4.0, "skill": "m.a", "measured": {"near": 1.5}},
         {"event": "skill-ended", "time": 4.0, "skill": "m.a", "finished": True, "measured": {"near": 0.5}},
-        {"event": "ended", "time": 4.0, "measured": {"near": 0.5}},
+        {"event": "host-ended", "time": 4.0, "measured": {"near": 0.5}},
     ]
     assert fake.calls[-2:] == [("stop",), ("close",)]
 
@@ -205,7 +211,7 @@ def test_a_second_tick_after_the_agent_is_lost_is_not_asked_for() -> None:
     plant.begin(REACH)
     plant._channel.send({"do": "advance", "until": 9.0})
     assert "tick" in plant._channel.receive()
-    let_go = hosting.until("let-go")
+    let_go = hosting.until("agent-disconnected")
     assert (let_go["why"], let_go["amid_motion"]) == ("the agent did not confirm a tick in time", True)
     plant.close()
     hosting.join().shut_down_host()
@@ -213,12 +219,12 @@ def test_a_second_tick_after_the_agent_is_lost_is_not_asked_for() -> None:
 
 def test_a_log_is_a_line_of_json_for_each_event(tmp_path: Path) -> None:
     log = HostLog(tmp_path / "host.jsonl")
-    log({"event": "connected", "measured": {"q": (1.0, np.float64(0.5))}})
-    log({"event": "ended"})
+    log({"event": "agent-connected", "measured": {"q": (1.0, np.float64(0.5))}})
+    log({"event": "host-ended"})
     lines = (tmp_path / "host.jsonl").read_text().splitlines()
     assert [json.loads(line) for line in lines] == [
-        {"event": "connected", "measured": {"q": [1.0, 0.5]}},
-        {"event": "ended"},
+        {"event": "agent-connected", "measured": {"q": [1.0, 0.5]}},
+        {"event": "host-ended"},
     ]
 
 

@@ -1,0 +1,126 @@
+"""Old names of events and command-line options, with their current names.
+
+Signed audit logs are never rewritten, so readers of logs pass the name of each event through `current_event`.
+No old name has a new meaning: a log that an older program began and this one continued is read correctly.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Final
+
+from aeros.spec.migrations.format import UnmigratableError
+
+RENAMED_EVENTS: Final[Mapping[str, str]] = {
+    "checkpoint-refused": "checkpoint-rejected",
+    "connected": "agent-connected",
+    "ended": "host-ended",
+    "fault": "fault-started",
+    "fault-over": "fault-ended",
+    "fault-passed": "fault-not-triggered",
+    "goal-refused": "goal-rejected",
+    "let-go": "agent-disconnected",
+    "mcp-executing": "mcp-plan-started",
+    "mcp-pause": "mcp-paused",
+    "mcp-proposed": "mcp-plan-proposed",
+    "mcp-refused": "mcp-call-rejected",
+    "mcp-resume": "mcp-resumed",
+    "mcp-stop": "mcp-stopped",
+    "not-routed": "task-not-found",
+    "plan": "plan-accepted",
+    "plan-late": "planning-timeout",
+    "re-plan": "replan",
+    "resumed": "run-resumed",
+    "routed": "task-selected",
+    "run-had-ended": "run-already-ended",
+    "skill-chosen": "provider-selected",
+    "step-accounted": "interrupted-step-resolved",
+    "step-left-out": "step-skipped",
+    "tries-forgone": "retries-skipped",
+    "waiting": "wait-started",
+}
+"""Old name to current name: notes in the audit log, events of the trace, of the memory and of `plant.jsonl`.
+
+The audit log's own records, such as `step-began` and the operator's `resumed`, have kept their names.
+"""
+
+RENAMED_OPTIONS: Final[Mapping[str, Mapping[str, str]]] = {
+    "approve": {"--refuse": "--reject"},
+    "audit": {"--verdict": "--decision", "--from": "--from-record", "--to": "--to-record"},
+    "decide": {"--example": "--print-examples"},
+    "experiment": {"--first": "--first-seed", "--enter": "--architecture"},
+    "graph": {"--what": "--kind"},
+    "new": {"--in": "--parent", "--task": "--instruction"},
+    "plan": {"--start": "--initial", "--pddl": "--export-pddl"},
+    "predict": {"--set": "--probability", "--retry": "--max-retries", "--replans": "--max-replans"},
+    "run": {
+        "--plan-within": "--planning-timeout",
+        "--engine": "--pddl-engine",
+        "--person": "--people",
+        "--record": "--video",
+        "--no-record": "--no-video",
+        "--crashes": "--max-crashes",
+        "--within": "--crash-window",
+        "--silence": "--heartbeat-timeout",
+    },
+    "top": {"--every": "--interval"},
+}
+"""Options by command: old name to current name."""
+
+
+def current_event(name: str) -> str:
+    """Return the current name of an event.
+
+    Args:
+        name: event of a note in an audit log, of a trace, a memory or a `plant.jsonl`, from any version.
+
+    Returns:
+        The current name; `name` itself if it was never renamed.
+    """
+    return RENAMED_EVENTS.get(name, name)
+
+
+def trace_to_2(text: str) -> str:
+    """Give the events of a trace their names of version 2.
+
+    Args:
+        text: trace of version 1; lines of version 2 may follow, as a resumed run appends to its trace.
+
+    Returns:
+        The trace in version 2.
+
+    Raises:
+        UnmigratableError: a line is not an object with the `kind` of an event.
+        ValueError: a line is not JSON.
+    """
+    lines = [json.loads(line) for line in text.splitlines()]
+    if not all(isinstance(line, dict) and isinstance(line.get("kind"), str) for line in lines):
+        raise UnmigratableError("it is damaged: each line of a trace is an object with `kind`")
+    renamed = ({**line, "schema": "aeros/trace/2", "kind": current_event(line["kind"])} for line in lines)
+    return "".join(json.dumps(line) + "\n" for line in renamed)
+
+
+def run_options_to_2(text: str) -> str:
+    """Give the options of a watched run the names that `aeros run` has had since version 2.
+
+    Args:
+        text: `run.json` of version 1.
+
+    Returns:
+        The file in version 2.
+
+    Raises:
+        UnmigratableError: it is not an object.
+        ValueError: it is not JSON.
+    """
+    options = json.loads(text)
+    if not isinstance(options, dict):
+        raise UnmigratableError("it is damaged: the options of a run are an object")
+    names = {_attribute(old): _attribute(new) for old, new in RENAMED_OPTIONS["run"].items()}
+    renamed = {names.get(name, name): value for name, value in options.items()}
+    return json.dumps({**renamed, "schema": "aeros/run/2"}, indent=1)
+
+
+def _attribute(option: str) -> str:
+    return option.removeprefix("--").replace("-", "_")
