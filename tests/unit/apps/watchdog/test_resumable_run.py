@@ -19,6 +19,7 @@ from aeros.apps.watchdog.resumable_run import (
     save_run_options,
 )
 from aeros.sim.kinematic.plant import make_plant
+from aeros.spec.migrations.formats import RUN
 from tests.unit.sim.hosting.hosted import Hosting
 
 
@@ -64,11 +65,21 @@ def test_what_was_forgotten_cannot_be_resumed(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "content", ["", "[]", "{", '"x"', '{"state": {}}', '{"state": {"path": 1}}', b"\xff"]
+    ("content", "why"),
+    [
+        ("", "cannot read run options from"),
+        ("{", "cannot read run options from"),
+        (b"\xff", "cannot read run options from"),
+        (f'{{"schema": "{RUN.schema}", "state": {{}}}}', "cannot read run options from"),
+        (f'{{"schema": "{RUN.schema}", "state": {{"path": 1}}}}', "cannot read run options from"),
+        ("[]", "is an older format"),
+        ('"x"', "is an older format"),
+        ('{"state": {}}', "is an older format"),
+    ],
 )
-def test_what_cannot_be_read_is_refused(content: str | bytes, tmp_path: Path) -> None:
+def test_what_cannot_be_read_is_refused(content: str | bytes, why: str, tmp_path: Path) -> None:
     (tmp_path / "run.json").write_bytes(content.encode() if isinstance(content, str) else content)
-    with pytest.raises(AgentError, match="cannot read run options from"):
+    with pytest.raises(AgentError, match=why):
         load_run_options(asked(tmp_path))
 
 
