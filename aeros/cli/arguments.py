@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from aeros.exit_codes import EXIT_CODES, UsageError
 
 if TYPE_CHECKING:
+    from aeros.runtime.registry.registry_governor import RegistryGovernor
     from aeros.spec.verification.second_solver import SecondSolver
 
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -217,6 +218,16 @@ def find_key_file(arguments: argparse.Namespace) -> Path | None:
     if arguments.anchor is not None and found is None:
         raise UsageError("--anchor needs --audit-key: `aeros audit keygen` makes one")
     return found
+
+
+def warn_of_withheld_modules(governor: RegistryGovernor) -> None:
+    """Print a warning for each module of the run that the operator does not let it use.
+
+    Args:
+        governor: Governor of the run.
+    """
+    for reason in governor.withheld.values():
+        print_warning(f"{reason} on this robot, so the run does not use it")
 
 
 def print_warning(text: str) -> None:

@@ -44,6 +44,7 @@ _COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "policy": ("robot.operator", "set the site policy, or show it"),
     "block": ("robot.operator", "deny all actions of a module, a skill or an action kind"),
     "unblock": ("robot.operator", "remove a block"),
+    "repair": ("robot.operator", "put the registry's last recorded change in force again"),
     "pause": ("robot.operator", "pause: no new action starts until `aeros resume`"),
     "resume": ("robot.operator", "let actions start again"),
     "stop": ("robot.operator", "stop all motion and end the run"),

@@ -211,13 +211,15 @@ def open_session(
     Args:
         modules: A module's folder or a folder of modules, each with a current `ecm.lock` (`aeros verify`).
         plant: `symbolic` (declared outcomes), `kinematic`, `physics`, or your own `Plant`, which you close.
-        site: The site file; None for the reference site, a Panda cell.
+        site: The site file; None for the policy in force in `state`, or else the reference site, a Panda
+            cell.
         seed: Seed of all random numbers, 0 or more.
         planner: Proposes plans; None for the planning rules of the manifests.
         gate: Method of deciding conditions: `compiled`; `z3`, slow; or `shadow`, both.
         out: A new folder for audit log, trace and samples; None for one that is deleted at the end.
-        state: The agent's folder, where it keeps identity and memory and receives `aeros pause`, `resume` and
-            `stop`; None for a temporary agent that keeps nothing after the session.
+        state: The robot's state folder: the agent's identity and memory are in it, and every command of the
+            operator on it governs the session (`aeros block`, `deactivate`, `policy`, `pause`, `stop`).
+            None for a temporary agent that keeps nothing after the session and that no command reaches.
 
     Yields:
         The session.  At the end of the block all motion is stopped and everything is closed.
@@ -239,14 +241,18 @@ def open_session(
     _require_one_of("gate mode", gate, get_args(GateModeName))
     with ExitStack() as stack:
         with rendered_errors():
-            path, ecms = reference_site_path() if site is None else Path(site), Path(modules)
+            path, ecms = None if site is None else Path(site), Path(modules)
             governor: Governor
             if state is None:
-                configuration, proof = prove_configuration([ecms], path, certified=True)
+                configuration, proof = prove_configuration(
+                    [ecms], path or reference_site_path(), certified=True
+                )
                 governor = FixedGovernor(configuration)
             else:
                 steered, configuration, proof = open_governor(Path(state), ecms, path)
                 stack.enter_context(steered)
+                for reason in steered.withheld.values():
+                    warnings.warn(f"{reason} on this robot", RuntimeWarning, stacklevel=3)
                 governor = steered
         temporary = None if out is not None else stack.enter_context(tempfile.TemporaryDirectory())
         folder = create_output_folder(Path(out or temporary or ""), "")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
@@ -15,14 +15,18 @@ from aeros.runtime.audit.keys import InvalidKeyError, read_signing_key
 from aeros.runtime.audit.log import AuditError
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.isolation.run_factory import SkillRunFactory
-from aeros.runtime.proving import prove_configuration
+from aeros.runtime.registry.folder_modules import (
+    DEFAULT_MODULES,
+    FolderModules,
+    uses_installed_modules,
+)
 from aeros.runtime.registry.registry import Registry
-from aeros.runtime.registry.registry_governor import CommandableGovernor, RegistryGovernor
+from aeros.runtime.registry.registry_governor import RegistryGovernor
 from aeros.runtime.skills.contract import SkillRefusedError
 from aeros.session.bag import BagOutputError
 from aeros.session.plant_factory import PlantSetupError
-from aeros.spec.model.ecm import Ecm
-from aeros.spec.text.discovery import reference_site_path
+from aeros.spec.diagnostics.codes import Diagnostic
+from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.verification.reports import Report
 
 SETUP_ERRORS: Final = (
@@ -55,8 +59,11 @@ def build_signing(key_file: Path | None, anchor: Path | None) -> SigningConfigur
 
 def open_governor(
     state: Path, modules: Path | None, site: Path | None, *, resumed: bool = False
-) -> tuple[RegistryGovernor | CommandableGovernor, Configuration, Report]:
+) -> tuple[RegistryGovernor, Configuration, Report]:
     """Prove the configuration and open the governor that follows its changes.
+
+    Whatever modules a run uses, the registry of its state folder governs it: blocks, withdrawn modules and
+    the operator's policy.
 
     Args:
         state: The agent's state folder, with the registry of installed modules if there is one.
@@ -68,31 +75,34 @@ def open_governor(
         The governor, a context manager that the caller enters; the configuration in force; its report.
 
     Raises:
-        UserError: A file is rejected, or a certificate is missing or not current.
+        UserError: A file is rejected, a certificate is missing or not current, or the operator has put
+            another policy in force or withdrawn all the modules.
     """
     registry = Registry(state)
-    if modules is None and site is None and registry.exists:
-        governing = RegistryGovernor(registry, resumed=resumed)
-        return governing, governing.configuration()[1], governing.report
-    configuration, report = prove_configuration(
-        [modules or Path("ecms")], site or reference_site_path(), certified=True
-    )
-    return CommandableGovernor(configuration, registry, resumed=resumed), configuration, report
+    source = None
+    if modules is not None or site is not None or not uses_installed_modules(registry):
+        source = FolderModules(modules or DEFAULT_MODULES, site, registry)
+    governor = RegistryGovernor(registry, source, resumed=resumed)
+    configuration = governor.configuration()[1]
+    if governor.withheld and not configuration.modules:
+        governor.close()
+        raise _nothing_to_run_error(governor.withheld)
+    return governor, configuration, governor.report
 
 
-def select_task(
-    instruction: str,
-    configuration: Configuration,
-    governor: RegistryGovernor | CommandableGovernor,
-    state: Path,
-) -> RoutedTask:
+def _nothing_to_run_error(withheld: Mapping[str, str]) -> UserError:
+    reasons = "; ".join(f"{reason} on this robot" for reason in withheld.values())
+    cures = tuple(f"`aeros activate {name}` puts the installed `{name}` in force" for name in withheld)
+    return UserError([Diagnostic("AE960", f"there is nothing to run: {reasons}", help=cures)])
+
+
+def select_task(instruction: str, configuration: Configuration, governor: RegistryGovernor) -> RoutedTask:
     """Select the task that `instruction` names among those of the active modules.
 
     Args:
         instruction: The user's words.
         configuration: The active modules.
-        governor: Governor of the run; with a registry, inactive modules are searched for a hint.
-        state: The agent's state folder.
+        governor: Governor of the run; its inactive modules are searched for a hint.
 
     Returns:
         The task and its module.
@@ -100,8 +110,7 @@ def select_task(
     Raises:
         RoutingError: No task or several match; the message says if an inactive module has the task.
     """
-    others = Registry(state).inactive_modules if isinstance(governor, RegistryGovernor) else dict[str, Ecm]
-    return route(instruction, configuration.modules, others)
+    return route(instruction, configuration.modules, governor.inactive_modules)
 
 
 @contextmanager

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from types import SimpleNamespace
 from typing import Any, Final
 
@@ -38,11 +38,13 @@ def _choose_member(ask: DecideBranch, constant: str, members: Any) -> Any:
 _MODULE: Final = (
     _datatype("State", ModuleState),
     _datatype("Verb", LifecycleAction),
-    "(declare-datatypes ((Moved 0)) (((to (reached State)) (refused) (moves-another))))",
+    "(declare-datatypes ((Moved 0)) (((to (reached State) (is-withdrawn Bool)) (refused) (moves-another))))",
     "(declare-const state State)",
     "(declare-const verb Verb)",
     "(declare-const was-configured Bool)",
     "(declare-const was-activated Bool)",
+    "(declare-const was-withdrawn Bool)",
+    "(declare-const other-withdrawn Bool)",
     "(define-fun invariant ((s State) (c Bool) (a Bool)) Bool"
     " (and (= a (= s active)) (=> (or a (= s configured)) c) (=> (= s absent) (not c))))",
 )
@@ -62,23 +64,19 @@ def _transition_obligation(code: ModuleSource) -> SymbolicFunction:
             using=(lifecycle, records),
             module_files=lambda _: {},
             bundle_digest=lambda _: "digest",
-            store_bundle=lambda *_: "folder",
-            load_module=lambda *_: SimpleNamespace(id="m", version="1"),
-            _digests=lambda _: (),
+            stored_bundle=lambda *_: nullcontext("folder"),
+            shown_as=lambda *_: nullcontext(),
+            _load_files=lambda *_: SimpleNamespace(id="m", version="1"),
         )
-        n = records.InstalledModule.from_digest(
-            "n", "1", "other", _choose_member(ask, "state", lifecycle.ModuleState)
-        )
-        kept = (
-            {"m": records.InstalledModule.from_digest("m", "1", "digest", state)}
-            if state.value != "absent"
-            else {}
-        )
+        n = records.InstalledModule("n", "1", "other", _choose_member(ask, "state", lifecycle.ModuleState))
+        kept = {"m": records.InstalledModule("m", "1", "digest", state)} if state.value != "absent" else {}
         made: list[Any] = []
+        flags = {"m": ask("was-withdrawn"), "n": ask("other-withdrawn")}
+        withdrawn = frozenset(name for name, is_withdrawn in flags.items() if is_withdrawn)
 
         @contextmanager
         def changing() -> Iterator[Any]:
-            yield records.RegistrySnapshot(1, "site", {**kept, "n": n}, {})
+            yield records.RegistrySnapshot(1, "site", {**kept, "n": n}, {}, withdrawn=withdrawn)
 
         one = registry.Registry.__new__(registry.Registry)
         one.folder = _FolderStub()
@@ -95,8 +93,10 @@ def _transition_obligation(code: ModuleSource) -> SymbolicFunction:
         (new,) = made
         if new.modules.keys() - {"m"} != {"n"} or new.modules["n"] is not n:
             return "moves-another"
+        if new.withdrawn - {"m"} != withdrawn - {"m"}:
+            return "moves-another"
         reached = new.modules["m"].state if "m" in new.modules else lifecycle.ModuleState.ABSENT
-        return smt_apply("to", reached.value)
+        return smt_apply("to", reached.value, smt_literal("m" in new.withdrawn))
 
     return SymbolicFunction("moved", "Moved", execute_symbolically(run))
 
@@ -122,11 +122,14 @@ def _history_step(code: ModuleSource) -> TheoremObligation:
     return TheoremObligation(
         "Step: a module is active exactly where it was activated, after it was configured, and neither was\n"
         "undone since; no verb moves another module, an active module cannot be removed or configured, and\n"
-        "what is absent can only be installed.",
+        "what is absent can only be installed. It is withdrawn exactly where it was deactivated or removed,\n"
+        "and not activated since.",
         _MODULE,
         "(=> (and (invariant state was-configured was-activated) (not (= moved refused)))"
         " (and ((_ is to) moved) (not (and was-activated (or (= verb remove) (= verb configure))))"
         " (=> (= state absent) (= verb install))"
+        " (= (is-withdrawn moved)"
+        " (or (= verb deactivate) (= verb remove) (and was-withdrawn (not (= verb activate)))))"
         " (invariant (reached moved)"
         " (ite (= verb configure) true (ite (= verb remove) false was-configured))"
         " (ite (= verb activate) true"
@@ -168,14 +171,16 @@ def _in_force_obligation(code: ModuleSource) -> TheoremObligation:
         )
         one = installed.InstalledModules.__new__(installed.InstalledModules)
         one.folder, one._prove = _FolderStub(), proving.prove_configuration
+        one._folders = lambda snapshot: dict.fromkeys(snapshot.modules, _FolderStub())
+        one.site_file = lambda _: "site"
         kept = {
-            "m": records.InstalledModule.from_digest("m", "1", "digest", state),
-            "n": records.InstalledModule.from_digest(
+            "m": records.InstalledModule("m", "1", "digest", state),
+            "n": records.InstalledModule(
                 "n", "1", "digest", _choose_member(ask, "needed", lifecycle.ModuleState)
             ),
         }
         try:
-            configuration, _ = one._prove_snapshot(records.RegistrySnapshot(1, "site", kept, {}), {})
+            configuration, _ = one._prove_snapshot(records.RegistrySnapshot(1, "site", kept, {}))
         except UserError:
             return "false"
         return smt_literal("m" in configuration.modules)

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator
 from types import SimpleNamespace
 from typing import Any, Final
 
+from aeros.runtime.registry.operator_block import OperatorBlock
 from aeros.spec.diagnostics.errors import UserError
-from aeros.spec.model.policy import OperatorOverride
 from aeros.spec.theorems.module_copies import ModuleSource
 from aeros.spec.theorems.theorem import TheoremObligation
 from proofs.lib.process_model import PerformStep, StepPath, declare_state, execute_process, primed, transition
@@ -42,7 +42,7 @@ def _transaction(code: ModuleSource) -> TheoremObligation:
         path = SimpleNamespace(absolute=lambda: SimpleNamespace(as_uri=lambda: "file"))
         one = records.RegistryStore.__new__(records.RegistryStore)
         one.path = path
-        new = records.RegistrySnapshot(2, "site", {}, {"b": OperatorOverride("b", "why", None, None, None)})
+        new = records.RegistrySnapshot(2, "site", {}, {"b": OperatorBlock("b", "why", None, None, None)})
         try:
             one.replace(new)
         except UserError:

@@ -15,7 +15,7 @@ from aeros.spec.theorems.symbolic_execution import DecideBranch, SymbolicValue, 
 from aeros.spec.theorems.theorem import SymbolicFunction, TheoremObligation
 from proofs.lib.revocation import TRANSACTION
 
-GOVERNING: Final = "aeros.runtime.registry.registry_governor"
+RUN_MODULES: Final = "aeros.runtime.registry.run_modules"
 
 
 def change_obligations() -> dict[str, Callable[[ModuleSource], TheoremObligation]]:
@@ -27,43 +27,51 @@ def change_obligations() -> dict[str, Callable[[ModuleSource], TheoremObligation
 
 
 def _revoked_motion_stops(code: ModuleSource) -> TheoremObligation:
-    governing = code.module(GOVERNING)
+    run_modules = code.module(RUN_MODULES)
+    states = run_modules.ModuleState
 
     def run(ask: DecideBranch) -> str:
-        def snapshot(when: str, state: Any) -> Any:
-            one = SimpleNamespace(state=state, digest=SymbolicValue(f"{when}.digest", ask))
-            blocks = {
-                name: SimpleNamespace(reason="", matches=lambda *_, name=name: ask(f"{name}.matches"))
-                for name in ("block.1", "block.2")
-            }
-            known = when == "was" or ask("kept")
-            return SimpleNamespace(
-                modules={"m": one} if known else {}, site=SymbolicValue(f"{when}.site", ask), blocks=blocks
-            )
-
-        state = governing.ModuleState.ACTIVE if ask("is-active") else governing.ModuleState.CONFIGURED
-        governor = SimpleNamespace(
-            _latest_snapshot=lambda: snapshot("now", state),
-            _loaded=snapshot("was", governing.ModuleState.ACTIVE),
+        blocks = {
+            name: SimpleNamespace(reason="", matches=lambda *_, name=name: ask(f"{name}.matches"))
+            for name in ("block.1", "block.2")
+        }
+        one = SimpleNamespace(
+            state=states.ACTIVE if ask("is-active") else states.CONFIGURED,
+            digest=SymbolicValue("now.digest", ask),
         )
-        return smt_literal(governing.RegistryGovernor.revocation_reason(governor, "m", "k", "a") is None)
+        now = SimpleNamespace(
+            modules={"m": one} if ask("kept") else {},
+            withdrawn={"m"} if ask("withdrawn") else set(),
+            site=SymbolicValue("now.site", ask),
+            is_policy_set=ask("policy-set"),
+            blocks=blocks,
+        )
+        identity = SimpleNamespace(digest=SymbolicValue("was.digest", ask))
+        loaded = SimpleNamespace(
+            identities={"m": identity} if ask("loaded") else {},
+            is_installed=ask("installed"),
+            policy=SymbolicValue("was.site", ask),
+        )
+        reason = run_modules.LoadedModules.revocation_reason(loaded, now, "m", "k", "a")
+        return smt_literal(reason is None)
 
+    flags = ("loaded", "installed", "kept", "is-active", "withdrawn", "policy-set")
     return TheoremObligation(
-        "`RegistryGovernor.revocation_reason` lets a skill go on exactly while its module is kept and\n"
-        "active, with the contents and under the policy that it was decided under, and no override matches.",
+        "`LoadedModules.revocation_reason` lets a skill go on exactly while its module is loaded and not\n"
+        "withdrawn, no override matches, and the operator has set no other policy; the module of a registry\n"
+        "run must be kept and active, and that of a folder need not be; while it is active, it has the\n"
+        "contents of the registry's.",
         (
             "(declare-sort Text 0)",
-            *(
-                f"(declare-const {name} Bool)"
-                for name in ("kept", "is-active", "block.1.matches", "block.2.matches")
-            ),
+            *(f"(declare-const {name} Bool)" for name in (*flags, "block.1.matches", "block.2.matches")),
             *(
                 f"(declare-const {when}.{what} Text)"
                 for when in ("was", "now")
                 for what in ("digest", "site")
             ),
         ),
-        "(= goes-on (and kept is-active (= now.digest was.digest) (= now.site was.site)"
+        "(= goes-on (and loaded (not withdrawn) (=> installed (and kept is-active))"
+        " (=> (and kept is-active) (= now.digest was.digest)) (=> policy-set (= now.site was.site))"
         " (not block.1.matches) (not block.2.matches)))",
         tables=(SymbolicFunction("goes-on", "Bool", execute_symbolically(run)),),
     )
@@ -121,6 +129,11 @@ def _commit(code: ModuleSource) -> TheoremObligation:
                 raise _KilledError
             change()
 
+        def mark(*_: Any) -> UserError | None:
+            if ask("killed-before.mark"):
+                raise _KilledError
+            return UserError([]) if ask("fails.mark") else None
+
         live = SimpleNamespace(
             publish=publish,
             is_idle=lambda _: ask("older-is-still"),
@@ -135,6 +148,7 @@ def _commit(code: ModuleSource) -> TheoremObligation:
         install_stubs(
             transaction,
             {
+                "record_made": mark,
                 "record_change": lambda *_: step("record", lambda: setattr(world, "recorded", True)),
                 "ControlPage": opened,
                 "replace": lambda snapshot, **changes: SimpleNamespace(**{**vars(snapshot), **changes}),
@@ -171,6 +185,8 @@ def _commit(code: ModuleSource) -> TheoremObligation:
             " (((left (ended Ended) (recorded Bool) (told Bool) (kept Bool) (still Bool)))))",
             *(f"(declare-const killed-before.{one} Bool)" for one in (*names, "publish-1", "publish-2")),
             "(declare-const older-is-still Bool)",
+            "(declare-const killed-before.mark Bool)",
+            "(declare-const fails.mark Bool)",
             *(f"(declare-const {how}.{one} Bool)" for one in names for how in ("fails", "done-all-the-same")),
         ),
         "(and (=> (kept world) (and (recorded world) (told world)))"

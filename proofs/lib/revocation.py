@@ -160,7 +160,7 @@ class _DatabaseStub:
             return None
         (table,) = [one for one in ("policy", "modules", "blocks") if f"FROM {one}" in statement]
         self._do(f"select {table}-{self._reading}")
-        row = (_Generation(f"{self._who}.{table}-{self._reading}", self._do), "site")
+        row = (1, _Generation(f"{self._who}.{table}-{self._reading}", self._do), "site", 1, "[]")
         return SimpleNamespace(fetchone=lambda: row, fetchall=list)
 
 
@@ -187,6 +187,8 @@ def _transactions(code: ModuleSource, who: str, do: PerformStep) -> tuple[Any, A
         os=SimpleNamespace(open=lambda *_: 3, close=lambda _: do("unlock"), O_RDWR=0, O_CREAT=0, O_CLOEXEC=0),
         _is_same_file=lambda *_: True,
         record_change=lambda *_: None,
+        record_made=lambda *_: None,
+        read_recorded_state=lambda _: SimpleNamespace(disagreement=lambda _: None),
         recorded_configurations=lambda _: {},
         remove_unreferenced=lambda *_: None,
         ControlPage=lambda _: live,

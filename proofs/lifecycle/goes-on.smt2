@@ -1,10 +1,16 @@
-; `RegistryGovernor.revocation_reason` lets a skill go on exactly while its module is kept and
-; active, with the contents and under the policy that it was decided under, and no override matches.
+; `LoadedModules.revocation_reason` lets a skill go on exactly while its module is loaded and not
+; withdrawn, no override matches, and the operator has set no other policy; the module of a registry
+; run must be kept and active, and that of a folder need not be; while it is active, it has the
+; contents of the registry's.
 ; unsat: proved
 (set-logic ALL)
 (declare-sort Text 0)
+(declare-const loaded Bool)
+(declare-const installed Bool)
 (declare-const kept Bool)
 (declare-const is-active Bool)
+(declare-const withdrawn Bool)
+(declare-const policy-set Bool)
 (declare-const block.1.matches Bool)
 (declare-const block.2.matches Bool)
 (declare-const was.digest Text)
@@ -13,10 +19,22 @@
 (declare-const now.site Text)
 (define-fun goes-on.0 () Bool (ite block.2.matches false true))
 (define-fun goes-on.1 () Bool (ite block.1.matches false goes-on.0))
-(define-fun goes-on.2 () Bool (ite (not (= now.site was.site)) false goes-on.1))
+(define-fun goes-on.2 () Bool (ite (not (= was.site now.site)) false goes-on.1))
 (define-fun goes-on.3 () Bool (ite (not (= now.digest was.digest)) false goes-on.2))
-(define-fun goes-on.4 () Bool (ite kept goes-on.3 false))
-(define-fun goes-on.5 () Bool (ite is-active goes-on.4 false))
-(define-fun goes-on () Bool goes-on.5)
-(assert (! (not (= goes-on (and kept is-active (= now.digest was.digest) (= now.site was.site) (not block.1.matches) (not block.2.matches)))) :named negated-conclusion))
+(define-fun goes-on.4 () Bool (ite loaded goes-on.3 false))
+(define-fun goes-on.5 () Bool (ite (not (= was.site was.site)) false goes-on.1))
+(define-fun goes-on.6 () Bool (ite (not (= now.digest was.digest)) false goes-on.5))
+(define-fun goes-on.7 () Bool (ite loaded goes-on.6 false))
+(define-fun goes-on.8 () Bool (ite policy-set goes-on.4 goes-on.7))
+(define-fun goes-on.9 () Bool (ite withdrawn false goes-on.8))
+(define-fun goes-on.10 () Bool (ite installed false goes-on.2))
+(define-fun goes-on.11 () Bool (ite loaded goes-on.10 false))
+(define-fun goes-on.12 () Bool (ite installed false goes-on.5))
+(define-fun goes-on.13 () Bool (ite loaded goes-on.12 false))
+(define-fun goes-on.14 () Bool (ite policy-set goes-on.11 goes-on.13))
+(define-fun goes-on.15 () Bool (ite withdrawn false goes-on.14))
+(define-fun goes-on.16 () Bool (ite kept goes-on.9 goes-on.15))
+(define-fun goes-on.17 () Bool (ite is-active goes-on.16 goes-on.15))
+(define-fun goes-on () Bool goes-on.17)
+(assert (! (not (= goes-on (and loaded (not withdrawn) (=> installed (and kept is-active)) (=> (and kept is-active) (= now.digest was.digest)) (=> policy-set (= now.site was.site)) (not block.1.matches) (not block.2.matches)))) :named negated-conclusion))
 (check-sat)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from aeros.spec.theorems.module_copies import Mutant
 from aeros.spec.theorems.theorem import Theorem
 from proofs.lib.lifecycle_executor import GOVERNOR, SCHEDULER, executor_obligations
-from proofs.lib.lifecycle_table import INSTALLED, LIFECYCLE, PROVING, table_obligations
+from proofs.lib.lifecycle_table import INSTALLED, LIFECYCLE, PROVING, REGISTRY, table_obligations
 from proofs.lib.lifecycle_transaction import transaction_obligations
-from proofs.lib.registry_changes import GOVERNING, change_obligations
+from proofs.lib.registry_changes import RUN_MODULES, change_obligations
 from proofs.lib.revocation import CONTROL_PAGE, REGISTRY_STORE, TRANSACTION, revocation_obligations
 
 THEOREM = Theorem(
@@ -66,9 +66,23 @@ THEOREM = Theorem(
         Mutant(
             "goes-on-while-a-module-is-kept",
             "goes-on",
-            GOVERNING,
-            "if one is None or one.state is not ModuleState.ACTIVE:",
-            "if one is None:",
+            RUN_MODULES,
+            "is_active = one is not None and one.state is ModuleState.ACTIVE",
+            "is_active = one is not None",
+        ),
+        Mutant(
+            "goes-on-in-a-folder-although-withdrawn",
+            "goes-on",
+            RUN_MODULES,
+            "if module in now.withdrawn or (is_installed and not is_active):",
+            "if is_installed and not is_active:",
+        ),
+        Mutant(
+            "deactivates-without-withdrawing",
+            "history-step",
+            REGISTRY,
+            "if verb in (LifecycleAction.DEACTIVATE, LifecycleAction.REMOVE):",
+            "if verb is LifecycleAction.REMOVE:",
         ),
         Mutant(
             "keeps-what-it-has-not-recorded",
@@ -81,8 +95,7 @@ THEOREM = Theorem(
             "writes-before-the-transaction",
             "transaction",
             REGISTRY_STORE,
-            'database.execute("BEGIN IMMEDIATE")\n            if _is_new(database):\n'
-            "                for statement in _SCHEMA:\n                    database.execute(statement)\n",
+            'database.execute("BEGIN IMMEDIATE")\n',
             'database.execute("DELETE FROM policy")\n            database.execute("BEGIN IMMEDIATE")\n',
         ),
         Mutant(

@@ -18,6 +18,7 @@ from aeros.agent.world.values import to_exact, to_json_value
 from aeros.apps.goal import parse_goal, parse_value
 from aeros.cli.arguments import add_command, existing_path
 from aeros.exit_codes import Exit, UsageError
+from aeros.runtime.registry.folder_modules import uses_installed_modules
 from aeros.runtime.registry.registry import Registry
 from aeros.sim.symbolic.state import initial_values
 from aeros.spec.closed_loop.invocation import State
@@ -223,7 +224,7 @@ def _load(
         InternalError: A fault of AEROS: the site was refused without a diagnostic.
     """
     registry = Registry(arguments.state)
-    if arguments.ecms is None and arguments.site is None and registry.exists:
+    if arguments.ecms is None and arguments.site is None and uses_installed_modules(registry):
         configuration, _ = registry.configuration()
         return configuration.site, configuration.modules, registry.inactive_modules
     sink = Diagnostics()

@@ -22,6 +22,7 @@ from aeros.cli.arguments import (
     find_key_file,
     parse_seed,
     print_warning,
+    warn_of_withheld_modules,
     writable_path,
 )
 from aeros.cli.latest_run import save_latest_run
@@ -93,8 +94,9 @@ def _command(arguments: argparse.Namespace) -> Exit:
     key_file = find_key_file(arguments)
     governor, configuration, _ = open_governor(arguments.state, arguments.ecms, arguments.site)
     try:
+        warn_of_withheld_modules(governor)
         signing = build_signing(key_file, arguments.anchor)
-        routed = select_task(arguments.instruction, configuration, governor, arguments.state)
+        routed = select_task(arguments.instruction, configuration, governor)
         out = create_output_folder(arguments.out, f"mcp-{routed.task.id}")
         with governor, RunGovernor(governor) as run_governor:
             _warn_of_unknown_skills(configuration)

@@ -32,6 +32,7 @@ Experiments have numbers, and their conditions have paths below, as `aeros exper
 folder of --out gets trials.jsonl (each finished trial), results.json, report.html, report.md and figures/.
 After Ctrl-C or a kill, --resume with the same --out runs the missing trials.  Trials of other modules, of
 another site or of another release of AEROS are not reused.  The same seeds give the same results.
+Trials only simulate, and use no state folder: no command of an operator, such as `aeros block`, reaches them.
 
 examples:
   aeros experiment list

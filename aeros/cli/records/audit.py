@@ -17,17 +17,16 @@ from aeros.runtime.audit.check import AuditReport, Record, RecordCheck, verify_l
 from aeros.runtime.audit.checkpoints import CHECKPOINT, AnchorError, SignatureReport, verify_signed
 from aeros.runtime.audit.format import explain_problem
 from aeros.runtime.audit.keys import InvalidKeyError, make_key, read_public_key
-from aeros.runtime.gate.configuration import FindConfiguration, single_configuration
+from aeros.runtime.gate.configuration import FindConfiguration
 from aeros.runtime.gate.gate import GateMode
-from aeros.runtime.proving import prove_configuration
 from aeros.runtime.records.replay import LogReplay, ReplayMismatch
-from aeros.runtime.registry.past_configurations import PastConfigurations
+from aeros.runtime.registry.folder_modules import DEFAULT_MODULES, uses_installed_modules
+from aeros.runtime.registry.past_configurations import FolderConfigurations, PastConfigurations
 from aeros.runtime.registry.registry import Registry
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.model.site import Site
-from aeros.spec.text.discovery import reference_site_path
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -300,13 +299,11 @@ def _require_sound(chain: AuditReport) -> Exit:
 
 def _replay(arguments: argparse.Namespace) -> Exit:
     registry = Registry(arguments.state)
-    if arguments.ecms is None and arguments.site is None and registry.exists:
-        known: FindConfiguration = PastConfigurations(registry)
+    known: FindConfiguration
+    if arguments.ecms is None and arguments.site is None and uses_installed_modules(registry):
+        known = PastConfigurations(registry)
     else:
-        site = arguments.site or reference_site_path()
-        known = single_configuration(
-            prove_configuration([arguments.ecms or Path("ecms")], site, certified=False)[0]
-        )
+        known = FolderConfigurations(arguments.ecms or DEFAULT_MODULES, arguments.site, registry)
     replay = LogReplay(known, GateMode(arguments.gate))
 
     def take(record: Record, own: str) -> None:

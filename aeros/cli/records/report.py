@@ -17,6 +17,7 @@ from aeros.runtime.audit.checkpoints import AnchorError, verify_signed
 from aeros.runtime.audit.keys import InvalidKeyError, read_public_key
 from aeros.runtime.registry.change_log import recorded_configurations
 from aeros.runtime.registry.registry import Registry
+from aeros.runtime.registry.run_modules import blocks_in_force
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.model.policy import OperatorOverride
@@ -142,7 +143,9 @@ def available_sites(state: Path, given: Path | None) -> Iterable[Site]:
     registry = Registry(state)
     if registry.exists:
         for snapshot in recorded_configurations(registry.folder).values():
-            yield from _with_blocks(registry.folder / snapshot.site, tuple(snapshot.blocks.values()))
+            yield from _with_blocks(
+                registry.folder / snapshot.site, blocks_in_force(snapshot, snapshot.identities)
+            )
 
 
 def _with_blocks(path: Path, blocks: tuple[OperatorOverride, ...]) -> Iterable[Site]:

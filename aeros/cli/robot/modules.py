@@ -6,6 +6,7 @@ import argparse
 import json
 import sys
 from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -18,6 +19,8 @@ from aeros.exit_codes import Exit
 from aeros.files import replace_durably
 from aeros.runtime.registry.archive import pack
 from aeros.runtime.registry.bundle_store import bundle_digest, module_files
+from aeros.runtime.registry.lifecycle import ModuleState
+from aeros.runtime.registry.operator_block import ModuleIdentity, OperatorBlock
 from aeros.runtime.registry.registry import Registry
 from aeros.runtime.registry.store import InstalledModule, RegistrySnapshot
 from aeros.spec.diagnostics.codes import Diagnostic
@@ -34,11 +37,13 @@ that are then installed.  If the proof fails the change is rejected with the rea
 """
 _DESCRIPTIONS: Final = {
     "bundle": "Pack a module's files into one file, to install it elsewhere by its digest.",
-    "install": "Install a module on this robot.  It keeps the state of a version that it replaces.",
+    "install": "Install a module on this robot.  It keeps the state of a version that it replaces.  "
+    "A version below the installed one needs --allow-downgrade.",
     "configure": "Check the dependencies of an installed module.",
     "activate": "Activate a module, so that its skills can run.",
-    "deactivate": "Deactivate a module; when the command returns, none of its skills acts.",
-    "remove": "Uninstall a module that is not active.",
+    "deactivate": "Deactivate a module; when the command returns, none of its skills acts, in any run on "
+    "this robot, wherever the run has the module from.",
+    "remove": "Uninstall a module that is not active.  No run uses it until it is activated again.",
     "list": "List installed modules with their states and capabilities.",
 }
 _EXAMPLES: Final = {
@@ -79,6 +84,9 @@ def add_to(commands: Subparsers, name: str) -> None:
     if name == "install":
         parser.add_argument("module", help="a folder, a bundle, or the name of an entry point")
         parser.add_argument("--digest", metavar="sha256:HEX", help="expected digest of the module's files")
+        parser.add_argument(
+            "--allow-downgrade", action="store_true", help="install a version below the installed one"
+        )
     elif name == "bundle":
         parser.add_argument("module", type=existing_path, help="the module's folder")
         parser.add_argument(
@@ -115,18 +123,35 @@ def _bundle(arguments: argparse.Namespace) -> Exit:
 
 def _install(arguments: argparse.Namespace) -> Exit:
     with module_source(arguments.module) as source:
-        one = Registry(arguments.state).install(source, arguments.digest)
+        registry = Registry(arguments.state)
+        one = registry.install(source, arguments.digest, allows_downgrade=arguments.allow_downgrade)
     print(f"{one.name} {one.version} is {one.state.value}; sha256:{one.digest}")
+    _print_blocks(registry.snapshot(), one)
     return Exit.SUCCESS
 
 
 def _lifecycle_command(verb: str) -> Callable[[argparse.Namespace], Exit]:
     def command(arguments: argparse.Namespace) -> Exit:
-        one: InstalledModule = getattr(Registry(arguments.state), verb)(arguments.module)
+        registry = Registry(arguments.state)
+        one: InstalledModule = getattr(registry, verb)(arguments.module)
         print(f"{one.name} {one.version} is {one.state.value}")
+        if one.state is not ModuleState.ABSENT:
+            _print_blocks(registry.snapshot(), one)
         return Exit.SUCCESS
 
     return command
+
+
+def _print_blocks(snapshot: RegistrySnapshot, module: InstalledModule) -> None:
+    """Print the blocks that name the module, so that nobody believes that it can act."""
+    identity = ModuleIdentity(module.version, module.digest)
+    for block in snapshot.blocks.values():
+        if (block.module, block.digest) != (None, None) and block.applies_to(module.name, identity):
+            print(_block_line(block))
+
+
+def _block_line(block: OperatorBlock) -> str:
+    return f"blocked: {block.id}: {block.reason} ({block.scope})"
 
 
 def _list(arguments: argparse.Namespace) -> Exit:
@@ -185,7 +210,8 @@ def _text(
     broken: _Broken,
 ) -> str:
     if not shown:
-        return "no installed module provides it" if snapshot.modules else "no modules installed"
+        nothing = "no installed module provides it" if snapshot.modules else "no modules installed"
+        return "\n".join([nothing, *_operator_lines(snapshot)])
     width = max(len(name) + len(one.version) + 1 for name, one in shown.items())
     lines = [
         f"{name + ' ' + one.version:<{width}}  {one.state.value:<10}  {', '.join(capable[name])}"
@@ -194,7 +220,16 @@ def _text(
     lines += [
         line for one in shown.values() for line in _broken_lines(broken.get((one.name, one.version), []))
     ]
-    return "\n".join([*lines, *(f"blocked: {one.id}: {one.reason}" for one in snapshot.blocks.values())])
+    return "\n".join([*lines, *_operator_lines(snapshot)])
+
+
+def _operator_lines(snapshot: RegistrySnapshot) -> list[str]:
+    """Describe what the operator has withdrawn and blocked."""
+    removed = [
+        f"removed: {name}: no run uses it until it is installed and activated again"
+        for name in sorted(snapshot.withdrawn - snapshot.modules.keys())
+    ]
+    return [*removed, *map(_block_line, snapshot.blocks.values())]
 
 
 def _json(
@@ -215,10 +250,16 @@ def _json(
         for one in shown.values()
     ]
     blocks = [
-        {"id": b.id, "reason": b.reason, "module": b.module, "skill": b.skill, "action": b.action}
-        for b in snapshot.blocks.values()
+        {**asdict(block), "digest": None if block.digest is None else f"sha256:{block.digest}"}
+        for block in snapshot.blocks.values()
     ]
-    return json.dumps({"generation": snapshot.generation, "modules": modules, "blocks": blocks}, indent=2)
+    found = {
+        "generation": snapshot.generation,
+        "modules": modules,
+        "withdrawn": sorted(snapshot.withdrawn),
+        "blocks": blocks,
+    }
+    return json.dumps(found, indent=2)
 
 
 _COMMANDS: Final = {

@@ -13,16 +13,19 @@ from aeros.cli.arguments import add_command, existing_path
 from aeros.exit_codes import Exit
 from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.registry.control_page import MotionTimeoutError, request_command
+from aeros.runtime.registry.operator_block import OperatorBlock, parse_digest, parse_versions
 from aeros.runtime.registry.registry import Registry
-from aeros.spec.model.policy import OperatorOverride
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
 _DESCRIPTIONS: Final = {
-    "block": "Deny all actions of a module, one of its skills or an action kind from now on.",
+    "block": "Deny all actions of a module, of some of its versions, of one of its skills, or of an action "
+    "kind, in every run on this robot: running now and started later, wherever its modules come from.",
     "unblock": "Remove a block.",
-    "policy": "Set the site policy for all installed modules, or show the one in force.",
+    "policy": "Set the site policy of this robot, for every run on it, or show the one in force.",
+    "repair": "Put the last recorded change in force again, after the registry's database was lost, damaged "
+    "or replaced by an older one.",
     "pause": "Pause: no new action starts until `aeros resume`; running motions finish.",
     "resume": "Let actions start again.",
     "stop": "Stop all motion and end the run.",
@@ -32,9 +35,12 @@ _EXAMPLES: Final = {
     "block": """\
   aeros block --id press-under-repair --reason "the press is open" --module make_dumplings --skill wrap
   aeros block --id no-gripping --reason "a finger is worn" --action grip
+  aeros block --id old-tidy --reason "drops cups" --module tidy --version "<1.2"
+  aeros block --id bad-build --reason "wrong model" --digest sha256:1234…
 """,
     "unblock": "  aeros unblock press-under-repair\n",
     "policy": "  aeros policy cell.yaml\n  aeros policy\n",
+    "repair": "  aeros repair\n  aeros audit verify .aeros/registry/audit.jsonl\n",
     "pause": "  aeros pause\n",
     "resume": "  aeros resume\n",
     "stop": "  aeros stop\n",
@@ -54,6 +60,17 @@ def add_to(commands: Subparsers, name: str) -> None:
         parser.add_argument("--id", required=True, help="short name of the block")
         parser.add_argument("--reason", required=True, help="reason shown in denials")
         parser.add_argument("--module", help="the module it blocks")
+        parser.add_argument(
+            "--version",
+            type=_checked(parse_versions),
+            help="the versions of that module it blocks: one, as in 1.0.0, or a range, as in '<1.2'",
+        )
+        parser.add_argument(
+            "--digest",
+            type=_checked(parse_digest),
+            metavar="sha256:HEX",
+            help="the files it blocks: a module's digest, as `aeros list` and `aeros bundle` print it",
+        )
         parser.add_argument("--skill", help="the skill of that module it blocks")
         parser.add_argument("--action", help="the action kind it blocks")
     elif name == "unblock":
@@ -67,17 +84,23 @@ def add_to(commands: Subparsers, name: str) -> None:
 
 
 def _block(arguments: argparse.Namespace) -> Exit:
-    if arguments.module is None and arguments.action is None:
-        print("aeros: give --module, with or without --skill, or --action", file=sys.stderr)
+    if arguments.version is not None and arguments.module is None:
+        print("aeros: --version needs --module", file=sys.stderr)
         return Exit.USAGE
-    parts = (arguments.module, arguments.skill, arguments.action)
-    Registry(arguments.state).add_override(OperatorOverride(arguments.id, arguments.reason, *parts))
+    if arguments.module is None and arguments.action is None and arguments.digest is None:
+        print("aeros: give --module, with or without --skill, or --action, or --digest", file=sys.stderr)
+        return Exit.USAGE
+    parts = (arguments.module, arguments.skill, arguments.action, arguments.version, arguments.digest)
+    registry = Registry(arguments.state)
+    registry.add_block(OperatorBlock(arguments.id, arguments.reason, *parts))
     print(f"{arguments.id} is in force")
+    if arguments.module not in (None, *registry.snapshot().modules):
+        print(f"`{arguments.module}` is not installed; the block holds for runs that load it from a folder")
     return Exit.SUCCESS
 
 
 def _unblock(arguments: argparse.Namespace) -> Exit:
-    Registry(arguments.state).remove_override(arguments.id)
+    Registry(arguments.state).remove_block(arguments.id)
     print(f"block {arguments.id} removed")
     return Exit.SUCCESS
 
@@ -89,6 +112,27 @@ def _policy(arguments: argparse.Namespace) -> Exit:
     configuration, _ = registry.configuration()
     print(f"{configuration.site.id} is in force; sha256:{configuration.site.digest}")
     return Exit.SUCCESS
+
+
+def _repair(arguments: argparse.Namespace) -> Exit:
+    snapshot = Registry(arguments.state).repair()
+    if snapshot is None:
+        print("nothing to repair: the registry agrees with its record of changes")
+    else:
+        print(f"the last recorded change is in force again, as change {snapshot.generation}")
+    return Exit.SUCCESS
+
+
+def _checked(parse: Callable[[str], str]) -> Callable[[str], str]:
+    """Make an argument type of a parser that raises ValueError."""
+
+    def parsed(text: str) -> str:
+        try:
+            return parse(text)
+        except ValueError as error:
+            raise argparse.ArgumentTypeError(str(error)) from error
+
+    return parsed
 
 
 def _release(arguments: argparse.Namespace) -> Exit:
@@ -118,6 +162,7 @@ _COMMANDS: Final = {
     "block": _block,
     "unblock": _unblock,
     "policy": _policy,
+    "repair": _repair,
     "pause": _command_for(OperatorCommand.PAUSE, "paused: no action starts until `aeros resume`"),
     "resume": _command_for(OperatorCommand.RUN, "resumed"),
     "stop": _command_for(OperatorCommand.STOP, "stopped"),

@@ -23,6 +23,7 @@ from aeros.cli.arguments import (
     mcap_path,
     parse_seed,
     video_path,
+    warn_of_withheld_modules,
     writable_path,
 )
 from aeros.cli.run.planners import LLM_KEY, build_planner
@@ -50,6 +51,8 @@ All modules are proved before anything moves, and each `ecm.lock` must equal the
 The folder of --out gets run.webp (video, physics), trace.jsonl (events of the agent), measured.jsonl
 (measurements, ten a second), audit.jsonl (every decision, hash-chained), and with --report an HTML page.
 The exit code is 0 if the goal is reached, else 1.
+Blocks, policy and withdrawn modules of the state folder bind the run, also with --ecms or --site, and also
+if they change while it runs (`aeros block`, `deactivate`, `policy`, `stop`; docs/lifecycle.md).
 Ctrl-C stops the robot; a video, bag or MCAP file is complete up to then.  After a kill there is none.
 Simulated people walk scripted paths and ignore the robot; it slows down or stops as the site demands.
 A composition is a graph of skills that the module declares; its branches run at the same time.
@@ -106,7 +109,8 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument(
         "--ecms",
         type=existing_path,
-        help="the modules to load (default: those that are active on this robot, or else `ecms`)",
+        help="the modules to load (default: those that are active on this robot; `ecms` if none was ever "
+        "installed)",
     )
     parser.add_argument(
         "--out", type=Path, help="a new folder for video, trace and audit log (default: in runs/)"
@@ -310,8 +314,9 @@ def _run_agent(arguments: argparse.Namespace) -> Exit:
         resumed=arguments.resume or arguments.serve_plant,
     )
     try:
+        warn_of_withheld_modules(governor)
         signing = build_signing(key_file, arguments.anchor)
-        routed = select_task(arguments.instruction, configuration, governor, arguments.state)
+        routed = select_task(arguments.instruction, configuration, governor)
         goal = None if arguments.goal is None else parse_goal(arguments.goal, configuration.site)
         planner = build_planner(arguments, configuration.modules[routed.module], configuration.site)
         around = load_scene_extras(arguments, configuration, routed)

@@ -275,5 +275,8 @@ def _recount_sessions(audit: AuditLog, site: Site) -> SessionState:
     opening = ("session-opened", "session-resumed", "configuration-changed")
     governed = [one["details"]["site"]["digest"] for one in records if one["event"] in opening]
     if any(digest != site.digest for digest in governed):
-        raise AuditError(f"`{audit.path}` cannot be resumed: another site was in force")
+        raise AuditError(
+            f"`{audit.path}` cannot be resumed: another site was in force, or other blocks of the operator; "
+            "start the task again"
+        )
     return recount_records(records, site)

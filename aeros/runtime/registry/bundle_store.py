@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Final
 
@@ -84,16 +85,52 @@ def store_bundle(files: Mapping[str, bytes], store: Path, name: str) -> Path:
         return target
     staging = store / f".{digest}.{os.getpid()}"
     shutil.rmtree(staging, ignore_errors=True)
-    for relative, content in files.items():
-        path = staging / name / relative
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_durably(path, content)
+    write_files(files, staging / name)
     for folder in sorted({path.parent for path in staging.rglob("*")}):
         sync_folder(folder)
     shutil.rmtree(store / digest, ignore_errors=True)
     staging.rename(store / digest)
     sync_folder(store)
     return target
+
+
+@contextmanager
+def stored_bundle(files: Mapping[str, bytes], store: Path, name: str) -> Iterator[Path]:
+    """Store a module's files as `store_bundle` does; if the block fails, nothing new stays stored.
+
+    Args:
+        files: content by path relative to the module's folder.
+        store: folder of all stored modules.
+        name: id of the module.
+
+    Yields:
+        The folder below `store` that holds the files.
+    """
+    folders = (store / bundle_digest(files) / name, store / bundle_digest(files), store, store.parent)
+    absent = [folder for folder in folders if not folder.exists()]
+    try:
+        yield store_bundle(files, store, name)
+    except BaseException:
+        for folder in absent:
+            if folder == folders[0]:
+                shutil.rmtree(folder, ignore_errors=True)
+            else:
+                with suppress(OSError):
+                    folder.rmdir()
+        raise
+
+
+def write_files(files: Mapping[str, bytes], folder: Path) -> None:
+    """Write a module's files durably.
+
+    Args:
+        files: content by path relative to the module's folder.
+        folder: the folder, created if it does not exist.
+    """
+    for relative, content in files.items():
+        path = folder / relative
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_durably(path, content)
 
 
 def remove_unreferenced(store: Path, named: set[Path]) -> None:

@@ -62,7 +62,10 @@ class ControlPage:
 
     @property
     def command(self) -> OperatorCommand:
-        """Latest command of the operator; an unreadable command counts as a stop."""
+        """Latest command of the operator; a stop if it cannot be read, or the page was deleted."""
+        # Nobody can reach a run through a page that was deleted with the state folder.
+        if os.fstat(self._file).st_nlink == 0:
+            return OperatorCommand.STOP
         try:
             return OperatorCommand(int.from_bytes(self._page[8:16], "little"))
         except ValueError:

@@ -2,40 +2,46 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
+from typing import Final
 
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.proving import ProveConfiguration, prove_configuration
 from aeros.runtime.registry.bundle_store import bundle_digest, module_files
+from aeros.runtime.registry.change_log import LOG
 from aeros.runtime.registry.lifecycle import ModuleState
-from aeros.runtime.registry.store import RegistrySnapshot, RegistryStore
+from aeros.runtime.registry.run_modules import LoadedModules, blocks_in_force
+from aeros.runtime.registry.store import RegistrySnapshot
+from aeros.runtime.registry.transaction import RegistryTransactions
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.site import Site
+from aeros.spec.text.digests import file_digest
 from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.verification.reports import Report
 
+_FOLDER: Final = "registry"
+
 
 class InstalledModules:
-    """Installed modules of one robot, to read.
+    """Installed modules of one robot, to read; implements `RunModules`.
 
     Args:
-        folder: the registry's folder.
+        state: the robot's state folder.
         prove: proves a set of modules, as `proving.prove_configuration` does.
     """
 
-    def __init__(self, folder: Path, prove: ProveConfiguration = prove_configuration) -> None:
+    def __init__(self, state: Path, prove: ProveConfiguration = prove_configuration) -> None:
         self._prove = prove
-        self.folder = folder
-        self._records = RegistryStore(folder)
+        self.folder = state / _FOLDER
+        self._transactions = RegistryTransactions(self.folder, state / "audit.key")
 
     @property
     def exists(self) -> bool:
-        """True if anything was ever stored in it."""
-        return self._records.path.exists()
+        """True if anything was ever changed in it."""
+        return (self.folder / LOG).exists() or self._transactions.database.exists()
 
     def snapshot(self) -> RegistrySnapshot:
         """Read the registry.
@@ -44,9 +50,9 @@ class InstalledModules:
             Its content now.
 
         Raises:
-            UserError: it cannot be read.
+            UserError: it cannot be read, or database and record of changes disagree.
         """
-        return self._records.read()
+        return self._transactions.snapshot()
 
     def configuration(self, snapshot: RegistrySnapshot | None = None) -> tuple[Configuration, Report]:
         """Prove the configuration of the active modules.
@@ -60,7 +66,14 @@ class InstalledModules:
         Raises:
             UserError: it cannot be read or proved.
         """
-        return self._prove_snapshot(self.snapshot() if snapshot is None else snapshot, {})
+        return self._prove_snapshot(self.snapshot() if snapshot is None else snapshot)
+
+    def load(self, snapshot: RegistrySnapshot) -> LoadedModules:
+        """Implement `RunModules.load`: the active modules."""
+        configuration, report = self._prove_snapshot(snapshot)
+        return LoadedModules(
+            snapshot, snapshot.site, snapshot.identities, configuration, report, {}, is_installed=True
+        )
 
     def capabilities(self, snapshot: RegistrySnapshot) -> dict[str, tuple[str, ...]]:
         """List the capabilities of the installed modules.
@@ -103,45 +116,92 @@ class InstalledModules:
             UserError: the stored policy cannot be read.
         """
         diagnostics = Diagnostics()
-        site = load_site(self._site(snapshot), diagnostics)
+        site = load_site(self.site_file(snapshot), diagnostics)
         diagnostics.raise_if_errors()
         if site is None:
             raise refusal("AE965", f"the policy `{snapshot.site}` cannot be read")
         return site
 
-    def _prove_snapshot(
-        self, new: RegistrySnapshot, sources: Mapping[str, Path], site: Path | None = None
-    ) -> tuple[Configuration, Report]:
-        """Prove the configuration of `new`; `sources` has the folders of modules that are not stored yet.
+    def _prove_snapshot(self, new: RegistrySnapshot) -> tuple[Configuration, Report]:
+        """Prove the configuration of `new`, whose files are stored.
 
         Raises:
             UserError: stored files were altered, a needed module is not active, or the proof fails.
         """
-        folders = {**self._folders(new), **sources}
-        policy = self._site(new) if site is None else site
-        blocks = tuple(new.blocks.values())
+        folders = self._folders(new)
         for one in new.modules.values():
-            if one.name not in sources and bundle_digest(module_files(folders[one.name])) != one.digest:
+            if bundle_digest(module_files(folders[one.name])) != one.digest:
                 raise refusal("AE965", f"the stored files of `{one.name}` differ from the installed ones")
+        blocks = blocks_in_force(new, new.identities)
         active = {name for name, one in new.modules.items() if one.state is ModuleState.ACTIVE}
         configuration, report = self._prove(
-            folders.values(), policy, certified=False, blocks=blocks, active=active.__contains__
+            folders.values(), self.site_file(new), certified=False, blocks=blocks, active=active.__contains__
         )
-        for name, ecm in configuration.modules.items():
-            for needed in ecm.required_modules:
-                if needed not in active:
-                    raise refusal(
-                        "AE964",
-                        f"`{name}` needs `{needed}`, which is not active",
-                        f"`aeros activate {needed}` first",
-                    )
+        require_dependencies(configuration)
         return configuration, report
 
     def _folders(self, snapshot: RegistrySnapshot) -> dict[str, Path]:
-        return {name: self.folder / one.folder for name, one in snapshot.modules.items()}
+        """Return the folder of each stored module; none is reached through a link."""
+        folders = {name: self.folder / one.folder for name, one in snapshot.modules.items()}
+        top = self.folder.resolve()
+        for name, folder in folders.items():
+            if folder.resolve() != top / snapshot.modules[name].folder:
+                raise refusal("AE965", f"the files of `{name}` are not in `{folder}`, but outside of it")
+        return folders
 
-    def _site(self, snapshot: RegistrySnapshot) -> Path:
-        return self.folder / snapshot.site if snapshot.site else reference_site_path()
+    def site_file(self, snapshot: RegistrySnapshot) -> Path:
+        """Return the file of the policy in force; its name is the digest of its content.
+
+        Args:
+            snapshot: content of the registry.
+
+        Returns:
+            The file.
+
+        Raises:
+            UserError: it cannot be read, or was changed.
+        """
+        if not snapshot.site:
+            return reference_site_path()
+        path = self.folder / snapshot.site
+        try:
+            content = path.read_bytes()
+        except OSError as failure:
+            raise refusal("AE965", f"the policy `{path}` cannot be read: {failure.strerror}") from failure
+        if snapshot.site != policy_file(content):
+            raise refusal("AE965", f"the policy `{path}` differs from the one that was put in force")
+        return path
+
+
+def policy_file(content: bytes) -> str:
+    """Return the name under which a registry stores a policy.
+
+    Args:
+        content: content of the site file.
+
+    Returns:
+        The path, relative to the registry's folder.
+    """
+    return f"policies/{file_digest(content)}.yaml"
+
+
+def require_dependencies(configuration: Configuration) -> None:
+    """Require that what each active module needs is active.
+
+    Args:
+        configuration: a proved configuration.
+
+    Raises:
+        UserError: a module needs one that is not active.
+    """
+    for name, ecm in configuration.modules.items():
+        for needed in ecm.required_modules:
+            if needed not in configuration.modules:
+                raise refusal(
+                    "AE964",
+                    f"`{name}` needs `{needed}`, which is not active",
+                    f"`aeros activate {needed}` first",
+                )
 
 
 def load_module(site: Site, folder: Path) -> Ecm:

@@ -6,8 +6,12 @@ again. The result must have the requested digest, so nothing here has to be trus
 
 from __future__ import annotations
 
+from contextlib import suppress
+from pathlib import Path
+
 from aeros.runtime.gate.configuration import Configuration, UnknownConfigurationError
-from aeros.runtime.registry.change_log import LOG, recorded_configurations
+from aeros.runtime.registry.change_log import LOG, recorded_changes, recorded_configurations
+from aeros.runtime.registry.folder_modules import FolderModules
 from aeros.runtime.registry.registry import Registry
 from aeros.runtime.registry.store import RegistrySnapshot
 from aeros.spec.diagnostics.errors import UserError
@@ -57,3 +61,42 @@ class PastConfigurations:
             if not (folder / one.folder).is_dir()
         ]
         return lost if (folder / snapshot.site).is_file() else [*lost, f"`{snapshot.site}`"]
+
+
+class FolderConfigurations:
+    """Implements `FindConfiguration` for runs that loaded their modules from a folder.
+
+    A configuration consists of the folder's modules, the site file, and what the operator had withdrawn and
+    blocked.  The registry's log tells the last, so each state that it names is tried.
+
+    Args:
+        folder: folder of a module or of modules, as the run had it.
+        site: site file of the run; None for the policy then in force, or else the reference site.
+        registry: the robot's registry; need not exist.
+    """
+
+    def __init__(self, folder: Path, site: Path | None, registry: Registry) -> None:
+        self._modules = FolderModules(folder, site, registry, needs_certificates=False)
+        self._found: list[Configuration] = []
+        self._untried = [snapshot for _, snapshot in recorded_changes(registry.folder)]
+        if self._untried:
+            self._untried.append(RegistrySnapshot())
+        else:
+            # Not tried but loaded: an error in the files is told as it is.
+            self._found.append(self._modules.load(RegistrySnapshot()).configuration)
+
+    def __call__(self, digest: str) -> Configuration:
+        """Implements `FindConfiguration`.
+
+        Raises:
+            UnknownConfigurationError: no recorded state of the registry leads to it.
+        """
+        while not any(one.digest == digest for one in self._found):
+            if not self._untried:
+                raise UnknownConfigurationError(
+                    "these modules and this site never led to it on this robot; "
+                    "replay a run with the --site, --ecms and --state that it had"
+                )
+            with suppress(UserError):
+                self._found.append(self._modules.load(self._untried.pop()).configuration)
+        return next(one for one in self._found if one.digest == digest)

@@ -8,26 +8,26 @@ after `deactivate`, `remove` or `block` has returned, no further action of that 
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import tempfile
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
 
-from aeros.runtime.proving import ProveConfiguration, prove_configuration
-from aeros.runtime.registry.bundle_store import bundle_digest, module_files, store_bundle
+from packaging.version import Version
+
+from aeros.runtime.registry.bundle_store import bundle_digest, module_files, stored_bundle, write_files
 from aeros.runtime.registry.control_page import ControlPage
-from aeros.runtime.registry.installed import InstalledModules, load_module, refusal
+from aeros.runtime.registry.installed import InstalledModules, load_module, policy_file, refusal
 from aeros.runtime.registry.lifecycle import LifecycleAction, ModuleState, allowed_states, next_state
+from aeros.runtime.registry.operator_block import OperatorBlock
+from aeros.runtime.registry.shown_paths import shown_as
 from aeros.runtime.registry.store import InstalledModule, RegistrySnapshot
-from aeros.runtime.registry.transaction import RegistryTransactions
 from aeros.spec.diagnostics.codes import did_you_mean
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.model.ecm import Ecm
-from aeros.spec.model.policy import OperatorOverride
+from aeros.spec.model.site import Site
 from aeros.spec.text.digests import file_digest
 from aeros.spec.verification.reports import Report
-
-_FOLDER: Final = "registry"
 
 
 class Registry(InstalledModules):
@@ -37,10 +37,6 @@ class Registry(InstalledModules):
         state: the robot's state folder.
         prove: proves the modules at each change, as `proving.prove_configuration` does.
     """
-
-    def __init__(self, state: Path, prove: ProveConfiguration = prove_configuration) -> None:
-        super().__init__(state / _FOLDER, prove)
-        self._transactions = RegistryTransactions(self.folder, state / "audit.key")
 
     def committed_snapshot(self, live: ControlPage) -> RegistrySnapshot | None:
         """Read the registry unless a change is in progress.
@@ -58,19 +54,38 @@ class Registry(InstalledModules):
         """
         return self._transactions.committed_snapshot(live)
 
-    def install(self, source: Path, pinned: str | None = None) -> InstalledModule:
+    def confirms(self, snapshot: RegistrySnapshot) -> bool:
+        """Compare content of the registry that was just read with its record of changes.
+
+        Args:
+            snapshot: the content.
+
+        Returns:
+            True if they agree; False if a change was made meanwhile, so that it must be read again.
+
+        Raises:
+            UserError: they disagree while no change is being made.
+        """
+        return self._transactions.confirms(snapshot)
+
+    def install(
+        self, source: Path, pinned: str | None = None, *, allows_downgrade: bool = False
+    ) -> InstalledModule:
         """Install a module; if another version is installed, replace it and keep its state.
+
+        The source is read once. What was read is stored, and the stored files are proved.
 
         Args:
             source: the module's folder.
             pinned: digest that its files must have; None to accept any.
+            allows_downgrade: accept a version below the installed one.
 
         Returns:
             The installed module.
 
         Raises:
-            UserError: the module cannot be read, proved or recorded, differs from `pinned`, or is installed
-                with the same version and other contents.
+            UserError: the module cannot be read, proved or recorded, differs from `pinned`, is installed
+                with the same version and other contents, or is installed in a newer version.
         """
         with self._transactions.change_lock() as old:
             files = module_files(source)
@@ -78,26 +93,35 @@ class Registry(InstalledModules):
             if pinned is not None and pinned.removeprefix("sha256:") != digest:
                 name, found = source.name, f"sha256:{digest}"
                 raise refusal("AE963", f"`{name}` does not have the pinned digest: its digest is {found}")
-            site = self._policy_of(old)
-            ecm = load_module(site, source)
-            kept = old.modules.get(ecm.id)
-            if kept is not None and kept.version == ecm.version and kept.digest != digest:
-                raise refusal(
-                    "AE962",
-                    f"`{ecm.id}` {ecm.version} is already installed with other contents",
-                    "raise the version of the changed module",
-                )
+            ecm = _load_files(self._policy_of(old), files, source)
+            _require_upgrade(old.modules.get(ecm.id), ecm, digest, allows_downgrade=allows_downgrade)
             state = self._next_state(old, ecm.id, LifecycleAction.INSTALL)
-            one = InstalledModule.from_digest(ecm.id, ecm.version, digest, state)
+            one = InstalledModule(ecm.id, ecm.version, digest, state)
             new = _with_module(old, one)
-            configuration, _ = self._prove_snapshot(new, {ecm.id: source})
-            folder = store_bundle(files, self.folder / "modules", ecm.id)
-            if _digests(load_module(site, folder)) != _digests(ecm):
-                raise refusal("AE961", f"`{source}` changed while it was being proved")
-            self._transactions.commit(
-                old, new, f"install {ecm.id} {ecm.version} sha256:{digest}", configuration
-            )
+            with stored_bundle(files, self.folder / "modules", ecm.id) as folder:
+                with shown_as(folder, source):
+                    configuration, _ = self._prove_snapshot(new)
+                self._transactions.commit(
+                    old, new, f"install {ecm.id} {ecm.version} sha256:{digest}", configuration
+                )
             return one
+
+    def repair(self) -> RegistrySnapshot | None:
+        """Put the last recorded change in force again, after the database was lost, damaged or replaced.
+
+        Returns:
+            The registry now; None if database and record of changes agree.
+
+        Raises:
+            UserError: the record cannot be relied on, or its state cannot be proved or recorded.
+        """
+        with self._transactions.repair_lock() as old:
+            if old is None:
+                return None
+            configuration, _ = self._prove_snapshot(old)
+            self._transactions.set_aside_database()
+            self._transactions.commit(old, old, f"repair to change {old.generation}", configuration)
+        return self.snapshot()
 
     def configure(self, name: str) -> InstalledModule:
         """Configure a module: check that each of its dependencies is installed.
@@ -155,11 +179,11 @@ class Registry(InstalledModules):
         """
         return self._change_state(name, LifecycleAction.REMOVE)
 
-    def add_override(self, block: OperatorOverride) -> None:
-        """Add an operator override. When this returns, nothing that it blocks acts any more.
+    def add_block(self, block: OperatorBlock) -> None:
+        """Add an operator's block. When this returns, nothing that it blocks acts any more, in any run.
 
         Args:
-            block: the override, with an id that is not in use.
+            block: the block, with an id that is not in use.
 
         Raises:
             UserError: the id is in use, the action kind is unknown, or the change cannot be proved or
@@ -170,19 +194,20 @@ class Registry(InstalledModules):
                 raise refusal("AE960", f"there is a block `{block.id}` already", "choose another name")
             kinds = self._policy_of(old).kinds
             if block.action is not None and block.action not in kinds:
-                raise _unknown_name_error("action kind", block.action, kinds)
+                cures = () if old.is_policy_set else ("for runs with --site: `aeros policy SITE` first",)
+                raise _unknown_name_error("action kind", block.action, kinds, *cures)
             # Sorted, as they are read back, so that the digest is that of the configuration in force.
             blocks = dict(sorted({**old.blocks, block.id: block}.items()))
             self._change(old, replace(old, blocks=blocks), f"block {block.id}")
 
-    def remove_override(self, block: str) -> None:
-        """Remove an operator override.
+    def remove_block(self, block: str) -> None:
+        """Remove an operator's block.
 
         Args:
-            block: id of the override.
+            block: id of the block.
 
         Raises:
-            UserError: there is no such override, or the change cannot be proved or recorded.
+            UserError: there is no such block, or the change cannot be proved or recorded.
         """
         with self._transactions.change_lock() as old:
             if block not in old.blocks:
@@ -204,20 +229,23 @@ class Registry(InstalledModules):
         """
         with self._transactions.change_lock() as old:
             content = _read_bytes(site)
-            new = replace(old, site=f"policies/{file_digest(content)}.yaml")
-            configuration, report = self._prove_snapshot(new, {}, site)
-            self._transactions.store_policy(new, content)
-            description = f"policy {site.name} sha256:{file_digest(content)}"
-            self._transactions.commit(old, new, description, configuration)
+            new = replace(old, site=policy_file(content), is_policy_set=True)
+            with self._transactions.stored_policy(new, content) as path:
+                with shown_as(path, site):
+                    configuration, report = self._prove_snapshot(new)
+                description = f"policy {site.name} sha256:{file_digest(content)}"
+                self._transactions.commit(old, new, description, configuration)
             return report
 
     def _change_state(self, name: str, verb: LifecycleAction) -> InstalledModule:
         with self._transactions.change_lock() as old:
             if name not in old.modules:
-                raise _unknown_name_error("module", name, old.modules)
+                cure = f"if a run has it from a folder, `aeros block --module {name}` reaches it there"
+                raise _unknown_name_error("module", name, old.modules, cure)
             state = self._next_state(old, name, verb)
             one = replace(old.modules[name], state=state)
-            self._change(old, _with_module(old, one), f"{verb.value} {name}")
+            new = replace(_with_module(old, one), withdrawn=_withdrawn(old.withdrawn, name, verb))
+            self._change(old, new, f"{verb.value} {name}")
             return one
 
     def _next_state(self, old: RegistrySnapshot, name: str, verb: LifecycleAction) -> ModuleState:
@@ -230,7 +258,7 @@ class Registry(InstalledModules):
         return reached
 
     def _change(self, old: RegistrySnapshot, new: RegistrySnapshot, description: str) -> None:
-        configuration, _ = self._prove_snapshot(new, {})
+        configuration, _ = self._prove_snapshot(new)
         self._transactions.commit(old, new, description, configuration)
 
 
@@ -242,8 +270,39 @@ def _with_module(old: RegistrySnapshot, module: InstalledModule) -> RegistrySnap
     return replace(old, modules=dict(sorted(modules.items())))
 
 
-def _digests(ecm: Ecm) -> tuple[str, str]:
-    return ecm.manifest_digest, ecm.code_digest
+def _withdrawn(before: frozenset[str], name: str, verb: LifecycleAction) -> frozenset[str]:
+    """Return the modules that no run may use: deactivated or removed, and not activated since."""
+    if verb in (LifecycleAction.DEACTIVATE, LifecycleAction.REMOVE):
+        return before | {name}
+    return before - {name} if verb is LifecycleAction.ACTIVATE else before
+
+
+def _load_files(site: Site, files: Mapping[str, bytes], source: Path) -> Ecm:
+    """Load a module from the bytes that were read of it."""
+    with tempfile.TemporaryDirectory(prefix="aeros-") as made:
+        folder = Path(made) / (source.resolve().name or "module")
+        write_files(files, folder)
+        with shown_as(folder, source):
+            return load_module(site, folder)
+
+
+def _require_upgrade(kept: InstalledModule | None, ecm: Ecm, digest: str, *, allows_downgrade: bool) -> None:
+    """Refuse other contents of the installed version, and a version below it unless that is allowed."""
+    if kept is None:
+        return
+    version, installed = Version(ecm.version), Version(kept.version)
+    if version == installed and kept.digest != digest:
+        raise refusal(
+            "AE962",
+            f"`{ecm.id}` {ecm.version} is already installed with other contents",
+            "raise the version of the changed module",
+        )
+    if version < installed and not allows_downgrade:
+        raise refusal(
+            "AE967",
+            f"`{ecm.id}` {ecm.version} is older than the installed {kept.version}",
+            "to install it all the same, give --allow-downgrade",
+        )
 
 
 def _read_bytes(path: Path) -> bytes:
@@ -253,8 +312,8 @@ def _read_bytes(path: Path) -> bytes:
         raise refusal("AE961", f"`{path}` cannot be read: {failure.strerror}") from failure
 
 
-def _unknown_name_error(what: str, name: str, known: Iterable[str]) -> UserError:
+def _unknown_name_error(what: str, name: str, known: Iterable[str], *cures: str) -> UserError:
     near = did_you_mean(name, known)
     names = ", ".join(f"`{one}`" for one in known)
     cure = f"did you mean `{near}`?" if near else f"there is {names}" if names else "there is none"
-    return refusal("AE960", f"there is no {what} `{name}` here", cure)
+    return refusal("AE960", f"there is no {what} `{name}` here", cure, *cures)

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager
+from collections.abc import Mapping
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Final, Self
 
-from aeros.runtime.execution.governor import FixedGovernor, OperatorCommand
+from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.registry.control_page import ControlPage
-from aeros.runtime.registry.lifecycle import ModuleState
 from aeros.runtime.registry.registry import Registry
+from aeros.runtime.registry.run_modules import LoadedModules, RunModules
 from aeros.runtime.registry.store import RegistrySnapshot
+from aeros.spec.model.ecm import Ecm
 from aeros.spec.verification.reports import Report
 
 _POLL_INTERVAL_S: Final = 0.002  # s, while a change is being made
@@ -50,13 +51,32 @@ class OperatorCommands:
 
 
 class RegistryGovernor(OperatorCommands):
-    """Implements `Governor` over a registry."""
+    """Implements `Governor` for a run on one robot, whatever modules it uses.
 
-    def __init__(self, registry: Registry, *, resumed: bool = False) -> None:
-        super().__init__(registry.folder, resumed=resumed)
+    Args:
+        registry: the robot's registry; need not exist yet.
+        modules: source of the run's modules; None for those that are active in the registry.
+        resumed: the run continues after a crash, so a stop requested meanwhile applies to it.
+
+    Raises:
+        UserError: registry or modules cannot be read or proved.
+    """
+
+    def __init__(
+        self, registry: Registry, modules: RunModules | None = None, *, resumed: bool = False
+    ) -> None:
         self._registry = registry
-        self._loaded, self._current = self._load_configuration()
-        self._latest_read = self._loaded
+        self._modules = registry if modules is None else modules
+        # Without a registry nobody can command yet, and modules that are refused leave no folder.
+        early = None if registry.folder.exists() else self._modules.load(registry.snapshot())
+        super().__init__(registry.folder, resumed=resumed)
+        try:
+            is_current = early is not None and registry.committed_snapshot(self._live) == early.snapshot
+            self._loaded = early if early is not None and is_current else self._load_modules()
+        except BaseException:
+            self.close()
+            raise
+        self._latest_read = self._loaded.snapshot
 
     @property
     def generation(self) -> int:
@@ -65,15 +85,19 @@ class RegistryGovernor(OperatorCommands):
 
     def configuration(self) -> tuple[int, Configuration]:
         """Implements `Governor.configuration`; proves each generation once."""
-        if self._current[0] != self._live.generation:
-            self._loaded, self._current = self._load_configuration()
-        generation, configuration, _ = self._current
-        return generation, configuration
+        if self._loaded.snapshot.generation != self._live.generation:
+            self._loaded = self._load_modules()
+        return self._loaded.snapshot.generation, self._loaded.configuration
 
     @property
     def report(self) -> Report:
         """Report of the proof of the configuration."""
-        return self._current[2]
+        return self._loaded.report
+
+    @property
+    def withheld(self) -> Mapping[str, str]:
+        """Reason of each module that the run has and the operator does not let it use, by name."""
+        return self._loaded.withheld
 
     def hold_generation(self, generation: int) -> AbstractContextManager[bool]:
         """Implements `Governor.hold_generation`."""
@@ -81,41 +105,26 @@ class RegistryGovernor(OperatorCommands):
 
     def revocation_reason(self, module: str, skill: str, kind: str) -> str | None:
         """Implements `Governor.revocation_reason`; the policy counts as changed if its file is another."""
-        now, was = self._latest_snapshot(), self._loaded
-        one = now.modules.get(module)
-        if one is None or one.state is not ModuleState.ACTIVE:
-            return f"`{module}` is no longer active"
-        if one.digest != was.modules[module].digest:
-            return f"`{module}` now has another version"
-        if now.site != was.site:
-            return "another policy is in force"
-        for block in now.blocks.values():
-            if block.matches(module, skill, kind):
-                return f"the operator blocks it: {block.reason}"
-        return None
+        return self._loaded.revocation_reason(self._latest_snapshot(), module, skill, kind)
 
-    def _load_configuration(self) -> tuple[RegistrySnapshot, tuple[int, Configuration, Report]]:
-        """Load the configuration in force; wait while a change is in progress."""
-        while (snapshot := self._registry.committed_snapshot(self._live)) is None:
+    def inactive_modules(self) -> Mapping[str, Ecm]:
+        """Load the modules that the run could use if they were activated.
+
+        Returns:
+            Modules by name, not proved.
+        """
+        return self._registry.inactive_modules()
+
+    def _load_modules(self) -> LoadedModules:
+        """Load the modules under the registry in force; wait while a change is in progress."""
+        while (snapshot := self._registry.committed_snapshot(self._live)) is None or not (
+            self._registry.confirms(snapshot)
+        ):
             time.sleep(_POLL_INTERVAL_S)
-        return snapshot, (snapshot.generation, *self._registry.configuration(snapshot))
+        return self._modules.load(snapshot)
 
     def _latest_snapshot(self) -> RegistrySnapshot:
         """Read the registry once per generation, and repeatedly while a change is in progress."""
         if self._latest_read.generation != self._live.generation:
             self._latest_read = self._registry.committed_snapshot(self._live) or self._latest_read
         return self._latest_read
-
-
-class CommandableGovernor(OperatorCommands, FixedGovernor):
-    """Governor with a fixed set of modules, from no registry, that obeys pause and stop."""
-
-    def __init__(self, configuration: Configuration, registry: Registry, *, resumed: bool = False) -> None:
-        OperatorCommands.__init__(self, registry.folder, resumed=resumed)
-        FixedGovernor.__init__(self, configuration)
-
-    @contextmanager
-    def hold_generation(self, generation: int) -> Iterator[bool]:
-        """Implements `Governor.hold_generation`."""
-        with self._live.hold_generation(self._live.generation):
-            yield generation == self.generation

@@ -6,30 +6,40 @@ the state before the change or the state after it. A refused change writes nothi
 
 from __future__ import annotations
 
+import json
 import sqlite3
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import astuple, dataclass, field
 from pathlib import Path
 from typing import Final
 
 from aeros.runtime.registry.lifecycle import ModuleState
+from aeros.runtime.registry.operator_block import ModuleIdentity, OperatorBlock
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.migrations.formats import REGISTRY
-from aeros.spec.model.policy import OperatorOverride
 
 _VERSION: Final = REGISTRY.version
-_CURE: Final = "restore it from a backup, or remove its folder and install again"
+_UPGRADABLE: Final = 2
+_CURE: Final = "run `aeros repair`, which puts the last recorded change in force again"
 _SCHEMA: Final = (
     "CREATE TABLE policy (only INTEGER PRIMARY KEY CHECK (only = 1), generation INTEGER NOT NULL, "
-    "site TEXT NOT NULL) STRICT",
+    "site TEXT NOT NULL, is_set INTEGER NOT NULL, withdrawn TEXT NOT NULL) STRICT",
     "CREATE TABLE modules (name TEXT PRIMARY KEY, version TEXT NOT NULL, digest TEXT NOT NULL, "
     "folder TEXT NOT NULL, state TEXT NOT NULL) STRICT",
     "CREATE TABLE blocks (id TEXT PRIMARY KEY, reason TEXT NOT NULL, module TEXT, skill TEXT, "
-    "action TEXT) STRICT",
+    "action TEXT, version TEXT, digest TEXT) STRICT",
     f"PRAGMA user_version = {_VERSION}",
 )
+_UPGRADE: Final = (
+    "ALTER TABLE policy ADD COLUMN is_set INTEGER NOT NULL DEFAULT 1",
+    "ALTER TABLE policy ADD COLUMN withdrawn TEXT NOT NULL DEFAULT '[]'",
+    "ALTER TABLE blocks ADD COLUMN version TEXT",
+    "ALTER TABLE blocks ADD COLUMN digest TEXT",
+    f"PRAGMA user_version = {_VERSION}",
+)
+"""From version 2, which did not say if a policy was set by the operator: it counts as set."""
 
 
 @dataclass(frozen=True)
@@ -40,30 +50,18 @@ class InstalledModule:
         name: id of the module.
         version: its version.
         digest: SHA-256 over all its files.
-        folder: folder of the files, relative to the registry's folder.
         state: state in its life cycle.
     """
 
     name: str
     version: str
     digest: str
-    folder: str
     state: ModuleState
 
-    @classmethod
-    def from_digest(cls, name: str, version: str, digest: str, state: ModuleState) -> InstalledModule:
-        """Make an entry for a module stored in the folder of its digest.
-
-        Args:
-            name: id of the module.
-            version: its version.
-            digest: SHA-256 over all its files.
-            state: state in its life cycle.
-
-        Returns:
-            The entry.
-        """
-        return cls(name, version, digest, f"modules/{digest}/{name}", state)
+    @property
+    def folder(self) -> str:
+        """Folder of the files, relative to the registry's folder."""
+        return f"modules/{self.digest}/{self.name}"
 
 
 @dataclass(frozen=True)
@@ -74,13 +72,22 @@ class RegistrySnapshot:
         generation: number of changes so far; 0 for an empty registry.
         site: the policy's file, relative to the registry's folder; empty if there is none.
         modules: installed modules by name.
-        blocks: operator overrides by id.
+        blocks: the operator's blocks by id.
+        is_policy_set: True if the operator set the policy; otherwise it is a copy of the reference site.
+        withdrawn: modules that were deactivated or removed, and not activated since.
     """
 
     generation: int = 0
     site: str = ""
     modules: Mapping[str, InstalledModule] = field(default_factory=dict)
-    blocks: Mapping[str, OperatorOverride] = field(default_factory=dict)
+    blocks: Mapping[str, OperatorBlock] = field(default_factory=dict)
+    is_policy_set: bool = False
+    withdrawn: frozenset[str] = frozenset()
+
+    @property
+    def identities(self) -> dict[str, ModuleIdentity]:
+        """Version and digest of each installed module, by name."""
+        return {name: ModuleIdentity(one.version, one.digest) for name, one in self.modules.items()}
 
 
 class RegistryStore:
@@ -104,22 +111,33 @@ class RegistryStore:
             database.execute(
                 "BEGIN"
             )  # a change of another process meanwhile is seen as a whole, or not at all
-            policy = database.execute("SELECT generation, site FROM policy").fetchone()
+            policy = database.execute("SELECT * FROM policy").fetchone()
             modules = database.execute(
                 "SELECT name, version, digest, folder, state FROM modules ORDER BY name"
             ).fetchall()
-            blocks = database.execute(
-                "SELECT id, reason, module, skill, action FROM blocks ORDER BY id"
-            ).fetchall()
+            blocks = database.execute("SELECT * FROM blocks ORDER BY id").fetchall()
+        if policy is None:
+            raise self._damaged("it holds no policy")
         try:
-            generation, site = policy
-            kept = {
-                row[0]: InstalledModule(row[0], row[1], row[2], row[3], ModuleState(row[4]))
-                for row in modules
-            }
+            # Version 2 has neither of the last two.
+            _, generation, site, is_set, withdrawn = (*policy, 1, "[]")[:5]
+            kept = {row[0]: self._module(*row) for row in modules}
+            return RegistrySnapshot(
+                generation,
+                site,
+                kept,
+                {row[0]: OperatorBlock(*row) for row in blocks},
+                bool(is_set),
+                frozenset(json.loads(withdrawn)),
+            )
         except (TypeError, ValueError) as failure:
             raise self._damaged(str(failure)) from failure
-        return RegistrySnapshot(generation, site, kept, {row[0]: OperatorOverride(*row) for row in blocks})
+
+    def _module(self, name: str, version: str, digest: str, folder: str, state: str) -> InstalledModule:
+        one = InstalledModule(name, version, digest, ModuleState(state))
+        if folder != one.folder:
+            raise self._damaged(f"`{name}` is in `{folder}`, and not in `{one.folder}`")
+        return one
 
     def replace(self, new: RegistrySnapshot) -> None:
         """Replace the content atomically.
@@ -137,13 +155,19 @@ class RegistryStore:
             if _is_new(database):
                 for statement in _SCHEMA:
                     database.execute(statement)
+            elif _version_of(database) == _UPGRADABLE:
+                for statement in _UPGRADE:
+                    database.execute(statement)
             for table in ("policy", "modules", "blocks"):
                 database.execute(f"DELETE FROM {table}")  # noqa: S608
-            database.execute("INSERT INTO policy VALUES (1, ?, ?)", (new.generation, new.site))
+            database.execute(
+                "INSERT INTO policy VALUES (1, ?, ?, ?, ?)",
+                (new.generation, new.site, int(new.is_policy_set), json.dumps(sorted(new.withdrawn))),
+            )
             modules = [(m.name, m.version, m.digest, m.folder, m.state.value) for m in new.modules.values()]
             database.executemany("INSERT INTO modules VALUES (?, ?, ?, ?, ?)", modules)
-            blocks = [(b.id, b.reason, b.module, b.skill, b.action) for b in new.blocks.values()]
-            database.executemany("INSERT INTO blocks VALUES (?, ?, ?, ?, ?)", blocks)
+            blocks = [astuple(block) for block in new.blocks.values()]
+            database.executemany("INSERT INTO blocks VALUES (?, ?, ?, ?, ?, ?, ?)", blocks)
             database.execute("COMMIT")
 
     @contextmanager
@@ -162,10 +186,10 @@ class RegistryStore:
             raise self._damaged(str(failure)) from failure
         try:
             database.execute("PRAGMA synchronous = EXTRA")
-            version = database.execute("PRAGMA user_version").fetchone()[0]
-            if version not in (_VERSION, 0) or (version == 0 and not _is_new(database)):
+            version = _version_of(database)
+            if version not in (_VERSION, _UPGRADABLE, 0) or (version == 0 and not _is_new(database)):
                 raise self._other_version(version)
-            yield database if create or version == _VERSION else None
+            yield database if create or version != 0 else None
         except sqlite3.Error as failure:
             raise self._damaged(str(failure)) from failure
         finally:
@@ -179,6 +203,10 @@ class RegistryStore:
     def _damaged(self, reason: str, cure: str = _CURE) -> UserError:
         headline = f"the registry `{self.path}` cannot be used: {reason}"
         return UserError([Diagnostic("AE965", headline, help=(cure,))])
+
+
+def _version_of(database: sqlite3.Connection) -> int:
+    return int(database.execute("PRAGMA user_version").fetchone()[0])
 
 
 def _is_new(database: sqlite3.Connection) -> bool:

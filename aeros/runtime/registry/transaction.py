@@ -17,7 +17,12 @@ from typing import Final
 from aeros.files import replace_durably
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.registry.bundle_store import remove_unreferenced
-from aeros.runtime.registry.change_log import record_change, recorded_configurations
+from aeros.runtime.registry.change_log import (
+    read_recorded_state,
+    record_change,
+    record_made,
+    recorded_configurations,
+)
 from aeros.runtime.registry.control_page import ControlPage, MotionTimeoutError
 from aeros.runtime.registry.store import RegistrySnapshot, RegistryStore
 from aeros.spec.diagnostics.codes import Diagnostic
@@ -26,6 +31,10 @@ from aeros.spec.text.digests import file_digest
 from aeros.spec.text.discovery import reference_site_path
 
 _LOCK: Final = "change.lock"
+_REPAIR: Final = "run `aeros repair`, which puts the last recorded change in force again"
+_RESTORE: Final = (
+    "restore the folder from a backup, or remove it, install the modules again, and repeat every block"
+)
 _WAIT_TIMEOUT_S: Final = 30.0  # s that a change waits for motions of the old configuration to end
 
 
@@ -42,6 +51,11 @@ class RegistryTransactions:
         self._key = key
         self._records = RegistryStore(folder)
 
+    @property
+    def database(self) -> Path:
+        """Path of the database."""
+        return self._records.path
+
     @contextmanager
     def change_lock(self) -> Iterator[RegistrySnapshot]:
         """Serialize changes; if a first change is refused, remove the folder that it created.
@@ -50,17 +64,97 @@ class RegistryTransactions:
             The registry before the change.
 
         Raises:
-            UserError: it cannot be read.
+            UserError: it cannot be read, or database and record of changes disagree.
         """
         was_there = self.folder.exists()
         with _locked(self.folder / _LOCK):
             try:
-                yield self._records.read()
+                yield self._agreed_snapshot()
             except BaseException:
                 if not was_there:
                     (self.folder / _LOCK).unlink(missing_ok=True)
                     _remove_if_empty(self.folder)
                 raise
+
+    def snapshot(self) -> RegistrySnapshot:
+        """Read the registry.
+
+        Returns:
+            Its content now.
+
+        Raises:
+            UserError: it cannot be read, or database and record of changes disagree.
+        """
+        while not self.confirms(found := self._records.read()):
+            pass
+        return found
+
+    def confirms(self, snapshot: RegistrySnapshot) -> bool:
+        """Compare content of the database that was just read with the record of changes.
+
+        Args:
+            snapshot: the content.
+
+        Returns:
+            True if they agree; False if a change was made meanwhile, so that it must be read again.
+
+        Raises:
+            UserError: they disagree while no change is being made.
+        """
+        if read_recorded_state(self.folder).disagreement(snapshot) is None:
+            return True
+        with _locked(self.folder / _LOCK):
+            return self._agreed_snapshot() == snapshot
+
+    def _agreed_snapshot(self) -> RegistrySnapshot:
+        """Read the registry while no change is being made."""
+        found, recorded = self._records.read(), read_recorded_state(self.folder)
+        problem = recorded.disagreement(found)
+        if problem is not None:
+            cure = _REPAIR if recorded.is_complete_for(found) else _RESTORE
+            raise _unusable(self.folder, problem, cure)
+        return found
+
+    @contextmanager
+    def repair_lock(self) -> Iterator[RegistrySnapshot | None]:
+        """Serialize a change that puts the last recorded change in force again.
+
+        Yields:
+            The state to put in force, with the highest generation that executors may know; None if database
+            and record agree.
+
+        Raises:
+            UserError: the record is damaged, or ends before the database.
+        """
+        if not self.folder.is_dir():
+            raise _unusable(self.folder, "there is none", "install a module first")
+        with _locked(self.folder / _LOCK), ControlPage(self.folder) as live:
+            recorded = read_recorded_state(self.folder)
+            try:
+                found = self._records.read()
+            except UserError:
+                found = None
+            problem = recorded.damage if found is None else recorded.disagreement(found)
+            if found is not None and problem is None:
+                yield None
+                return
+            if not recorded.is_complete_for(found or RegistrySnapshot()) or not recorded.latest.generation:
+                raise _unusable(self.folder, problem or "it has no record of changes", _RESTORE)
+            newest = max(recorded.latest.generation, live.generation)
+            yield replace(recorded.latest, generation=newest)
+
+    def set_aside_database(self) -> None:
+        """Rename a database that cannot be read, so that the next change creates another.
+
+        Only in `repair_lock`.
+        """
+        try:
+            self._records.read()
+        except UserError:
+            for suffix in ("", "-journal"):
+                path = self._records.path.with_name(self._records.path.name + suffix)
+                with suppress(FileNotFoundError):
+                    path.replace(path.with_name(f"{path.name}.damaged"))
 
     def commit(
         self, old: RegistrySnapshot, new: RegistrySnapshot, description: str, configuration: Configuration
@@ -80,7 +174,8 @@ class RegistryTransactions:
         if not new.site:
             content = reference_site_path().read_bytes()
             new = replace(new, site=f"policies/{file_digest(content)}.yaml")
-            self.store_policy(new, content)
+            with self.stored_policy(new, content):
+                pass
         new = replace(new, generation=old.generation + 1)
         self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         record_change(self.folder, self._key, old, new, description, configuration.digest)
@@ -94,6 +189,7 @@ class RegistryTransactions:
             except BaseException:
                 live.publish(self._records.read().generation)
                 raise
+            unrecorded = record_made(self.folder, self._key, new.generation)
             try:
                 live.wait_until_idle(old.generation, _WAIT_TIMEOUT_S)
                 if not is_older_still:
@@ -101,6 +197,8 @@ class RegistryTransactions:
             except MotionTimeoutError as late:
                 headline = f"the change is made, but an action of the old configuration still moves {late}"
                 raise UserError([Diagnostic("AE966", headline, help=("stop the robot",))]) from late
+        if unrecorded is not None:
+            raise unrecorded
         # Modules of past configurations stay, so that decisions under them can be replayed.
         kept = [
             one
@@ -109,16 +207,28 @@ class RegistryTransactions:
         ]
         remove_unreferenced(self.folder / "modules", {self.folder / one.folder for one in kept})
 
-    def store_policy(self, new: RegistrySnapshot, content: bytes) -> None:
-        """Store the policy file of a registry that is about to be committed.
+    @contextmanager
+    def stored_policy(self, new: RegistrySnapshot, content: bytes) -> Iterator[Path]:
+        """Store the policy file of a registry that is about to be committed; if the block fails, remove it.
 
         Args:
             new: the registry; it names the file.
             content: of the file.
+
+        Yields:
+            The file.
         """
         path = self.folder / new.site
+        is_new = not path.exists()
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         replace_durably(path, content)
+        try:
+            yield path
+        except BaseException:
+            if is_new:
+                path.unlink(missing_ok=True)
+                _remove_if_empty(path.parent)
+            raise
 
     def committed_snapshot(self, live: ControlPage) -> RegistrySnapshot | None:
         """Read the registry unless a change is in progress.
@@ -140,6 +250,12 @@ class RegistryTransactions:
         with suppress(BlockingIOError), _locked(self.folder / _LOCK, fcntl.LOCK_NB):
             live.publish(self._records.read().generation)
         return None
+
+
+def _unusable(folder: Path, problem: str, cure: str) -> UserError:
+    return UserError(
+        [Diagnostic("AE965", f"the registry `{folder}` cannot be used: {problem}", help=(cure,))]
+    )
 
 
 @contextmanager

@@ -386,6 +386,7 @@ _TABLE: Final = (
     DiagnosticCode(
         "AE966", "still-moving", "registry", "an action of the old configuration did not end in time"
     ),
+    DiagnosticCode("AE967", "downgrade", "registry", "a module is older than the installed version"),
 )
 
 CODES: Final[dict[str, DiagnosticCode]] = {code.id: code for code in _TABLE}

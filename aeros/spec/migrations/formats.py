@@ -148,8 +148,9 @@ REGISTRY: Final = Format(
     versions=(
         Version("the first version"),
         Version("changes are in an audit log of their own, and not in a table"),
+        Version("blocks have versions and digests; says which modules the operator withdrew"),
     ),
-    cure="remove the registry's folder and install the modules again",
+    cure="remove the registry's folder and install the modules again; version 2 is read, and migrates itself",
 )
 AUDIT: Final = Format(
     name="audit",

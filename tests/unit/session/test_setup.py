@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import Any, cast
 
@@ -7,10 +8,10 @@ import pytest
 
 from aeros.agent.errors import AgentError
 from aeros.agent.planning.routing import RoutingError
+from aeros.cli.main import main
 from aeros.runtime.audit.keys import InvalidKeyError, make_key
 from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.registry.registry import Registry
-from aeros.runtime.registry.registry_governor import CommandableGovernor, RegistryGovernor
 from aeros.runtime.skills.contract import SkillRefusedError
 from aeros.session.plant_factory import PlantSetupError
 from aeros.session.setup import (
@@ -21,7 +22,6 @@ from aeros.session.setup import (
     open_isolated_skills,
     select_task,
 )
-from aeros.spec.text.discovery import reference_site_path
 from tests.repo.tree import ROOT
 from tests.unit.runtime.bench import configuration
 
@@ -53,7 +53,7 @@ def test_the_governor_of_named_modules_obeys_the_operator(tmp_path: Path) -> Non
         assert list(configuration.modules) == ["clean_table"]
         assert [one.name for one in proof.modules] == ["clean_table"]
         assert governor.command is OperatorCommand.RUN
-        assert str(select_task("please clean the table", configuration, governor, tmp_path)) == (
+        assert str(select_task("please clean the table", configuration, governor)) == (
             "clean_table.clean_table"
         )
 
@@ -72,23 +72,27 @@ def test_a_key_signs_with_or_without_an_anchor(tmp_path: Path) -> None:
         build_signing(tmp_path / "nowhere", None)
 
 
-def test_a_registry_governs_unless_modules_or_a_site_are_named(
+def test_without_modules_of_its_own_a_robot_runs_those_of_the_folder_ecms(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    Registry(tmp_path).set_policy(BASE / "site.yaml")
-    with open_governor(tmp_path, None, None)[0] as governor:
-        assert type(governor) is RegistryGovernor
+    """Once a module was installed, the folder counts only if it is named."""
+    monkeypatch.chdir(tmp_path)
+    state = tmp_path / "state"
+    Registry(state).set_policy(BASE / "site.yaml")
+    with open_governor(state, None, None)[0] as governor:
         assert governor.configuration()[1].site.id == "bench"
         with pytest.raises(RoutingError, match="no installed module provides"):
-            select_task("clean it", governor.configuration()[1], governor, tmp_path)
-    for modules, site in ((ROOT / "ecms" / "clean_table", None), (None, reference_site_path())):
-        monkeypatch.chdir(tmp_path)
-        (tmp_path / "ecms").unlink(missing_ok=True)
-        (tmp_path / "ecms").symlink_to(ROOT / "ecms" / "clean_table")
-        governing, configuration, _ = open_governor(tmp_path, modules, site)
-        with governing:
-            assert type(governing) is CommandableGovernor
-            assert configuration.site.id == "panda_cell"
+            select_task("clean it", governor.configuration()[1], governor)
+    (tmp_path / "ecms").mkdir()
+    shutil.copytree(BASE / "tidy", tmp_path / "ecms" / "tidy")
+    assert main(["verify", "ecms", "--site", str(BASE / "site.yaml")]) == 0
+    for installs, found in ((False, ["tidy"]), (True, [])):
+        if installs:
+            Registry(state).install(BASE / "tidy")
+        with open_governor(state, None, None)[0] as governor:
+            assert list(governor.configuration()[1].modules) == found
+        with open_governor(state, Path("ecms"), BASE / "site.yaml")[0] as governor:
+            assert list(governor.configuration()[1].modules) == ["tidy"]
 
 
 def test_a_module_that_is_installed_and_not_active_is_named_as_a_hint(tmp_path: Path) -> None:
@@ -98,7 +102,7 @@ def test_a_module_that_is_installed_and_not_active_is_named_as_a_hint(tmp_path: 
     with open_governor(tmp_path, None, None)[0] as governor:
         configuration = governor.configuration()[1]
         with pytest.raises(RoutingError, match=r"`aeros activate tidy`"):
-            select_task("clean it", configuration, governor, tmp_path)
+            select_task("clean it", configuration, governor)
 
 
 class Skills:

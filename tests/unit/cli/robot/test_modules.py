@@ -42,7 +42,9 @@ def test_a_module_is_brought_up_listed_and_taken_down(capsys: pytest.CaptureFixt
         f"tidy 1.0.0 is {state}\n" for state in ("configured", "active", "configured", "absent")
     ]
     assert run("list") == 0
-    assert capsys.readouterr().out == "no modules installed\n"
+    assert capsys.readouterr().out == (
+        "no modules installed\nremoved: tidy: no run uses it until it is installed and activated again\n"
+    )
 
 
 @pytest.mark.usefixtures("robot")
@@ -51,7 +53,10 @@ def test_the_list_finds_by_capability_and_is_there_for_programs(capsys: pytest.C
     run("block", "--id", "worn", "--reason", "a finger is worn", "--action", "grip")
     capsys.readouterr()
     assert run("list") == 0
-    assert capsys.readouterr().out == "tidy 1.0.0  installed   tidying\nblocked: worn: a finger is worn\n"
+    assert (
+        capsys.readouterr().out
+        == "tidy 1.0.0  installed   tidying\nblocked: worn: a finger is worn (action grip)\n"
+    )
     assert run("list", "--capability", "cooking") == 1
     assert "no installed module provides it" in capsys.readouterr().out
     assert run("list", "--capability", "tidying", "--format", "json") == 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,7 @@ import pytest
 from aeros.agent.recovery.quarantine import Quarantine
 from aeros.cli.main import main
 from aeros.runtime.execution.governor import OperatorCommand
+from aeros.runtime.registry.bundle_store import bundle_digest, module_files
 from aeros.runtime.registry.control_page import ControlPage, MotionTimeoutError
 from aeros.runtime.registry.registry import Registry
 from tests.repo.tree import ROOT
@@ -60,7 +62,9 @@ def test_a_block_is_in_force_until_it_is_removed(capsys: pytest.CaptureFixture[s
     block = ("block", "--id", "worn", "--reason", "a finger is worn", "--module", "tidy", "--skill", "wipe")
     capsys.readouterr()
     assert run(*block) == 0
-    assert capsys.readouterr().out == "worn is in force\n"
+    assert capsys.readouterr().out == (
+        "worn is in force\n`tidy` is not installed; the block holds for runs that load it from a folder\n"
+    )
     (override,) = Registry(Path("robot")).configuration()[0].site.blocks
     assert (override.id, override.reason) == ("worn", "a finger is worn")
     assert (override.module, override.skill, override.action) == ("tidy", "wipe", None)
@@ -118,3 +122,77 @@ def test_a_quarantine_is_lifted_once(tmp_path: Path, capsys: pytest.CaptureFixtu
         assert main(["release", "--state", str(tmp_path)]) == 0
         assert capsys.readouterr().out == said
     assert Quarantine(tmp_path).reason() is None
+
+
+DIGEST = bundle_digest(module_files(BASE / "tidy"))
+
+
+@pytest.mark.parametrize(
+    ("parts", "said"),
+    [
+        (("--version", "<1.2"), "--version needs --module"),
+        (("--module", "tidy", "--version", "new"), "`new` is neither a version"),
+        (("--digest", "abc"), "`abc` is no digest"),
+    ],
+)
+@pytest.mark.usefixtures("robot")
+def test_a_block_of_no_version_or_digest_is_a_mistake(
+    parts: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    try:
+        code = run("block", "--id", "x", "--reason", "y", *parts)
+    except SystemExit as ended:
+        code = int(ended.code or 0)
+    assert code == 2
+    assert said in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("robot")
+def test_a_block_of_versions_or_contents_is_shown_wherever_the_module_is(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert run("block", "--id", "old", "--reason", "drops cups", "--module", "tidy", "--version", "<1.2") == 0
+    assert run("block", "--id", "bad", "--reason", "odd", "--digest", f"sha256:{DIGEST}") == 0
+    assert run("block", "--id", "other", "--reason", "odd", "--digest", "0" * 64) == 0
+    lines = [
+        f"blocked: bad: odd (digest sha256:{DIGEST})\n",
+        "blocked: old: drops cups (module tidy, version <1.2)\n",
+    ]
+    for command in (("install", str(BASE / "tidy")), ("configure", "tidy"), ("activate", "tidy"), ("list",)):
+        capsys.readouterr()
+        assert run(*command) == 0
+        said = capsys.readouterr().out
+        assert all(line in said for line in lines)
+        assert ("blocked: other" in said) == (command == ("list",))
+    assert run("list", "--format", "json") == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [(one["id"], one["version"], one["digest"]) for one in found["blocks"]] == [
+        ("bad", None, f"sha256:{DIGEST}"),
+        ("old", "<1.2", None),
+        ("other", None, f"sha256:{'0' * 64}"),
+    ]
+    assert found["withdrawn"] == []
+    blocks = Registry(Path("robot")).configuration()[0].site.blocks
+    assert [(one.id, one.module) for one in blocks] == [("bad", "tidy"), ("old", "tidy")]
+
+
+def test_a_registry_is_repaired_from_its_record(robot: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("repair") == 0
+    assert "nothing to repair" in capsys.readouterr().out
+    assert run("block", "--id", "worn", "--reason", "why", "--action", "grip") == 0
+    (robot / "registry" / "registry.sqlite3").unlink()
+    assert run("list") == 1
+    assert "`aeros repair`" in capsys.readouterr().err
+    assert run("repair") == 0
+    assert capsys.readouterr().out == "the last recorded change is in force again, as change 3\n"
+    run("list")
+    assert "blocked: worn: why (action grip)" in capsys.readouterr().out
+
+
+def test_a_kind_that_no_policy_knows_is_refused_with_the_way_out(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    state = str(tmp_path / "robot")
+    assert main(["block", "--id", "a", "--reason", "b", "--action", "fly", "--state", state]) == 1
+    assert "for runs with --site: `aeros policy SITE` first" in capsys.readouterr().err
+    assert not (tmp_path / "robot").exists()

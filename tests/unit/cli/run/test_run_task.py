@@ -20,8 +20,9 @@ from aeros.runtime.audit.checkpoints import SigningConfiguration
 from aeros.runtime.audit.keys import make_key, read_signing_key
 from aeros.runtime.audit.log import verify_log
 from aeros.runtime.registry.registry import Registry
-from aeros.runtime.registry.registry_governor import CommandableGovernor
+from aeros.runtime.registry.registry_governor import RegistryGovernor
 from tests.unit.cli.run.staged import options, proved, staged
+from tests.unit.runtime.registry.fixed_modules import FixedModules
 
 HOLDS = "not bench_clean"
 """A goal that holds where the task begins, so that no skill has to run."""
@@ -52,7 +53,9 @@ def run(
 ) -> Exit:
     configuration, report = proved()
     goal_condition = None if goal is None else parse_goal(goal, configuration.site)
-    governor = CommandableGovernor(configuration, Registry(arguments.state), resumed=arguments.resume)
+    governor = RegistryGovernor(
+        Registry(arguments.state), FixedModules(configuration), resumed=arguments.resume
+    )
     with governor:
         asked = RunRequest(governor, report, planner or RulePlanner(), goal_condition, signing)
         return run_task(staged(arguments), asked)

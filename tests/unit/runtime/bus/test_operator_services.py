@@ -16,7 +16,8 @@ from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.registry import control_page as module
 from aeros.runtime.registry.control_page import ControlPage
 from aeros.runtime.registry.registry import Registry
-from aeros.runtime.registry.registry_governor import CommandableGovernor
+from aeros.runtime.registry.registry_governor import RegistryGovernor
+from tests.unit.runtime.registry.fixed_modules import FixedModules
 from tests.unit.runtime.together import Cart, asking, configuration, move
 
 _LONG = 10.0
@@ -77,7 +78,7 @@ def test_a_run_pauses_resumes_and_stops(tmp_path: Path) -> None:
     registry = Registry(tmp_path / "state")
     bus = InProcessBus()
     with (
-        CommandableGovernor(configuration(), registry) as governor,
+        RegistryGovernor(registry, FixedModules(configuration())) as governor,
         serve_operator_commands(bus, registry.folder),
     ):
         cart = Cart(tmp_path / "audit.jsonl", {"reach": asking(move(), move())}, governor=governor)

@@ -16,6 +16,8 @@ from aeros.runtime.registry.bundle_store import (
     module_files,
     remove_unreferenced,
     store_bundle,
+    stored_bundle,
+    write_files,
 )
 from aeros.spec.diagnostics.errors import UserError
 
@@ -149,3 +151,24 @@ def test_modules_that_no_record_names_are_deleted(tmp_path: Path) -> None:
     remove_unreferenced(tmp_path, set())
     assert list(tmp_path.iterdir()) == []
     remove_unreferenced(tmp_path / "absent", {kept})
+
+
+def test_a_bundle_stays_stored_if_the_block_succeeds(tmp_path: Path) -> None:
+    with stored_bundle(FILES, tmp_path / "modules", "tidy") as folder:
+        assert module_files(folder) == FILES
+    assert module_files(folder) == FILES
+
+
+def test_of_a_block_that_fails_nothing_new_stays_stored(tmp_path: Path) -> None:
+    with pytest.raises(ZeroDivisionError), stored_bundle(FILES, tmp_path / "registry" / "modules", "tidy"):
+        raise ZeroDivisionError
+    assert list(tmp_path.iterdir()) == []
+    kept = store_bundle(FILES, tmp_path / "modules", "tidy")
+    with pytest.raises(ZeroDivisionError), stored_bundle(FILES, tmp_path / "modules", "tidy"):
+        raise ZeroDivisionError
+    assert module_files(kept) == FILES
+
+
+def test_files_are_written_where_they_are_named(tmp_path: Path) -> None:
+    write_files(FILES, tmp_path / "new")
+    assert module_files(tmp_path / "new") == FILES

@@ -11,14 +11,21 @@ import pytest
 from aeros.runtime.audit.checkpoints import verify_signed
 from aeros.runtime.audit.keys import make_key, read_signing_key
 from aeros.runtime.audit.log import AuditLog, verify_log
-from aeros.runtime.registry.change_log import LOG, record_change, recorded_configurations
+from aeros.runtime.registry.change_log import (
+    LOG,
+    read_recorded_state,
+    record_change,
+    record_made,
+    recorded_changes,
+    recorded_configurations,
+)
 from aeros.runtime.registry.lifecycle import ModuleState
+from aeros.runtime.registry.operator_block import OperatorBlock
 from aeros.runtime.registry.store import InstalledModule, RegistrySnapshot
 from aeros.spec.diagnostics.errors import UserError
-from aeros.spec.model.policy import OperatorOverride
 
-TIDY = InstalledModule.from_digest("tidy", "1.2.0", "d" * 64, ModuleState.ACTIVE)
-BLOCK = OperatorOverride("no_welder", "it is being repaired", "welder", None, "weld")
+TIDY = InstalledModule("tidy", "1.2.0", "d" * 64, ModuleState.ACTIVE)
+BLOCK = OperatorBlock("no_welder", "it is being repaired", "welder", None, "weld")
 OLD = RegistrySnapshot(4, "sites/a.yaml", {}, {})
 NEW = RegistrySnapshot(5, "sites/b.yaml", {"tidy": TIDY}, {"no_welder": BLOCK})
 
@@ -86,3 +93,44 @@ def test_a_user_without_a_name_is_a_number(monkeypatch: pytest.MonkeyPatch, tmp_
     record_change(tmp_path, tmp_path / "no-key", OLD, NEW, "x", "c")
     (record,) = (json.loads(line) for line in (tmp_path / LOG).read_text().splitlines())
     assert record["details"]["by"]["user"] == str(os.getuid())
+
+
+def test_the_recorded_state_is_that_of_the_latest_change(tmp_path: Path) -> None:
+    key = tmp_path / "no-key"
+    assert read_recorded_state(tmp_path).latest == RegistrySnapshot()
+    record_change(tmp_path, key, OLD, NEW, "x", "c")
+    unmarked = read_recorded_state(tmp_path)
+    assert (unmarked.latest, unmarked.is_made, unmarked.before, unmarked.damage) == (NEW, False, None, None)
+    assert record_made(tmp_path, key, NEW.generation) is None
+    newer = RegistrySnapshot(6, NEW.site, {}, {}, is_policy_set=True, withdrawn=frozenset({"tidy"}))
+    for _ in range(2):  # the first was killed
+        record_change(tmp_path, key, NEW, newer, "x", "c")
+    found = read_recorded_state(tmp_path)
+    assert (found.latest, found.is_made, found.before) == (newer, False, NEW)
+    assert found.disagreement(newer) is None
+    assert found.disagreement(NEW) is None
+    record_made(tmp_path, key, 6)
+    assert "an older one" in (read_recorded_state(tmp_path).disagreement(NEW) or "")
+
+
+def test_a_record_that_a_crash_cut_short_does_not_count(tmp_path: Path) -> None:
+    key = tmp_path / "no-key"
+    record_change(tmp_path, key, OLD, NEW, "x", "c")
+    record_change(tmp_path, key, NEW, OLD, "x", "c")
+    log = tmp_path / LOG
+    log.write_bytes(log.read_bytes()[:-10])
+    assert read_recorded_state(tmp_path).latest == NEW
+
+
+def test_a_record_of_another_form_is_damage(tmp_path: Path) -> None:
+    with AuditLog(tmp_path / LOG) as log:
+        log.append("registry-change", {"configuration": "other"})
+    damage = read_recorded_state(tmp_path).damage
+    assert damage == "record 0 is not of the form of a change"
+    assert "damaged" in (read_recorded_state(tmp_path).disagreement(RegistrySnapshot()) or "")
+
+
+def test_every_change_is_listed_in_order(tmp_path: Path) -> None:
+    for old, new, digest in ((OLD, NEW, "c"), (NEW, OLD, "o"), (OLD, NEW, "c")):
+        record_change(tmp_path, tmp_path / "no-key", old, new, "x", digest)
+    assert recorded_changes(tmp_path) == [("c", NEW), ("o", OLD), ("c", NEW)]

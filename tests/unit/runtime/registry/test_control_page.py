@@ -25,6 +25,12 @@ def test_a_new_page_is_of_generation_0_and_lets_actions_run(tmp_path: Path) -> N
     assert stat.S_IMODE((tmp_path / "robot" / "registry").stat().st_mode) == 0o700
 
 
+def test_a_page_that_was_deleted_stops_the_run_that_nobody_can_reach_any_more(tmp_path: Path) -> None:
+    with ControlPage(tmp_path) as page:
+        (tmp_path / "live").unlink()
+        assert page.command is OperatorCommand.STOP
+
+
 @pytest.mark.parametrize("generation", [1, 255, 256, 2**64 - 1])
 def test_what_one_process_publishes_the_others_read(tmp_path: Path, generation: int) -> None:
     with ControlPage(tmp_path) as one, ControlPage(tmp_path) as other:

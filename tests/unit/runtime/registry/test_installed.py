@@ -12,7 +12,7 @@ from tests.unit.runtime.registry.conftest import Author
 
 def test_a_reader_sees_what_an_operator_installed(registry: Registry, write: Author) -> None:
     registry.install(write())
-    reader = InstalledModules(registry.folder)
+    reader = InstalledModules(registry.folder.parent)
     assert reader.snapshot() == registry.snapshot()
     assert reader.configuration()[0].digest == registry.configuration()[0].digest
     assert list(reader.inactive_modules()) == ["tidy"]

@@ -16,13 +16,15 @@ from aeros.runtime.gate.configuration import Configuration, UnknownConfiguration
 from aeros.runtime.gate.gate import CompiledGate
 from aeros.runtime.ports import StepRequest
 from aeros.runtime.records.replay import LogReplay
-from aeros.runtime.registry.past_configurations import PastConfigurations
+from aeros.runtime.registry.folder_modules import FolderModules
+from aeros.runtime.registry.operator_block import OperatorBlock
+from aeros.runtime.registry.past_configurations import FolderConfigurations, PastConfigurations
 from aeros.runtime.registry.registry import Registry
 from aeros.runtime.registry.registry_governor import RegistryGovernor
 from aeros.runtime.skills.in_process_run import run_in_process
 from aeros.sim.fake import FakePlant
 from aeros.sim.symbolic.state import initial_values
-from aeros.spec.model.policy import OperatorOverride
+from aeros.spec.diagnostics.errors import UserError
 from tests.unit.runtime.registry.conftest import BASE, Author
 
 Change = Callable[[list[Record]], None]
@@ -42,12 +44,10 @@ def lived(registry: Registry, write: Author, tmp_path: Path) -> list[Configurati
     registry.configure("tidy")
     for change in (
         lambda: registry.activate("tidy"),
-        lambda: registry.add_override(OperatorOverride("worn", "a finger is worn", None, None, "grip")),
-        lambda: registry.add_override(
-            OperatorOverride("armed", "it is being serviced", "tidy", "wipe", None)
-        ),
+        lambda: registry.add_block(OperatorBlock("worn", "a finger is worn", None, None, "grip")),
+        lambda: registry.add_block(OperatorBlock("armed", "it is being serviced", "tidy", "wipe", None)),
         lambda: registry.install(write("newer", version="1.1.0")),
-        lambda: registry.remove_override("worn"),
+        lambda: registry.remove_block("worn"),
         lambda: registry.set_policy(looser),
         lambda: registry.deactivate("tidy"),
         lambda: registry.remove("tidy"),
@@ -72,7 +72,8 @@ def test_the_log_of_changes_names_what_is_then_in_force(
     registry: Registry, lived: list[Configuration]
 ) -> None:
     lines = (registry.folder / "audit.jsonl").read_text().splitlines()
-    named = [json.loads(line)["details"]["configuration"] for line in lines]
+    details = [json.loads(line)["details"] for line in lines]
+    named = [one["configuration"] for one in details if "configuration" in one]
     assert named[-len(lived) :] == [was.digest for was in lived]
 
 
@@ -118,9 +119,9 @@ def test_a_policy_that_was_edited_where_it_is_kept_is_noticed(
 ) -> None:
     policy = registry.folder / "policies" / f"{lived[0].site.digest}.yaml"
     policy.write_text(policy.read_text() + "# edited\n")
-    assert _refusal(registry, lived[0].digest).startswith(
-        "its modules and policy now give the configuration "
-    )
+    refused = _refusal(registry, lived[0].digest)
+    assert refused.startswith("it is refused now: the policy")
+    assert refused.endswith("differs from the one that was put in force")
 
 
 def test_an_unreadable_or_missing_log_leads_to_no_configuration(
@@ -152,7 +153,7 @@ def log(registry: Registry, write: Author, tmp_path: Path) -> Path:
         ) as executor,
     ):
         for change in (
-            lambda: registry.add_override(OperatorOverride("worn", "a finger is worn", None, None, "grip")),
+            lambda: registry.add_block(OperatorBlock("worn", "a finger is worn", None, None, "grip")),
             lambda: registry.install(write("newer", version="1.1.0")),
             lambda: registry.deactivate("tidy"),
         ):
@@ -209,3 +210,35 @@ def test_a_log_that_says_otherwise_is_found(change: Change, registry: Registry, 
     replay = _replayed(registry, log, change)
     assert len(replay.mismatches) == 1
     assert replay.matching_count == (3 if change is _a_change_edited else 2)
+
+
+def test_configurations_of_a_folder_are_found_under_every_state_of_the_registry(
+    registry: Registry, write: Author
+) -> None:
+    folder = write()
+    block = OperatorBlock("old", "drops cups", "tidy", None, None, "<2")
+    changes: tuple[Callable[[], object], ...] = (
+        lambda: registry.add_block(block),
+        lambda: registry.add_block(OperatorBlock("bad", "odd", None, None, None, None, "0" * 64)),
+        lambda: registry.remove_block("old"),
+    )
+    was = []
+    for change in changes:
+        change()
+        modules = FolderModules(folder, None, registry, needs_certificates=False)
+        was.append(modules.load(registry.snapshot()).configuration)
+    known = FolderConfigurations(folder, None, registry)
+    assert [known(one.digest).digest for one in was] == [one.digest for one in was]
+    assert len({one.digest for one in was}) == 2
+    with pytest.raises(UnknownConfigurationError, match="never led to it on this robot"):
+        known("0" * 64)
+
+
+def test_without_a_registry_an_error_in_the_folder_is_told(tmp_path: Path, write: Author) -> None:
+    registry = Registry(tmp_path / "none")
+    with pytest.raises(UserError, match="AE130"):
+        FolderConfigurations(tmp_path / "absent", BASE / "site.yaml", registry)
+    folder = write()
+    known = FolderConfigurations(folder, BASE / "site.yaml", registry)
+    with pytest.raises(UnknownConfigurationError):
+        known("0" * 64)

@@ -12,9 +12,9 @@ import pytest
 
 from aeros.runtime.audit.log import verify_log
 from aeros.runtime.registry.lifecycle import ModuleState
+from aeros.runtime.registry.operator_block import OperatorBlock
 from aeros.runtime.registry.registry import Registry
 from aeros.spec.diagnostics.errors import UserError
-from aeros.spec.model.policy import OperatorOverride
 from tests.unit.runtime.registry.conftest import BASE, Author
 
 
@@ -55,7 +55,10 @@ def test_a_module_lives_and_is_forgotten(registry: Registry, write: Author) -> N
     assert registry.snapshot().modules == {}
     log = registry.folder / "audit.jsonl"
     assert verify_log(log).is_sound
-    details = [json.loads(line)["details"] for line in log.read_text().splitlines()]
+    records = [json.loads(line) for line in log.read_text().splitlines()]
+    details = [one["details"] for one in records if one["event"] == "registry-change"]
+    made = [one["details"]["to"] for one in records if one["event"] == "registry-change-made"]
+    assert made == [one["to"] for one in details]
     assert [(one["from"], one["to"]) for one in details] == [(n, n + 1) for n in range(len(details))]
     assert details[3]["modules"]["tidy"]["state"] == "active"
     assert details[-1]["modules"] == {}
@@ -103,34 +106,36 @@ def test_a_policy_under_which_something_installed_is_unsafe_is_refused(
 def test_a_block_is_part_of_what_is_proved_and_of_what_is_in_force(registry: Registry, write: Author) -> None:
     bring_up(registry, write())
     before = registry.configuration()[0]
-    registry.add_override(OperatorOverride("worn", "a finger is worn", None, None, "grip"))
+    registry.add_block(OperatorBlock("worn", "a finger is worn", None, None, "grip"))
     now = registry.configuration()[0]
     assert [block.id for block in now.site.blocks] == [*(b.id for b in before.site.blocks), "worn"]
     assert now.digest != before.digest
-    registry.remove_override("worn")
+    registry.remove_block("worn")
     assert registry.configuration()[0].digest == before.digest
 
 
 @pytest.mark.parametrize(
     ("block", "code"),
     [
-        (OperatorOverride("all", "", None, None, "stop"), "AE602"),
-        (OperatorOverride("typo", "", None, None, "gripp"), "AE960"),
-        (OperatorOverride("worn", "again", "tidy", None, None), "AE960"),
+        (OperatorBlock("all", "", None, None, "stop"), "AE602"),
+        (OperatorBlock("typo", "", None, None, "gripp"), "AE960"),
+        (OperatorBlock("worn", "again", "tidy", None, None), "AE960"),
     ],
 )
 def test_a_block_that_stops_the_stop_or_nothing_is_refused(
-    registry: Registry, block: OperatorOverride, code: str
+    registry: Registry, block: OperatorBlock, code: str
 ) -> None:
-    registry.add_override(OperatorOverride("worn", "a finger is worn", None, None, "grip"))
-    assert code in refused(registry, lambda: registry.add_override(block))
+    registry.add_block(OperatorBlock("worn", "a finger is worn", None, None, "grip"))
+    assert code in refused(registry, lambda: registry.add_block(block))
 
 
 def test_an_upgrade_keeps_the_state_and_a_downgrade_too(registry: Registry, write: Author) -> None:
     bring_up(registry, write())
     newer, older = write("newer", version="1.1.0"), write("older", version="0.9.0")
+    registry.install(newer)
+    assert refused(registry, lambda: registry.install(older)) == ["AE967"]
     for folder, version in ((newer, "1.1.0"), (older, "0.9.0")):
-        one = registry.install(folder)
+        one = registry.install(folder, allows_downgrade=True)
         assert (one.version, one.state) == (version, ModuleState.ACTIVE)
         assert registry.configuration()[0].modules["tidy"].version == version
 
@@ -141,7 +146,7 @@ def test_steps_out_of_turn_and_unknown_names_are_refused(registry: Registry, wri
     assert refused(registry, lambda: registry.activate("tidy")) == ["AE960"]
     assert refused(registry, lambda: registry.deactivate("tidy")) == ["AE960"]
     assert refused(registry, lambda: registry.configure("tidi")) == ["AE960"]
-    assert refused(registry, lambda: registry.remove_override("worn")) == ["AE960"]
+    assert refused(registry, lambda: registry.remove_block("worn")) == ["AE960"]
     assert refused(registry, lambda: registry.install(folder, "sha256:" + "0" * 64)) == ["AE963"]
     assert refused(registry, lambda: registry.install(folder / "nothing")) != []
 

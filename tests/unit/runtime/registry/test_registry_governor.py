@@ -9,9 +9,9 @@ import pytest
 
 from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.registry.control_page import ControlPage
+from aeros.runtime.registry.operator_block import OperatorBlock
 from aeros.runtime.registry.registry import Registry
-from aeros.runtime.registry.registry_governor import CommandableGovernor, OperatorCommands, RegistryGovernor
-from aeros.spec.model.policy import OperatorOverride
+from aeros.runtime.registry.registry_governor import OperatorCommands, RegistryGovernor
 from tests.unit.runtime.registry.conftest import BASE, Author
 
 RUN, PAUSE, STOP = OperatorCommand
@@ -114,10 +114,10 @@ def test_everything_is_revoked_under_another_policy(active: Registry, governor: 
 def test_an_action_that_the_operator_blocks_is_revoked_and_no_other(
     active: Registry, governor: RegistryGovernor
 ) -> None:
-    active.add_override(OperatorOverride("one", "wet floor", None, None, "grip"))
+    active.add_block(OperatorBlock("one", "wet floor", None, None, "grip"))
     assert _reason(governor) is None
     assert governor.revocation_reason("tidy", "rest", "grip") == "the operator blocks it: wet floor"
-    active.remove_override("one")
+    active.remove_block("one")
     assert governor.revocation_reason("tidy", "rest", "grip") is None
 
 
@@ -133,7 +133,7 @@ def test_the_registry_is_read_once_in_each_generation(
 
     monkeypatch.setattr(Registry, "committed_snapshot", counted)
     assert (_reason(governor), _reason(governor), read) == (None, None, [])
-    active.add_override(OperatorOverride("one", "wet floor", None, None, "grip"))
+    active.add_block(OperatorBlock("one", "wet floor", None, None, "grip"))
     assert (_reason(governor), _reason(governor)) == (None, None)
     assert len(read) == 1
 
@@ -152,17 +152,3 @@ def test_a_change_in_progress_is_waited_for(active: Registry, monkeypatch: pytes
         with ControlPage(active.folder) as page:
             page.publish(page.generation + 1)
         assert _reason(governor) is None
-
-
-def test_a_fixed_set_of_modules_obeys_pause_and_stop(active: Registry) -> None:
-    configuration, _ = active.configuration()
-    with CommandableGovernor(configuration, active) as governor, ControlPage(active.folder) as page:
-        assert governor.configuration() == (0, configuration)
-        page.request_command(PAUSE)
-        assert governor.command is PAUSE
-        with governor.hold_generation(0) as is_latest:
-            assert is_latest
-            assert not page.is_idle(page.generation)
-        with governor.hold_generation(1) as is_latest:
-            assert not is_latest
-        assert page.is_idle(page.generation)

@@ -19,6 +19,7 @@ from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.gate.gate import CompiledGate
 from aeros.runtime.ports import Monitor, MotionCompletion, MotionHandle, StepRequest, StepResult, StepStatus
 from aeros.runtime.registry.control_page import ControlPage
+from aeros.runtime.registry.operator_block import OperatorBlock
 from aeros.runtime.registry.registry import Registry
 from aeros.runtime.registry.registry_governor import RegistryGovernor
 from aeros.runtime.registry.store import RegistryStore
@@ -26,7 +27,6 @@ from aeros.runtime.skills.in_process_run import run_in_process
 from aeros.sim.fake import FakePlant
 from aeros.sim.symbolic.state import initial_values
 from aeros.spec.diagnostics.errors import UserError
-from aeros.spec.model.policy import OperatorOverride
 from tests.unit.runtime.registry.conftest import BASE, Author
 
 _PATIENCE = 60.0  # s
@@ -103,12 +103,8 @@ def _let_ticks_pass(robot: Robot) -> None:
 
 CHANGES = {
     "deactivate": lambda registry: registry.deactivate("tidy"),
-    "block the skill": lambda registry: registry.add_override(
-        OperatorOverride("one", "why", "tidy", "rest", None)
-    ),
-    "block the action": lambda registry: registry.add_override(
-        OperatorOverride("one", "why", None, None, "wait")
-    ),
+    "block the skill": lambda registry: registry.add_block(OperatorBlock("one", "why", "tidy", "rest", None)),
+    "block the action": lambda registry: registry.add_block(OperatorBlock("one", "why", None, None, "wait")),
     "another policy": lambda registry: registry.set_policy(_other_policy(registry)),
 }
 
@@ -180,7 +176,7 @@ def test_unrelated_changes_stop_no_motion(robot: Robot, monkeypatch: pytest.Monk
 
     # The change waits for what moves, which it may not stop.
     monkeypatch.setattr(ControlPage, "wait_until_idle", going_on)
-    robot.registry.add_override(OperatorOverride("one", "why", None, None, "grip"))
+    robot.registry.add_block(OperatorBlock("one", "why", None, None, "grip"))
     thread.join(_PATIENCE)
     assert robot.results[0].status is StepStatus.FINISHED
 

@@ -11,22 +11,24 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from aeros.runtime.registry.lifecycle import ModuleState
+from aeros.runtime.registry.operator_block import OperatorBlock
 from aeros.runtime.registry.store import InstalledModule, RegistrySnapshot, RegistryStore
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.migrations.formats import REGISTRY
-from aeros.spec.model.policy import OperatorOverride
 
 FULL = RegistrySnapshot(
     7,
     "policies/a.yaml",
     {
-        "grip": InstalledModule("grip", "2.0.0", "b" * 64, "modules/b/grip", ModuleState.ACTIVE),
-        "tidy": InstalledModule("tidy", "1.0.0", "a" * 64, "modules/a/tidy", ModuleState.INSTALLED),
+        "grip": InstalledModule("grip", "2.0.0", "b" * 64, ModuleState.ACTIVE),
+        "tidy": InstalledModule("tidy", "1.0.0", "a" * 64, ModuleState.INSTALLED),
     },
     {
-        "one": OperatorOverride("one", "it's broken", "tidy", None, None),
-        "two": OperatorOverride("two", "", None, None, "wait"),
+        "one": OperatorBlock("one", "it's broken", "tidy", None, None, "<1.2", "c" * 64),
+        "two": OperatorBlock("two", "", None, None, "wait"),
     },
+    is_policy_set=True,
+    withdrawn=frozenset({"old", "tidy"}),
 )
 
 
@@ -47,10 +49,41 @@ def _execute(folder: Path, *statements: str) -> None:
 
 
 def test_a_module_is_in_the_folder_of_its_digest() -> None:
-    made = InstalledModule.from_digest("tidy", "1.0.0", "a" * 64, ModuleState.INSTALLED)
-    assert made == InstalledModule(
-        "tidy", "1.0.0", "a" * 64, f"modules/{'a' * 64}/tidy", ModuleState.INSTALLED
-    )
+    made = InstalledModule("tidy", "1.0.0", "a" * 64, ModuleState.INSTALLED)
+    assert made.folder == f"modules/{'a' * 64}/tidy"
+
+
+@pytest.mark.parametrize("folder", ["/elsewhere/tidy", "modules/../tidy", "modules/b/grip", ""])
+def test_a_module_in_any_other_folder_is_refused(tmp_path: Path, folder: str) -> None:
+    RegistryStore(tmp_path).replace(FULL)
+    with closing(sqlite3.connect(tmp_path / "registry.sqlite3", isolation_level=None)) as database:
+        database.execute("UPDATE modules SET folder = ? WHERE name = 'tidy'", (folder,))
+    assert f"`tidy` is in `{folder}`, and not in `modules/{'a' * 64}/tidy`" in _refusal(tmp_path)
+
+
+_VERSION_2 = (
+    "CREATE TABLE policy (only INTEGER PRIMARY KEY CHECK (only = 1), generation INTEGER NOT NULL, "
+    "site TEXT NOT NULL) STRICT",
+    "CREATE TABLE modules (name TEXT PRIMARY KEY, version TEXT NOT NULL, digest TEXT NOT NULL, "
+    "folder TEXT NOT NULL, state TEXT NOT NULL) STRICT",
+    "CREATE TABLE blocks (id TEXT PRIMARY KEY, reason TEXT NOT NULL, module TEXT, skill TEXT, "
+    "action TEXT) STRICT",
+    "INSERT INTO policy VALUES (1, 4, 'policies/a.yaml')",
+    "INSERT INTO blocks VALUES ('one', 'worn', NULL, NULL, 'grip')",
+    "PRAGMA user_version = 2",
+)
+
+
+def test_a_database_of_version_2_is_read_and_migrates_with_its_next_change(tmp_path: Path) -> None:
+    _execute(tmp_path, *_VERSION_2)
+    block = OperatorBlock("one", "worn", None, None, "grip")
+    was = RegistrySnapshot(4, "policies/a.yaml", {}, {"one": block}, is_policy_set=True)
+    store = RegistryStore(tmp_path)
+    assert store.read() == was
+    store.replace(FULL)
+    assert store.read() == FULL
+    with closing(sqlite3.connect(store.path)) as database:
+        assert database.execute("PRAGMA user_version").fetchone() == (REGISTRY.version,)
 
 
 def test_where_nothing_was_stored_nothing_is_created(tmp_path: Path) -> None:
@@ -68,7 +101,12 @@ def test_an_interrupted_first_change_left_nothing(tmp_path: Path) -> None:
 def test_what_is_stored_comes_back_in_the_order_of_names(tmp_path: Path) -> None:
     store = RegistryStore(tmp_path)
     turned = RegistrySnapshot(
-        7, FULL.site, dict(reversed(list(FULL.modules.items()))), dict(reversed(list(FULL.blocks.items())))
+        7,
+        FULL.site,
+        dict(reversed(list(FULL.modules.items()))),
+        dict(reversed(list(FULL.blocks.items()))),
+        is_policy_set=True,
+        withdrawn=FULL.withdrawn,
     )
     store.replace(turned)
     found = store.read()
@@ -91,7 +129,7 @@ def shared(tmp_path_factory: pytest.TempPathFactory) -> RegistryStore:
 @settings(max_examples=15)
 @given(st.integers(0, 2**62), st.text(st.characters(codec="utf-8", exclude_characters="\x00"), max_size=5))
 def test_any_generation_and_text_come_back(shared: RegistryStore, generation: int, text: str) -> None:
-    new = RegistrySnapshot(generation, text, {}, {"one": OperatorOverride("one", text, None, None, None)})
+    new = RegistrySnapshot(generation, text, {}, {"one": OperatorBlock("one", text, None, None, None)})
     shared.replace(new)
     assert shared.read() == new
 
@@ -99,7 +137,7 @@ def test_any_generation_and_text_come_back(shared: RegistryStore, generation: in
 def test_a_change_that_cannot_be_stored_whole_is_not_stored_at_all(tmp_path: Path) -> None:
     store = RegistryStore(tmp_path)
     store.replace(FULL)
-    twice = {name: OperatorOverride("same", "", None, None, None) for name in ("one", "two")}
+    twice = {name: OperatorBlock("same", "", None, None, None) for name in ("one", "two")}
     with pytest.raises(UserError, match="AE965"):
         store.replace(RegistrySnapshot(8, "", {}, twice))
     assert store.read() == FULL
@@ -123,7 +161,7 @@ def test_a_database_of_something_else_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("statement", "said"),
     [
-        ("DELETE FROM policy", "cannot unpack"),
+        ("DELETE FROM policy", "it holds no policy"),
         ("UPDATE modules SET state = 'asleep'", "asleep"),
         ("DROP TABLE blocks", "no such table"),
     ],

@@ -57,7 +57,7 @@ def test_a_change_while_somebody_reads_is_seen_whole_or_not_at_all(
 ) -> None:
     before = RegistrySnapshot(1, "before")
     after = RegistrySnapshot(
-        2, "after", {"tidy": InstalledModule.from_digest("tidy", "1.0.0", "0" * 64, ModuleState.INSTALLED)}
+        2, "after", {"tidy": InstalledModule("tidy", "1.0.0", "0" * 64, ModuleState.INSTALLED)}
     )
     RegistryStore(tmp_path).replace(before)
     writer = Thread(target=lambda: RegistryStore(tmp_path).replace(after))

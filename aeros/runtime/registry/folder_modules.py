@@ -1,0 +1,179 @@
+"""Modules of a folder, for a run on a robot whose operator has the same word as over installed modules."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+from aeros.runtime.gate.configuration import Configuration
+from aeros.runtime.proving import ProveConfiguration, prove_configuration
+from aeros.runtime.registry.bundle_store import bundle_digest, module_files
+from aeros.runtime.registry.installed import InstalledModules, policy_file, refusal, require_dependencies
+from aeros.runtime.registry.operator_block import UNKNOWN_DIGEST, ModuleIdentity
+from aeros.runtime.registry.run_modules import (
+    LoadedModules,
+    blocks_in_force,
+    policy_in_force,
+    withdrawal_reason,
+)
+from aeros.runtime.registry.store import RegistrySnapshot
+from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.model.ecm import Ecm
+from aeros.spec.text.digests import code_digest, text_digest
+from aeros.spec.text.discovery import MANIFEST, reference_site_path
+from aeros.spec.verification.reports import Report
+
+_CERTIFICATE_CODES: Final = ("AE901", "AE902", "AE903")
+
+DEFAULT_MODULES: Final = Path("ecms")
+"""Folder of the modules of a run that names none, on a robot on which none was ever installed."""
+
+
+class FolderModules:
+    """Modules of a folder; implements `RunModules`.
+
+    At first each module needs the certificate that its proof results in.  Afterwards they are proved again
+    under each change of policy and blocks, and their manifests and code must stay as they were.
+
+    Args:
+        folder: folder of a module or of modules.
+        site: site file of the run; None for the policy in force on the robot, or else the reference site.
+        installed: the robot's own modules and policy.
+        needs_certificates: each module must have a current certificate when it is first loaded.
+        prove: proves a set of modules, as `proving.prove_configuration` does.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        site: Path | None,
+        installed: InstalledModules,
+        *,
+        needs_certificates: bool = True,
+        prove: ProveConfiguration = prove_configuration,
+    ) -> None:
+        self._folder = folder
+        self._site = site
+        self._installed = installed
+        self._prove = prove
+        self._needs_certificates = needs_certificates
+        self._contents: dict[str, tuple[str, str]] | None = None
+
+    def load(self, snapshot: RegistrySnapshot) -> LoadedModules:
+        """Implement `RunModules.load`."""
+        site, policy = self._site_file(snapshot)
+        configuration, report = self._prove_unblocked(site)
+        unblocked = configuration.site
+        if f"policies/{unblocked.digest}.yaml" != policy:
+            raise refusal("AE961", f"`{site}` changed while it was being read")
+        self._require_same_contents(configuration)
+        identities = _identities(configuration, report)
+        withheld = {
+            name: reason
+            for name, identity in identities.items()
+            if (reason := withdrawal_reason(snapshot, name, identity, is_installed=False)) is not None
+        }
+        blocks = blocks_in_force(snapshot, identities)
+        if blocks or withheld:
+            configuration, report = self._prove(
+                [self._folder],
+                site,
+                certified=False,
+                blocks=blocks,
+                active=lambda name: name not in withheld,
+            )
+            if configuration.site.digest != unblocked.with_overrides(blocks).digest:
+                raise refusal("AE961", f"`{site}` changed while it was being read")
+            self._require_same_contents(configuration)
+            require_dependencies(configuration)
+        return LoadedModules(
+            snapshot, policy, identities, configuration, report, withheld, is_installed=False
+        )
+
+    def _prove_unblocked(self, site: Path) -> tuple[Configuration, Report]:
+        """Prove all modules without blocks, as their certificates are written.
+
+        Raises:
+            UserError: a module is refused, or its certificate is not current.
+        """
+        certified = self._needs_certificates and self._contents is None
+        try:
+            return self._prove([self._folder], site, certified=certified)
+        except UserError as refused:
+            if site == reference_site_path():
+                raise
+            cure = f"the run is under `{site}`: `aeros verify {self._folder} --site {site}`"
+            problems = [
+                replace(one, help=(*one.help, cure)) if one.code in _CERTIFICATE_CODES else one
+                for one in refused.diagnostics
+            ]
+            raise type(refused)(problems) from refused
+
+    def _site_file(self, snapshot: RegistrySnapshot) -> tuple[Path, str]:
+        """Return the site file of the run, and its name as a policy of the registry."""
+        if self._site is None:
+            path = self._installed.site_file(snapshot)
+            return path, snapshot.site or policy_file(path.read_bytes())
+        try:
+            policy = policy_file(self._site.read_bytes())
+        except OSError as failure:
+            raise refusal("AE961", f"`{self._site}` cannot be read: {failure.strerror}") from failure
+        if policy_in_force(snapshot, policy) != policy:
+            raise refusal(
+                "AE960",
+                f"`{self._site}` is not the policy that is in force on this robot",
+                f"`aeros policy {self._site}` puts it in force",
+                "without --site, the policy in force governs the run",
+            )
+        return self._site, policy
+
+    def _require_same_contents(self, configuration: Configuration) -> None:
+        contents = {name: _digests(ecm) for name, ecm in configuration.modules.items()}
+        known = contents if self._contents is None else self._contents
+        if any(known.get(name) != digests for name, digests in contents.items()):
+            raise refusal(
+                "AE961", f"the modules in `{self._folder}` changed since the run began", "start the run again"
+            )
+        self._contents = known
+
+
+def uses_installed_modules(registry: InstalledModules) -> bool:
+    """Say if a run for which no modules are named uses the installed ones.
+
+    Args:
+        registry: the robot's registry.
+
+    Returns:
+        True if a module was ever installed, or there is a registry and no folder `ecms`.
+
+    Raises:
+        UserError: the registry cannot be read.
+    """
+    if not registry.exists:
+        return False
+    snapshot = registry.snapshot()
+    return bool(snapshot.modules or snapshot.withdrawn) or not DEFAULT_MODULES.is_dir()
+
+
+def _digests(ecm: Ecm) -> tuple[str, str]:
+    return ecm.manifest_digest, ecm.code_digest
+
+
+def _identities(configuration: Configuration, report: Report) -> dict[str, ModuleIdentity]:
+    folders = {module.name: module.path for module in report.modules}
+    return {
+        name: ModuleIdentity(ecm.version, _bundle_digest(folders[name], ecm))
+        for name, ecm in configuration.modules.items()
+    }
+
+
+def _bundle_digest(folder: Path, ecm: Ecm) -> str:
+    """Return the digest over all files of a module; UNKNOWN_DIGEST unless they are those that were loaded."""
+    try:
+        files = module_files(folder)
+        manifest = text_digest(files[MANIFEST].decode())
+    except (UserError, KeyError, UnicodeDecodeError):
+        return UNKNOWN_DIGEST
+    code = code_digest({name: content for name, content in files.items() if name.endswith(".py")})
+    return bundle_digest(files) if (manifest, code) == _digests(ecm) else UNKNOWN_DIGEST

@@ -1,0 +1,162 @@
+"""Blocks of the operator: actions, by module, version, digest or kind, that no run on a robot may execute."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final, NamedTuple
+
+from packaging.specifiers import InvalidSpecifier, SpecifierSet
+from packaging.version import InvalidVersion, Version
+
+from aeros.spec.model.policy import OperatorOverride
+
+UNKNOWN_DIGEST: Final = ""
+"""Digest of a module whose files could not be read as one bundle; any block by digest applies to it."""
+
+_DIGEST: Final = re.compile(r"[0-9a-f]{64}")
+
+
+class ModuleIdentity(NamedTuple):
+    """Version and contents of a module, as a run has loaded it.
+
+    Attributes:
+        version: its version.
+        digest: SHA-256 over all its files, in hexadecimal; UNKNOWN_DIGEST if they are not one bundle.
+    """
+
+    version: str
+    digest: str
+
+
+@dataclass(frozen=True)
+class OperatorBlock:
+    """Block that an operator put on this robot.
+
+    Attributes:
+        id: name of the block.
+        reason: the operator's reason, as denials quote it.
+        module, skill, action: module, skill and action kind that it blocks; None blocks all of them.
+        version: versions of `module` that it blocks, a PEP 440 specifier; None blocks all of them.
+        digest: SHA-256 over the files of a module that it blocks, in hexadecimal; None blocks any.
+    """
+
+    id: str
+    reason: str
+    module: str | None
+    skill: str | None
+    action: str | None
+    version: str | None = None
+    digest: str | None = None
+
+    def applies_to(self, name: str, identity: ModuleIdentity) -> bool:
+        """Say if the block concerns actions of a module at all.
+
+        Args:
+            name: id of the module.
+            identity: version and digest that the run has loaded.
+
+        Returns:
+            True if module, version and digest match; a version or digest that cannot be told matches.
+        """
+        return (
+            self.module in (None, name)
+            and (self.version is None or _is_version_in(identity.version, self.version))
+            and (self.digest is None or identity.digest in (self.digest, UNKNOWN_DIGEST))
+        )
+
+    def matches(self, name: str, identity: ModuleIdentity, skill: str, action: str) -> bool:
+        """Say if the block denies an action.
+
+        Args:
+            name: id of the module that asks for it.
+            identity: version and digest that the run has loaded.
+            skill: skill that asks for it.
+            action: action kind.
+
+        Returns:
+            True if every field matches.
+        """
+        return (
+            self.applies_to(name, identity) and self.skill in (None, skill) and self.action in (None, action)
+        )
+
+    def overrides(self, modules: Mapping[str, ModuleIdentity]) -> tuple[OperatorOverride, ...]:
+        """Translate into overrides of the site for a set of modules, which have no versions and digests.
+
+        Args:
+            modules: identity of each module that a run has loaded, by name.
+
+        Returns:
+            The overrides that deny the same actions of these modules.
+        """
+        if self.version is None and self.digest is None:
+            return (OperatorOverride(self.id, self.reason, self.module, self.skill, self.action),)
+        return tuple(
+            OperatorOverride(self.id, self.reason, name, self.skill, self.action)
+            for name, identity in modules.items()
+            if self.applies_to(name, identity)
+        )
+
+    @property
+    def scope(self) -> str:
+        """Description of the blocked actions, such as `module tidy, version <1.2`."""
+        named = (
+            ("module", self.module),
+            ("version", self.version),
+            ("digest", None if self.digest is None else f"sha256:{self.digest}"),
+            ("skill", self.skill),
+            ("action", self.action),
+        )
+        return ", ".join(f"{what} {value}" for what, value in named if value is not None)
+
+
+def parse_versions(text: str) -> str:
+    """Read the versions of a block.
+
+    Args:
+        text: one version, as in `1.0.0`, or a PEP 440 specifier, as in `>=1.0,<1.2`.
+
+    Returns:
+        A specifier.
+
+    Raises:
+        ValueError: it is neither.
+    """
+    try:
+        return f"=={Version(text)}"
+    except InvalidVersion:
+        pass
+    try:
+        specifier = str(SpecifierSet(text))
+    except InvalidSpecifier as error:
+        raise ValueError(f"`{text}` is neither a version, as in 1.0.0, nor a range, as in <1.2") from error
+    if not specifier:
+        raise ValueError("name a version, as in 1.0.0, or a range, as in <1.2")
+    return specifier
+
+
+def parse_digest(text: str) -> str:
+    """Read the digest of a module's files.
+
+    Args:
+        text: SHA-256 in hexadecimal, as `aeros list` prints it, with or without `sha256:`.
+
+    Returns:
+        The digest in hexadecimal.
+
+    Raises:
+        ValueError: it is none.
+    """
+    digest = text.removeprefix("sha256:").lower()
+    if not _DIGEST.fullmatch(digest):
+        raise ValueError(f"`{text}` is no digest: 64 hexadecimal digits are needed, as in sha256:1234…")
+    return digest
+
+
+def _is_version_in(version: str, specifier: str) -> bool:
+    try:
+        return SpecifierSet(specifier).contains(Version(version), prereleases=True)
+    except (InvalidSpecifier, InvalidVersion):
+        return True

@@ -1,0 +1,109 @@
+"""Modules of a folder, proved under the registry of the robot; test_operator_reach runs them."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from aeros.cli.main import main
+from aeros.runtime.registry.bundle_store import bundle_digest, module_files
+from aeros.runtime.registry.folder_modules import FolderModules, uses_installed_modules
+from aeros.runtime.registry.operator_block import UNKNOWN_DIGEST, OperatorBlock
+from aeros.runtime.registry.registry import Registry
+from aeros.runtime.registry.store import RegistrySnapshot
+from aeros.spec.diagnostics.errors import UserError
+from tests.unit.runtime.registry.conftest import BASE, Author
+
+
+@pytest.fixture
+def folder(write: Author) -> Path:
+    """The module with its certificate under the site of docs/codes."""
+    written = write()
+    assert main(["verify", str(written), "--site", str(BASE / "site.yaml")]) == 0
+    return written
+
+
+def test_a_folder_is_loaded_with_version_and_digest(registry: Registry, folder: Path) -> None:
+    loaded = FolderModules(folder, None, registry).load(registry.snapshot())
+    assert list(loaded.configuration.modules) == ["tidy"]
+    assert loaded.identities["tidy"] == ("1.0.0", bundle_digest(module_files(folder)))
+    assert (loaded.withheld, loaded.is_installed, loaded.policy) == ({}, False, registry.snapshot().site)
+
+
+def test_files_that_cannot_be_one_bundle_have_an_unknown_digest(registry: Registry, folder: Path) -> None:
+    (folder / "data").symlink_to(folder / "ecm.yaml")
+    loaded = FolderModules(folder, None, registry).load(registry.snapshot())
+    assert loaded.identities["tidy"].digest == UNKNOWN_DIGEST
+
+
+def test_certificates_are_needed_at_first_and_the_contents_stay(registry: Registry, folder: Path) -> None:
+    modules = FolderModules(folder, None, registry)
+    modules.load(registry.snapshot())
+    (folder / "ecm.lock").unlink()
+    modules.load(registry.snapshot())
+    with pytest.raises(UserError, match="AE901") as refused:
+        FolderModules(folder, None, registry).load(registry.snapshot())
+    site = registry.site_file(registry.snapshot())
+    assert f"`aeros verify {folder} --site {site}`" in refused.value.diagnostics[0].help[-1]
+    manifest = folder / "ecm.yaml"
+    manifest.write_text(manifest.read_text() + "# edited\n")
+    with pytest.raises(UserError, match="changed since the run began"):
+        modules.load(registry.snapshot())
+
+
+def test_blocks_are_proved_with_the_modules(registry: Registry, folder: Path) -> None:
+    registry.add_block(OperatorBlock("old", "drops cups", "tidy", None, None, "<2"))
+    loaded = FolderModules(folder, None, registry).load(registry.snapshot())
+    (override,) = loaded.configuration.site.blocks
+    assert (override.id, override.module) == ("old", "tidy")
+
+
+def test_a_site_of_its_own_is_refused_once_the_operator_set_another(
+    registry: Registry, folder: Path, tmp_path: Path
+) -> None:
+    other = tmp_path / "other.yaml"
+    other.write_text((BASE / "site.yaml").read_text() + "# another\n")
+    with pytest.raises(UserError, match="is not the policy that is in force on this robot"):
+        FolderModules(folder, other, registry).load(registry.snapshot())
+    FolderModules(folder, BASE / "site.yaml", registry).load(registry.snapshot())
+    FolderModules(folder, BASE / "site.yaml", registry).load(RegistrySnapshot())
+    with pytest.raises(UserError, match="cannot be read"):
+        FolderModules(folder, tmp_path / "none.yaml", registry).load(registry.snapshot())
+
+
+def test_a_needed_module_that_was_withdrawn_is_missed(
+    registry: Registry, folder: Path, tmp_path: Path
+) -> None:
+    both = tmp_path / "both"
+    shutil.copytree(folder, both / "tidy")
+    shutil.copytree(folder, both / "needy")
+    manifest = both / "needy" / "ecm.yaml"
+    text = manifest.read_text().replace("id: tidy\n", "id: needy\n").replace("tidying", "needing")
+    text = text.replace("words: [clean, wipe]", "words: [need]")
+    manifest.write_text(text.replace("dependencies:\n", 'dependencies:\n  modules: {tidy: ">=1"}\n'))
+    assert main(["verify", str(both), "--site", str(BASE / "site.yaml")]) == 0
+    snapshot = registry.snapshot()
+    assert set(FolderModules(both, None, registry).load(snapshot).configuration.modules) == {"needy", "tidy"}
+    withdrawn = RegistrySnapshot(
+        snapshot.generation, snapshot.site, is_policy_set=True, withdrawn=frozenset({"tidy"})
+    )
+    with pytest.raises(UserError, match="AE964"):
+        FolderModules(both, None, registry).load(withdrawn)
+
+
+def test_the_folder_ecms_is_used_until_a_module_is_installed(
+    tmp_path: Path, write: Author, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    registry = Registry(tmp_path / "fresh")
+    assert not uses_installed_modules(registry)
+    registry.set_policy(BASE / "site.yaml")
+    assert uses_installed_modules(registry)
+    (tmp_path / "ecms").mkdir()
+    assert not uses_installed_modules(registry)
+    registry.install(write())
+    assert uses_installed_modules(registry)
+    registry.remove("tidy")
+    assert uses_installed_modules(registry)
