@@ -144,6 +144,11 @@ def test_a_bundle_is_pinned_carried_and_installed(capsys: pytest.CaptureFixture[
     assert Path("again.zip").read_bytes() == Path(name).read_bytes()
     assert main(["bundle", str(BASE)]) == 1
     assert "holds no module" in capsys.readouterr().err
+    assert main(["bundle", str(BASE / "tidy"), "--out", "absent/again.zip"]) == 1
+    assert (
+        "error[AE961] bundle: `absent/again.zip` cannot be written: No such file or directory"
+        in capsys.readouterr().err
+    )
 
 
 @pytest.mark.parametrize(
