@@ -129,7 +129,7 @@ def test_a_request_is_the_first_of_its_quota() -> None:
     """A quota of one leaves room for it: nothing was requested before."""
     known = premises()
     site = known.configuration.site
-    once = tuple(replace(quota, at_most=1) for quota in site.quotas)
+    once = tuple(replace(quota, max_count=1) for quota in site.quotas)
     assert [quota for quota in once if GRIP["kind"] in quota.kinds]
     configuration = replace(known.configuration, site=replace(site, quotas=once))
     measured = _measured(configuration, GRIP["module"])
