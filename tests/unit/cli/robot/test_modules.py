@@ -154,7 +154,7 @@ def test_a_bundle_that_cannot_be_written_is_reported(
     def full(path: Path, content: bytes) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(module, "replace_file", full)
+    monkeypatch.setattr(module, "replace_durably", full)
     assert main(["bundle", str(BASE / "tidy"), "--out", "again.zip"]) == 1
     assert "`again.zip` cannot be written: No space left on device" in capsys.readouterr().err
 
