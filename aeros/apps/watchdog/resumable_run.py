@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from aeros.agent.errors import AgentError
 from aeros.agent.identity import lock_folder
-from aeros.files import replace_durably
+from aeros.files import make_folder, replace_durably
 from aeros.sim.hosting.remote import RemotePlant
 from aeros.spec.migrations.format import FormatVersionError
 from aeros.spec.migrations.formats import RUN
@@ -36,7 +36,7 @@ def save_run_options(arguments: argparse.Namespace) -> None:
         name: _encode_option(one) for name, one in vars(arguments).items() if name not in _NOT_SAVED_OPTIONS
     }
     try:
-        arguments.state.mkdir(mode=0o700, parents=True, exist_ok=True)
+        make_folder(arguments.state, 0o700)
         replace_durably(
             arguments.state / _RUN_FILE, json.dumps({"schema": RUN.schema, **asked}, indent=1).encode()
         )

@@ -14,7 +14,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
-from aeros.files import replace_durably
+from aeros.files import make_folder, replace_durably
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.registry.bundle_store import remove_unreferenced
 from aeros.runtime.registry.change_log import record_change, recorded_configurations
@@ -82,7 +82,7 @@ class RegistryTransactions:
             new = replace(new, site=f"policies/{file_digest(content)}.yaml")
             self.store_policy(new, content)
         new = replace(new, generation=old.generation + 1)
-        self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        make_folder(self.folder, 0o700)
         record_change(self.folder, self._key, old, new, description, configuration.digest)
         with ControlPage(self.folder) as live:
             # If the last change was killed, or gave up waiting, an action older than `old` may still be
@@ -117,7 +117,7 @@ class RegistryTransactions:
             content: of the file.
         """
         path = self.folder / new.site
-        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        make_folder(path.parent, 0o700)
         replace_durably(path, content)
 
     def committed_snapshot(self, live: ControlPage) -> RegistrySnapshot | None:
@@ -158,7 +158,7 @@ def _locked(path: Path, how: int = 0) -> Iterator[None]:
 
 def _locked_file(path: Path, how: int) -> int | None:
     """Open and lock the file at `path`; return None if it was deleted before it was locked."""
-    path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+    make_folder(path.parent, 0o700)
     try:
         lock = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
     except FileNotFoundError:
