@@ -21,6 +21,8 @@ _NOT_SAVED_OPTIONS: Final = (
     *("command", "resume", "watchdog", "serve_plant", "supervised"),
     *("max_crashes", "crash_window", "heartbeat_timeout"),
 )
+_REQUIRED_OPTIONS: Final = ("instruction", "state", "out")
+"""Options without which no run can go on; others have defaults, also in a file of an older version."""
 
 
 def save_run_options(arguments: argparse.Namespace) -> None:
@@ -67,8 +69,12 @@ def load_run_options(arguments: argparse.Namespace) -> argparse.Namespace:
         raise AgentError(str(error)) from error
     except (OSError, ValueError, AttributeError, KeyError, TypeError) as error:
         raise AgentError(f"cannot read run options from `{path}`: {error}") from error
+    if lacking := [name for name in _REQUIRED_OPTIONS if name not in restored]:
+        raise AgentError(
+            f"cannot read run options from `{path}`: it has no `{lacking[0]}`; start the task again"
+        )
     own = {name: one for name, one in vars(arguments).items() if name in _NOT_SAVED_OPTIONS}
-    return argparse.Namespace(**restored, **own)
+    return argparse.Namespace(**{**vars(arguments), **restored, **own})
 
 
 def delete_run_options(state: Path) -> None:
