@@ -170,13 +170,14 @@ def hold_temporary_folder(folder: Path) -> Iterator[None]:
 
 def _delete_if_abandoned(folder: Path) -> None:
     try:
-        lock = _lock_folder(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        descriptor = _open_folder(folder)
     except OSError:
-        return  # in use, or no folder
+        return  # no folder
     try:
-        shutil.rmtree(folder, ignore_errors=True)
+        if try_lock(descriptor):
+            shutil.rmtree(folder, ignore_errors=True)
     finally:
-        os.close(lock)
+        os.close(descriptor)
 
 
 @contextmanager
@@ -189,10 +190,10 @@ def _locked_folder(folder: Path, how: int) -> Iterator[None]:
 
 
 def _lock_folder(folder: Path, how: int) -> int:
-    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC)
-    try:
-        fcntl.flock(descriptor, how)
-    except OSError:
-        os.close(descriptor)
-        raise
+    descriptor = _open_folder(folder)
+    fcntl.flock(descriptor, how)
     return descriptor
+
+
+def _open_folder(folder: Path) -> int:
+    return os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC)

@@ -85,9 +85,6 @@ class _ObservedState:
 class _RegistryFolderStub:
     """Stub of the registry's folder; no claim looks into it."""
 
-    def mkdir(self, **_: Any) -> None:
-        """It is there."""
-
     def __truediv__(self, _: str) -> _RegistryFolderStub:
         return self
 
@@ -135,6 +132,7 @@ def _commit(code: ModuleSource) -> TheoremObligation:
         install_stubs(
             transaction,
             {
+                "make_folder": lambda *_: None,
                 "record_change": lambda *_: step("record", lambda: setattr(world, "recorded", True)),
                 "ControlPage": opened,
                 "replace": lambda snapshot, **changes: SimpleNamespace(**{**vars(snapshot), **changes}),
