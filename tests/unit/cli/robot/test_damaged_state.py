@@ -13,6 +13,7 @@ import pytest
 
 from aeros.agent.recovery.quarantine import Quarantine
 from aeros.cli.main import main
+from aeros.spec.migrations.formats import QUARANTINE, RUN
 from tests.repo.tree import ROOT
 
 BASE = ROOT / "docs" / "codes" / "base"
@@ -101,9 +102,9 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         for command in ("configure", "activate"):
             assert main([command, "tidy", *state]) == 0
         main([*AGENT[0], *state])
-        Path("robot/run.json").write_text(json.dumps({"schema": "aeros/run/1"}))
+        Path("robot/run.json").write_text(json.dumps({"schema": RUN.schema}))
         Quarantine(Path("robot")).record_crash("a test", time.time(), 3, 600.0)
-        Path("robot/quarantine.json").write_text(json.dumps({"schema": "aeros/quarantine/1"}))
+        Path("robot/quarantine.json").write_text(json.dumps({"schema": QUARANTINE.schema}))
         yield folder / "robot"
 
 
