@@ -1,9 +1,14 @@
-"""File writes that survive a power cut, and locks on files."""
+"""Files and folders that survive a power cut, temporary folders that survive no process, and locks."""
 
 from __future__ import annotations
 
 import fcntl
 import os
+import shutil
+import stat
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 
@@ -42,6 +47,22 @@ def write_durably(path: Path, content: bytes) -> None:
         os.fsync(file.fileno())
 
 
+def make_folder(folder: Path, mode: int = 0o777) -> None:
+    """Create a folder and its missing parents; their names survive a power cut.
+
+    Args:
+        folder: the folder to create; it may exist.
+        mode: mode of the folder itself, without the bits of the umask; parents get the usual mode.
+
+    Raises:
+        OSError: a folder cannot be created or flushed, or there is a file in its place.
+    """
+    missing = [one for one in (folder, *folder.parents) if not one.exists()]
+    folder.mkdir(mode=mode, parents=True, exist_ok=True)
+    for one in reversed(missing):
+        sync_folder(one.parent)
+
+
 def sync_folder(folder: Path) -> None:
     """Flush a folder's list of file names to the disk.
 
@@ -75,3 +96,104 @@ def try_lock(descriptor: int) -> bool:
     except BlockingIOError:
         return False
     return True
+
+
+def temporary_root(within: Path | None = None) -> Path | None:
+    """Return the folder of this user's temporary folders; create it if needed.
+
+    Args:
+        within: an existing folder; by default the system's folder for temporary files.
+
+    Returns:
+        The folder; None if somebody else made it, or may change it.
+    """
+    root = (within or Path(tempfile.gettempdir())) / f"aeros-{os.geteuid()}"
+    try:
+        root.mkdir(mode=0o700, exist_ok=True)
+    except FileExistsError:
+        return None  # it is no folder
+    found = root.lstat()
+    is_private = stat.S_ISDIR(found.st_mode) and not found.st_mode & 0o077
+    return root if is_private and found.st_uid == os.geteuid() else None
+
+
+@contextmanager
+def temporary_folder(within: Path | None = None) -> Iterator[Path]:
+    """Make a temporary folder that is deleted after the block.
+
+    Its process locks it. So folders that nobody locks belonged to processes that were killed; they are
+    deleted as well.
+
+    Args:
+        within: an existing folder; by default the system's folder for temporary files.
+
+    Yields:
+        The folder, empty and private.
+    """
+    root = temporary_root(within)
+    if root is None:
+        with tempfile.TemporaryDirectory(prefix="aeros-", dir=within) as folder:
+            yield Path(folder)
+        return
+    with _locked_folder(root, fcntl.LOCK_EX):
+        for other in root.iterdir():
+            _delete_if_abandoned(other)
+        made = Path(tempfile.mkdtemp(dir=root))
+        lock = _lock_folder(made, fcntl.LOCK_SH)
+    try:
+        yield made
+    finally:
+        shutil.rmtree(made, ignore_errors=True)
+        os.close(lock)
+
+
+@contextmanager
+def hold_temporary_folder(folder: Path) -> Iterator[None]:
+    """Keep a temporary folder whose name another process chose; delete it after the block.
+
+    Args:
+        folder: the folder, below `temporary_root`; created if needed.
+
+    Raises:
+        OSError: it cannot be created.
+    """
+    folder.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+    with _locked_folder(folder.parent, fcntl.LOCK_EX):
+        folder.mkdir(mode=0o700, exist_ok=True)
+        lock = _lock_folder(folder, fcntl.LOCK_SH)
+    try:
+        yield
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+        os.close(lock)
+
+
+def _delete_if_abandoned(folder: Path) -> None:
+    try:
+        descriptor = _open_folder(folder)
+    except OSError:
+        return  # no folder
+    try:
+        if try_lock(descriptor):
+            shutil.rmtree(folder, ignore_errors=True)
+    finally:
+        os.close(descriptor)
+
+
+@contextmanager
+def _locked_folder(folder: Path, how: int) -> Iterator[None]:
+    lock = _lock_folder(folder, how)
+    try:
+        yield
+    finally:
+        os.close(lock)
+
+
+def _lock_folder(folder: Path, how: int) -> int:
+    descriptor = _open_folder(folder)
+    fcntl.flock(descriptor, how)
+    return descriptor
+
+
+def _open_folder(folder: Path) -> int:
+    return os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC)

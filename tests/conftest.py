@@ -21,6 +21,7 @@ from typing import Final
 import pytest
 
 import tests.hypothesis_profiles  # noqa: F401 - loads the profile of this run
+from tests.host_layers import VARIABLE, expected_layers, pytest_terminal_summary  # noqa: F401 - a hook
 
 # A job of a shell that is not interactive ignores Ctrl-C, and so does everything that it starts.
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -107,6 +108,7 @@ _STORE = "AEROS_STORE_OF_TESTS"
 
 def pytest_configure(config: pytest.Config) -> None:
     """A store for all processes of this run, which is new with each."""
+    expected_layers(os.environ.get(VARIABLE, ""))
     if not hasattr(config, "workerinput"):
         os.environ[_STORE] = tempfile.mkdtemp(prefix="aeros-tests-")
 

@@ -20,7 +20,7 @@ from pathlib import Path
 from uuid import UUID, uuid4
 
 from aeros.agent.errors import AgentError
-from aeros.files import replace_durably, try_lock
+from aeros.files import make_folder, replace_durably, try_lock
 from aeros.spec.migrations.format import FormatVersionError
 from aeros.spec.migrations.formats import IDENTITY
 
@@ -100,7 +100,7 @@ def lock_folder(folder: Path, purpose: str = "", timeout_s: float = 0.0) -> Iter
         AgentError: another process still holds the lock after `timeout_s`, or the folder cannot be used.
     """
     try:
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        make_folder(folder, 0o700)
         flags = os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW
         descriptor = os.open(folder / _LOCK, flags, 0o600)
     except OSError as error:

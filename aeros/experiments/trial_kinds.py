@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from functools import cache
@@ -12,6 +11,7 @@ from typing import Any, Final, Protocol, runtime_checkable
 
 from aeros.experiments.condition import TrialCondition
 from aeros.experiments.inputs import TrialInputs, digest_of_files
+from aeros.files import temporary_folder
 from aeros.runtime.audit.log import AuditLog
 from aeros.spec.model.policy import Durability
 
@@ -185,10 +185,10 @@ def scratch_folder() -> Iterator[tuple[Path, AuditLog]]:
         The folder, and the open log.
     """
     with (
-        tempfile.TemporaryDirectory(dir=SCRATCH_ROOT) as folder,
-        AuditLog(Path(folder) / "audit.jsonl", durability=Durability.BATCHED) as audit,
+        temporary_folder(SCRATCH_ROOT) as folder,
+        AuditLog(folder / "audit.jsonl", durability=Durability.BATCHED) as audit,
     ):
-        yield Path(folder), audit
+        yield folder, audit
 
 
 def condition_digest(condition: TrialCondition, premises: str) -> str:

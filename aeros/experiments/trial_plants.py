@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from aeros.agent.planning.routing import RoutedTask
+from aeros.files import temporary_folder
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.motion.swept_volume import moves_joints
 from aeros.runtime.ports import PlannedMotion, Plant, Trajectory
@@ -144,8 +143,8 @@ def _faults(
     from aeros.sim.scenes import SCENES
 
     around = surroundings_of(configuration, SCENES[scene]())
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "faults.yaml"
+    with temporary_folder() as folder:
+        path = folder / "faults.yaml"
         path.write_text(text, encoding="utf-8")
         declared = read_faults(str(path), around)
     each = {one.name: process[one.name] if isinstance(process, Mapping) else process for one in declared}

@@ -17,10 +17,12 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass
+from ipaddress import ip_address
 from itertools import count
 from math import ceil
 from pathlib import Path
 from typing import Final, NamedTuple
+from urllib.parse import urlsplit
 
 from aeros.experiments.condition import TrialCondition
 from aeros.experiments.inputs import InputPaths, load_inputs
@@ -341,26 +343,61 @@ def _exit_with_parent(parent: int) -> None:
     os._exit(1)
 
 
-def executor_at(address: str | None, workers: int) -> AbstractContextManager[tuple[Executor, int]]:
+class TlsFiles(NamedTuple):
+    """Files, in PEM, by which a client and a cluster know each other.
+
+    Attributes:
+        authority: certificate of the authority that signs for both.
+        certificate: certificate of this client.
+        key: private key of this client.
+    """
+
+    authority: Path
+    certificate: Path
+    key: Path
+
+
+def executor_at(
+    address: str | None, workers: int, tls: TlsFiles | None = None
+) -> AbstractContextManager[tuple[Executor, int]]:
     """Choose the processes of this machine, or those of a cluster.
+
+    Whoever reaches a scheduler without TLS runs code on its workers, so one on another machine needs TLS.
 
     Args:
         address: `dask://HOST:PORT`; None for this machine.
         workers: number of processes on this machine.
+        tls: files for an encrypted connection; None for a plain one.
 
     Returns:
         A context with the executor and the number of its workers.
 
     Raises:
-        MisuseError: the address is none, or a package is missing.
+        MisuseError: the address is none, it needs TLS, or a package is missing.
     """
     if address is None:
+        if tls is not None:
+            raise MisuseError("the files of TLS are for a cluster: name one with `--executor`")
         return local_executor(workers)
     if not address.startswith("dask://"):
         raise MisuseError(f"`{address}` is not an executor; expected `dask://HOST:PORT`")
+    if tls is None and not _is_this_machine(address):
+        raise MisuseError(
+            f"`{address}` is on another machine and the connection would not be encrypted: whoever reaches "
+            "such a scheduler runs code on its workers; give --tls-ca, --tls-cert and --tls-key, or connect "
+            "through a tunnel (`ssh -L 8786:localhost:8786 HOST`, then dask://localhost:8786)"
+        )
     try:
         from aeros.experiments.cluster import dask_executor
     except ImportError as error:
         needs = f"`{address}` needs `pip install 'aeros[distributed]'` ({error.name} is missing)"
         raise MisuseError(needs) from error
-    return dask_executor("tcp://" + address.removeprefix("dask://"))
+    return dask_executor(address.removeprefix("dask://"), tls)
+
+
+def _is_this_machine(address: str) -> bool:
+    try:
+        host = urlsplit(address).hostname or ""
+        return host == "localhost" or ip_address(host).is_loopback
+    except ValueError:
+        return False

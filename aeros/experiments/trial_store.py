@@ -20,6 +20,7 @@ from types import TracebackType
 from typing import Any, Final, NamedTuple, Self
 
 from aeros.experiments.trial_kinds import Findings
+from aeros.files import make_folder
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import MisuseError, UserError
 from aeros.spec.migrations.format import FormatVersionError
@@ -97,7 +98,7 @@ class TrialStore:
     def __init__(self, folder: Path) -> None:
         self._path = folder / TRIALS_FILE
         try:
-            folder.mkdir(parents=True, exist_ok=True)
+            make_folder(folder)
             self._file = os.open(self._path, _APPEND, 0o644)
         except OSError as error:
             raise MisuseError(f"cannot write to `{folder}`: {error.strerror}") from error

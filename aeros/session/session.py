@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, wait
@@ -16,6 +15,7 @@ from aeros.agent.execution.journal import AgentEvent, Observer
 from aeros.agent.execution.report import RunReport
 from aeros.agent.planning.base import Planner
 from aeros.agent.planning.routing import route
+from aeros.files import temporary_folder
 from aeros.runtime.execution.governor import FixedGovernor, Governor
 from aeros.runtime.gate.gate import GateMode
 from aeros.runtime.ports import Plant
@@ -254,7 +254,7 @@ def open_session(
                 for reason in steered.withheld.values():
                     warnings.warn(f"{reason} on this robot", RuntimeWarning, stacklevel=3)
                 governor = steered
-        temporary = None if out is not None else stack.enter_context(tempfile.TemporaryDirectory())
+        temporary = None if out is not None else stack.enter_context(temporary_folder())
         folder = create_output_folder(Path(out or temporary or ""), "")
 
         def make_setup(task: Task, observe: Observer) -> SessionSetup:

@@ -10,6 +10,7 @@ from typing import Final
 
 from aeros.agent.errors import AgentError
 from aeros.agent.planning.routing import RoutedTask, route
+from aeros.files import make_folder
 from aeros.runtime.audit.checkpoints import AnchorError, SigningConfiguration
 from aeros.runtime.audit.keys import InvalidKeyError, read_signing_key
 from aeros.runtime.audit.log import AuditError
@@ -152,7 +153,7 @@ def create_output_folder(folder: Path | None, task: str) -> Path:
     """
     folder = folder or Path("runs") / f"{task}-{datetime.now().astimezone():%Y%m%d-%H%M%S-%f}"
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        make_folder(folder)
         if any(folder.iterdir()):
             raise PlantSetupError(f"`{folder}` is not empty; give a new folder with --out")
     except OSError as error:

@@ -93,9 +93,6 @@ class _ObservedState:
 class _RegistryFolderStub:
     """Stub of the registry's folder; no claim looks into it."""
 
-    def mkdir(self, **_: Any) -> None:
-        """It is there."""
-
     def __truediv__(self, _: str) -> _RegistryFolderStub:
         return self
 
@@ -149,6 +146,7 @@ def _commit(code: ModuleSource) -> TheoremObligation:
             transaction,
             {
                 "record_made": mark,
+                "make_folder": lambda *_: None,
                 "record_change": lambda *_: step("record", lambda: setattr(world, "recorded", True)),
                 "ControlPage": opened,
                 "replace": lambda snapshot, **changes: SimpleNamespace(**{**vars(snapshot), **changes}),

@@ -102,9 +102,6 @@ class _PathStub:
         """The folder was there."""
         return True
 
-    def mkdir(self, **_: Any) -> None:
-        """It is there."""
-
 
 class _LockStubs:
     """The locks of `ControlPage`, by their parity."""
@@ -185,6 +182,7 @@ def _transactions(code: ModuleSource, who: str, do: PerformStep) -> tuple[Any, A
         using=(live_module,),
         fcntl=_fcntl(flock),
         os=SimpleNamespace(open=lambda *_: 3, close=lambda _: do("unlock"), O_RDWR=0, O_CREAT=0, O_CLOEXEC=0),
+        make_folder=lambda *_: None,
         _is_same_file=lambda *_: True,
         record_change=lambda *_: None,
         record_made=lambda *_: None,

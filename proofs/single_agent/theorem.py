@@ -43,9 +43,6 @@ class _FolderStub:
     def __truediv__(self, _: str) -> _FolderStub:
         return self
 
-    def mkdir(self, **_: Any) -> None:
-        """It is there."""
-
 
 def _agent(code: ModuleSource) -> ProcessGraph:
     """`acquire_identity`: an agent comes awake, lives, and lets go."""
@@ -82,6 +79,7 @@ def _agent(code: ModuleSource) -> ProcessGraph:
                 getpid=lambda: 1,
             ),
             time=SimpleNamespace(monotonic=lambda: next(clock), sleep=lambda _: None),
+            make_folder=lambda *_: None,
             _read=lambda _: do("read-identity") or None,
             _write=write,
         )

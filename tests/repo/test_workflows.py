@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 import yaml
 
+from tests.host_layers import LAYERS, VARIABLE
 from tests.hypothesis_profiles import PROFILES
 from tests.repo.tree import ROOT, text_of
 
@@ -121,6 +122,25 @@ def test_every_hypothesis_profile_is_run() -> None:
 @pytest.mark.parametrize("variable", ["AEROS_KILLS", "AEROS_NETWORK"])
 def test_tests_that_ask_for_a_variable_are_run_with_it(variable: str) -> None:
     assert variable in "".join(_reached().values()) + "".join(map(_text, _WORKFLOWS))
+
+
+def test_jobs_that_run_tests_expect_every_isolation_layer() -> None:
+    """A runner that loses a layer, or a test that no longer asks for one, makes the job fail."""
+    tested = {"make test", "make pytest", "make deep", ".ci/run"}
+    for name in _WORKFLOWS:
+        for job in _jobs(name).values():
+            runs = [step.get("run", "") for step in job["steps"]]
+            if not any(run.startswith(tuple(tested)) for run in runs):
+                continue
+            assert job["env"][VARIABLE].split(",") == list(LAYERS)
+            assert runs.index(_BUBBLEWRAP) < min(
+                runs.index(run) for run in runs if run.startswith(tuple(tested))
+            )
+
+
+_BUBBLEWRAP = """sudo apt-get install --yes bubblewrap
+sudo sysctl -w kernel.apparmor_restrict_unprivileged_userns=0
+"""
 
 
 def test_every_benchmark_is_run() -> None:

@@ -1,14 +1,29 @@
-"""Durable writes and locks: what is flushed, in which order, and who gets a lock."""
+"""Durable writes, temporary folders and locks: what is flushed, in which order, and who gets a lock."""
 
 from __future__ import annotations
 
 import os
+import re
+import signal
+import socket
 import stat
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
-from aeros.files import replace_durably, sync_folder, try_lock, write_durably
+from aeros.files import (
+    hold_temporary_folder,
+    make_folder,
+    replace_durably,
+    sync_folder,
+    temporary_folder,
+    temporary_root,
+    try_lock,
+    write_durably,
+)
+from tests.repo.tree import ROOT
 
 
 @pytest.fixture
@@ -108,3 +123,153 @@ def test_what_cannot_be_locked_is_an_error(tmp_path: Path) -> None:
     os.close(descriptor)
     with pytest.raises(OSError, match="Bad file descriptor"):
         try_lock(descriptor)
+
+
+# Folders.
+
+
+def test_every_new_folder_is_flushed_into_the_folder_above(tmp_path: Path, flushed: list[str]) -> None:
+    make_folder(tmp_path / "a" / "b" / "c", 0o700)
+    assert flushed == [f"folder {tmp_path.name}", "folder a", "folder b"]
+    assert (tmp_path / "a" / "b" / "c").stat().st_mode & 0o777 == 0o700
+    assert (tmp_path / "a").stat().st_mode & 0o700 == 0o700
+    flushed.clear()
+    make_folder(tmp_path / "a" / "b" / "c")
+    assert flushed == []
+
+
+def test_a_relative_folder_is_flushed_too(
+    tmp_path: Path, flushed: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    make_folder(Path("a/b"))
+    assert flushed == [f"folder {tmp_path.name}", "folder a"]
+
+
+def test_a_folder_in_whose_place_is_something_else_is_an_error(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    (tmp_path / "link").symlink_to(tmp_path / "nowhere")
+    for path in (tmp_path / "file", tmp_path / "file" / "below", tmp_path / "link"):
+        with pytest.raises(OSError, match=r"File exists|Not a directory"):
+            make_folder(path)
+
+
+NOT_DURABLE = {
+    "aeros/cli/author/new.py": "staged, then renamed as a whole",
+    "aeros/cli/robot/module_source.py": "in a temporary folder",
+    "aeros/experiments/report/write.py": "written anew each time",
+    "aeros/experiments/trials/inline_module.py": "in a temporary folder",
+    "aeros/experiments/trials/synthetic.py": "in a temporary folder",
+    "aeros/runtime/registry/archive.py": "in a temporary folder",
+    "aeros/runtime/registry/bundle_store.py": "flushed as a whole before it is renamed",
+    "aeros/sim/bullet/video.py": "of a film",
+}
+"""Modules that create folders which need not survive a power cut, with the reason."""
+
+
+def test_folders_are_made_durably_in_one_place() -> None:
+    makers = {
+        path.relative_to(ROOT).as_posix()
+        for path in (ROOT / "aeros").rglob("*.py")
+        if re.search(r"\.mkdir\(|makedirs\(", path.read_text(encoding="utf-8"))
+    }
+    assert makers == {"aeros/files.py", *NOT_DURABLE}
+
+
+def test_temporary_folders_are_made_in_one_place() -> None:
+    """So that those of killed processes are deleted."""
+    named = re.compile(r"mkdtemp|TemporaryDirectory|NamedTemporaryFile|mkstemp")
+    makers = {
+        path.relative_to(ROOT).as_posix()
+        for path in (ROOT / "aeros").rglob("*.py")
+        if named.search(path.read_text(encoding="utf-8"))
+    }
+    assert makers == {
+        "aeros/files.py",
+        "aeros/cli/author/new.py",  # beside the new module, so that it can be renamed
+        "aeros/cli/author/verify.py",  # a file that the user is to keep
+        "aeros/experiments/trials/sessions.py",  # within another temporary folder
+    }
+
+
+# Temporary folders.
+
+HOLD = """
+import sys, time
+from pathlib import Path
+from aeros.files import hold_temporary_folder, temporary_folder
+at = Path(sys.argv[1])
+with temporary_folder(at) as folder, hold_temporary_folder(folder.parent / "chosen"):
+    (folder / "below").mkdir()
+    (folder / "below" / "file").touch()
+    print(folder, flush=True)
+    time.sleep(60)
+"""
+
+
+def test_a_temporary_folder_is_private_and_deleted(tmp_path: Path) -> None:
+    with temporary_folder(tmp_path) as folder:
+        assert folder.parent == temporary_root(tmp_path) == tmp_path / f"aeros-{os.geteuid()}"
+        assert folder.stat().st_mode & 0o777 == 0o700
+        assert list(folder.iterdir()) == []
+        (folder / "file").touch()
+        with temporary_folder(tmp_path) as other:
+            assert other != folder
+        assert (folder / "file").exists()
+        assert not other.exists()
+    assert list(folder.parent.iterdir()) == []
+
+
+def test_folders_of_a_killed_process_are_deleted_by_the_next(tmp_path: Path) -> None:
+    with subprocess.Popen(
+        [sys.executable, "-c", HOLD, str(tmp_path)], stdout=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout is not None
+        folder = Path(process.stdout.readline().strip())
+        with socket.socket(socket.AF_UNIX) as listening:
+            listening.bind(str(folder / "socket"))
+        with temporary_folder(tmp_path):
+            # While it lives, both of its folders stay.
+            assert (folder / "below" / "file").exists()
+            assert (folder.parent / "chosen").exists()
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+    assert folder.exists()
+    with temporary_folder(tmp_path) as own:
+        assert list(folder.parent.iterdir()) == [own]
+
+
+def test_a_chosen_folder_is_kept_while_it_is_held(tmp_path: Path) -> None:
+    root = temporary_root(tmp_path)
+    assert root is not None
+    with hold_temporary_folder(root / "chosen"), temporary_folder(tmp_path):
+        assert (root / "chosen").stat().st_mode & 0o777 == 0o700
+    assert list(root.iterdir()) == []
+
+
+def test_a_root_that_others_may_change_is_not_used(tmp_path: Path) -> None:
+    root = tmp_path / f"aeros-{os.geteuid()}"
+    root.mkdir()
+    root.chmod(0o777)
+    assert temporary_root(tmp_path) is None
+    with temporary_folder(tmp_path) as folder:
+        assert folder.parent == tmp_path
+    assert not folder.exists()
+    root.rmdir()
+    (tmp_path / "elsewhere").mkdir(0o700)
+    root.symlink_to(tmp_path / "elsewhere")
+    assert temporary_root(tmp_path) is None
+    root.unlink()
+    root.touch()
+    assert temporary_root(tmp_path) is None
+
+
+def test_what_is_no_folder_is_left_alone(tmp_path: Path) -> None:
+    root = temporary_root(tmp_path)
+    assert root is not None
+    (root / "file").touch()
+    (tmp_path / "elsewhere").mkdir()
+    (root / "link").symlink_to(tmp_path / "elsewhere")
+    with temporary_folder(tmp_path):
+        pass
+    assert sorted(one.name for one in root.iterdir()) == ["file", "link"]

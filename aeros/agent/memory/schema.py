@@ -1,7 +1,8 @@
 """Database schema of the memory, and migrations from older versions.
 
-The version is in `PRAGMA user_version`; 0 means a new, empty database. All migrations that are due, and the
-version that they lead to, are one transaction: after a crash the database has the old schema or the new one.
+The version is in `PRAGMA user_version`. All migrations that are due, and the version that they lead to, are
+one transaction: after a crash the database has the old schema or the new one. A new memory is written as a
+whole and then renamed, so a file without tables was cut off, and is refused.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from pathlib import Path
 from typing import Final
 
 from aeros.agent.errors import AgentError
+from aeros.files import replace_durably
 from aeros.spec.migrations.formats import MEMORY
 from aeros.spec.migrations.renamed_names import RENAMED_EVENTS
 
@@ -65,7 +67,7 @@ IN_MEMORY: Final = Path(":memory:")
 
 
 def open_database(path: Path) -> sqlite3.Connection:
-    """Open the memory at `path`, check it and migrate it to the current schema.
+    """Open the memory at `path`, check it and migrate it to the current schema; create it if there is none.
 
     Autocommit: each statement is one transaction, durable when it returns.
 
@@ -79,8 +81,12 @@ def open_database(path: Path) -> sqlite3.Connection:
         AgentError: the file is damaged, of something else, or of a newer version.
     """
     try:
+        if path != IN_MEMORY and not path.exists():
+            for suffix in ("-wal", "-shm"):  # of another database, which is gone
+                path.with_name(path.name + suffix).unlink(missing_ok=True)
+            replace_durably(path, _empty_database())
         database = sqlite3.connect(path, isolation_level=None)
-    except sqlite3.Error as error:
+    except (OSError, sqlite3.Error) as error:
         raise AgentError(f"the agent's memory {path} cannot be opened: {error}") from error
     try:
         if path == IN_MEMORY:
@@ -111,8 +117,17 @@ def _prepare(database: sqlite3.Connection, path: Path) -> None:
             f"the agent's memory {path} has schema {version}; this version reads up to {SCHEMA_VERSION}; "
             "it was written by a newer AEROS: install a newer AEROS"
         )
-    if version < 0 or (version == 0 and tables):
+    if not tables:
+        raise AgentError(
+            f"the agent's memory {path} is empty: it was cut off, and what the agent had learned is gone; "
+            "restore it from a backup, or delete it to begin a new one"
+        )
+    if version <= 0:
         raise AgentError(f"{path} is not a database of this kind, not the agent's memory")
+    (page,) = database.execute("PRAGMA page_size").fetchone()
+    if path != IN_MEMORY and path.stat().st_size % page:
+        # SQLite would fill up the last page with zeros, without a word.
+        raise AgentError(f"the agent's memory {path} is damaged: its last page was cut off")
     (health,) = database.execute("PRAGMA quick_check(1)").fetchone()
     if health != "ok":
         raise AgentError(f"the agent's memory {path} is damaged: {health}")

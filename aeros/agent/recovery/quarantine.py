@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from aeros.agent.errors import AgentError
-from aeros.files import replace_durably
+from aeros.files import make_folder, replace_durably
 from aeros.spec.migrations.format import FormatVersionError, UnmigratableError
 from aeros.spec.migrations.formats import CRASHES, QUARANTINE
 from aeros.spec.migrations.rewriting import rewrite
@@ -91,7 +91,7 @@ class Quarantine:
 
 def _write_json(path: Path, content: Any) -> None:
     try:
-        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        make_folder(path.parent, 0o700)
         replace_durably(path, json.dumps(content).encode())
     except OSError as error:
         raise AgentError(f"{path} cannot be written: {error.strerror}") from error

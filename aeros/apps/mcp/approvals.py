@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from aeros.files import replace_durably
+from aeros.files import make_folder, replace_durably
 
 APPROVALS_FOLDER: Final = "approvals"
 VALIDITY_S: Final = 600.0
@@ -59,7 +59,7 @@ class Approvals:
 
     def __init__(self, state: Path) -> None:
         self._folder = state / APPROVALS_FOLDER
-        self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        make_folder(self._folder, 0o700)
         self._waiting: dict[str, tuple[str, float]] = {}
         for path in self._folder.iterdir():
             path.unlink()

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from aeros.agent.errors import AgentError
 from aeros.agent.identity import lock_folder
-from aeros.files import replace_durably
+from aeros.files import make_folder, replace_durably
 from aeros.sim.hosting.remote import RemotePlant
 from aeros.spec.migrations.format import FormatVersionError
 from aeros.spec.migrations.formats import RUN
@@ -21,6 +21,8 @@ _NOT_SAVED_OPTIONS: Final = (
     *("command", "resume", "watchdog", "serve_plant", "supervised"),
     *("max_crashes", "crash_window", "heartbeat_timeout"),
 )
+_REQUIRED_OPTIONS: Final = ("instruction", "state", "out")
+"""Options without which no run can go on; others have defaults, also in a file of an older version."""
 
 
 def save_run_options(arguments: argparse.Namespace) -> None:
@@ -36,7 +38,7 @@ def save_run_options(arguments: argparse.Namespace) -> None:
         name: _encode_option(one) for name, one in vars(arguments).items() if name not in _NOT_SAVED_OPTIONS
     }
     try:
-        arguments.state.mkdir(mode=0o700, parents=True, exist_ok=True)
+        make_folder(arguments.state, 0o700)
         replace_durably(
             arguments.state / _RUN_FILE, json.dumps({"schema": RUN.schema, **asked}, indent=1).encode()
         )
@@ -67,8 +69,12 @@ def load_run_options(arguments: argparse.Namespace) -> argparse.Namespace:
         raise AgentError(str(error)) from error
     except (OSError, ValueError, AttributeError, KeyError, TypeError) as error:
         raise AgentError(f"cannot read run options from `{path}`: {error}") from error
+    if lacking := [name for name in _REQUIRED_OPTIONS if name not in restored]:
+        raise AgentError(
+            f"cannot read run options from `{path}`: it has no `{lacking[0]}`; start the task again"
+        )
     own = {name: one for name, one in vars(arguments).items() if name in _NOT_SAVED_OPTIONS}
-    return argparse.Namespace(**restored, **own)
+    return argparse.Namespace(**{**vars(arguments), **restored, **own})
 
 
 def delete_run_options(state: Path) -> None:

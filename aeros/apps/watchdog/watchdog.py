@@ -31,6 +31,7 @@ from typing import IO, Final
 from aeros.agent.recovery.quarantine import Quarantine
 from aeros.apps.watchdog.resumable_run import delete_run_options, end_plant
 from aeros.exit_codes import Exit
+from aeros.files import temporary_folder
 from aeros.session.sd_notify import ALIVE, READY, STOPPING, Notifier
 from aeros.sim.hosting.remote import RemotePlant
 
@@ -52,8 +53,8 @@ def run_watchdog(arguments: argparse.Namespace) -> Exit:
     Returns:
         The exit code of the agent, or of the failure.
     """
-    with Notifier() as notifier, tempfile.TemporaryDirectory(prefix="aeros-") as folder:
-        return _Watchdog(arguments, notifier, Path(folder) / "notify.sock").run()
+    with Notifier() as notifier, temporary_folder() as folder:
+        return _Watchdog(arguments, notifier, folder / "notify.sock").run()
 
 
 class _Watchdog:

@@ -18,6 +18,7 @@ from aeros.agent.world.values import to_exact, to_json_value
 from aeros.apps.goal import parse_goal, parse_value
 from aeros.cli.arguments import add_command, existing_path
 from aeros.exit_codes import Exit, UsageError
+from aeros.files import make_folder
 from aeros.runtime.registry.folder_modules import uses_installed_modules
 from aeros.runtime.registry.registry import Registry
 from aeros.sim.symbolic.state import initial_values
@@ -188,7 +189,7 @@ def _steps(path: Path) -> tuple[str, ...]:
 def _export_pddl(folder: Path, domain: PlanningDomain, start: State) -> Exit:
     files = dict(zip(("domain.pddl", "problem.pddl"), write_pddl(domain, start), strict=True))
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        make_folder(folder)
         for name, text in files.items():
             (folder / name).write_text(text, encoding="utf-8")
     except OSError as error:

@@ -18,7 +18,7 @@ from aeros.experiments.architecture import load_class
 from aeros.experiments.catalogue import PLANTS, EnteredArchitecture, Experiment, catalogue, select_rows
 from aeros.experiments.inputs import InputPaths, load_inputs
 from aeros.experiments.report.write import write_report
-from aeros.experiments.trial_runner import InputsMismatchError, RunProgress, executor_at, run_trials
+from aeros.experiments.trial_runner import InputsMismatchError, RunProgress, TlsFiles, executor_at, run_trials
 from aeros.experiments.trial_store import TRIALS_FILE, TrialStore
 from aeros.session.plant_factory import PlantSetupError
 from aeros.session.setup import create_output_folder
@@ -40,13 +40,20 @@ examples:
   aeros experiment 8/aeros/make_dumplings/0.90 --trials 1000 --plant symbolic
   aeros experiment all --out runs/full --resume
   aeros experiment 4 8 --architecture my_package.my_module:MyArchitecture --plant symbolic
-  aeros experiment all --executor dask://10.0.0.7:8786
+  aeros experiment all --executor dask://10.0.0.7:8786 --tls-ca ca.pem --tls-cert me.pem --tls-key me.key
 """
 
 _PROGRESS_DELAY_S: Final = 2.0
 """Seconds before progress is shown."""
 
 _PROGRESS_INTERVAL_S: Final = 0.2
+
+_TLS_OPTIONS: Final = {
+    "ca": "certificate of the authority that signs for the cluster and for you (PEM)",
+    "cert": "your certificate (PEM)",
+    "key": "your private key (PEM)",
+}
+"""Options for an encrypted connection to a cluster; all of them or none."""
 
 _REPORT_PACKAGES: Final = ("jinja2", "markdown_it", "matplotlib")
 """Packages of the report writer, imported only when it runs."""
@@ -77,6 +84,8 @@ def add_to(commands: Subparsers) -> None:
         help="number of processes (default: one for each processor)",
     )
     where.add_argument("--executor", metavar="dask://HOST:PORT", help="run on a cluster instead")
+    for option, help_text in _TLS_OPTIONS.items():
+        parser.add_argument(f"--tls-{option}", type=existing_path, metavar="FILE", help=help_text)
     parser.add_argument(
         "--out", type=Path, help="the folder for trials and report (default: a new one in runs/)"
     )
@@ -135,16 +144,14 @@ def _run(arguments: argparse.Namespace, experiments: list[Experiment]) -> Exit:
     for name in {row.architecture for one in experiments for row in one.rows if row.architecture}:
         load_class(name)
     shown = _progress_printer()
+    chosen = executor_at(arguments.executor, arguments.workers or available_cpus(), _tls_files(arguments))
     with TrialStore(out) as store:
         if sys.stderr.isatty():
             print("proving the modules …", end="\r", file=sys.stderr, flush=True)
         premises = load_inputs(where)
         hint = f"finished trials are in {out}; continue with --out {out} --resume"
         try:
-            with executor_at(arguments.executor, arguments.workers or available_cpus()) as (
-                executor,
-                workers,
-            ):
+            with chosen as (executor, workers):
                 run_trials(conditions, seeds, where, executor, workers, store, shown)
             again = _rerun_options(arguments)
             results = results_of(experiments, store.trials, premises, seeds, arguments.plant, again)
@@ -166,6 +173,15 @@ def _run(arguments: argparse.Namespace, experiments: list[Experiment]) -> Exit:
     print(f"{len(off)} with intervals that exclude the exact value" + (f": {', '.join(off)}" if off else ""))
     print(f"output     {out}/: " + ", ".join(sorted(path.name for path in out.iterdir())))
     return Exit.SUCCESS
+
+
+def _tls_files(arguments: argparse.Namespace) -> TlsFiles | None:
+    given = [getattr(arguments, f"tls_{option}") for option in _TLS_OPTIONS]
+    if not any(given):
+        return None
+    if not all(given):
+        raise UsageError("--tls-ca, --tls-cert and --tls-key belong together: give all of them")
+    return TlsFiles(*given)
 
 
 def _import_report_writer() -> Callable[..., dict[str, Any]]:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import importlib.util
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Final
 
+from aeros.files import temporary_folder
 from aeros.runtime.registry.archive import unpack
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
@@ -37,8 +37,8 @@ def module_source(given: str) -> Iterator[Path]:
     if path.is_dir():
         yield path
     elif path.is_file():
-        with tempfile.TemporaryDirectory(prefix="aeros-") as unpacked:
-            folder = Path(unpacked) / path.name.removesuffix(BUNDLE)
+        with temporary_folder() as unpacked:
+            folder = unpacked / path.name.removesuffix(BUNDLE)
             folder.mkdir()
             unpack(path, folder)
             yield folder

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-import tempfile
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -27,7 +26,13 @@ from aeros.cli.arguments import (
     writable_path,
 )
 from aeros.cli.run.planners import LLM_KEY, build_planner
-from aeros.cli.run.run_plant import PlantSetup, load_scene_extras, open_outputs, serve_plant
+from aeros.cli.run.run_plant import (
+    PlantSetup,
+    load_scene_extras,
+    open_outputs,
+    plant_socket,
+    serve_plant,
+)
 from aeros.cli.run.run_task import RunRequest, run_task
 from aeros.exit_codes import Exit, UsageError
 from aeros.runtime.gate.gate import GateMode
@@ -296,7 +301,7 @@ def _run_watchdog(arguments: argparse.Namespace) -> Exit:
         if not arguments.resume:
             with lock_folder(arguments.state, arguments.instruction):
                 arguments.out = create_output_folder(arguments.out, "watched")
-                arguments.plant_at = Path(tempfile.mkdtemp(prefix="aeros-")) / "plant.sock"
+                arguments.plant_at = plant_socket()
                 # The checkpoint of an earlier task must not be resumed.
                 CheckpointStore(arguments.state).delete()
                 # An earlier stop ended an earlier run; from here on a stop is for this one.

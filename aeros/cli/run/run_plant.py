@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import secrets
+import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, closing, contextmanager, suppress
 from dataclasses import dataclass
@@ -13,6 +15,7 @@ from aeros.agent.errors import AgentError
 from aeros.agent.identity import lock_folder
 from aeros.agent.planning.routing import RoutedTask
 from aeros.exit_codes import Exit
+from aeros.files import hold_temporary_folder, temporary_root
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.ports import Plant
 from aeros.session.plant_factory import (
@@ -157,6 +160,16 @@ def open_run_plant(
     )
 
 
+def plant_socket() -> Path:
+    """Choose the path of a socket for a plant that is served; the server creates its folder.
+
+    Returns:
+        A path that no other process uses.
+    """
+    root = temporary_root() or Path(tempfile.gettempdir())
+    return root / f"plant-{secrets.token_hex(8)}" / "plant.sock"
+
+
 def serve_plant(staged: PlantSetup) -> Exit:
     """Serve the plant to an agent in another process; end at once if another process serves it already.
 
@@ -172,9 +185,7 @@ def serve_plant(staged: PlantSetup) -> Exit:
         suppress(AgentError),
         lock_folder(arguments.state / "plant", arguments.instruction),
         open_run_plant(staged, lambda one: log(one._asdict())) as plant,
+        hold_temporary_folder(arguments.plant_at.parent),
     ):
-        arguments.plant_at.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         PlantHost(plant, log).serve(arguments.plant_at)
-        with suppress(OSError):
-            arguments.plant_at.parent.rmdir()
     return Exit.SUCCESS

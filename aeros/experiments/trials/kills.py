@@ -24,7 +24,6 @@ import random
 import signal
 import subprocess
 import sys
-import tempfile
 import threading
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -41,6 +40,7 @@ from aeros.experiments.inputs import InputPaths, TrialInputs
 from aeros.experiments.trial_kinds import SCRATCH_ROOT, Findings
 from aeros.experiments.trial_kinds import Trial as Tried
 from aeros.experiments.trials.kill_logs import motion_without_agent, read_whole_lines, repeated_skills
+from aeros.files import temporary_folder
 from aeros.runtime.audit.log import verify_log
 from aeros.spec.migrations.renamed_names import current_event
 from aeros.spec.model.ecm import Ecm
@@ -303,8 +303,8 @@ def trial_of(
     trial = KillTrial(seed)
     chance = random.Random(seed)  # noqa: S311
     began = time.monotonic()
-    with tempfile.TemporaryDirectory(prefix="survival-", dir=SCRATCH_ROOT) as name:
-        life = _SupervisedTask(trial, plant, Path(name), where, instruction, longest)
+    with temporary_folder(SCRATCH_ROOT) as folder:
+        life = _SupervisedTask(trial, plant, folder, where, instruction, longest)
         for _ in range(chance.randint(1, 3)):
             # One in four while processes are still starting, the others while the task is under way.
             if chance.random() < 0.25:
@@ -317,7 +317,7 @@ def trial_of(
         trial.seconds = time.monotonic() - began
         _judge(trial, life, plant, modules)
         if trial.violations:
-            trial.violations.append((Path(name) / "said").read_text(errors="replace")[-3000:])
+            trial.violations.append((folder / "said").read_text(errors="replace")[-3000:])
     return trial
 
 
@@ -333,8 +333,8 @@ def measure_duration(plant: str, where: InputPaths, instruction: str = DEFAULT_I
     Returns:
         Real seconds; cached.
     """
-    with tempfile.TemporaryDirectory(prefix="survival-", dir=SCRATCH_ROOT) as name:
-        life = _SupervisedTask(KillTrial(0), plant, Path(name), where, instruction)
+    with temporary_folder(SCRATCH_ROOT) as folder:
+        life = _SupervisedTask(KillTrial(0), plant, folder, where, instruction)
         _wait_for(life)
         began = time.monotonic()
         while life.is_awake():

@@ -9,7 +9,6 @@ affects least.  Times are not predicted, and differ from run to run.
 from __future__ import annotations
 
 import shutil
-import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, contextmanager
@@ -26,6 +25,7 @@ from aeros.experiments.condition import TrialCondition
 from aeros.experiments.inputs import TrialInputs
 from aeros.experiments.trial_kinds import SCRATCH_ROOT, Findings, Trial
 from aeros.experiments.trials.synthetic import write_module, write_modules
+from aeros.files import temporary_folder
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.decision import Caller, DecisionKind
 from aeros.runtime.gate.gate import CompiledGate
@@ -88,8 +88,8 @@ class ScaleTrials:
         """Implements `TrialKind.open`: the modules are proved and compiled once."""
         settings = condition.settings
         skills = settings["skills"]
-        with tempfile.TemporaryDirectory(dir=SCRATCH_ROOT) as folder:
-            robot = _robot(Path(folder), settings["modules"], skills, premises.paths.site)
+        with temporary_folder(SCRATCH_ROOT) as folder:
+            robot = _robot(folder, settings["modules"], skills, premises.paths.site)
             with closing(robot.store):
                 yield lambda seed: _run_trial(robot, skills, seed)
 

@@ -30,8 +30,18 @@ from aeros.runtime.records.records import caller_details, format_reasons
 from aeros.runtime.skills.in_process_run import SkillRunResult
 from aeros.skill import Action
 
-MAX_ACTIONS: Final = 10_000
-"""Limit on the actions of one step; without it a zero-time action could repeat for ever."""
+MAX_ACTIONS: Final = 100
+"""Actions that any step may ask for; without a limit, actions that take no time would fill the disk."""
+
+MAX_ACTIONS_PER_S: Final = 20
+"""Further actions that a step may ask for, for each second of its skill's timeout."""
+
+MIN_ANSWER_BUDGET_S: Final = 10.0
+"""Minimum real time, s, that a skill has for all its answers together, for the sake of busy machines.
+
+Otherwise it has as long as its timeout.  A simulator's clock stands still while a skill computes, so that
+the timeout alone would not end a skill that is slow each time.
+"""
 
 _POLL_INTERVAL_S: Final = 0.01
 """Poll interval while the operator pauses, s."""
@@ -99,18 +109,33 @@ class StepControl:
 
     def _resume_skill(self, step: ActiveStep) -> SkillRunResult | None:
         """Store the skill's next action in `step.requested_action`; or return how the step ends."""
-        if step.request_count == MAX_ACTIONS:
-            return SkillRunResult(StepStatus.RAISED, f"the skill asked for more than {MAX_ACTIONS} actions")
+        timeout = float(step.skill.timeout)
+        most = MAX_ACTIONS + int(MAX_ACTIONS_PER_S * timeout)
+        if step.request_count == most:
+            return SkillRunResult(
+                StepStatus.RAISED,
+                f"the skill asked for more than {most} actions, the most in its timeout of {timeout:g} s",
+            )
         step.request_count += 1
         site = self._followed.configuration.site
         if step.observation_filter is None or step.observation_filter.site is not site:
             step.observation_filter = ObservationFilter(step.ecm, site)
         observation = step.observation_filter.observe(self._plant.observe(), self._plant.now())
-        response = step.run.resume(observation, step.deadline - self._plant.now())
+        budget = max(timeout, MIN_ANSWER_BUDGET_S)
+        began = time.monotonic()
+        response = step.run.resume(
+            observation, min(step.deadline - self._plant.now(), budget - step.answer_time)
+        )
+        step.answer_time += time.monotonic() - began
         if isinstance(response, SkillRunResult) and response.status is StepStatus.RAISED:
             return response
         if self._plant.now() > step.deadline:
             return SkillRunResult(StepStatus.TIMED_OUT, "the skill's timeout has passed")
+        if step.answer_time > budget:
+            return SkillRunResult(
+                StepStatus.TIMED_OUT,
+                f"the skill took {step.answer_time:.1f} s of real time for its answers; it has {budget:g} s",
+            )
         if isinstance(response, SkillRunResult):
             return check_result_outputs(step.skill, response)
         step.requested_action = response

@@ -119,6 +119,7 @@ class ActiveStep:
         deadline: plant seconds at which its timeout passes; set when it begins.
         is_running: it holds its resources, so its skill may act.
         request_count: number of actions that the skill was asked for.
+        answer_time: real time that its skill took for its answers so far, s.
         observation_filter: selects the values that its skill may sense, by the site at its last
             observation.
         requested_action: action that it asked for and that is not decided yet.
@@ -136,6 +137,7 @@ class ActiveStep:
     deadline: float = 0.0
     is_running: bool = False
     request_count: int = 0
+    answer_time: float = 0.0
     observation_filter: ObservationFilter | None = None
     requested_action: Action | None = None
     active_motion: ActiveMotion | None = None

@@ -17,6 +17,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import IO, Final
 
+from aeros.files import temporary_folder
 from aeros.runtime.isolation.bubblewrap import find_bubblewrap, wrap_command
 from aeros.runtime.isolation.layers import IsolationLayer
 
@@ -70,10 +71,12 @@ class Zygote:
             For each layer why it is missing, or None if it is in place.
         """
         address = f"aeros-{os.getpid()}-{os.urandom(8).hex()}"
-        with socket.socket(socket.AF_UNIX) as listening, tempfile.NamedTemporaryFile(prefix="aeros-") as file:
+        with socket.socket(socket.AF_UNIX) as listening, temporary_folder() as folder:
+            file = folder / "file"
+            file.touch()
             listening.bind(f"\0{address}")
             listening.listen()
-            self._channel.send(f"probe {os.getpid()} {file.name} {address}".encode())
+            self._channel.send(f"probe {os.getpid()} {file} {address}".encode())
             reasons = json.loads(self._receive(_START))
         return {IsolationLayer(name): missing for name, missing in reasons.items()}
 

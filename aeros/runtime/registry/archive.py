@@ -55,7 +55,8 @@ def unpack(path: Path, into: Path) -> None:
     """
     try:
         with zipfile.ZipFile(path) as archive:
-            entries = [entry for entry in archive.infolist() if not entry.is_dir()]
+            # Not `is_dir`, which fails for a name that is empty.
+            entries = [entry for entry in archive.infolist() if not entry.filename.endswith("/")]
             problem = _archive_problem(entries)
             if problem is not None:
                 raise _refused(path, problem)
@@ -80,6 +81,8 @@ def _archive_problem(entries: list[zipfile.ZipInfo]) -> str | None:
     if sum(entry.file_size for entry in entries) > MAX_MODULE:
         return f"a module has at most {MAX_MODULE >> 20} MiB"
     for entry in entries:
+        if not entry.filename:
+            return "a file in it has no name"
         parts = PurePosixPath(entry.filename).parts
         if "\\" in entry.filename or not parts or parts[0] == "/" or ".." in parts:
             return f"`{entry.filename}` is outside the module's folder"

@@ -13,7 +13,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Final
 
-from aeros.files import sync_folder, write_durably
+from aeros.files import make_folder, sync_folder, write_durably
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.text.digests import code_digest
@@ -83,6 +83,7 @@ def store_bundle(files: Mapping[str, bytes], store: Path, name: str) -> Path:
     target = store / digest / name
     if target.is_dir() and module_files(target) == files:
         return target
+    make_folder(store, 0o700)
     staging = store / f".{digest}.{os.getpid()}"
     shutil.rmtree(staging, ignore_errors=True)
     write_files(files, staging / name)

@@ -19,7 +19,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Final, Self
 
-from aeros.files import try_lock
+from aeros.files import make_folder, try_lock
 from aeros.runtime.execution.governor import OperatorCommand
 
 _PAGE: Final = struct.Struct("<QQ")  # generation, command
@@ -40,7 +40,7 @@ class ControlPage:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        make_folder(folder, 0o700)
         self._file = _open_file(folder / "live")
         if os.fstat(self._file).st_size < _PAGE.size:
             os.ftruncate(self._file, _PAGE.size)

@@ -14,7 +14,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
-from aeros.files import replace_durably
+from aeros.files import make_folder, replace_durably
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.registry.bundle_store import remove_unreferenced
 from aeros.runtime.registry.change_log import (
@@ -177,7 +177,7 @@ class RegistryTransactions:
             with self.stored_policy(new, content):
                 pass
         new = replace(new, generation=old.generation + 1)
-        self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        make_folder(self.folder, 0o700)
         record_change(self.folder, self._key, old, new, description, configuration.digest)
         with ControlPage(self.folder) as live:
             # If the last change was killed, or gave up waiting, an action older than `old` may still be
@@ -220,7 +220,7 @@ class RegistryTransactions:
         """
         path = self.folder / new.site
         is_new = not path.exists()
-        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        make_folder(path.parent, 0o700)
         replace_durably(path, content)
         try:
             yield path
@@ -274,7 +274,7 @@ def _locked(path: Path, how: int = 0) -> Iterator[None]:
 
 def _locked_file(path: Path, how: int) -> int | None:
     """Open and lock the file at `path`; return None if it was deleted before it was locked."""
-    path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+    make_folder(path.parent, 0o700)
     try:
         lock = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
     except FileNotFoundError:

@@ -8,9 +8,9 @@ once, when the robot is built; from then on only motors move them.
 from __future__ import annotations
 
 import os
-import tempfile
 from typing import Final
 
+from aeros.files import temporary_folder
 from aeros.sim.bullet.body_factory import load_model
 from aeros.sim.bullet.client import DATA, bullet
 from aeros.sim.bullet.world import PhysicsWorld
@@ -245,7 +245,7 @@ def _load(world: PhysicsWorld, options: RobotOptions) -> int:
         height = options.base[2] - 0.02
         frame = _CARRIAGE.format(height=height, middle=-height / 2.0)
         text = text.replace("</robot>", frame + "</robot>")
-    with tempfile.TemporaryDirectory() as scratch:
+    with temporary_folder() as scratch:
         path = os.path.join(scratch, "panda.urdf")
         with open(path, "w", encoding="utf-8") as edited:
             edited.write(text)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image as Picture
 
+from aeros.files import temporary_folder
 from aeros.sim.bullet.client import bullet
 from aeros.sim.geometry import Camera
 
@@ -53,8 +52,8 @@ class Renderer:
         The TinyRenderer does not notice a change of a texture that it has, and Bullet reads each file name
         only once, so every change is a new texture from a new file.
         """
-        with tempfile.TemporaryDirectory() as scratch:
-            path = Path(scratch, "paint.bmp")
+        with temporary_folder() as scratch:
+            path = scratch / "paint.bmp"
             Picture.fromarray(np.ascontiguousarray(rgb[::-1])).save(path)
             texture = bullet.loadTexture(str(path), physicsClientId=self.client)
         bullet.changeVisualShape(body, -1, textureUniqueId=texture, physicsClientId=self.client)

@@ -16,6 +16,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+from aeros.files import make_folder
 from aeros.spec.backends.solver_results import SatResult, ScalarValue, SolverAnswer
 
 
@@ -32,7 +33,7 @@ def default_store() -> AnswerStore | None:
     try:
         folder = Path(named) if named else Path.home() / ".cache"
         folder = folder / "aeros"
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        make_folder(folder, 0o700)
         if folder.stat().st_uid != os.getuid():
             return None
         return AnswerStore(folder / "answers.sqlite3")

@@ -70,6 +70,83 @@ def test_a_migrated_memory_has_the_schema_of_a_new_one(old: Path, tmp_path: Path
     assert content(old)["schema"] == content(tmp_path / "new.sqlite3")["schema"]
 
 
+def remembering(path: Path) -> bytes:
+    """A memory of several pages; its bytes."""
+    with open_memory(path, Identity(uuid4(), "chef", "", 1)) as memory:
+        for number in range(40):
+            memory.set_fact(f"fact {number}", "x" * 1000, "a test")
+    return path.read_bytes()
+
+
+def test_a_memory_that_was_cut_off_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "memory.sqlite3"
+    whole = remembering(path)
+    assert len(whole) > 10 * 4096
+    for size in (
+        0,
+        1,
+        15,
+        16,
+        99,
+        100,
+        512,
+        4095,
+        4096,
+        4097,
+        8192,
+        len(whole) // 2,
+        len(whole) - 4096,
+        len(whole) - 1,
+    ):
+        path.write_bytes(whole[:size])
+        with pytest.raises(
+            AgentError, match=r"is empty: it was cut off|is damaged|not a database of this kind"
+        ):
+            open_database(path)
+        assert path.read_bytes() == whole[:size], size
+    path.write_bytes(whole)
+    open_database(path).close()
+
+
+@pytest.mark.parametrize("filler", [b"\0", b"\xff"])
+def test_a_memory_of_zeros_or_ones_is_refused(filler: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "memory.sqlite3"
+    path.write_bytes(filler * 8192)
+    with pytest.raises(AgentError, match=r"cannot be used|not a database"):
+        open_database(path)
+
+
+def test_a_new_memory_is_made_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "memory.sqlite3"
+
+    def full(target: Path, content: bytes) -> None:
+        target.with_name(target.name + ".new").write_bytes(content[:100])
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(memory_schema, "replace_durably", full)
+        with pytest.raises(AgentError, match=r"cannot be opened: .*No space left"):
+            open_database(path)
+    assert not path.exists()
+    open_database(path).close()
+    assert content(path)["version"] == [(SCHEMA_VERSION,)]
+
+
+def test_a_journal_of_a_memory_that_is_gone_is_not_replayed(tmp_path: Path) -> None:
+    path = tmp_path / "memory.sqlite3"
+    database = open_database(path)
+    database.execute("INSERT INTO facts VALUES ('old', '1', 'a test', 'now')")
+    journal = tmp_path / "memory.sqlite3-wal"
+    frames = journal.read_bytes()
+    assert frames
+    database.close()
+    path.unlink()
+    journal.write_bytes(frames)
+    database = open_database(path)
+    assert database.execute("SELECT count(*) FROM facts").fetchall() == [(0,)]
+    database.close()
+
+
 @pytest.mark.parametrize("failing", range(len(memory_schema._MIGRATION_2)))
 def test_a_migration_that_fails_anywhere_has_changed_nothing(
     old: Path, monkeypatch: pytest.MonkeyPatch, failing: int

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Awaitable, Callable
 from pathlib import Path
+from threading import Thread
 from typing import Any
 
 import pytest
 
 from aeros.agent.identity import lock_folder
+from aeros.apps.mcp.server import _StdinLines
 from aeros.cli.main import main
 from aeros.exit_codes import Exit
 from aeros.runtime.audit.log import verify_log
@@ -144,3 +147,41 @@ def test_what_is_no_message_neither_breaks_nor_fills_the_server(line: bytes, tmp
     )
     assert ended.returncode == Exit.SUCCESS, ended.stderr
     assert verify_log(tmp_path / "out" / "audit.jsonl").is_sound
+
+
+async def lines_of(sent: bytes) -> list[str]:
+    """The lines that the server reads of a client that sends this and stays."""
+    reading, writing = os.pipe()
+    keep = os.dup(0)
+    os.dup2(reading, 0)
+    os.close(reading)
+    try:
+        lines = _StdinLines()
+    finally:
+        os.dup2(keep, 0)
+        os.close(keep)
+    sender = Thread(target=os.write, args=(writing, sent), daemon=True)
+    sender.start()
+    found = []
+    with anyio.fail_after(20):
+        async for line in lines:
+            found.append(line)
+            if line == "last":
+                break
+    os.close(lines._file)
+    sender.join(20)
+    os.close(writing)
+    return found
+
+
+@pytest.mark.parametrize(
+    ("sent", "read"),
+    [
+        (b"one\nlast\n", ["one", "last"]),
+        (b"x" * 300_000 + b"\nlast\n", ["x" * 300_000, "last"]),
+        (b"one\n" + b"x" * 1_100_000, ["one"]),
+    ],
+    ids=["short lines", "a long line", "a line without an end"],
+)
+def test_a_line_without_an_end_ends_the_session(sent: bytes, read: list[str]) -> None:
+    assert anyio.run(lines_of, sent) == read

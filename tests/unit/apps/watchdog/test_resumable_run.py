@@ -72,6 +72,8 @@ def test_what_was_forgotten_cannot_be_resumed(tmp_path: Path) -> None:
         (b"\xff", "cannot read run options from"),
         (f'{{"schema": "{RUN.schema}", "state": {{}}}}', "cannot read run options from"),
         (f'{{"schema": "{RUN.schema}", "state": {{"path": 1}}}}', "cannot read run options from"),
+        (f'{{"schema": "{RUN.schema}"}}', "it has no `instruction`; start the task again"),
+        (f'{{"schema": "{RUN.schema}", "instruction": "fetch"}}', "it has no `state`"),
         ("[]", "is an older format"),
         ('"x"', "is an older format"),
         ('{"state": {}}', "is an older format"),

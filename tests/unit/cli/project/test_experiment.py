@@ -146,6 +146,8 @@ def test_the_reaction_beside_a_slow_planner_is_drawn_along_its_latency(tmp_path:
         (["44"], "there is no experiment `44`"),
         (["4", "--architecture", "flatt"], "there is no architecture `flatt`"),
         (["4", "--executor", "ray://"], "expected `dask://HOST:PORT`"),
+        (["4", "--executor", "dask://10.0.0.7:8786"], "would not be encrypted"),
+        (["4", "--executor", "dask://10.0.0.7:8786", "--tls-ca", ECMS], "give all of them"),
         (["4", "--out", "/proc/nobody"], "cannot write to `/proc/nobody`"),
     ],
 )

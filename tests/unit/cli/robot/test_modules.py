@@ -13,6 +13,7 @@ from aeros.agent.agent import MEMORY_FILE
 from aeros.agent.identity import Identity
 from aeros.agent.memory.store import open_memory
 from aeros.cli.main import main
+from aeros.cli.robot import modules as module
 from tests.repo.tree import ROOT
 
 BASE = ROOT / "docs" / "codes" / "base"
@@ -149,6 +150,18 @@ def test_a_bundle_is_pinned_carried_and_installed(capsys: pytest.CaptureFixture[
     assert Path("again.zip").read_bytes() == Path(name).read_bytes()
     assert main(["bundle", str(BASE)]) == 1
     assert "holds no module" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("robot")
+def test_a_bundle_that_cannot_be_written_is_reported(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def full(path: Path, content: bytes) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(module, "replace_durably", full)
+    assert main(["bundle", str(BASE / "tidy"), "--out", "again.zip"]) == 1
+    assert "`again.zip` cannot be written: No space left on device" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import isnan
 from random import Random
 from typing import Any
@@ -11,7 +12,8 @@ import pytest
 from aeros.experiments.catalogue import read_data
 from aeros.experiments.condition import TrialCondition
 from aeros.experiments.trial_kinds import Findings
-from aeros.experiments.trials.requests import KIND, _sample_value
+from aeros.experiments.trials.requests import KIND, _is_allowed, _measured, _sample_value
+from aeros.runtime.gate.gate import CompiledGate
 from tests.unit.experiments.common import premises
 
 REQUESTS: list[dict[str, Any]] = read_data("requests.toml")["request"]
@@ -121,3 +123,14 @@ def test_an_enforced_policy_is_to_block_what_it_does_not_allow(
     condition = TrialCondition.create("requests", "symbolic", {"policy": policy, "requests": []})
     expected = KIND.expected_values(condition, premises())
     assert expected == {"blocked": blocked, "accepted": accepted, "rejected": 0.0}
+
+
+def test_a_request_is_the_first_of_its_quota() -> None:
+    """A quota of one leaves room for it: nothing was requested before."""
+    known = premises()
+    site = known.configuration.site
+    once = tuple(replace(quota, max_count=1) for quota in site.quotas)
+    assert [quota for quota in once if GRIP["kind"] in quota.kinds]
+    configuration = replace(known.configuration, site=replace(site, quotas=once))
+    measured = _measured(configuration, GRIP["module"])
+    assert _is_allowed(CompiledGate(configuration), configuration, GRIP, measured, 0)

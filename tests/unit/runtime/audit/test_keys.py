@@ -96,9 +96,13 @@ def test_a_signature_has_one_spelling(key: SigningKey) -> None:
 
 
 def test_the_id_of_a_key_is_the_hash_of_its_32_raw_bytes(tmp_path: Path) -> None:
-    public = make_key(tmp_path / "key")
+    before = os.umask(0)
+    try:
+        public = make_key(tmp_path / "key")
+    finally:
+        os.umask(before)
     assert public == tmp_path / "key.pub"
-    assert public.stat().st_mode & 0o077 == 0o044 & ~_umask()
+    assert public.stat().st_mode & 0o777 == 0o644
     # An Ed25519 key in SubjectPublicKeyInfo is 12 bytes of header and the 32 raw bytes (RFC 8410).
     raw = b64decode("".join(public.read_text().splitlines()[1:-1]))[12:]
     assert len(raw) == 32
@@ -122,9 +126,3 @@ def test_a_private_key_with_a_password_is_refused(tmp_path: Path) -> None:
 def test_keys_in_a_folder_that_is_not_there_cannot_be_written(tmp_path: Path) -> None:
     with pytest.raises(InvalidKeyError, match="cannot be written: No such file"):
         make_key(tmp_path / "absent" / "key")
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

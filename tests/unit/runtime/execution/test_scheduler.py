@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from math import nan
+from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
@@ -14,6 +16,7 @@ from aeros.runtime.execution import scheduler as module
 from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.gate.decision import Decision, DecisionKind
 from aeros.runtime.ports import EndedStep, StepRequest, StepResult, StepStatus
+from aeros.runtime.skills.in_process_run import InProcessRun, SkillRunResult
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
 from aeros.spec.diagnostics.errors import InternalError
 from tests.unit.runtime.one_step import DENIAL, MakeBench, watched
@@ -221,15 +224,54 @@ def test_code_that_does_not_take_its_arguments_is_halted(make_bench: MakeBench) 
     bench.assert_cleaned_up(finished=False)
 
 
-def test_a_skill_that_floods_is_halted(make_bench: MakeBench, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "MAX_ACTIONS", 20)
+def test_a_skill_that_floods_is_halted(make_bench: MakeBench) -> None:
     ends: list[str] = []
     bench = make_bench(watched(ends))
     bench.plant.duration = 0.0
     result = bench.submit()
-    assert (result.status, result.allowed, ends) == (StepStatus.RAISED, 20, ["closed"])
-    assert "asked for more than" in result.reason
+    assert (result.status, result.allowed, ends) == (StepStatus.RAISED, 300, ["closed"])
+    assert result.reason == "the skill asked for more than 300 actions, the most in its timeout of 10 s"
     bench.assert_cleaned_up(finished=False)
+
+
+def test_a_skill_that_is_slow_each_time_is_halted_in_real_time(
+    make_bench: MakeBench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The plant's clock stands still meanwhile, as that of a simulator does."""
+    clock = [100.0]
+    monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: clock[0], sleep=time.sleep))
+
+    def slow(observed: Observation, inputs: Inputs) -> SkillBody:
+        while True:
+            clock[0] += 2.5
+            yield act("move")
+
+    bench = make_bench(slow)
+    bench.plant.duration = 0.0
+    result = bench.submit()
+    assert (result.status, result.allowed) == (StepStatus.TIMED_OUT, 4)
+    assert result.reason == "the skill took 12.5 s of real time for its answers; it has 10 s"
+    bench.assert_cleaned_up(finished=False)
+
+
+def test_an_answer_may_take_no_longer_than_what_is_left_for_all(
+    cart: MakeCart, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    clock, offered = [0.0], list[float]()
+    monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: clock[0], sleep=time.sleep))
+    one = cart(reach=asking(move(), move()))
+    resume = InProcessRun.resume
+
+    def timed(run: InProcessRun, observation: Observation, seconds: float) -> Action | SkillRunResult:
+        offered.append(seconds)
+        clock[0] += 4.0
+        return resume(run, observation, seconds)
+
+    monkeypatch.setattr(InProcessRun, "resume", timed)
+    one.plant.durations = [0.5, 0.5]
+    one.start("reach")
+    assert [ended.status for ended in one.ends(1).values()] == [StepStatus.TIMED_OUT]
+    assert offered == [10.0, 6.0, 2.0]
 
 
 def test_strange_parameters_are_recorded_and_denied(make_bench: MakeBench) -> None:

@@ -11,12 +11,12 @@ from typing import Any
 import pytest
 
 from aeros.runtime.isolation import zygote_pool as module
-from aeros.runtime.isolation.bubblewrap import find_bubblewrap
 from aeros.runtime.isolation.isolated_run import IsolatedRun
 from aeros.runtime.isolation.layers import APPLY_LAYER, IsolationLayer
 from aeros.runtime.isolation.zygote_pool import ZygotePool
 from aeros.runtime.skills.load import CertifiedCode
 from aeros.spec.obligations.forbidden_access import ALLOWED_MODULES
+from tests.host_layers import require_layers
 from tests.unit.runtime.isolation.surroundings import Surroundings, surroundings
 
 PROBES = Path(__file__).with_name("probes")
@@ -34,6 +34,12 @@ def probe(observed, inputs):
 """
 
 Start = Callable[..., IsolatedRun]
+
+
+def pytest_itemcollected(item: pytest.Item) -> None:
+    """Mark the tests that need layers of the host."""
+    if "nursery" in getattr(item, "fixturenames", ()):
+        item.add_marker("layers")
 
 
 @cache
@@ -69,20 +75,18 @@ def bare() -> Iterator[ZygotePool]:
 @pytest.fixture(scope="session")
 def wrapped() -> Iterator[ZygotePool]:
     """Zygotes in bubblewrap."""
-    if find_bubblewrap() is None:
-        pytest.skip("this host has no bubblewrap")
+    require_layers("bubblewrap")
     yield from _nursery(bubblewrap=True)
 
 
 @pytest.fixture(params=["alone", "in bubblewrap"])
 def nursery(request: pytest.FixtureRequest) -> ZygotePool:
-    """Zygotes whose workers can put on every layer; skipped where they cannot."""
+    """Zygotes whose workers can put on every layer that this host offers; skipped where it lacks one."""
+    wanted = [layer for layer in IsolationLayer if layer in APPLY_LAYER or request.param != "alone"]
+    require_layers(*(layer.value for layer in wanted))
     found: ZygotePool = request.getfixturevalue("bare" if request.param == "alone" else "wrapped")
-    lacking = {layer.value: found.missing[layer] for layer in APPLY_LAYER if found.missing[layer] is not None}
-    if request.param != "alone" and found.missing[IsolationLayer.BUBBLEWRAP] is not None:
-        lacking["bubblewrap"] = found.missing[IsolationLayer.BUBBLEWRAP]
-    if lacking:
-        pytest.skip(f"this host lacks {lacking}")
+    lacking = {layer.value: found.missing[layer] for layer in wanted if found.missing[layer] is not None}
+    assert not lacking, "the host offers this, as tests/host_layers.py found, and the code does not find it"
     return found
 
 

@@ -12,6 +12,7 @@ import pytest
 
 from aeros.runtime.isolation import landlock
 from aeros.runtime.isolation.landlock import restrict_files
+from tests.host_layers import require_layers
 
 CREATE_RULESET, RESTRICT_SELF = 444, 446
 
@@ -81,12 +82,6 @@ def test_a_kernel_that_refuses_is_an_error_and_leaves_no_file_open(monkeypatch: 
         os.fstat(kernel.descriptor)
 
 
-def host_version() -> int:
-    """The version of the host's Landlock, -1 where it has none; asked of the kernel itself."""
-    arguments = (ctypes.c_long(CREATE_RULESET), None, ctypes.c_long(0), ctypes.c_long(1))
-    return int(ctypes.CDLL(None, use_errno=True).syscall(*arguments))
-
-
 SHUT = """
 from aeros.runtime.isolation.landlock import restrict_files
 from aeros.runtime.isolation.privileges import drop_privileges
@@ -101,7 +96,8 @@ except PermissionError:
 """
 
 
-@pytest.mark.skipif(host_version() < 1, reason="this kernel has no Landlock")
+@pytest.mark.layers
 def test_no_file_can_be_opened_any_more_on_this_host() -> None:
+    require_layers("landlock")
     ran = subprocess.run([sys.executable, "-c", SHUT], capture_output=True, text=True, check=False)
     assert ran.stdout == "shut\n", ran.stderr

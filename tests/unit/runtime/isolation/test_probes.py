@@ -226,6 +226,7 @@ def test_inputs_changed_by_a_skill_are_the_runtimes_as_before(
 
 
 @pytest.mark.parametrize("name", ["hidden_grandchild", "fork_bomb"])
+@pytest.mark.layers
 @pytest.mark.parametrize("kind", ["bare", "wrapped"])
 def test_processes_of_a_worker_die_with_it(
     name: str, kind: str, request: pytest.FixtureRequest, start: Start, around: Surroundings
@@ -239,6 +240,7 @@ def test_processes_of_a_worker_die_with_it(
     assert below(os.getpid()) == before
 
 
+@pytest.mark.layers
 @pytest.mark.parametrize("kind", ["bare", "wrapped"])
 def test_processes_of_a_worker_die_when_the_zygote_is_killed(
     kind: str, request: pytest.FixtureRequest, start: Start, around: Surroundings

@@ -30,6 +30,7 @@ from aeros.skill import Action, act
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.policy import IsolationPolicy
 from aeros.spec.model.site import Site
+from tests.host_layers import require_layers
 
 CODE = "from aeros.skill import act\ndef lift(observed, inputs):\n    yield act('move', h=inputs['height'])\n"
 SPIN = "def lift(observed, inputs):\n    while True: pass\n    yield\n"
@@ -119,6 +120,7 @@ def test_a_site_may_be_warned_instead(site: Site, make_ecm: Any) -> None:
     assert runs.audit_details()["missing"] == "warn"
 
 
+@pytest.mark.layers
 def test_a_worker_puts_on_what_the_host_has(site: Site, make_ecm: Any, bare: ZygotePool) -> None:
     """The layers that are there hold, also where another is missing."""
     text = (
@@ -131,8 +133,7 @@ def test_a_worker_puts_on_what_the_host_has(site: Site, make_ecm: Any, bare: Zyg
         "        yield act('blocked')\n"
         "    yield act('open')\n"
     )
-    if bare.missing[IsolationLayer.LANDLOCK] or bare.missing[IsolationLayer.SECCOMP]:
-        pytest.skip("this host lacks a layer")
+    require_layers("landlock", "seccomp")
     ecm = make_ecm(text)
     warning = replace(site, isolation=IsolationPolicy(refuses_missing=False))
     seen = {}

@@ -92,6 +92,16 @@ def test_an_unobserved_time_is_unknown_and_denied_until_it_has_left_the_window(b
     assert bench.lift_at(3.0 + 81 * STEP, 20.0).status is StepStatus.FINISHED
 
 
+def test_a_reading_without_a_greatest_age_is_valid_at_its_own_time_only(
+    site: Site, make_ecm: Any, tmp_path: Path
+) -> None:
+    state = {**site.state, "human_distance": replace(site.state["human_distance"], max_age=None)}
+    with AuditLog(tmp_path / "audit.jsonl") as log:
+        bench = Bench(replace(site, state=state), make_ecm(CODE), log)
+        assert bench.lift_at(0.0, 20.0).status is StepStatus.FINISHED
+        assert bench.lift_at(STEP, 20.0).reason == f"AE703 {NAME}: `{NAME}` is not measured"
+
+
 def test_a_motion_is_stopped_by_a_history_that_changes_while_it_runs(bench: Bench) -> None:
     bench.plant.during = [{}, {"human_distance": 1.5}]
     ended = bench.lift()

@@ -60,6 +60,8 @@ def link(name: str) -> zipfile.ZipInfo:
         ([("a/../../b", b"")], "is outside the module's folder"),
         ([("a\\b", b"")], "is outside the module's folder"),
         ([(link("skills.py"), b"/etc/passwd")], "is not a regular file"),
+        ([(zipfile.ZipInfo(""), b"1")], "a file in it has no name"),
+        ([("a", b"1"), (zipfile.ZipInfo(""), b""), ("b/", b"")], "a file in it has no name"),
         ([("a", b"1"), ("./a", b"2")], "is in it twice"),
         ([(f"f{n}", b"") for n in range(10_001)], "at most 10,000 files"),
         ([("a", b""), ("a/b", b"")], "cannot be unpacked"),
