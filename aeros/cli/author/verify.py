@@ -15,6 +15,7 @@ from aeros.cli.arguments import (
     available_cpus,
     existing_path,
     process_count,
+    question_timeout,
     second_solver,
     solver_budget,
     writable_path,
@@ -23,7 +24,7 @@ from aeros.cli.author.reports.result import LocatedDiagnostic, VerifyResult
 from aeros.cli.author.reports.text import as_text
 from aeros.exit_codes import Exit, exit_for
 from aeros.spec.backends.answer_store import default_store
-from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT
+from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT, QUESTION_SECONDS
 from aeros.spec.diagnostics.codes import Diagnostic, Severity
 from aeros.spec.diagnostics.errors import DisagreementError
 from aeros.spec.diagnostics.render import escape_invisible
@@ -80,6 +81,13 @@ def add_to(commands: Subparsers) -> None:
         default=DEFAULT_RLIMIT,
         help="solver budget for one query, in Z3 resource units (default: %(default)s)",
     )
+    parser.add_argument(
+        "--question-timeout",
+        type=question_timeout,
+        default=QUESTION_SECONDS,
+        metavar="SECONDS",
+        help="time limit for one query; without an answer it is undecided (default: %(default)g)",
+    )
     parser.add_argument("--no-cache", action="store_true", help="do not use cached solver answers")
     parser.add_argument(
         "--jobs",
@@ -127,6 +135,7 @@ def _verify(arguments: argparse.Namespace) -> Report:
         second=arguments.second_solver,
         detail=Detail.BRIEF if arguments.second_solver is None else Detail.FULL,
         jobs=arguments.jobs or available_cpus(),
+        seconds=arguments.question_timeout,
     )
 
 
