@@ -22,6 +22,7 @@ from aeros.cli.arguments import (
 )
 from aeros.cli.author.reports.result import LocatedDiagnostic, VerifyResult
 from aeros.cli.author.reports.text import as_text
+from aeros.cli.terminal import print_coloured, show_progress
 from aeros.exit_codes import Exit, exit_for
 from aeros.spec.backends.answer_store import default_store
 from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT, QUESTION_SECONDS
@@ -116,7 +117,10 @@ def _command(arguments: argparse.Namespace) -> Exit:
     if arguments.output is not None and not _write_report(arguments.output, as_asked(result)):
         return Exit.USAGE
     in_text = arguments.output is not None or arguments.format == "text"
-    print(as_text(result, colour=sys.stdout.isatty()) if in_text else as_asked(result))
+    if in_text:
+        print_coloured(as_text(result, colour=sys.stdout.isatty()))
+    else:
+        print(as_asked(result))
     stale = any(problem.diagnostic.severity is Severity.ERROR for problem in locks)
     if report.conclusion is Conclusion.PROVED and stale:
         return Exit.REJECTED
@@ -189,7 +193,7 @@ def _write_report(path: Path, text: str) -> bool:
 
 
 def _progress(name: str) -> None:
-    print(f"\r\x1b[Kproving {escape_invisible(name)} …", end="\r", file=sys.stderr, flush=True)
+    show_progress(f"proving {escape_invisible(name)} …")
 
 
 def _update_certificates(report: Report, *, write: bool) -> list[LocatedDiagnostic]:
