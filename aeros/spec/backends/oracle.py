@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
@@ -145,7 +146,8 @@ class Oracle:
     ) -> SolverAnswer:
         if not all(map(_is_linear, terms)):
             # Products of variables can take any time, and Z3 may not look at its limits meanwhile.
-            return SOLVER_PROCESS.check_sat(variables, ranges, terms, self.rlimit, self._seconds)
+            with suppress(RecursionError):  # nested too deeply to be sent, which no written condition is
+                return SOLVER_PROCESS.check_sat(variables, ranges, terms, self.rlimit, self._seconds)
         # Importing z3 takes 80 ms; a run that finds every answer in the store does without.
         from aeros.spec.backends.z3_solver import IncrementalSolver
 

@@ -7,6 +7,7 @@ sets an alarm before each question and dies by it, whatever code it is in.
 
 from __future__ import annotations
 
+import atexit
 import json
 import math
 import os
@@ -97,9 +98,10 @@ class SolverProcess:
         """Return the process, started if need be; None if it does not start."""
         if self._process is not None and self._owner == os.getpid() and self._process.poll() is None:
             return self._process
-        if self._owner == os.getpid():
-            self._end()
-        self._owner = os.getpid()  # after a fork the process is that of the parent
+        self._end()
+        if self._owner == 0:
+            atexit.register(self._end)
+        self._owner = os.getpid()
         self._process = subprocess.Popen(  # noqa: S603  our own program
             [sys.executable, "-I", "-c", self._program, json.dumps(sys.path)],
             stdin=subprocess.PIPE,
@@ -113,11 +115,11 @@ class SolverProcess:
         return self._process
 
     def _end(self) -> None:
-        """Kill the process and wait for its end."""
-        if self._process is not None:
+        """Kill the process and wait for its end; after a fork it is the parent's, and left alone."""
+        if self._process is not None and self._owner == os.getpid():
             self._process.kill()
             self._process.communicate()
-            self._process = None
+        self._process = None
 
 
 SOLVER_PROCESS: Final = SolverProcess()

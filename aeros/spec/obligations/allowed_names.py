@@ -51,7 +51,7 @@ ALLOWED_MEMBERS: Final[Mapping[str, frozenset[str]]] = {
         "stdev variance"
     ),
     "typing": _split(
-        f"{_ABSTRACT_TYPES} Annotated Any ClassVar Final Literal NamedTuple Never NoReturn Optional Self "
+        f"{_ABSTRACT_TYPES} Any ClassVar Final Literal NamedTuple Never NoReturn Optional Self "
         "TypeAlias Union assert_never cast"
     ),
 }
@@ -70,8 +70,11 @@ ALLOWED_BUILTINS: Final = _split(
 )
 """Builtins that skill code may use; none reaches attributes by computed names, files or the interpreter."""
 
-GENERIC_TYPES: Final = _split("dict frozenset list set tuple")
-"""Builtins that name a type with its element types in brackets."""
+GENERIC_TYPES: Final = _split(f"dict frozenset list set tuple {_ABSTRACT_TYPES}")
+"""Types that take element types in brackets and, called, make no element.
+
+`Union[X]` and `Annotated[X, ...]` are not among them: they are `X`, or make one.
+"""
 
 BASE_CLASSES: Final = frozenset(
     ("enum.Enum", "enum.Flag", "enum.IntEnum", "enum.IntFlag", "enum.StrEnum", "typing.NamedTuple")
@@ -100,10 +103,11 @@ ALLOWED_ATTRIBUTES: Final = _split(
 )
 """Attributes of plain values that skill code may read, next to the members of its own classes."""
 
-FORBIDDEN_ATTRIBUTES: Final = _split("format format_map mro parameters register")
+FORBIDDEN_ATTRIBUTES: Final = _split("format format_map func mro obj parameters register type")
 """Attributes that reach further, so that no class of the code may have a member of that name.
 
-`format` reads attributes that its text names; `parameters` would change an action once it is made.
+`format` reads attributes that its text names, `type` is the annotation of a field, and `parameters` would
+change an action once it is made.
 """
 
 INTROSPECTION_PREFIXES: Final = ("_", "ag_", "co_", "cr_", "f_", "func_", "gi_", "im_", "tb_")

@@ -8,6 +8,7 @@ Python itself is not proved: code that is not trusted runs isolated, and the gat
 from __future__ import annotations
 
 import ast
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
@@ -104,12 +105,16 @@ def _action_calls_are_readable(file: SkillFile) -> Diagnostic | None:
 
 def _types(file: SkillFile) -> Iterator[ast.expr]:
     """Yield the expressions that stand for a type: annotations, and what is in brackets after a type."""
-    generic = GENERIC_TYPES | {
-        alias.asname or alias.name
+    bound = Counter(bound_names(file.tree, nested=True))
+    imported = {
+        alias.asname or alias.name: alias.name
         for node in file.tree.body
         if isinstance(node, ast.ImportFrom) and node.module in ("collections.abc", "typing")
         for alias in node.names
     }
+    # A name that is bound elsewhere too may stand for anything, such as `Union`, whose `Union[X]` is `X`.
+    generic = {name for name in GENERIC_TYPES if bound[name] == 0}
+    generic |= {name for name, origin in imported.items() if origin in GENERIC_TYPES and bound[name] == 1}
     for node in file.nodes:
         if isinstance(node, ast.FunctionDef) and node.returns is not None:
             yield node.returns

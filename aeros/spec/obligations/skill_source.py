@@ -15,7 +15,7 @@ import warnings
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from aeros.spec.diagnostics.characters import find_hidden
+from aeros.spec.diagnostics.characters import describe_character, find_hidden, is_hidden
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.diagnostics.source import Source, SourceSpan
 from aeros.spec.text.files import hidden_character_error
@@ -106,14 +106,24 @@ def read_skill_files(folder: str, code: Mapping[str, bytes]) -> dict[str, SkillF
     Returns:
         The parsed file, or the error where it cannot be read, by the same path.
     """
-    return {path: _read(str(Path(folder) / path), content) for path, content in code.items()}
+    return {path: _read(folder, path, content) for path, content in code.items()}
 
 
-def _read(path: str, content: bytes) -> SkillFile | UnreadableCodeError:
+def _read(folder: str, path: str, content: bytes) -> SkillFile | UnreadableCodeError:
     try:
-        return SkillFile(path, content)
+        _require_visible_path(path)
+        return SkillFile(str(Path(folder) / path), content)
     except UnreadableCodeError as error:
         return error
+
+
+def _require_visible_path(path: str) -> None:
+    """Refuse a path with characters that a reviewer cannot see in a listing."""
+    hidden = next((one for one in path if is_hidden(one)), None)
+    if hidden is not None:
+        headline = f"the name of the file `{path}` holds the character {describe_character(hidden)}"
+        help_ = "rename the file with letters, digits and `_`"
+        raise UnreadableCodeError(headline, Diagnostic("AE005", headline, help=(help_,)))
 
 
 def _text(content: bytes) -> str:

@@ -66,6 +66,17 @@ def test_a_node_after_or_with_letters_of_several_bytes_is_located() -> None:
     assert spans("'é'\n", ast.Expr) == ["'é'"]
 
 
+@pytest.mark.parametrize(
+    "path", ["more\u200bparts.py", "\u202esllixs.py", "a\x1b[2Jb.py", "a\nb.py", "x\x00/a.py"]
+)
+def test_a_file_name_that_shows_as_another_is_refused(path: str) -> None:
+    (found,) = read_skill_files("it", {path: b"x = 1\n"}).values()
+    assert isinstance(found, UnreadableCodeError)
+    assert found.diagnostic is not None
+    assert found.diagnostic.code == "AE005"
+    assert "holds the character U+" in found.diagnostic.headline
+
+
 def test_each_file_of_a_module_is_read_by_its_path() -> None:
     found = read_skill_files("it", {"skills.py": b"x = 1\n", "more/part.py": b"\xff"})
     good, bad = found["skills.py"], found["more/part.py"]
