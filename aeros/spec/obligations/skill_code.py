@@ -116,7 +116,7 @@ def _types(file: SkillFile) -> Iterator[ast.expr]:
     generic = {name for name in GENERIC_TYPES if bound[name] == 0}
     generic |= {name for name, origin in imported.items() if origin in GENERIC_TYPES and bound[name] == 1}
     for node in file.nodes:
-        if isinstance(node, ast.FunctionDef) and node.returns is not None:
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) and node.returns is not None:
             yield node.returns
         elif isinstance(node, ast.arg | ast.AnnAssign) and node.annotation is not None:
             yield node.annotation

@@ -15,10 +15,10 @@ import warnings
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from aeros.spec.diagnostics.characters import describe_character, find_hidden, is_hidden
+from aeros.spec.diagnostics.characters import find_hidden
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.diagnostics.source import Source, SourceSpan
-from aeros.spec.text.files import hidden_character_error
+from aeros.spec.text.files import hidden_character_error, hidden_path_error
 
 _COOKIE = re.compile(rb"^[ \t\f]*#.*?coding[:=]")  # PEP 263, looked for in the first two lines
 
@@ -118,12 +118,9 @@ def _read(folder: str, path: str, content: bytes) -> SkillFile | UnreadableCodeE
 
 
 def _require_visible_path(path: str) -> None:
-    """Refuse a path with characters that a reviewer cannot see in a listing."""
-    hidden = next((one for one in path if is_hidden(one)), None)
-    if hidden is not None:
-        headline = f"the name of the file `{path}` holds the character {describe_character(hidden)}"
-        help_ = "rename the file with letters, digits and `_`"
-        raise UnreadableCodeError(headline, Diagnostic("AE005", headline, help=(help_,)))
+    diagnostic = hidden_path_error(path)
+    if diagnostic is not None:
+        raise UnreadableCodeError(diagnostic.headline, diagnostic)
 
 
 def _text(content: bytes) -> str:
@@ -138,7 +135,6 @@ def _text(content: bytes) -> str:
 
 
 def _require_visible(source: Source) -> None:
-    """Refuse characters that a reviewer cannot see, or after which lines count differently."""
     offset = find_hidden(source.text)
     if offset is not None:
         diagnostic = hidden_character_error(source.span(offset, offset + 1))
@@ -146,10 +142,7 @@ def _require_visible(source: Source) -> None:
 
 
 def _require_ascii_names(source: Source) -> None:
-    """Refuse names with other letters than ASCII.
-
-    Python reads `ｅｘｅｃ` as `exec` (NFKC, PEP 3131), and a reader takes the Cyrillic `а` for an `a`.
-    """
+    # Python reads `ｅｘｅｃ` as `exec` (NFKC, PEP 3131), and a reader takes the Cyrillic `а` for an `a`.
     if source.text.isascii():
         return
     for token in tokenize.generate_tokens(io.StringIO(source.text).readline):

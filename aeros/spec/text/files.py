@@ -6,7 +6,7 @@ import os
 import stat
 from typing import Final
 
-from aeros.spec.diagnostics.characters import describe_character, find_hidden, why_hidden
+from aeros.spec.diagnostics.characters import describe_character, find_hidden, is_hidden, why_hidden
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel, quoted
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.source import Source, SourceSpan
@@ -80,6 +80,22 @@ def hidden_character_error(span: SourceSpan, character: str | None = None) -> Di
     hidden = span.text if character is None else character
     headline = f"the character {describe_character(hidden)} is not allowed: it is {why_hidden(hidden)}"
     return Diagnostic("AE005", headline, SpanLabel(span), help=("delete it, or write it in words",))
+
+
+def hidden_path_error(path: str) -> Diagnostic | None:
+    """Build the diagnostic for a path that a listing would not show as it is.
+
+    Args:
+        path: path of a file that people review.
+
+    Returns:
+        The diagnostic; None if every character of the path can be seen.
+    """
+    hidden = next((one for one in path if is_hidden(one)), None)
+    if hidden is None:
+        return None
+    headline = f"the name of the file `{path}` holds the character {describe_character(hidden)}"
+    return Diagnostic("AE005", headline, help=("rename the file with letters, digits and `_`",))
 
 
 def too_large_error(path: str) -> Diagnostic:
