@@ -5,4 +5,4 @@ def tidy(observed: Observation, inputs: Inputs) -> SkillBody:
     yield act("wait", duration=1.0)
 
 
-from math import sqrt as tidy
+from math import sqrt as tidy  # type: ignore[assignment]
