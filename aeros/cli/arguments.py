@@ -103,6 +103,27 @@ def available_cpus() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
+def question_timeout(text: str) -> float:
+    """Parse the time limit of a solver's question.
+
+    Args:
+        text: The argument.
+
+    Returns:
+        The limit, s.
+
+    Raises:
+        argparse.ArgumentTypeError: The text is not a number of seconds from 0.1 to 3600.
+    """
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = 0.0
+    if not 0.1 <= seconds <= 3600:
+        raise argparse.ArgumentTypeError("expected a number of seconds from 0.1 to 3600")
+    return seconds
+
+
 def second_solver(text: str) -> SecondSolver:
     """Parse the name of a solver other than Z3.
 

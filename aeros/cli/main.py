@@ -14,6 +14,7 @@ from itertools import takewhile
 from typing import Final
 
 import aeros
+from aeros.cli.terminal import safe_streams
 from aeros.exit_codes import EXIT_CODES, Exit, UsageError
 from aeros.spec.diagnostics.errors import UndecidedError, UserError
 from aeros.spec.diagnostics.render import escape_invisible, render_all
@@ -82,6 +83,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
             stream.reconfigure(
                 errors="backslashreplace"
             )  # a terminal with another encoding must not cause a failure
+    with safe_streams():
+        return _run(arguments)
+
+
+def _run(arguments: Sequence[str] | None) -> int:
     given = sys.argv[1:] if arguments is None else list(arguments)
     if (renamed := _renamed_option(given)) is not None:
         print(f"aeros: option `{renamed[0]}` was renamed; use `{renamed[1]}`", file=sys.stderr)

@@ -8,6 +8,7 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from aeros.cli.arguments import add_command, existing_path, solver_budget
+from aeros.cli.terminal import print_coloured
 from aeros.exit_codes import Exit
 from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT
 from aeros.spec.diagnostics.codes import Severity
@@ -76,7 +77,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
     if arguments.format == "json":
         print(json.dumps(_as_json(difference), indent=1, ensure_ascii=True))
     else:
-        print(_as_text(difference, colour=sys.stdout.isatty()))
+        print_coloured(_as_text(difference, colour=sys.stdout.isatty()))
     if any(problem.severity is Severity.ERROR for problem in difference.problems):
         return Exit.REJECTED
     if arguments.fail_on and difference.allows_more:

@@ -15,15 +15,17 @@ from aeros.cli.arguments import (
     available_cpus,
     existing_path,
     process_count,
+    question_timeout,
     second_solver,
     solver_budget,
     writable_path,
 )
 from aeros.cli.author.reports.result import LocatedDiagnostic, VerifyResult
 from aeros.cli.author.reports.text import as_text
+from aeros.cli.terminal import print_coloured, show_progress
 from aeros.exit_codes import Exit, exit_for
 from aeros.spec.backends.answer_store import default_store
-from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT
+from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT, QUESTION_SECONDS
 from aeros.spec.diagnostics.codes import Diagnostic, Severity
 from aeros.spec.diagnostics.errors import DisagreementError
 from aeros.spec.diagnostics.render import escape_invisible
@@ -80,6 +82,13 @@ def add_to(commands: Subparsers) -> None:
         default=DEFAULT_RLIMIT,
         help="solver budget for one query, in Z3 resource units (default: %(default)s)",
     )
+    parser.add_argument(
+        "--question-timeout",
+        type=question_timeout,
+        default=QUESTION_SECONDS,
+        metavar="SECONDS",
+        help="time limit for one query; without an answer it is undecided (default: %(default)g)",
+    )
     parser.add_argument("--no-cache", action="store_true", help="do not use cached solver answers")
     parser.add_argument(
         "--jobs",
@@ -108,7 +117,10 @@ def _command(arguments: argparse.Namespace) -> Exit:
     if arguments.output is not None and not _write_report(arguments.output, as_asked(result)):
         return Exit.USAGE
     in_text = arguments.output is not None or arguments.format == "text"
-    print(as_text(result, colour=sys.stdout.isatty()) if in_text else as_asked(result))
+    if in_text:
+        print_coloured(as_text(result, colour=sys.stdout.isatty()))
+    else:
+        print(as_asked(result))
     stale = any(problem.diagnostic.severity is Severity.ERROR for problem in locks)
     if report.conclusion is Conclusion.PROVED and stale:
         return Exit.REJECTED
@@ -127,6 +139,7 @@ def _verify(arguments: argparse.Namespace) -> Report:
         second=arguments.second_solver,
         detail=Detail.BRIEF if arguments.second_solver is None else Detail.FULL,
         jobs=arguments.jobs or available_cpus(),
+        seconds=arguments.question_timeout,
     )
 
 
@@ -180,7 +193,7 @@ def _write_report(path: Path, text: str) -> bool:
 
 
 def _progress(name: str) -> None:
-    print(f"\r\x1b[Kproving {escape_invisible(name)} …", end="\r", file=sys.stderr, flush=True)
+    show_progress(f"proving {escape_invisible(name)} …")
 
 
 def _update_certificates(report: Report, *, write: bool) -> list[LocatedDiagnostic]:

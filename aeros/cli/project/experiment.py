@@ -13,6 +13,7 @@ from shlex import quote
 from typing import TYPE_CHECKING, Any, Final
 
 from aeros.cli.arguments import add_command, available_cpus, existing_path, process_count
+from aeros.cli.terminal import show_progress
 from aeros.exit_codes import Exit, UsageError
 from aeros.experiments.architecture import load_class
 from aeros.experiments.catalogue import PLANTS, EnteredArchitecture, Experiment, catalogue, select_rows
@@ -147,7 +148,7 @@ def _run(arguments: argparse.Namespace, experiments: list[Experiment]) -> Exit:
     chosen = executor_at(arguments.executor, arguments.workers or available_cpus(), _tls_files(arguments))
     with TrialStore(out) as store:
         if sys.stderr.isatty():
-            print("proving the modules …", end="\r", file=sys.stderr, flush=True)
+            show_progress("proving the modules …")
         premises = load_inputs(where)
         hint = f"finished trials are in {out}; continue with --out {out} --resume"
         try:
@@ -253,7 +254,7 @@ def _progress_printer() -> Callable[[RunProgress], None]:
         text = f"{progress.done} of {progress.total} trials, {_bar(progress)}"
         text += "" if left is None else f", {_time(left)} left"
         if is_seen:
-            print(f"\r\x1b[K{text}", end="\n" if is_last else "", file=sys.stderr, flush=True)
+            show_progress(text, is_last=is_last)
         else:
             print(text, file=sys.stderr, flush=True)
 

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from aeros.cli.arguments import add_command, available_cpus, process_count, second_solver
+from aeros.cli.terminal import show_progress
 from aeros.exit_codes import Exit, UsageError
 from aeros.spec.obligations.verdicts import Verdict
 from aeros.spec.theorems.check import SolverPanel, check_mutants, check_theorem
@@ -155,7 +156,7 @@ def _solvers(which: str) -> SolverPanel:
 
 def _progress(what: str) -> None:
     if sys.stderr.isatty() and current_process().name == "MainProcess":
-        print(f"\r\x1b[Kproving {what} …", end="\r", file=sys.stderr, flush=True)
+        show_progress(f"proving {what} …")
 
 
 def _outcome(folder: Path, solvers: SolverPanel) -> TheoremResult:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from aeros.agent.execution.report import RunReport
+from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.verification.reports import Report
 
 
@@ -26,7 +27,9 @@ def summary(proof_report: Report, report: RunReport, plant: str, simulated: floa
     measured = _measured(report.measured)
     obligations = sum(module.claim_count for module in proof_report.modules)
     guarded = sum(module.runtime_checked_count for module in proof_report.modules)
-    outcome = "goal reached" if report.reached else f"goal not reached: {report.reason}"
+    outcome = (
+        "goal reached" if report.reached else f"goal not reached: {escape_invisible(str(report.reason))}"
+    )
     return "\n".join(
         (
             "",

@@ -18,6 +18,7 @@ from aeros.apps.run_follower import RunFollower
 from aeros.cli.arguments import add_command, existing_path
 from aeros.cli.latest_run import latest_run
 from aeros.cli.records.report import available_sites
+from aeros.cli.terminal import escape_for_terminal, write_control
 from aeros.exit_codes import Exit
 from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.model.site import Site
@@ -274,11 +275,11 @@ def _alternate_screen() -> Iterator[None]:
         raise KeyboardInterrupt
 
     former = {number: signal.signal(number, leave) for number in (signal.SIGTERM, signal.SIGHUP)}
-    sys.stdout.write(_ENTER)
+    write_control(_ENTER)
     try:
         yield
     finally:
-        sys.stdout.write(_LEAVE)
+        write_control(_LEAVE)
         sys.stdout.flush()
         for number, handler in former.items():
             signal.signal(number, handler)
@@ -287,6 +288,6 @@ def _alternate_screen() -> Iterator[None]:
 def _draw(view: dict[str, Any] | None) -> None:
     columns, rows = shutil.get_terminal_size()
     lines = ["no runs found"] if view is None else list(_lines(view))
-    shown = [line[: columns - 1] + _END_OF_LINE for line in lines[: rows - 1]]
-    sys.stdout.write(_HOME + "\n".join(shown) + "\n" + _BELOW)
+    shown = [escape_for_terminal(line)[: columns - 1] + _END_OF_LINE for line in lines[: rows - 1]]
+    write_control(_HOME + "\n".join(shown) + "\n" + _BELOW)
     sys.stdout.flush()

@@ -9,12 +9,15 @@ from collections.abc import Callable, Iterable, Mapping
 from enum import Enum
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any, Protocol
+from typing import Any, Final, Protocol
 
 from aeros.spec.backends.compiled import compile_condition
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import scalar_variables
 from aeros.spec.model.variables import Declared, ranges_of
+
+_SECONDS: Final = 1.0
+"""Time limit for one condition, s: with all values given, Z3 takes some 2 ms."""
 
 
 class ConditionValue(Enum):
@@ -86,7 +89,7 @@ class SolverCondition:
         variables = (one.variable for one in mentioned)
         shared = None if shared_context is None else shared_context._session
         self._session: IncrementalSolver = IncrementalSolver(
-            variables, ranges_of(mentioned), shared_context=shared
+            variables, ranges_of(mentioned), shared_context=shared, seconds=_SECONDS
         )
 
     def decide(self, values: Mapping[str, Any]) -> ConditionValue:

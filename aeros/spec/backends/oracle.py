@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
@@ -16,7 +17,8 @@ from pathlib import Path
 from aeros.spec.backends.answer_store import AnswerStore
 from aeros.spec.backends.interval_solver import IntervalSolver
 from aeros.spec.backends.package_versions import z3_version
-from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT
+from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT, QUESTION_SECONDS
+from aeros.spec.backends.solver_process import SOLVER_PROCESS
 from aeros.spec.backends.solver_results import SatResult, SolverAnswer
 from aeros.spec.expr import terms as t
 
@@ -51,15 +53,22 @@ class Oracle:
         rlimit: the solver's budget for one question, in its resource units.
         store: answers of earlier runs; None to ask everything.
         recording: keep the questions in `asked`.
+        seconds: time limit for one question, s.
 
     Attributes:
         asked: questions by key, wherever the answer came from; empty unless `recording`.
     """
 
     def __init__(
-        self, rlimit: int = DEFAULT_RLIMIT, store: AnswerStore | None = None, *, recording: bool = False
+        self,
+        rlimit: int = DEFAULT_RLIMIT,
+        store: AnswerStore | None = None,
+        *,
+        recording: bool = False,
+        seconds: float = QUESTION_SECONDS,
     ) -> None:
         self.rlimit = rlimit
+        self._seconds = seconds
         self.asked: dict[str, SolverQuery] = {}
         self._recording = recording
         self._store = store
@@ -86,7 +95,7 @@ class Oracle:
             shown: True if a person will read the model; then the model is Z3's.
 
         Returns:
-            SAT with a model, UNSAT, or UNKNOWN where the budget ran out.
+            SAT with a model, UNSAT, or UNKNOWN where the budget or the time limit ran out.
         """
         bounded = self._boxes.decide(variables, ranges, terms)
         if bounded is not None and not (shown and bounded.result is SatResult.SAT):
@@ -116,7 +125,9 @@ class Oracle:
         Returns:
             The oracle.
         """
-        other = Oracle(max(self.rlimit // times, 1), self._store, recording=self._recording)
+        other = Oracle(
+            max(self.rlimit // times, 1), self._store, recording=self._recording, seconds=self._seconds
+        )
         other._known, other._new, other.asked = self._known, self._new, self.asked
         other._boxes = self._boxes
         return other
@@ -133,10 +144,14 @@ class Oracle:
         ranges: Mapping[str, tuple[Fraction, Fraction]],
         terms: Sequence[t.Term],
     ) -> SolverAnswer:
+        if not all(map(_is_linear, terms)):
+            # Products of variables can take any time, and Z3 may not look at its limits meanwhile.
+            with suppress(RecursionError):  # nested too deeply to be sent, which no written condition is
+                return SOLVER_PROCESS.check_sat(variables, ranges, terms, self.rlimit, self._seconds)
         # Importing z3 takes 80 ms; a run that finds every answer in the store does without.
         from aeros.spec.backends.z3_solver import IncrementalSolver
 
-        return IncrementalSolver(variables, ranges, self.rlimit).check_sat(*terms)
+        return IncrementalSolver(variables, ranges, self.rlimit, seconds=self._seconds).check_sat(*terms)
 
     def _key(
         self,
@@ -147,6 +162,20 @@ class Oracle:
         bounds = [(name, str(low), str(high)) for name, (low, high) in ranges.items()]
         question = repr((_solver_fingerprint(), self.rlimit, tuple(variables), bounds, tuple(terms)))
         return hashlib.sha256(question.encode()).hexdigest()
+
+
+def _is_linear(term: t.Term) -> bool:
+    """Tell if no two factors in a term both depend on variables."""
+    pending, seen = [term], set[int]()
+    while pending:
+        one = pending.pop()
+        if id(one) in seen:
+            continue
+        seen.add(id(one))
+        if isinstance(one, t.Multiply) and t.variables_of(one.left) and t.variables_of(one.right):
+            return False
+        pending.extend(t.children(one))
+    return True
 
 
 @cache

@@ -34,6 +34,18 @@ class SolverAnswer:
     reason: str = ""
 
 
+def timeout_answer(seconds: float) -> SolverAnswer:
+    """Make the answer to a question that took too long.
+
+    Args:
+        seconds: the time limit, s.
+
+    Returns:
+        UNKNOWN with the limit as the reason. No store keeps it: another try may be answered.
+    """
+    return SolverAnswer(SatResult.UNKNOWN, {}, f"no answer within {seconds:g} s")
+
+
 @dataclass(frozen=True, slots=True)
 class ScriptAnswer:
     """Result of SMT-LIB text with one `check-sat`.

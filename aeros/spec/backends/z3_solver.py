@@ -8,14 +8,21 @@ are integers by their order, constrained to the set.
 from __future__ import annotations
 
 import re
+import time
 from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from typing import Any, cast
 
 import z3
 
-from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT
-from aeros.spec.backends.solver_results import SatResult, ScalarValue, ScriptAnswer, SolverAnswer
+from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT, QUESTION_SECONDS
+from aeros.spec.backends.solver_results import (
+    SatResult,
+    ScalarValue,
+    ScriptAnswer,
+    SolverAnswer,
+    timeout_answer,
+)
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower, scalar_variables
 from aeros.spec.expr.types import BoolType, EnumType, IntegerType, RealType
@@ -77,6 +84,7 @@ class IncrementalSolver:
         variables: every free variable of later terms.
         ranges: closed range (SI) of each real scalar variable; one without a range is unbounded.
         rlimit: budget of one question, in Z3's resource units.
+        seconds: time limit of one question, s. Z3 looks at it now and then; `solver_process` enforces it.
         shared_context: solver whose context, of some megabytes, is shared; None for a new context. With a
             shared context, models depend on all earlier questions in it, so the oracle does not share.
     """
@@ -87,11 +95,15 @@ class IncrementalSolver:
         ranges: Mapping[str, tuple[Fraction, Fraction]],
         rlimit: int = DEFAULT_RLIMIT,
         shared_context: IncrementalSolver | None = None,
+        *,
+        seconds: float = QUESTION_SECONDS,
     ) -> None:
+        self._seconds = seconds
         self._context: Any = z3.Context() if shared_context is None else shared_context._context
         self._solver = z3.Solver(ctx=self._context)
         self._solver.set("random_seed", 0)
         self._solver.set("rlimit", rlimit)
+        self._solver.set("timeout", max(round(1000 * seconds), 1))
         self._constants: dict[str, tuple[t.Variable, Any]] = {}
         self._encoded: dict[int, tuple[t.Term, Any]] = {}
         for variable in variables:
@@ -176,12 +188,15 @@ class IncrementalSolver:
         return f"(set-logic ALL)\n{solver.to_smt2()}"
 
     def _check(self, *, with_model: bool = True) -> SolverAnswer:
+        started = time.monotonic()
         try:
             outcome = self._solver.check()
         except z3.Z3Exception as error:
             return SolverAnswer(SatResult.UNKNOWN, {}, str(error))
         if outcome == z3.unsat:
             return SolverAnswer(SatResult.UNSAT, {})
+        if outcome == z3.unknown and time.monotonic() - started >= self._seconds:
+            return timeout_answer(self._seconds)  # Z3 says `canceled`, as it does of its budget
         if outcome == z3.unknown:
             return SolverAnswer(SatResult.UNKNOWN, {}, self._solver.reason_unknown())
         return SolverAnswer(SatResult.SAT, self._model() if with_model else {})

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Any, Final
 
+from aeros.spec.diagnostics.characters import is_hidden
 from aeros.spec.diagnostics.codes import CODES, Diagnostic, Severity, SpanLabel
 from aeros.spec.diagnostics.source import Source, SourceSpan
 
@@ -23,7 +24,6 @@ _BLOCK: Final = re.compile(r"[|>][-+0-9]*\s*(#.*)?")  # header of a block scalar
 _MAX_LINES: Final = 8  # of a text in a block that are shown
 _LEAD: Final = 40  # characters shown before the mark in a shortened line
 _LONGEST_TEXT: Final = 4000  # characters of a headline, label or note that are shown
-_ESCAPED: Final = frozenset({"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"})
 
 Paint = Callable[[str, str], str]
 
@@ -113,7 +113,7 @@ def escape_invisible(text: str) -> str:
 def _safe_character(character: str) -> str:
     if character == "\t":
         return "    "
-    if unicodedata.category(character) not in _ESCAPED:
+    if not is_hidden(character):
         return character
     return character.encode("unicode_escape").decode("ascii")
 

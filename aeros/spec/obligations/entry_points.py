@@ -55,6 +55,13 @@ def _entry_point_error(
             notes=(f"it is defined at line {function.lineno} of `{path}`",),
             help=("`yield act(...)` each action and receive the observation measured after it",),
         )
+    if function.decorator_list:
+        return Diagnostic(
+            "AE124",
+            f"`{skill.function}` is decorated, so another function may run in its place",
+            label,
+            help=("remove the decorator",),
+        )
     arguments = function.args
     if len(arguments.posonlyargs) + len(arguments.args) != 2 or arguments.kwonlyargs:
         return Diagnostic(

@@ -53,6 +53,7 @@ def permission_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Static
         yield _sensors_permitted(ecm, site, skill)
     for task in ecm.tasks.values():
         read = [(task.goal, ecm.span), *((rule.satisfied_condition, rule.span) for rule in task.rules)]
+        read += [(invariant.term, invariant.span) for invariant in task.invariants]
         yield _reads_permitted(ClaimForm.TASK_SENSORS_PERMITTED(task.id), ecm, site, read)
     for composition in ecm.compositions.values():
         guards = [part for part in walk_parts(composition.body) if isinstance(part, If)]
@@ -68,20 +69,30 @@ def _static_claim(claim_id: ClaimId, holds: bool, diagnostic: Diagnostic) -> Sta
 
 
 def _access_granted(ecm: Ecm, site: Site) -> Iterator[StaticClaim]:
-    """Claim that `P` asks only for actuators, sensors, channels and computing devices that Π grants."""
+    """Claim that `P` asks only for actuators, sensors, channels and computing devices that Π grants.
+
+    The sensors of `P` are those it lists, and those that the conditions of its permitted actions read.
+    """
     granted = site.access_of(ecm.id)
     for group in ("actuators", "sensors", "channels", "compute"):
+        claim_id = ClaimForm.ACCESS_GRANTED(group)
         excess = sorted(getattr(ecm.requested_access, group) - getattr(granted, group))
-        yield _static_claim(
-            ClaimForm.ACCESS_GRANTED(group),
-            not excess,
-            Diagnostic(
-                "AE404",
-                f"the site does not grant `{ecm.id}` the {group} {_join_names(excess)}",
-                SpanLabel(ecm.access_span),
-                help=(f"remove the entry, or ask the operator to grant it under `policy.grants.{ecm.id}`",),
-            ),
-        )
+        if excess or group != "sensors":
+            yield _static_claim(
+                claim_id,
+                not excess,
+                Diagnostic(
+                    "AE404",
+                    f"the site does not grant `{ecm.id}` the {group} {_join_names(excess)}",
+                    SpanLabel(ecm.access_span),
+                    help=(
+                        f"remove the entry, or ask the operator to grant it under `policy.grants.{ecm.id}`",
+                    ),
+                ),
+            )
+        else:
+            read = [(clause.term, clause.span) for clause in ecm.permitted_actions.values()]
+            yield _reads_permitted(claim_id, ecm, site, read)
 
 
 def _envelope_permitted(ecm: Ecm, site: Site, skill: Skill) -> Iterator[Obligation | StaticClaim]:

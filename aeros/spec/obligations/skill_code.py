@@ -1,23 +1,25 @@
 """Claims about the actions and the imports of skill code, settled by reading it: nothing is imported or run.
 
-Every action that a skill asks for is of a kind in its envelope and has that kind's parameters.  The code
-imports nothing, and uses no builtin or attribute, through which it could act or listen by itself.  This finds
-mistakes and simple lies.  It is no sandbox: Python has more ways out than a reader can list.  The gate keeps
-code in and, for code that is not trusted, isolation.
+Every action that a skill asks for is of a kind in its envelope and is written with that kind's parameters.
+The code is written in the part of Python that `allowed_syntax` lists, in which nothing reaches outside.
+Python itself is not proved: code that is not trusted runs isolated, and the gate decides every action.
 """
 
 from __future__ import annotations
 
 import ast
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel, did_you_mean
 from aeros.spec.model.ecm import Ecm, Skill
 from aeros.spec.model.site import Site
+from aeros.spec.obligations.allowed_names import GENERIC_TYPES, SKILL_INTERFACE
+from aeros.spec.obligations.allowed_syntax import first_refusal
+from aeros.spec.obligations.bound_names import bound_names, names_bound_by
 from aeros.spec.obligations.claim_id import ClaimForm
-from aeros.spec.obligations.forbidden_access import first_forbidden_access
-from aeros.spec.obligations.skill_source import SkillFile, UnreadableCodeError
+from aeros.spec.obligations.skill_source import Located, SkillFile, UnreadableCodeError
 from aeros.spec.obligations.verdicts import StaticClaim
 
 _ACTION_NAMES = ("act", "Action")
@@ -39,10 +41,10 @@ def skill_code_obligations(
     for path, file in files.items():
         if isinstance(file, UnreadableCodeError):
             name, help_ = Path(ecm.folder) / path, ("write it as plain UTF-8",)
-            yield StaticClaim(
-                ClaimForm.CODE_REACHES_NOTHING(path),
-                Diagnostic("AE134", f"`{name}` is not plain Python: {file}", help=help_),
+            found = file.diagnostic or Diagnostic(
+                "AE134", f"`{name}` is not plain Python: {file}", help=help_
             )
+            yield StaticClaim(ClaimForm.CODE_REACHES_NOTHING(path), found)
             continue
         yield StaticClaim(ClaimForm.CODE_REACHES_NOTHING(path), _no_forbidden_access(ecm, file))
         yield StaticClaim(ClaimForm.CODE_ASKS_PLAINLY(path), _action_calls_are_readable(file))
@@ -55,60 +57,87 @@ def skill_code_obligations(
 
 
 def _no_forbidden_access(ecm: Ecm, file: SkillFile) -> Diagnostic | None:
-    """Report the first import, builtin or attribute through which the code could act by itself."""
-    access = first_forbidden_access(file.nodes)
-    if access is None:
+    """Report the first place that is not on the allow-list of skill code."""
+    refusal = first_refusal(file.tree)
+    if refusal is None:
         return None
-    node, description = access
     return Diagnostic(
         "AE134",
-        f"skill code of `{ecm.id}` {description}",
-        SpanLabel(file.span(node), "a skill only yields actions and receives observations"),
-        help=("import only from `aeros.skill` and modules such as `math`; yield actions for the rest",),
+        f"skill code of `{ecm.id}` {refusal.description}",
+        SpanLabel(file.span(refusal.node), "a skill only yields actions and receives observations"),
+        help=(refusal.help,),
     )
 
 
 def _action_calls_are_readable(file: SkillFile) -> Diagnostic | None:
     """Check that every requested action can be read from the code.
 
-    `act` and `Action` are only called or used in annotations, and no function is bound twice.
+    `act` and `Action` are imported under their names and bound nowhere else. They are called, and `Action`
+    also stands in types; neither is a value that could be called elsewhere. No name of the file is bound
+    twice.
     """
-    called = {id(node.func) for node in file.nodes if isinstance(node, ast.Call)}
-    annotations = {id(part) for hint in _annotations(file) for part in ast.walk(hint)}
+    placed = {id(node.func) for node in file.nodes if isinstance(node, ast.Call)}
+    placed |= {id(name) for hint in _types(file) for name in _names_in_type(hint) if name.id == "Action"}
     for node in file.nodes:
-        if isinstance(node, ast.Name) and node.id == "act" and id(node) not in called | annotations:
-            return _unreadable_call(file, node, "`act` is used other than in a call")
-        if isinstance(node, ast.ImportFrom) and node.module == "aeros.skill":
+        if isinstance(node, ast.ImportFrom) and node.module == SKILL_INTERFACE and not node.level:
             renamed = [alias.name for alias in node.names if alias.asname not in (None, alias.name)]
             if renamed:
                 return _unreadable_call(file, node, f"`{renamed[0]}` is imported under another name")
-    bound: set[str] = set(_ACTION_NAMES)
+            placed |= {id(alias) for alias in node.names}
+    place: Located | None = None
+    for node in file.nodes_in_order:
+        place = node if isinstance(node, Located) else place
+        if place is None or id(node) in placed:
+            continue
+        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load) and node.id in _ACTION_NAMES:
+            return _unreadable_call(file, node, f"`{node.id}` is used other than in a call")
+        for name in names_bound_by(node):
+            if name in _ACTION_NAMES:
+                return _unreadable_call(file, place, f"`{name}` is bound a second time")
+    bound: set[str] = set()
     for statement in file.tree.body:
-        for name in _bound_names(statement):
+        for name in bound_names(statement):
             if name in bound:
                 return _unreadable_call(file, statement, f"`{name}` is bound a second time")
             bound.add(name)
     return None
 
 
-def _annotations(file: SkillFile) -> Iterator[ast.expr]:
+def _types(file: SkillFile) -> Iterator[ast.expr]:
+    """Yield the expressions that stand for a type: annotations, and what is in brackets after a type."""
+    bound = Counter(bound_names(file.tree, nested=True))
+    imported = {
+        alias.asname or alias.name: alias.name
+        for node in file.tree.body
+        if isinstance(node, ast.ImportFrom) and node.module in ("collections.abc", "typing")
+        for alias in node.names
+    }
+    # A name that is bound elsewhere too may stand for anything, such as `Union`, whose `Union[X]` is `X`.
+    generic = {name for name in GENERIC_TYPES if bound[name] == 0}
+    generic |= {name for name, origin in imported.items() if origin in GENERIC_TYPES and bound[name] == 1}
     for node in file.nodes:
-        if isinstance(node, ast.FunctionDef) and node.returns is not None:
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) and node.returns is not None:
             yield node.returns
         elif isinstance(node, ast.arg | ast.AnnAssign) and node.annotation is not None:
             yield node.annotation
+        elif isinstance(node, ast.Subscript) and isinstance(node.ctx, ast.Load):
+            yield from [node.slice] if isinstance(node.value, ast.Name) and node.value.id in generic else []
 
 
-def _bound_names(statement: ast.stmt) -> Iterator[str]:
-    if isinstance(statement, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
-        yield statement.name
-    elif not isinstance(statement, ast.Import | ast.ImportFrom):
-        for node in ast.walk(statement):
-            if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
-                yield node.id
+def _names_in_type(hint: ast.expr) -> Iterator[ast.Name]:
+    """Yield the names in a type, as far as it is written like one: nothing in it is called or bound."""
+    match hint:
+        case ast.Name(ctx=ast.Load()):
+            yield hint
+        case ast.Subscript(value=value, slice=inside):
+            yield from (*_names_in_type(value), *_names_in_type(inside))
+        case ast.Tuple(elts=parts) | ast.List(elts=parts):
+            yield from (name for part in parts for name in _names_in_type(part))
+        case ast.BinOp(left=left, op=ast.BitOr(), right=right):
+            yield from (*_names_in_type(left), *_names_in_type(right))
 
 
-def _unreadable_call(file: SkillFile, node: ast.expr | ast.stmt, what: str) -> Diagnostic:
+def _unreadable_call(file: SkillFile, node: Located, what: str) -> Diagnostic:
     return Diagnostic(
         "AE133",
         f"the actions that this code asks for cannot be determined: {what}",
@@ -134,13 +163,30 @@ def _requests_within_envelope(skill: Skill, site: Site, file: SkillFile) -> Diag
                 help=(help_,),
             )
         declared = site.kinds[kind.value].parameters
-        unknown = [one.arg for one in call.keywords if one.arg is not None and one.arg not in declared]
-        if unknown and isinstance(call.func, ast.Name) and call.func.id == "act":
+        asked = _parameter_names(call)
+        if asked is None:
+            return _unreadable_call(file, call, "the parameters of an action are not written out")
+        unknown = [name for name in asked if name not in declared]
+        if unknown:
             near = did_you_mean(unknown[0], declared)
             help_ = f"did you mean `{near}`?" if near else f"it has {', '.join(declared) or 'none'}"
             headline = f"`{kind.value}` has no parameter `{unknown[0]}`"
             return Diagnostic("AE133", headline, SpanLabel(file.span(call)), help=(help_,))
     return None
+
+
+def _parameter_names(call: ast.Call) -> tuple[str, ...] | None:
+    """Return the names of an action's parameters; None if they are not written out."""
+    if isinstance(call.func, ast.Name) and call.func.id == "act":
+        named = [one.arg for one in call.keywords if one.arg is not None]
+        return tuple(named) if len(call.args) == 1 and len(named) == len(call.keywords) else None
+    parameters = call.args[1] if len(call.args) == 2 and not call.keywords else None
+    if not isinstance(parameters, ast.Dict):
+        return None
+    keys = [
+        key.value for key in parameters.keys if isinstance(key, ast.Constant) and isinstance(key.value, str)
+    ]
+    return tuple(keys) if len(keys) == len(parameters.keys) else None
 
 
 def _act_calls(function: str, file: SkillFile) -> Iterator[ast.Call]:

@@ -7,17 +7,36 @@ program to a reader and another to the interpreter.  Skill code is plain UTF-8 o
 from __future__ import annotations
 
 import ast
+import io
 import re
-from collections.abc import Mapping
+import tokenize
+import unicodedata
+import warnings
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
+from aeros.spec.diagnostics.characters import find_hidden
+from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.diagnostics.source import Source, SourceSpan
+from aeros.spec.text.files import hidden_character_error, hidden_path_error
 
 _COOKIE = re.compile(rb"^[ \t\f]*#.*?coding[:=]")  # PEP 263, looked for in the first two lines
 
 
+Located = ast.expr | ast.stmt | ast.excepthandler | ast.pattern | ast.arg | ast.keyword | ast.alias
+"""Nodes of a syntax tree that have a place in the file."""
+
+
 class UnreadableCodeError(Exception):
-    """The bytes are not plain UTF-8 Python; the message gives the reason."""
+    """The bytes are not plain UTF-8 Python; the message gives the reason.
+
+    Attributes:
+        diagnostic: report with the place; None if there is no one place.
+    """
+
+    def __init__(self, reason: str, diagnostic: Diagnostic | None = None) -> None:
+        super().__init__(reason)
+        self.diagnostic = diagnostic
 
 
 class SkillFile:
@@ -33,14 +52,20 @@ class SkillFile:
 
     def __init__(self, path: str, content: bytes) -> None:
         self.source = Source(path, _text(content))
+        _require_visible(self.source)
         try:
-            self.tree = ast.parse(self.source.text)
-        except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # Python's advice on style is not ours to pass on
+                self.tree = ast.parse(self.source.text)
+                compile(self.tree, path, "exec", dont_inherit=True)  # finds what the parser leaves
+                _require_ascii_names(self.source)
+        except (SyntaxError, ValueError, RecursionError, MemoryError, tokenize.TokenError) as error:
             raise UnreadableCodeError(_describe_syntax_error(error)) from error
         self.nodes = tuple(ast.walk(self.tree))
+        self.nodes_in_order = tuple(_nodes_in_order(self.tree))
         self.functions = {node.name: node for node in self.tree.body if isinstance(node, ast.FunctionDef)}
 
-    def span(self, node: ast.expr | ast.stmt) -> SourceSpan:
+    def span(self, node: Located) -> SourceSpan:
         """Locate a node on the line on which it begins.
 
         Args:
@@ -55,6 +80,15 @@ class SkillFile:
             end = max(_column(line, node.end_col_offset), min(start + 1, end))
         offset = self.source.line_start(node.lineno)
         return self.source.span(offset + start, offset + end)
+
+
+def _nodes_in_order(tree: ast.Module) -> Iterator[ast.AST]:
+    """Yield every node after the node that it is part of, and before what follows it in the file."""
+    pending: list[ast.AST] = [tree]
+    while pending:
+        node = pending.pop()
+        yield node
+        pending.extend(reversed(list(ast.iter_child_nodes(node))))
 
 
 def _column(line: str, byte: int) -> int:
@@ -72,14 +106,21 @@ def read_skill_files(folder: str, code: Mapping[str, bytes]) -> dict[str, SkillF
     Returns:
         The parsed file, or the error where it cannot be read, by the same path.
     """
-    return {path: _read(str(Path(folder) / path), content) for path, content in code.items()}
+    return {path: _read(folder, path, content) for path, content in code.items()}
 
 
-def _read(path: str, content: bytes) -> SkillFile | UnreadableCodeError:
+def _read(folder: str, path: str, content: bytes) -> SkillFile | UnreadableCodeError:
     try:
-        return SkillFile(path, content)
+        _require_visible_path(path)
+        return SkillFile(str(Path(folder) / path), content)
     except UnreadableCodeError as error:
         return error
+
+
+def _require_visible_path(path: str) -> None:
+    diagnostic = hidden_path_error(path)
+    if diagnostic is not None:
+        raise UnreadableCodeError(diagnostic.headline, diagnostic)
 
 
 def _text(content: bytes) -> str:
@@ -91,6 +132,43 @@ def _text(content: bytes) -> str:
         return content.decode("utf-8")
     except UnicodeDecodeError as error:
         raise UnreadableCodeError(f"byte {error.start} is not UTF-8") from error
+
+
+def _require_visible(source: Source) -> None:
+    offset = find_hidden(source.text)
+    if offset is not None:
+        diagnostic = hidden_character_error(source.span(offset, offset + 1))
+        raise UnreadableCodeError(diagnostic.headline, diagnostic)
+
+
+def _require_ascii_names(source: Source) -> None:
+    # Python reads `ｅｘｅｃ` as `exec` (NFKC, PEP 3131), and a reader takes the Cyrillic `а` for an `a`.
+    if source.text.isascii():
+        return
+    for token in tokenize.generate_tokens(io.StringIO(source.text).readline):
+        # Until Python 3.12 the names in an f-string are part of its one token.
+        is_formatted = token.type == tokenize.STRING and "f" in token.string[:2].lower().partition('"')[0]
+        if is_formatted:
+            found = next((one for one in token.string if _is_folded_letter(one)), None)
+        else:
+            found = token.string if token.type == tokenize.NAME and not token.string.isascii() else None
+        if found is not None:
+            read = unicodedata.normalize("NFKC", found)
+            meaning = f", and Python reads it as `{read}`" if read != found else ""
+            headline = f"the name `{found}` is not written in ASCII{meaning}"
+            start = source.line_start(token.start[0]) + token.start[1] + token.string.index(found)
+            label = SpanLabel(source.span(start, start + len(found)))
+            help_ = "write names with the letters a to z; comments and texts may use any letters"
+            raise UnreadableCodeError(headline, Diagnostic("AE134", headline, label, help=(help_,)))
+
+
+def _is_folded_letter(character: str) -> bool:
+    """Tell if Python takes a character of a name for ASCII ones."""
+    return (
+        not character.isascii()
+        and f"a{character}".isidentifier()
+        and unicodedata.normalize("NFKC", character).isascii()
+    )
 
 
 def _describe_syntax_error(error: Exception) -> str:

@@ -6,9 +6,10 @@ import os
 import stat
 from typing import Final
 
+from aeros.spec.diagnostics.characters import describe_character, find_hidden, is_hidden, why_hidden
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel, quoted
 from aeros.spec.diagnostics.errors import UserError
-from aeros.spec.diagnostics.source import Source
+from aeros.spec.diagnostics.source import Source, SourceSpan
 
 MAX_BYTES: Final = 1 << 20
 
@@ -26,8 +27,8 @@ def read_source(path: str | os.PathLike[str]) -> Source:
         The text.
 
     Raises:
-        UserError: the file cannot be read, is not a regular file, is not UTF-8, or is larger than
-            `MAX_BYTES`.
+        UserError: the file cannot be read, is not a regular file, is not UTF-8, is larger than `MAX_BYTES`,
+            or holds a character that a reader cannot see.
     """
     shown = os.fspath(path)
     try:
@@ -42,7 +43,11 @@ def read_source(path: str | os.PathLike[str]) -> Source:
         text = data.decode("utf-8")
     except UnicodeDecodeError as problem:
         raise UserError([_not_utf8(shown, data, problem.start)]) from problem
-    return Source(shown, text.removeprefix("\ufeff"))
+    source = Source(shown, text.removeprefix("\ufeff"))
+    offset = find_hidden(source.text)
+    if offset is not None:
+        raise UserError([hidden_character_error(source.span(offset, offset + 1))])
+    return source
 
 
 def _bytes_of(path: str) -> bytes:
@@ -60,6 +65,37 @@ def _require_regular(mode: int) -> None:
         raise OSError(0, "it is a directory")
     if not stat.S_ISREG(mode):
         raise OSError(0, "it is not a regular file")
+
+
+def hidden_character_error(span: SourceSpan, character: str | None = None) -> Diagnostic:
+    """Build the diagnostic for a character that a reader cannot see.
+
+    Args:
+        span: place of the character, or of the text that holds an escape for it.
+        character: the character; None where the span is the character itself.
+
+    Returns:
+        The diagnostic, which names the character and says why it is not allowed.
+    """
+    hidden = span.text if character is None else character
+    headline = f"the character {describe_character(hidden)} is not allowed: it is {why_hidden(hidden)}"
+    return Diagnostic("AE005", headline, SpanLabel(span), help=("delete it, or write it in words",))
+
+
+def hidden_path_error(path: str) -> Diagnostic | None:
+    """Build the diagnostic for a path that a listing would not show as it is.
+
+    Args:
+        path: path of a file that people review.
+
+    Returns:
+        The diagnostic; None if every character of the path can be seen.
+    """
+    hidden = next((one for one in path if is_hidden(one)), None)
+    if hidden is None:
+        return None
+    headline = f"the name of the file `{path}` holds the character {describe_character(hidden)}"
+    return Diagnostic("AE005", headline, help=("rename the file with letters, digits and `_`",))
 
 
 def too_large_error(path: str) -> Diagnostic:

@@ -17,21 +17,16 @@ from typing import Any, Final
 
 import yaml
 
+from aeros.spec.diagnostics.characters import find_hidden
 from aeros.spec.diagnostics.codes import Diagnostics, SpanLabel, quoted
 from aeros.spec.diagnostics.source import Source, SourceSpan
-from aeros.spec.text.files import MAX_BYTES, too_large_error
+from aeros.spec.text.files import MAX_BYTES, hidden_character_error, too_large_error
 from aeros.spec.text.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 MAX_DEPTH: Final = 32
 MAX_NODES: Final = 100_000
 
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # PyYAML may be built without libyaml
-
-# Controls, other line separators, bidirectional overrides, byte order marks, surrogates and
-# non-characters: none can be seen, and several change how the text around them is shown.
-_FORBIDDEN: Final = re.compile(
-    "[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ufeff\ufffe\uffff\ud800-\udfff]|\r(?!\n)"
-)
 
 _TAG: Final = re.compile(r"[^\s,\[\]{}]*")
 
@@ -49,21 +44,11 @@ def read_yaml(source: Source, diagnostics: Diagnostics) -> Node | None:
     if len(source.text) > MAX_BYTES:
         diagnostics.report(too_large_error(source.path))
         return None
-    forbidden = _FORBIDDEN.search(source.text)
-    if forbidden:
-        span = source.span(forbidden.start(), forbidden.end())
-        _refuse_character(forbidden[0], span, diagnostics)
+    offset = find_hidden(source.text)
+    if offset is not None:
+        diagnostics.report(hidden_character_error(source.span(offset, offset + 1)))
         return None
     return _NodeBuilder(source, diagnostics).build()
-
-
-def _refuse_character(character: str, at: SourceSpan, diagnostics: Diagnostics) -> None:
-    diagnostics.error(
-        "AE005",
-        f"the character U+{ord(character):04X} is not allowed",
-        at,
-        help=("delete it: it cannot be seen, or changes how the text around it is shown",),
-    )
 
 
 class _ReadAborted(Exception):  # noqa: N818  control flow, not an error: it was reported already
@@ -194,10 +179,10 @@ class _NodeBuilder:
         if style in ("|", ">"):  # a block's mark lies after the empty lines and indentation that follow it
             end = start + len(self._source.text[start:end].rstrip())
         span = self._span(start, end)
-        forbidden = _FORBIDDEN.search(text)
-        if forbidden:  # written as an escape, as the source itself was searched before
+        offset = find_hidden(text)
+        if offset is not None:  # written as an escape, as the source itself was searched before
             self._refused = True
-            _refuse_character(forbidden[0], span, self._diagnostics)
+            self._diagnostics.report(hidden_character_error(span, text[offset]))
         return ScalarNode(text, span, style)
 
     def _open_collection(self, event: Any, start: int, end: int) -> None:

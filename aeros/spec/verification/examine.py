@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from aeros.spec.backends.oracle import Oracle
+from aeros.spec.backends.resource_limit import QUESTION_SECONDS
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, Fix, Severity, SpanLabel
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.elaborate.load import elaborate_source, load_ecm
@@ -132,7 +133,13 @@ _WORKER_STATE: dict[str, tuple[Site, Oracle]] = {}
 
 
 def examine_modules_in_processes(
-    folders: Sequence[Path], site: Source, blocks: Sequence[OperatorOverride], rlimit: int, jobs: int
+    folders: Sequence[Path],
+    site: Source,
+    blocks: Sequence[OperatorOverride],
+    rlimit: int,
+    jobs: int,
+    *,
+    seconds: float = QUESTION_SECONDS,
 ) -> Iterator[ModuleFindings]:
     """Prove modules by themselves in several processes, which end when the caller stops iterating.
 
@@ -142,6 +149,7 @@ def examine_modules_in_processes(
         blocks: operator overrides, in addition to those of the site.
         rlimit: the solver's budget for one query, in Z3 resource units.
         jobs: number of processes.
+        seconds: time limit for one query, s.
 
     Yields:
         The findings on each module in order, without the model and the claims in full.
@@ -151,18 +159,18 @@ def examine_modules_in_processes(
     from multiprocessing import get_context
 
     # Spawned and not forked: a fork would copy locks held by threads of the caller.
-    pool = ProcessPoolExecutor(jobs, get_context("spawn"), _init_worker, (site, blocks, rlimit))
+    pool = ProcessPoolExecutor(jobs, get_context("spawn"), _init_worker, (site, blocks, rlimit, seconds))
     try:
         yield from pool.map(_verify_in_worker, folders, chunksize=4)
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
 
 
-def _init_worker(source: Source, blocks: Sequence[OperatorOverride], rlimit: int) -> None:
+def _init_worker(source: Source, blocks: Sequence[OperatorOverride], rlimit: int, seconds: float) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent process gets the signal and stops the others
     site = elaborate_source(source, Diagnostics())
     if site is not None:
-        _WORKER_STATE["site"] = (site.with_overrides(blocks), Oracle(rlimit))
+        _WORKER_STATE["site"] = (site.with_overrides(blocks), Oracle(rlimit, seconds=seconds))
     # Proofs make almost no reference cycles, and this process ends with the run: garbage collection would
     # take some hundredths of its time and free almost nothing.
     gc.disable()
@@ -235,7 +243,10 @@ def diagnostic_of(finding: ObligationResult) -> Diagnostic | None:
             one.primary,
             one.secondary,
             notes=(f"the solver said: {finding.reason}",),
-            help=("raise `--rlimit`, or write the conditions with fewer products of variables",),
+            help=(
+                "raise `--rlimit` or `--question-timeout`, whichever ran out, or write the conditions with "
+                "fewer products of variables",
+            ),
         )
     notes = one.notes
     if finding.witness is not None and finding.witness.variables:

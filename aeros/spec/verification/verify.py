@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from aeros.spec.backends.answer_store import AnswerStore
-from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT
+from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT, QUESTION_SECONDS
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.errors import InternalError, MisuseError, UserError
 from aeros.spec.diagnostics.source import Source
@@ -64,6 +64,7 @@ def verify(
     *,
     detail: Detail = Detail.FULL,
     jobs: int = 1,
+    seconds: float = QUESTION_SECONDS,
 ) -> Report:
     """Prove the modules at `paths` under the site at `site_path`.
 
@@ -77,6 +78,7 @@ def verify(
         second: a solver that is asked everything again, even if answers were kept.
         detail: amount of detail in the report.
         jobs: number of processes that prove modules for a brief report, where there are many modules.
+        seconds: the solver's time limit for one query, s.
 
     Returns:
         The report.  Modules that cannot be read or proved are in it, as is a site that cannot.
@@ -95,7 +97,9 @@ def verify(
         source = read_source(site_path)
     except UserError as error:
         return Report(unreadable_site_report(site_path, error), refused, None)
-    prover = _LazyProver(source, tuple(blocks), rlimit, store, jobs, detail=detail, second=second)
+    prover = _LazyProver(
+        source, tuple(blocks), rlimit, store, jobs, detail=detail, second=second, seconds=seconds
+    )
     if store is None or detail is Detail.FULL:
         report, _ = _report(folders, refused, prover, Known(), progress)
         return report
@@ -154,7 +158,9 @@ class _LazyProver:
         *,
         detail: Detail,
         second: SecondSolver | None,
+        seconds: float,
     ) -> None:
+        self._seconds = seconds
         self._source = source
         self._blocks = blocks
         self._rlimit = rlimit
@@ -167,7 +173,7 @@ class _LazyProver:
     def _oracle(self) -> Oracle:
         from aeros.spec.backends.oracle import Oracle
 
-        return Oracle(self._rlimit, self._store, recording=self._second is not None)
+        return Oracle(self._rlimit, self._store, recording=self._second is not None, seconds=self._seconds)
 
     @cached_property
     def _site(self) -> Site:
@@ -213,7 +219,9 @@ class _LazyProver:
         from aeros.spec.verification.examine import examine_module, examine_modules_in_processes
 
         if not self._in_full and self._jobs > 1 and len(folders) >= MIN_MODULES_FOR_POOL:
-            return examine_modules_in_processes(folders, self._source, self._blocks, self._rlimit, self._jobs)
+            return examine_modules_in_processes(
+                folders, self._source, self._blocks, self._rlimit, self._jobs, seconds=self._seconds
+            )
         results = (examine_module(folder, self._site, self._oracle) for folder in folders)
         return results if self._in_full else (replace(one, findings=None) for one in results)
 

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import time
 from pathlib import Path
 from typing import Any
 
@@ -106,6 +107,62 @@ def test_a_spent_budget_is_undecided_and_never_a_pass(
     assert "error[AE509] undecided" in shown
     assert "raise `--rlimit`" in shown
     assert not (module / LOCK).exists()
+
+
+def _ten_parameters(folder: Path) -> None:
+    """Write a site and a module whose one question is Cauchy and Schwarz's inequality in five dimensions."""
+    a, b = [f"a{n}" for n in range(5)], [f"b{n}" for n in range(5)]
+    parameters = ", ".join(f"{name}: {{type: real, unit: m, range: [-2, 2]}}" for name in a + b)
+    site = (CORPUS / "accepted/integer_with_one_value_left/site.yaml").read_text()
+    site = site.replace("speed: {type: real, unit: m/s, range: [0, 5]}", "_").replace(
+        "parameters:\n      _", f"parameters: {{{parameters}}}"
+    )
+    product = " + ".join(f"{x}*{y}" for x, y in zip(a, b, strict=True))
+    (folder / "site.yaml").write_text(site.replace("pieces < 1", f"{product} <= 1 m*m"))
+    manifest = (CORPUS / "rejected/form/code_opens_a_connection/ecm.yaml").read_text()
+    lengths = " and ".join(" + ".join(f"{x}*{x}" for x in one) + " <= 1 m*m" for one in (a, b))
+    for old, new in (
+        ("      wait: duration <= 10 s", f"      move: {lengths}"),
+        ("    wait: true", "    move: true"),
+        ("table_tidy: true", "person_near: false"),
+        ("    resources: [arm]\n", ""),
+        ("[camera]", "[scanner]"),
+    ):
+        manifest = manifest.replace(old, new)
+    (folder / "m").mkdir()
+    (folder / "m" / "ecm.yaml").write_text(manifest)
+    (folder / "m" / "skills.py").write_text(
+        "from aeros.skill import act\n\n\ndef tidy(observed, inputs):\n    yield act('move', a0=1.0)\n"
+    )
+
+
+def test_a_question_that_takes_too_long_is_undecided_and_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    _ten_parameters(tmp_path)
+    arguments = [
+        "--site",
+        str(tmp_path / "site.yaml"),
+        "--no-lock",
+        "--no-cache",
+        "--question-timeout",
+        "0.5",
+    ]
+    started = time.monotonic()
+    assert main(["verify", str(tmp_path / "m"), *arguments]) == Exit.UNDECIDED
+    assert time.monotonic() - started < 30
+    shown = capsys.readouterr().out
+    assert "error[AE509] undecided: undecided, so refused: safety/tidy/move/few" in shown
+    assert f"--> {tmp_path}/m/ecm.yaml:19:13" in shown
+    assert "note: the solver said: no answer within 0.5 s (rlimit 1000000)" in shown
+    assert "`--question-timeout`" in shown
+
+
+@pytest.mark.parametrize("text", ["0", "-1", "nan", "inf", "3601", "soon"])
+def test_a_time_limit_that_is_no_number_of_seconds_is_refused(module: Path, text: str) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["verify", str(module), f"--question-timeout={text}"])
+    assert ended.value.code == Exit.USAGE
 
 
 def test_rejected_outweighs_undecided(module: Path) -> None:

@@ -36,7 +36,7 @@ def distribution(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     shutil.copytree(BASE / "tidy", package / "tidy")
     metadata.mkdir(parents=True)
     for folder in (package, package / "tidy"):
-        (folder / "__init__.py").write_text("raise SystemExit('executed before it was proved')\n")
+        (folder / "__init__.py").write_text("X = 1 // 0  # executed before it was proved\n")
     (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: tidy_wares\nVersion: 1\n")
     (metadata / "entry_points.txt").write_text(
         "[aeros.ecms]\ntidy = tidy_wares.tidy\ngone = tidy_wares.gone\nodd = no.such:place\n"

@@ -33,3 +33,10 @@ def test_the_summary_holds_the_numbers_of_the_report() -> None:
     ]
     missed = summary(proof, report(reached=False, reason="why"), "symbolic", 0.0, 0.0)
     assert "m.t: goal not reached: why" in missed
+
+
+def test_the_reason_is_shown_harmlessly_and_on_one_line() -> None:
+    proof = cast("Any", SimpleNamespace(modules=[]))
+    hostile = report(reached=False, reason="raised: \x1b[2J\rm.t: goal reached\nm.t: goal reached\u202e")
+    said = summary(proof, hostile, "symbolic", 0.0, 0.0).splitlines()
+    assert said[1] == "m.t: goal not reached: raised: \\x1b[2J\\rm.t: goal reached\\nm.t: goal reached\\u202e"

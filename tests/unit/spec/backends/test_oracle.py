@@ -12,6 +12,7 @@ from aeros.spec.backends import oracle as oracle_module
 from aeros.spec.backends.answer_store import AnswerStore, default_store
 from aeros.spec.backends.interval_solver import IntervalSolver
 from aeros.spec.backends.oracle import Oracle
+from aeros.spec.backends.solver_process import SolverProcess
 from aeros.spec.backends.solver_results import SatResult, SolverAnswer
 from aeros.spec.backends.z3_solver import IncrementalSolver
 from aeros.spec.expr import terms as t
@@ -48,6 +49,29 @@ def test_a_question_is_put_to_the_solver_once(monkeypatch: pytest.MonkeyPatch) -
     assert oracle.check_sat([X], RANGES, [_above(Fraction(3))]) == first
     with pytest.raises(AssertionError, match="was asked"):
         oracle.check_sat([X], RANGES, [_above(Fraction(4))])
+
+
+def test_products_of_variables_are_asked_in_a_process_that_can_be_ended(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    y = t.Variable("y", RealType(LENGTH), t.VariableRole.STATE)
+    ranges = {**RANGES, "y": RANGES["x"]}
+    square = t.Compare("<=", t.Multiply(X, y), t.Literal(Fraction(4), X.type))  # type: ignore[arg-type]
+    doubled = t.Compare("<=", t.Multiply(t.Literal(Fraction(2), X.type), X), y)  # type: ignore[arg-type]
+    late = SolverAnswer(SatResult.UNKNOWN, {}, "no answer within 3 s")
+    asked: list[tuple[int, float]] = []
+
+    def answer(_: object, __: object, ___: object, ____: object, rlimit: int, seconds: float) -> SolverAnswer:
+        asked.append((rlimit, seconds))
+        return late
+
+    monkeypatch.setattr(SolverProcess, "check_sat", answer)
+    oracle = Oracle(1000, seconds=3.0)
+    assert oracle.check_sat([X, y], ranges, [doubled]).result is SatResult.SAT
+    assert asked == []
+    assert oracle.check_sat([X, y], ranges, [doubled, t.Not(square)]) == late
+    assert oracle.with_reduced_budget(10).check_sat([X, y], ranges, [square]) == late
+    assert asked == [(1000, 3.0), (100, 3.0)]
 
 
 @pytest.mark.parametrize(

@@ -58,7 +58,7 @@ def test_a_generator_of_two_arguments_is_an_entry_point(ecm: Ecm, code: bytes) -
         ),
         (b"def tidy(o, i):\nyield\n", "`skills.py` is not plain Python: line 2: expected an indented block"),
         (b"x = '\xff'\n", "`skills.py` is not plain Python: byte 5 is not UTF-8"),
-        (b"\x00", "`skills.py` is not plain Python: source code string cannot contain null bytes"),
+        (b"\x00", "`skills.py` is not plain Python: the character U+0000 (NULL) is not allowed"),
         (b"(" * 5_000, "`skills.py` is not plain Python: line 1: too many nested parentheses"),
         (b"# coding: nonsense\n", "`skills.py` is not plain Python: it declares an encoding"),
         (b"\xef\xbb\xbfimport os\n", "`skills.py` is not plain Python: it begins with a byte order mark"),

@@ -4,8 +4,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from dataclasses import fields, is_dataclass, replace
+from typing import Any
+
 import pytest
 
+from aeros.spec.diagnostics.source import SourceSpan
+from aeros.spec.expr import terms as t
+from aeros.spec.model.rules import Conjunct
+from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.permission import permission_obligations
 from aeros.spec.obligations.verdicts import StaticClaim
 from tests.unit.spec.obligations.tidier import Change, failed, module, site
@@ -45,8 +53,12 @@ def test_a_module_inside_its_permissions_is_proved() -> None:
          {"fetch/risk-stated": "AE407"}),
         (("    risk: medium\n    timeout: 30 s\n\n  scrub:", "    risk: high\n    timeout: 30 s\n\n  scrub:"),
          {"fetch/risk-ceiling": "AE406"}),
-        # Sensors of conditions, hold-conditions, envelopes, effects, goals and compositions.
-        ((PERMITTED, PERMITTED.replace(", encoders", "")), {"fetch/sensors": "AE405"}),
+        # Sensors of conditions, hold-conditions, envelopes, permissions, effects, tasks and compositions.
+        (("    sweep: true\n", "    sweep: not stop_pressed\n"),
+         {"access/sensors": "AE405", "sweep_arm/sweep": "AE403"}),
+        (("    goal: table_tidy\n", "    goal: table_tidy\n    invariants: [{id: calm, require: not stop_pressed}]\n"),
+         {"task/tidy_up/sensors": "AE405"}),
+        ((PERMITTED, PERMITTED.replace(", encoders", "")), {"access/sensors": "AE405", "fetch/sensors": "AE405"}),
         ((PERMITTED, PERMITTED.replace("camera, ", "")),
          {"fetch/sensors": "AE405", "scrub/sensors": "AE405", "task/tidy_up/sensors": "AE405",
           "composition/clean/sensors": "AE405"}),
@@ -82,6 +94,43 @@ def test_a_change_of_the_module_fails_these_claims_alone(change: Change, expecte
 )  # fmt: skip
 def test_a_change_of_the_site_fails_these_claims_alone(change: Change, expected: dict[str, str]) -> None:
     assert faults(at=(change,)) == expected
+
+
+def _replacements(value: Any, reads: t.Term) -> Iterator[Any]:
+    """Yield copies of a model in each of which one term is replaced by `reads`."""
+    if isinstance(value, t.Term):
+        yield reads
+    elif is_dataclass(value) and not isinstance(value, type | SourceSpan | Declared | Conjunct):
+        for field in fields(value):
+            for inner in _replacements(getattr(value, field.name), reads):
+                yield replace(value, **{field.name: inner})
+    elif isinstance(value, Mapping):
+        for key, old in value.items():
+            for inner in _replacements(old, reads):
+                yield {**value, key: inner}
+    elif isinstance(value, tuple):
+        for at, old in enumerate(value):
+            for inner in _replacements(old, reads):
+                yield (*value[:at], inner, *value[at + 1 :])
+
+
+def test_a_sensor_without_permission_is_refused_wherever_a_condition_of_the_module_reads_it() -> None:
+    place = site()
+    whole = module(
+        (
+            "    goal: table_tidy\n",
+            "    goal: table_tidy\n    invariants: [{id: calm, require: table_tidy}]\n",
+        ),
+        (
+            "        - {skill: weigh}",
+            "        - {if: table_tidy, then: {skill: weigh}, else: {skill: weigh, id: w}}",
+        ),
+        at=place,
+    )
+    changed = list(_replacements(whole, place.state["stop_pressed"].variable))
+    assert len(changed) >= 15
+    for one in changed:
+        assert "AE405" in failed(permission_obligations(one, place)).values()
 
 
 def test_what_is_asked_for_of_channels_and_computing_devices_must_be_granted_too() -> None:

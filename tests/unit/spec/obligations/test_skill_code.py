@@ -237,7 +237,7 @@ def test_an_unreadable_request_is_underlined_with_a_remedy(
         ("import math as m\nx = [m]\n", "passes the module `m` around"),
         ("import math as m\nx = m.nothing\n", "uses `nothing` of `math`"),
         ("x = ().__class__\n", "reaches into `__class__`"),
-        ("async def f():\n    pass\n", "keeps or awaits something between actions"),
+        ("async def f():\n    pass\n", "awaits something between actions"),
     ],
 )
 def test_a_refusal_names_the_forbidden_access(loaded: tuple[Ecm, Site], code: str, what: str) -> None:

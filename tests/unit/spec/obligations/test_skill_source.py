@@ -24,7 +24,11 @@ def test_the_tree_its_nodes_and_its_functions_are_those_of_the_text() -> None:
         (b"\n \t# -*- coding=utf-8\n", "it declares an encoding; it is UTF-8 without saying so"),
         (b"x = '\xe9'\n", "byte 5 is not UTF-8"),
         (b"x = 1\ny = (\n", "line 2: '(' was never closed"),
-        (b"x = '\0'\n", "source code string cannot contain null bytes"),
+        (b"x = '\0'\n", "the character U+0000 (NULL) is not allowed: it is a control character"),
+        (b"return 1\n", "line 1: 'return' outside function"),
+        ("größe = 1\n".encode(), "the name `größe` is not written in ASCII"),
+        ("ｌｅｎ = 1\n".encode(), "the name `ｌｅｎ` is not written in ASCII, and Python reads it as `len`"),
+        ("# ok\nx = 1 # \u202e\n".encode(), "the character U+202E (RIGHT-TO-LEFT OVERRIDE) is not allowed"),
         (b"x = " + b"(" * 300 + b")" * 300 + b"\n", "line 1: too many nested parentheses"),
     ],
 )
@@ -35,7 +39,7 @@ def test_code_that_is_not_plain_python_is_refused(content: bytes, why: str) -> N
 
 
 @pytest.mark.parametrize(
-    "content", [b"", b"\n\n# coding: latin-1\n", b"x = 'coding: latin-1'\n", "é = 1".encode()]
+    "content", [b"", b"\n\n# coding: latin-1\n", b"x = 'coding: latin-1'\n", "x = 'é'".encode()]
 )
 def test_any_other_code_is_read(content: bytes) -> None:
     assert SkillFile("skills.py", content).source.text == content.decode()
@@ -57,9 +61,20 @@ def test_a_node_is_located_from_its_beginning_to_its_end_or_the_end_of_its_line(
 
 
 def test_a_node_after_or_with_letters_of_several_bytes_is_located() -> None:
-    assert spans("ü = f(a) + g(b)\n", ast.Call) == ["f(a)", "g(b)"]
+    assert spans("x = 'ü', f(a) + g(b)\n", ast.Call) == ["f(a)", "g(b)"]
     assert spans("x = f('äöü') + 1\n", ast.Call) == ["f('äöü')"]
-    assert spans("é\n", ast.Expr) == ["é"]
+    assert spans("'é'\n", ast.Expr) == ["'é'"]
+
+
+@pytest.mark.parametrize(
+    "path", ["more\u200bparts.py", "\u202esllixs.py", "a\x1b[2Jb.py", "a\nb.py", "x\x00/a.py"]
+)
+def test_a_file_name_that_shows_as_another_is_refused(path: str) -> None:
+    (found,) = read_skill_files("it", {path: b"x = 1\n"}).values()
+    assert isinstance(found, UnreadableCodeError)
+    assert found.diagnostic is not None
+    assert found.diagnostic.code == "AE005"
+    assert "holds the character U+" in found.diagnostic.headline
 
 
 def test_each_file_of_a_module_is_read_by_its_path() -> None:

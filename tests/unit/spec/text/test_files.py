@@ -68,9 +68,9 @@ def test_a_file_that_is_not_utf8_names_the_byte(tmp_path: Path) -> None:
 
 def test_a_file_is_read_as_it_is_without_its_byte_order_mark(tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
-    path.write_bytes("\ufeffé: \ufeff\r\n".encode())
+    path.write_bytes("\ufeffé: b\r\n".encode())
     source = read_source(path)
-    assert (source.path, source.text) == (str(path), "é: \ufeff\r\n")
+    assert (source.path, source.text) == (str(path), "é: b\r\n")
     path.write_bytes(b"")
     assert read_source(str(path)).text == ""
 
@@ -92,3 +92,15 @@ def test_a_file_may_be_as_large_as_allowed(tmp_path: Path) -> None:
 
 def test_a_folder_is_called_one(tmp_path: Path) -> None:
     assert refused_file(tmp_path).headline.endswith("cannot be read: it is a directory")
+
+
+def test_a_file_with_a_character_that_nobody_sees_is_refused_with_its_place_and_name(tmp_path: Path) -> None:
+    path = tmp_path / "plan.json"
+    path.write_text('{"a": 1,\n "b\u200b": 2}', encoding="utf-8")
+    with pytest.raises(UserError) as refused:
+        read_source(path)
+    (found,) = refused.value.diagnostics
+    assert found.code == "AE005"
+    assert "U+200B (ZERO WIDTH SPACE)" in found.headline
+    assert found.primary is not None
+    assert str(found.primary.span) == f"{path}:2:4"

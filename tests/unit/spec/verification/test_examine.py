@@ -110,7 +110,8 @@ def test_a_module_is_proved_with_its_code(bench: Site, tmp_path: Path) -> None:
 
 def test_a_fault_of_the_code_comes_before_one_of_the_envelope(bench: Site, tmp_path: Path) -> None:
     path = tidy(tmp_path, ("grip: force <= 10 N", "grip: force <= 20 N"))
-    (path / "skills.py").write_text("import os\n" + (path / "skills.py").read_text())
+    code = (path / "skills.py").read_text()
+    (path / "skills.py").write_text(code.replace("from aeros.skill", "import os\nfrom aeros.skill"))
     found = examine_module(path, bench, ORACLE)
     assert [one.code for one in found.first_problems] == ["AE134"]
     assert [one.code for one in found.last_problems] == ["AE403"]
@@ -202,7 +203,7 @@ def test_a_worker_process_finds_what_this_one_finds_without_the_model(
     monkeypatch.setattr(examine, "_WORKER_STATE", {})
     block = OperatorOverride("no-grip", "a test", None, None, "grip")
     path = tidy(tmp_path)
-    examine._init_worker(source(), [block], 1_000_000)
+    examine._init_worker(source(), [block], 1_000_000, 10.0)
     found = examine._verify_in_worker(path)
     assert done == [(signal.SIGINT, signal.SIG_IGN), "no garbage collection"]
     alone = examine_module(path, bench.with_overrides([block]), ORACLE)

@@ -1,0 +1,137 @@
+"""The one way from the program to a terminal: text is written harmlessly, control sequences by name.
+
+Text comes from modules, logs, people and other programs. A character of it that moves the cursor, clears the
+screen, sets a title or reorders what is shown could make a terminal say what no program said. So `main` puts
+a `SafeStream` in place of standard output and standard error, and whatever any code prints goes through it.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import IO, Any, Final
+
+from aeros.spec.diagnostics.characters import find_hidden, is_hidden
+
+_ERASE_LINE: Final = "\r\x1b[K"
+_COLOUR: Final = re.compile(r"(\x1b\[[0-9;]*m)")  # SGR sequences: colours and boldness
+
+
+def escape_for_terminal(text: str) -> str:
+    r"""Replace every character that a reader cannot see by an escape; lines and tabs stay.
+
+    Args:
+        text: any text.
+
+    Returns:
+        The text with escapes such as `\u001b`, which mean the same in JSON.
+    """
+    if find_hidden(text) is None and "\r" not in text:
+        return text
+    return "".join(one if one in "\n\t" or not is_hidden(one) else _escape(one) for one in text)
+
+
+def _escape(character: str) -> str:
+    units = character.encode("utf-16-be", "surrogatepass")
+    return "".join(f"\\u{units[at]:02x}{units[at + 1]:02x}" for at in range(0, len(units), 2))
+
+
+class SafeStream:
+    """A text stream that writes no control character but line feed and tab.
+
+    All else is that of the stream behind it, so bytes written to its `buffer` are the caller's matter.
+    """
+
+    def __init__(self, stream: IO[str]) -> None:
+        self._stream = stream
+
+    def write(self, text: str) -> int:
+        """Write text harmlessly.
+
+        Args:
+            text: any text.
+
+        Returns:
+            Number of characters of `text`.
+        """
+        self._stream.write(escape_for_terminal(text))
+        return len(text)
+
+    def writelines(self, lines: Iterator[str]) -> None:
+        """Write each line harmlessly.
+
+        Args:
+            lines: any texts.
+        """
+        for line in lines:
+            self.write(line)
+
+    def write_control(self, sequence: str) -> None:
+        """Write a control sequence of our own as it is.
+
+        Args:
+            sequence: a constant of the program, without text from anywhere else.
+        """
+        self._stream.write(sequence)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._stream)
+
+
+@contextmanager
+def safe_streams() -> Iterator[None]:
+    """Put safe streams in place of standard output and standard error, and take them back at the end."""
+    before = sys.stdout, sys.stderr
+    sys.stdout, sys.stderr = (
+        one if one is None or isinstance(one, SafeStream) else SafeStream(one) for one in before
+    )
+    try:
+        yield
+    finally:
+        sys.stdout, sys.stderr = before
+
+
+def write_control(sequence: str, stream: Any = None) -> None:
+    """Write a control sequence of our own.
+
+    Args:
+        sequence: a constant of the program, without text from anywhere else.
+        stream: the stream; None for standard output.
+    """
+    into = sys.stdout if stream is None else stream
+    if isinstance(into, SafeStream):
+        into.write_control(sequence)
+    else:
+        into.write(sequence)
+
+
+def print_coloured(text: str) -> None:
+    """Print text in which only colours are left as they are.
+
+    Args:
+        text: text of a renderer that escapes what it shows and then adds colours.
+    """
+    for part in _COLOUR.split(text):
+        if _COLOUR.fullmatch(part):
+            write_control(part)
+        else:
+            sys.stdout.write(part)
+    sys.stdout.write("\n")
+
+
+def show_progress(text: str, *, is_last: bool = False) -> None:
+    """Show progress on one line of standard error, in place of what was shown there before.
+
+    Args:
+        text: what is under way.
+        is_last: leave the line standing.
+    """
+    write_control(_ERASE_LINE, sys.stderr)
+    sys.stderr.write(escape_for_terminal(text).replace("\n", " "))
+    write_control("\n" if is_last else "\r", sys.stderr)
+    sys.stderr.flush()

@@ -1,0 +1,113 @@
+"""Names that Python code binds, in every form that binds one."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from typing import Final
+
+_COMPREHENSIONS: Final = ast.ListComp | ast.SetComp | ast.DictComp | ast.GeneratorExp
+
+_TEXT_FIELDS: Final = frozenset(
+    (("Constant", "value"), ("Constant", "kind"), ("ImportFrom", "module"), ("alias", "name"))
+)
+"""Text in a syntax tree that is no identifier: literals, and names of modules, which are checked as such."""
+
+
+def identifiers(node: ast.AST) -> Iterator[str]:
+    """Yield the identifiers that a node holds itself, whatever they are for.
+
+    Args:
+        node: node of a syntax tree.
+
+    Yields:
+        Each text field that is an identifier: names, attributes, arguments, keywords, captures of patterns.
+    """
+    kind = type(node).__name__
+    for field, value in ast.iter_fields(node):
+        if (kind, field) not in _TEXT_FIELDS and field != "type_comment":
+            yield from (
+                one for one in (value if isinstance(value, list) else [value]) if isinstance(one, str)
+            )
+    if isinstance(node, ast.ImportFrom) and node.module != "__future__":
+        yield from (part for part in (node.module or "").split(".") if part)
+    if isinstance(node, ast.alias):
+        yield from (part for part in node.name.split(".") if part != "*")
+
+
+def bound_names(node: ast.AST, *, nested: bool = False) -> Iterator[str]:
+    """Yield every name that a node binds or deletes in the scope in which it stands.
+
+    Args:
+        node: statement, expression or whole file.
+        nested: include what functions, classes and comprehensions inside the node bind in their own scopes.
+
+    Yields:
+        Each name as often as it is bound: by assignment, deletion, definition, import, loop, `as`, walrus or
+        pattern.
+    """
+    pending: list[ast.AST] = [node]
+    while pending:
+        one = pending.pop()
+        yield from names_bound_by(one)
+        if nested:
+            pending.extend(ast.iter_child_nodes(one))
+        else:
+            pending.extend(_parts_in_same_scope(one))
+
+
+def names_bound_by(node: ast.AST) -> Iterator[str]:
+    """Yield the names that one node binds or deletes itself.
+
+    Args:
+        node: node of a syntax tree; its parts are not looked at, but for the names of an import.
+
+    Yields:
+        The names.
+    """
+    match node:
+        case ast.Name(id=name, ctx=ast.Store() | ast.Del()):
+            yield name
+        case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name) | ast.ClassDef(name=name):
+            yield name
+        case ast.ExceptHandler(name=str(name)) | ast.MatchAs(name=str(name)) | ast.MatchStar(name=str(name)):
+            yield name
+        case ast.MatchMapping(rest=str(name)) | ast.arg(arg=name):
+            yield name
+        case ast.alias(name=name, asname=other):
+            yield other or name.partition(".")[0]
+        case ast.Global(names=names) | ast.Nonlocal(names=names):
+            yield from names
+
+
+def _parts_in_same_scope(node: ast.AST) -> Iterator[ast.AST]:
+    """Yield the parts of a node that bind names in the scope of the node."""
+    match node:
+        case ast.FunctionDef() | ast.AsyncFunctionDef():
+            yield from (*node.decorator_list, *_defaults(node.args), *_annotations(node.args))
+            if node.returns is not None:
+                yield node.returns
+        case ast.Lambda():
+            yield from _defaults(node.args)
+        case ast.ClassDef():
+            yield from (*node.decorator_list, *node.bases, *node.keywords)
+        case ast.comprehension():
+            yield from (node.iter, *node.ifs)  # its target is local to the comprehension
+        case _:
+            yield from ast.iter_child_nodes(node)
+
+
+def _defaults(arguments: ast.arguments) -> Iterator[ast.expr]:
+    yield from arguments.defaults
+    yield from (one for one in arguments.kw_defaults if one is not None)
+
+
+def _annotations(arguments: ast.arguments) -> Iterator[ast.expr]:
+    every = (
+        *arguments.posonlyargs,
+        *arguments.args,
+        arguments.vararg,
+        *arguments.kwonlyargs,
+        arguments.kwarg,
+    )
+    yield from (one.annotation for one in every if one is not None and one.annotation is not None)

@@ -1,0 +1,131 @@
+"""Text of a hostile skill never reaches a terminal as it is, whatever command shows it."""
+
+from __future__ import annotations
+
+import io
+import json
+import shutil
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+from aeros.cli.main import main
+from aeros.exit_codes import Exit
+from aeros.spec.diagnostics.characters import is_hidden
+
+REPOSITORY = Path(__file__).parents[3]
+ESCAPES = r"\x1b[2J\x1b]0;title\x07\rclean_table.clean_table: goal reached\x9b1m\u202e\u2066\u200b"
+ASKING = f'''
+    yield act("look", camera="{ESCAPES}")
+'''
+HOSTILE = ESCAPES.encode().decode("unicode_escape")
+RAISING = f'''
+    observed = yield act("look", camera="overhead")
+    raise ValueError("{ESCAPES}\\ngoal       reached\\n")
+'''
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A finished run of a module whose every skill fails with, or asks for, hostile text."""
+    folder = tmp_path_factory.mktemp("hostile")
+    module = folder / "ecms" / "clean_table"
+    shutil.copytree(REPOSITORY / "ecms" / "clean_table", module)
+    lines = (module / "skills.py").read_text(encoding="utf-8").splitlines(keepends=True)
+    code, is_public = [], False
+    for line in lines:
+        starts = line.startswith("def ")
+        is_public = not line.startswith("def _") if starts else is_public and line[:1] in " \n"
+        code += [] if is_public and not starts else [line]
+        if is_public and starts:
+            code.append(ASKING if line.startswith("def recover") else RAISING)
+    (module / "skills.py").write_text("".join(code), encoding="utf-8")
+    assert main(["verify", str(module), "--no-cache"]) == Exit.SUCCESS
+    return folder
+
+
+def run(folder: Path) -> list[str]:
+    return ["run", "clean the table", "--ecms", f"{folder}/ecms", "--plant", "symbolic", "--seed", "1",
+            "--state", f"{folder}/state", "--out", f"{folder}/out"]  # fmt: skip
+
+
+COMMANDS = [
+    "why {out}",
+    "why {out} --format json",
+    "audit show {out}/audit.jsonl",
+    "audit show {out}/audit.jsonl --format json",
+    "audit verify {out}/audit.jsonl",
+    "audit replay {out}/audit.jsonl",
+    "report {out}",
+    "top --run {out} --once",
+    "top --run {out} --once --format json",
+    "memory show --state {state}",
+    "memory show --state {state} --skill {hostile}",
+    "memory search --state {state} goal",
+    "memory search --state {state} goal --format json",
+    "memory export --state {state}",
+    "list --state {state}",
+    "verify {ecms} --no-lock",
+    "verify {ecms} --no-lock --format json",
+    "graph {ecms}/clean_table",
+    "predict {ecms}/clean_table",
+    "explain {hostile}",
+    "run {hostile} --ecms {ecms} --state {state}",
+    "plan {hostile} --ecms {ecms}",
+    "why {hostile}",
+    "no-command {hostile}",
+    "verify {hostile}",
+    "approve --state {state} {hostile}",
+]
+
+
+def hidden(text: str) -> Iterator[str]:
+    return (one for one in text if one not in "\n\t" and is_hidden(one))
+
+
+def test_no_command_writes_a_hidden_character(
+    folder: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert main(run(folder)) == Exit.REJECTED
+    shown = capfd.readouterr()
+    assert "\\x1b[2J" in shown.out
+    assert not list(hidden(shown.out + shown.err))
+    assert "goal       reached" not in shown.out.splitlines()  # no line of its own
+    names = {"out": f"{folder}/out", "state": f"{folder}/state", "ecms": f"{folder}/ecms", "hostile": HOSTILE}
+    seen = 0
+    for command in COMMANDS:
+        with suppress(SystemExit):  # the parser of arguments ends by it
+            main([word.format(**names) for word in command.split()])
+        shown = capfd.readouterr()
+        text = shown.out + shown.err
+        assert text, command
+        assert "Traceback" not in text, command
+        assert "this is a bug in aeros" not in text, command
+        assert not list(hidden(text)), command
+        seen += "1b[2J" in text
+    assert seen >= 12
+    assert not list(hidden((folder / "out" / "report.html").read_text(encoding="utf-8")))
+
+
+def test_a_request_with_hostile_text_is_denied_in_plain_text(
+    folder: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    request = json.dumps({"kind": HOSTILE, "parameters": {HOSTILE: HOSTILE}})
+    for form in ("text", "json"):
+        monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(f"{request}\n{HOSTILE}\n".encode())))
+        main(
+            [
+                "decide",
+                "--ecm",
+                f"{folder}/ecms/clean_table",
+                "--skill",
+                "wipe",
+                "--format",
+                form,
+                "--explain",
+            ]
+        )
+        shown = capfd.readouterr()
+        assert not list(hidden(shown.out + shown.err))

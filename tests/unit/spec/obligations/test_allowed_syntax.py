@@ -1,0 +1,156 @@
+"""Code that is not on the allow-list of skill code is found at its first place; more cases are in skill_code_cases.txt."""
+
+# ruff: noqa: E501  a changed line stands in one line with the claims that it fails
+
+from __future__ import annotations
+
+import ast
+import importlib
+
+import pytest
+
+from aeros.spec.obligations.allowed_names import (
+    ALLOWED_ATTRIBUTES,
+    ALLOWED_BUILTINS,
+    ALLOWED_MEMBERS,
+    ALLOWED_MODULES,
+    FORBIDDEN_ATTRIBUTES,
+    INTROSPECTION_PREFIXES,
+)
+from aeros.spec.obligations.allowed_syntax import REFUSED_NODES, first_refusal
+
+
+def found(code: str) -> tuple[str, str, str] | None:
+    refusal = first_refusal(ast.parse(code))
+    return None if refusal is None else (ast.unparse(refusal.node), refusal.description, refusal.help)
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "",
+        "from aeros.skill import act, Action, Inputs, Observation, SkillBody",
+        "from __future__ import annotations",
+        "import math\nx = math.sin(math.pi)",
+        "import math as m\nx = m.sqrt(2)",
+        "from collections.abc import Generator as G\nfrom dataclasses import dataclass, replace",
+        "from math import sqrt\nx = [sqrt]",
+        "x = sorted(range(3), key=len)\ny = [1].append",
+        "def f(a):\n    yield a.value",
+        "math = 1\nx = [math]",
+        "import dataclasses\n@dataclasses.dataclass\nclass A:\n    x: int = dataclasses.field(default=1)",
+        "import enum\nclass A(enum.Enum):\n    X = 1\nclass B(A):\n    pass",
+    ],
+)
+def test_code_that_only_computes_is_accepted(code: str) -> None:
+    assert found(code) is None
+
+
+@pytest.mark.parametrize("module", sorted(ALLOWED_MODULES - {"__future__"}))
+def test_no_allowed_module_hands_out_another(module: str) -> None:
+    assert found(f"from {module} import sys") is not None
+    assert found(f"from {module} import *") is not None
+    assert found(f"from {module} import _private") is not None
+
+
+@pytest.mark.parametrize("module", sorted(ALLOWED_MEMBERS))
+def test_every_listed_member_is_one_of_some_version_of_python(module: str) -> None:
+    newer = {"batched", "fma", "sumprod"}  # of Python 3.12 and 3.13
+    members = importlib.import_module(module)
+    assert [name for name in sorted(ALLOWED_MEMBERS[module] - newer) if not hasattr(members, name)] == []
+    assert not [name for name in ALLOWED_MEMBERS[module] if name.startswith("_")]
+
+
+def test_the_lists_do_not_contradict_each_other() -> None:
+    assert not ALLOWED_ATTRIBUTES & FORBIDDEN_ATTRIBUTES
+    assert not [name for name in ALLOWED_ATTRIBUTES if name.startswith(INTROSPECTION_PREFIXES)]
+    assert not ALLOWED_BUILTINS & {
+        "compile",
+        "eval",
+        "exec",
+        "getattr",
+        "globals",
+        "open",
+        "print",
+        "setattr",
+        "type",
+        "vars",
+    }
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["breakpoint", "compile", "delattr", "dir", "eval", "exec", "exit", "getattr", "globals", "help", "input", "locals",
+     "memoryview", "open", "print", "quit", "setattr", "super", "type", "vars", "BaseException", "KeyboardInterrupt"],
+)  # fmt: skip
+def test_a_builtin_that_reaches_outside_is_refused_read_or_bound(name: str) -> None:
+    read = found(f"x = [{name}]")
+    assert read is not None
+    assert read[:2] == (name, f"uses `{name}`")
+    assert found(f"x = 1\ndef f():\n    return {name}\n{name} = 1") is not None
+    assert found(f"def f({name}):\n    return 1") is not None
+
+
+@pytest.mark.parametrize(
+    ("code", "at", "what", "help_"),
+    [
+        ("import os", "import os", "imports `os`", "import only from"),
+        ("import math, os, sys", "import math, os, sys", "imports `os`", "import only from"),
+        ("import collections.abc", "import collections.abc", "imports `collections.abc`", "import only from"),
+        ("from . import x", "from . import x", "imports `.`", "import only from"),
+        ("from ..math import sqrt", "from ..math import sqrt", "imports `..math`", "import only from"),
+        ("from collections import OrderedDict", "from collections import OrderedDict", "imports `collections`", "import only from"),
+        ("from aeros.skill import run", "from aeros.skill import run", "imports `run` from `aeros.skill`", "import only from"),
+        ("from math import pi, sqr", "from math import pi, sqr", "imports `sqr` from `math`", "did you mean `sqrt`?"),
+        ("from typing import get_type_hints", "from typing import get_type_hints", "imports `get_type_hints` from `typing`", "import only"),
+        ("import math\nx = [math]", "math", "passes the module `math` around", "name a member of it, as `math.NAME`"),
+        ("import math as m\nx = m", "m", "passes the module `m` around", "name a member of it, as `m.NAME`"),
+        ("import math\nx = math._x", "math._x", "uses `_x` of `math`", "import only from"),
+        ("x = ().__class__", "().__class__", "reaches into `__class__`", "import only from"),
+        ("x = 1 .gi_frame", "1 .gi_frame", "reaches into `gi_frame`", "read only what the code declares"),
+        ("x = ''.format(1)", "''.format", "reaches into `format`", "write an f-string"),
+        ("x = [].apend", "[].apend", "reads the attribute `apend`, which no plain value has", "did you mean `append`?"),
+        ("async def f():\n    pass", "async def f():\n    pass", "awaits something between actions", "write a plain `def`"),
+        ("def f():\n    global x", "global x", "keeps something between actions with `global`", "pass the value as an argument"),
+        ("def f():\n    with 1:\n        pass", "with 1:\n    pass", "uses `with`", "call functions directly"),
+        ("__all__ = []", "__all__", "binds `__all__`", "import only from"),
+        ("x = __name__", "__name__", "uses `__name__`", "import only from"),
+        ("x = lenn", "lenn", "uses `lenn`, which it does not define", "did you mean `len`?"),
+        ("if 1:\n    x = 1", "if 1:\n    x = 1", "uses `if` at the top of a file", "at its top a file has imports"),
+        ("f = 1\nf(1)", "f(1)", "does something at the top of a file", "at its top a file has imports"),
+        ("def f():\n    class A:\n        pass", "class A:\n    pass", "uses `class` in a function", "at its top a file has imports"),
+        ("class A(dict):\n    pass", "dict", "derives `A` from `dict`", "write `@dataclass(frozen=True)`"),
+        ("def f(o):\n    o.x = 1", "o.x", "changes the attribute `x`", "make a new object with `dataclasses.replace`"),
+    ],
+)  # fmt: skip
+def test_a_place_that_reaches_outside_is_found_and_described(
+    code: str, at: str, what: str, help_: str
+) -> None:
+    refused = found(code)
+    assert refused is not None
+    assert refused[:2] == (at, what)
+    assert refused[2].startswith(help_)
+
+
+def test_the_first_of_several_places_is_reported() -> None:
+    assert (found("import math\nx = open\nimport os") or ())[:2] == ("open", "uses `open`")
+    assert (found("x = open\ny = eval") or ())[:2] == ("open", "uses `open`")
+
+
+def test_every_refused_form_has_a_remedy() -> None:
+    assert all(description and help_ for description, help_ in REFUSED_NODES.values())
+
+
+def test_a_form_that_nobody_listed_is_refused() -> None:
+    tree = ast.parse("x = 1")
+
+    class Unheard(ast.expr):
+        """An expression of a Python to come."""
+
+        _fields = ()
+
+    assert isinstance(tree.body[0], ast.Assign)
+    tree.body[0].value = ast.copy_location(Unheard(), tree.body[0].value)
+    refusal = first_refusal(tree)
+    assert refusal is not None
+    assert refusal.description == "uses `Unheard`, a form of Python that is not allowed"
