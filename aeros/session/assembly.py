@@ -78,7 +78,7 @@ class SessionSetup:
     warn: Callable[[str], None]
     stream: TextIO | None = None
     on_event: Observer | None = None
-    gate_mode: GateMode = GateMode.COMPILED
+    gate_mode: GateMode = GateMode.CHECKED
     signing: SigningConfiguration | None = None
     bag: Path | None = None
     mcap: Path | None = None
@@ -111,15 +111,17 @@ class RecordedPlant(NamedTuple):
 
 
 class AgentSession(NamedTuple):
-    """An awake agent and the executor that carries out what it proposes.
+    """An awake agent, the executor that carries out what it proposes, and the gate that decides it.
 
     Attributes:
         executor: The executor; it runs the agent's steps.
         agent: The agent, ready for a task.
+        gate: The gate at the start; its `tally` counts all decisions.
     """
 
     executor: Executor
     agent: Agent
+    gate: CompiledGate
 
 
 def build_executor(
@@ -213,12 +215,13 @@ def open_agent(setup: SessionSetup, recorded: RecordedPlant, governor: Governor)
         AuditError: The audit log cannot be written.
     """
     configuration, observe = setup.configuration, recorded.observe
+    gate = CompiledGate(configuration, setup.gate_mode)
     with build_executor(
         configuration,
         recorded.plant,
         recorded.audit,
         recorded.skills,
-        gate=CompiledGate(configuration, setup.gate_mode),
+        gate=gate,
         governor=governor,
         listeners=recorded.listeners,
         is_resumed=setup.is_resumed,
@@ -233,7 +236,11 @@ def open_agent(setup: SessionSetup, recorded: RecordedPlant, governor: Governor)
             )
         )
         with opened as agent:
-            yield AgentSession(executor, agent)
+            yield AgentSession(executor, agent, gate)
+    tally = gate.tally
+    recorded.audit.append(
+        "gate-closed", {"mode": gate.mode.value, "decided": tally.decided, "confirmed": tally.confirmed}
+    )
 
 
 def _observer(setup: SessionSetup, trace: TraceWriter) -> Observer:

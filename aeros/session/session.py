@@ -202,7 +202,7 @@ def open_session(
     site: str | PathLike[str] | None = None,
     seed: int = 0,
     planner: Planner | None = None,
-    gate: GateModeName = "compiled",
+    gate: GateModeName = "checked",
     out: str | PathLike[str] | None = None,
     state: str | PathLike[str] | None = None,
 ) -> Iterator[Session]:
@@ -214,7 +214,7 @@ def open_session(
         site: The site file; None for the reference site, a Panda cell.
         seed: Seed of all random numbers, 0 or more.
         planner: Proposes plans; None for the planning rules of the manifests.
-        gate: Method of deciding conditions: `compiled`; `z3`, slow; or `shadow`, both.
+        gate: Method of deciding conditions: `compiled`; `z3`; or `checked`, both.
         out: A new folder for audit log, trace and samples; None for one that is deleted at the end.
         state: The agent's folder, where it keeps identity and memory and receives `aeros pause`, `resume` and
             `stop`; None for a temporary agent that keeps nothing after the session.

@@ -73,7 +73,7 @@ with 1.
 examples:
   aeros audit replay runs/demo/audit.jsonl
   aeros audit replay runs/demo/audit.jsonl --state /srv/robot7
-  aeros audit replay runs/demo/audit.jsonl --site cell.yaml --ecms ecms --gate shadow
+  aeros audit replay runs/demo/audit.jsonl --site cell.yaml --ecms ecms --gate checked
 """
 _KEYGEN_EXAMPLES = """\
 Writes the private key to FILE, readable only by its owner, and the public key to FILE.pub.  Keep the

@@ -58,7 +58,7 @@ The planner smt plans for any goal from preconditions and outcomes, without plan
 examples:
   aeros run "make dumplings"
   aeros run "clean the table" --seed 7 --out runs/clean
-  aeros run "make dumplings" --plant symbolic --gate shadow
+  aeros run "make dumplings" --plant symbolic --gate compiled
   aeros run "fetch the object" --plant kinematic --seed 3
   aeros run "fetch the object" --composition fetch_once --timeout 60
   aeros run "make dumplings" --planner smt --planning-timeout 5
@@ -95,8 +95,9 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument(
         "--gate",
         choices=[mode.value for mode in GateMode],
-        default=GateMode.COMPILED.value,
-        help="how conditions are decided; shadow uses both and halts on a disagreement (default: compiled)",
+        default=GateMode.CHECKED.value,
+        help="how conditions are decided; checked asks the compiled gate and Z3, and halts if they disagree "
+        "(default: checked)",
     )
     parser.add_argument(
         "--site",

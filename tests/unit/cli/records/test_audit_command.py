@@ -324,7 +324,7 @@ def test_an_unsound_log_is_read_up_to_where_it_is_sound(
 # replay
 
 
-@pytest.mark.parametrize("gate", ["compiled", "shadow"])
+@pytest.mark.parametrize("gate", ["compiled", "checked"])
 def test_a_run_is_decided_the_same_again(gate: str, ran: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert audit("replay", ran, "--ecms", str(REPOSITORY / "ecms"), "--gate", gate) == Exit.SUCCESS
     assert f"{decisions_in(ran)} decisions reproduced; 0 differ" in capsys.readouterr().out
