@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, NamedTuple, TextIO
+from typing import NamedTuple, TextIO
 
 from aeros.agent.agent import Agent, open_temporary_agent, start_agent
 from aeros.agent.execution.journal import AgentEvent, Observer
@@ -37,11 +37,8 @@ from aeros.runtime.isolation.run_factory import SkillRunFactory
 from aeros.runtime.ports import Plant
 from aeros.runtime.skills.in_process_run import OpenRun
 from aeros.session.bag import open_bag
-from aeros.session.setup import open_isolated_skills
+from aeros.session.setup import AUDIT, open_isolated_skills
 from aeros.session.trace import TRACE, TraceWriter
-
-AUDIT: Final = "audit.jsonl"
-"""The audit log's name in the folder of a run."""
 
 OpenPlant = Callable[[Observer], AbstractContextManager[Plant]]
 """Opens a plant, given an observer to call with each event of the plant's own, such as a fault."""

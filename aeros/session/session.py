@@ -25,7 +25,7 @@ from aeros.session.plant_factory import PLANTS, PlantName, open_plant
 from aeros.session.rendered_errors import rendered_errors
 from aeros.session.robot_thread import RobotThread
 from aeros.session.run_governor import RunGovernor
-from aeros.session.setup import create_output_folder, open_governor
+from aeros.session.setup import build_signing, create_output_folder, open_governor
 from aeros.session.skill_gate import GateModeName
 from aeros.spec.diagnostics.codes import did_you_mean
 from aeros.spec.diagnostics.errors import MisuseError
@@ -260,6 +260,7 @@ def open_session(
                 warn=lambda text: warnings.warn(text, RuntimeWarning, stacklevel=2),
                 on_event=observe,
                 gate_mode=GateMode(gate),
+                signing=None if state is None else build_signing(Path(state), folder),
                 planner=planner,
                 seed=seed,
             )

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import hashlib
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
@@ -10,8 +11,9 @@ from typing import Final
 
 from aeros.agent.errors import AgentError
 from aeros.agent.planning.routing import RoutedTask, route
+from aeros.files import make_private_folder
 from aeros.runtime.audit.checkpoints import AnchorError, SigningConfiguration
-from aeros.runtime.audit.keys import InvalidKeyError, read_signing_key
+from aeros.runtime.audit.keys import InvalidKeyError, ensure_key, read_signing_key
 from aeros.runtime.audit.log import AuditError
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.isolation.run_factory import SkillRunFactory
@@ -25,6 +27,12 @@ from aeros.spec.model.ecm import Ecm
 from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.verification.reports import Report
 
+AUDIT: Final = "audit.jsonl"
+"""The audit log's name in the folder of a run."""
+
+KEY: Final = "audit.key"
+"""The name of the key that signs audit logs in an agent's folder."""
+
 SETUP_ERRORS: Final = (
     AgentError,
     PlantSetupError,
@@ -37,20 +45,49 @@ SETUP_ERRORS: Final = (
 """Exceptions whose message says why a session cannot be set up or continued."""
 
 
-def build_signing(key_file: Path | None, anchor: Path | None) -> SigningConfiguration | None:
-    """Read the key that signs the audit log.
+def default_anchor(state: Path, out: Path) -> Path:
+    """Return the path of the anchor that an agent keeps for the log of a run.
 
     Args:
-        key_file: The private key, as `aeros audit keygen` writes it; None for a log without signatures.
-        anchor: A second file for the newest signature; None for none.
+        state: The agent's state folder.
+        out: The folder of the run.
 
     Returns:
-        Key and anchor; None for a log without signatures.
+        A path in the state folder, of its own for each folder of a run.
+    """
+    place = out.resolve()
+    return state / "anchors" / f"{place.name}-{hashlib.sha256(bytes(place)).hexdigest()[:12]}.anchor"
+
+
+def build_signing(
+    state: Path, out: Path, key_file: Path | None = None, anchors: Sequence[Path] = ()
+) -> SigningConfiguration:
+    """Read the key that signs the audit log of a run, and name its anchors.
+
+    The first run of an agent makes its key. An anchor that an earlier run left for a folder of the same name
+    is deleted if there is no log in the folder.
+
+    Args:
+        state: The agent's state folder.
+        out: The folder of the run.
+        key_file: The private key, as `aeros audit keygen` writes it; None for that of the agent.
+        anchors: Further files for the newest signature, beside the agent's own.
+
+    Returns:
+        Key and anchors.
 
     Raises:
-        InvalidKeyError: The key cannot be read or used.
+        InvalidKeyError: The key cannot be made, read or used.
     """
-    return None if key_file is None else SigningConfiguration(read_signing_key(key_file), anchor)
+    key = read_signing_key(key_file or ensure_key(state / KEY))
+    own = default_anchor(state, out)
+    try:
+        make_private_folder(own.parent)
+        if not (out / AUDIT).exists():
+            own.unlink(missing_ok=True)
+    except OSError as error:
+        raise InvalidKeyError(f"`{own.parent}` cannot be written: {error.strerror}") from error
+    return SigningConfiguration(key, (own, *anchors))
 
 
 def open_governor(
@@ -136,16 +173,16 @@ def create_output_folder(folder: Path | None, task: str) -> Path:
         task: The id of the task.
 
     Returns:
-        The folder, which exists and is empty.
+        The folder, which exists, is empty, and is for its owner alone.
 
     Raises:
         PlantSetupError: The folder is not empty or cannot be written.
     """
     folder = folder or Path("runs") / f"{task}-{datetime.now().astimezone():%Y%m%d-%H%M%S-%f}"
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        if any(folder.iterdir()):
+        if folder.is_dir() and any(folder.iterdir()):
             raise PlantSetupError(f"`{folder}` is not empty; give a new folder with --out")
+        make_private_folder(folder)
     except OSError as error:
         raise PlantSetupError(f"cannot write to `{folder}`: {error.strerror}") from error
     return folder

@@ -70,9 +70,7 @@ def test_every_mode_denies_a_reading_of_another_shape(
 
 
 @given(_snapshots_of_any_shape(), st.sampled_from(ALLOWED))
-def test_all_modes_decide_the_same_on_a_snapshot_of_any_shape(
-    snapshot: Any, asking: tuple[str, str]
-) -> None:
+def test_all_modes_decide_the_same_on_a_snapshot_of_any_shape(snapshot: Any, asking: tuple[str, str]) -> None:
     kind = _decided(replace(request(*asking), readings=snapshot))
     is_sound = (
         type(getattr(snapshot, "column", None)) is tuple

@@ -67,6 +67,10 @@ def load_run_options(arguments: argparse.Namespace) -> argparse.Namespace:
         raise AgentError(str(error)) from error
     except (OSError, ValueError, AttributeError, KeyError, TypeError) as error:
         raise AgentError(f"cannot read run options from `{path}`: {error}") from error
+    # A release before signing was the default saved one anchor or none, and no `unsigned`.
+    if not isinstance(anchors := restored.get("anchor"), list):
+        restored["anchor"] = [] if anchors is None else [anchors]
+    restored.setdefault("unsigned", False)
     own = {name: one for name, one in vars(arguments).items() if name in _NOT_SAVED_OPTIONS}
     return argparse.Namespace(**restored, **own)
 
@@ -105,8 +109,12 @@ def end_plant(plant: RemotePlant, state: Path) -> None:
 
 
 def _encode_option(value: Any) -> Any:
+    if isinstance(value, list):
+        return [_encode_option(one) for one in value]
     return {"path": str(value.absolute())} if isinstance(value, Path) else value
 
 
 def _decode_option(encoded: Any) -> Any:
+    if isinstance(encoded, list):
+        return [_decode_option(one) for one in encoded]
     return Path(encoded["path"]) if isinstance(encoded, dict) else encoded

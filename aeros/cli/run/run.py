@@ -18,17 +18,18 @@ from aeros.apps.watchdog.resumable_run import load_run_options, save_run_options
 from aeros.apps.watchdog.watchdog import run_watchdog
 from aeros.cli.arguments import (
     add_command,
+    add_signing,
     existing_path,
-    find_key_file,
     mcap_path,
     parse_seed,
+    require_signing_options,
     video_path,
-    writable_path,
 )
 from aeros.cli.run.planners import LLM_KEY, build_planner
 from aeros.cli.run.run_plant import PlantSetup, load_scene_extras, open_outputs, serve_plant
 from aeros.cli.run.run_task import RunRequest, run_task
 from aeros.exit_codes import Exit, UsageError
+from aeros.files import private_umask
 from aeros.runtime.gate.gate import GateMode
 from aeros.runtime.registry.registry import Registry
 from aeros.runtime.registry.registry_governor import OperatorCommands
@@ -74,7 +75,7 @@ examples:
   aeros run "make dumplings" --bag runs/demo-bag
   aeros run "make dumplings" --watchdog
   aeros run --resume
-  aeros run "make dumplings" --audit-key .aeros/audit.key --anchor /mnt/other/demo.anchor
+  aeros run "make dumplings" --anchor /mnt/other/demo.anchor
 """
 
 
@@ -193,18 +194,7 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument(
         "--view", action="store_true", help="show the run in a window (physics); needs a display"
     )
-    parser.add_argument(
-        "--audit-key",
-        type=existing_path,
-        metavar="FILE",
-        help="sign the audit log with this key (default: audit.key in the agent's folder, if there is one)",
-    )
-    parser.add_argument(
-        "--anchor",
-        type=writable_path,
-        metavar="FILE",
-        help="keep a copy of the log's newest signature in this file",
-    )
+    add_signing(parser)
     surviving = parser.add_argument_group("survival", "see docs/survival.md")
     surviving.add_argument(
         "--watchdog",
@@ -262,6 +252,12 @@ def _command(arguments: argparse.Namespace) -> Exit:
     is_going_on = arguments.resume or arguments.serve_plant
     if is_going_on != (arguments.instruction is None):
         raise UsageError("give an instruction, or --resume and none")
+    require_signing_options(arguments)
+    with private_umask():
+        return _run(arguments, is_going_on=is_going_on)
+
+
+def _run(arguments: argparse.Namespace, *, is_going_on: bool) -> Exit:
     try:
         if is_going_on:
             arguments = load_run_options(arguments)
@@ -303,7 +299,6 @@ def _run_watchdog(arguments: argparse.Namespace) -> Exit:
 
 
 def _run_agent(arguments: argparse.Namespace) -> Exit:
-    key_file = find_key_file(arguments)
     governor, configuration, proof = open_governor(
         arguments.state,
         arguments.ecms,
@@ -311,7 +306,6 @@ def _run_agent(arguments: argparse.Namespace) -> Exit:
         resumed=arguments.resume or arguments.serve_plant,
     )
     try:
-        signing = build_signing(key_file, arguments.anchor)
         routed = select_task(arguments.instruction, configuration, governor, arguments.state)
         goal = None if arguments.goal is None else parse_goal(arguments.goal, configuration.site)
         planner = build_planner(arguments, configuration.modules[routed.module], configuration.site)
@@ -320,6 +314,11 @@ def _run_agent(arguments: argparse.Namespace) -> Exit:
             staged = PlantSetup(arguments, configuration, routed, around, spectators, out)
             if arguments.serve_plant:
                 return serve_plant(staged)
+            signing = (
+                None
+                if arguments.unsigned
+                else build_signing(arguments.state, out, arguments.audit_key, arguments.anchor)
+            )
             return run_task(staged, RunRequest(governor, proof, planner, goal, signing))
     except SETUP_ERRORS as refusal:
         print(f"aeros: {refusal}", file=sys.stderr)

@@ -191,6 +191,6 @@ def _check_log(log: Path, signing: SigningConfiguration | None) -> tuple[AuditRe
     if signing is None:
         chain, sound = verify_log(log), "chain sound"
     else:
-        chain = verify_signed(log, signing.key.public, signing.anchor).chain
-        sound = "chain sound, signed" if signing.anchor is None else "chain sound, signed and anchored"
+        chain = verify_signed(log, signing.key.public, *signing.anchors).chain
+        sound = "chain sound, signed and anchored" if signing.anchors else "chain sound, signed"
     return chain, sound if chain.is_sound else f"record {chain.bad_record}: {chain.reason}"

@@ -91,9 +91,7 @@ class SolverCondition:
     solver: shared with other conditions of the same gate; None for one of its own.
     """
 
-    def __init__(
-        self, term: t.Term, declared: Iterable[Declared], solver: GateSolver | None = None
-    ) -> None:
+    def __init__(self, term: t.Term, declared: Iterable[Declared], solver: GateSolver | None = None) -> None:
         self._term = term
         self._mentioned = _variables_used(term, declared)
         self.names = _scalar_names(self._mentioned)

@@ -473,5 +473,3 @@ def _state_variables_read(terms: Iterable[t.Term]) -> frozenset[str]:
         for name, variable in t.variables_of(term).items()
         if variable.role is t.VariableRole.STATE
     )
-
-

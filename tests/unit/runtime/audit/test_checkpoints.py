@@ -53,7 +53,7 @@ def anchor(tmp_path: Path) -> Path:
 
 
 def write(log: Path, key: SigningKey, anchor: Path | None = None, count: int = 3) -> list[bytes]:
-    with AuditLog(log, signing=SigningConfiguration(key, anchor)) as opened:
+    with AuditLog(log, signing=SigningConfiguration(key, () if anchor is None else (anchor,))) as opened:
         for number in range(count):
             opened.append("event", {"number": number})
     return log.read_bytes().splitlines(keepends=True)
@@ -130,7 +130,7 @@ def test_the_log_is_durable_before_its_anchor_names_it(
         return replace(path, target)
 
     monkeypatch.setattr(Path, "replace", spy)
-    AuditLog(log, signing=SigningConfiguration(key, anchor)).close()
+    AuditLog(log, signing=SigningConfiguration(key, () if anchor is None else (anchor,))).close()
     assert done == ["log synced", "log synced", "anchored", "log synced", "anchored"]
 
 
@@ -138,8 +138,8 @@ def test_an_anchor_that_cannot_be_written_is_an_audit_error(
     log: Path, key: SigningKey, tmp_path: Path
 ) -> None:
     with pytest.raises(AuditError, match=r"its anchor .* cannot be written"):
-        AuditLog(log, signing=SigningConfiguration(key, tmp_path / "absent" / "anchor"))
-    opened = AuditLog(log, signing=SigningConfiguration(key, tmp_path / "anchor"))
+        AuditLog(log, signing=SigningConfiguration(key, (tmp_path / "absent" / "anchor",)))
+    opened = AuditLog(log, signing=SigningConfiguration(key, (tmp_path / "anchor",)))
     (tmp_path / "anchor.new").mkdir()
     for number in range(CHECKPOINT_INTERVAL - 1):
         opened.append("event", {"number": number})
@@ -151,7 +151,7 @@ def test_an_anchor_that_cannot_be_written_is_an_audit_error(
 
 
 def test_a_crash_is_mended_in_a_signed_log(log: Path, key: SigningKey, anchor: Path) -> None:
-    opened = AuditLog(log, signing=SigningConfiguration(key, anchor))
+    opened = AuditLog(log, signing=SigningConfiguration(key, () if anchor is None else (anchor,)))
     for number in range(CHECKPOINT_INTERVAL - 1):
         opened.append("event", {"number": number})
     os.close(opened._file)  # as a kill would
@@ -277,7 +277,7 @@ def test_a_log_that_was_cut_is_not_continued_over_its_anchor(
     for kept, why in ((2, "the log was cut"), (0, "each log has its own anchor")):
         log.write_bytes(b"".join(lines[:kept]))
         with pytest.raises(AuditError, match=why):
-            AuditLog(log, signing=SigningConfiguration(key, anchor))
+            AuditLog(log, signing=SigningConfiguration(key, () if anchor is None else (anchor,)))
         assert log.read_bytes() == b"".join(lines[:kept])
     assert anchor.read_bytes() == before
 
@@ -307,7 +307,7 @@ def test_a_file_that_is_not_an_anchor_is_refused(
     with pytest.raises(AnchorError, match=why):
         verify_signed(log, key.public, anchor)
     with pytest.raises(AuditError, match=why):
-        AuditLog(log, signing=SigningConfiguration(key, anchor))
+        AuditLog(log, signing=SigningConfiguration(key, () if anchor is None else (anchor,)))
     assert anchor.read_bytes() == content
 
 
