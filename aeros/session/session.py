@@ -16,6 +16,7 @@ from aeros.agent.execution.journal import AgentEvent, Observer
 from aeros.agent.execution.report import RunReport
 from aeros.agent.planning.base import Planner
 from aeros.agent.planning.routing import route
+from aeros.runtime.audit.checkpoints import SigningConfiguration
 from aeros.runtime.execution.governor import FixedGovernor, Governor
 from aeros.runtime.gate.gate import GateMode
 from aeros.runtime.ports import Plant
@@ -25,7 +26,7 @@ from aeros.session.plant_factory import PLANTS, PlantName, open_plant
 from aeros.session.rendered_errors import rendered_errors
 from aeros.session.robot_thread import RobotThread
 from aeros.session.run_governor import RunGovernor
-from aeros.session.setup import build_signing, create_output_folder, open_governor
+from aeros.session.setup import build_signing, create_output_folder, find_signing_key, open_governor
 from aeros.session.skill_gate import GateModeName
 from aeros.spec.diagnostics.codes import did_you_mean
 from aeros.spec.diagnostics.errors import MisuseError
@@ -260,7 +261,7 @@ def open_session(
                 warn=lambda text: warnings.warn(text, RuntimeWarning, stacklevel=2),
                 on_event=observe,
                 gate_mode=GateMode(gate),
-                signing=None if state is None else build_signing(Path(state), folder),
+                signing=None if state is None else _signing(Path(state), folder),
                 planner=planner,
                 seed=seed,
             )
@@ -279,6 +280,10 @@ def open_session(
         )
         stack.callback(session.close)
         yield session
+
+
+def _signing(state: Path, out: Path) -> SigningConfiguration:
+    return build_signing(find_signing_key(state), state, out)
 
 
 def _require_one_of(what: str, given: str | None, known: tuple[str, ...]) -> None:

@@ -13,7 +13,7 @@ from aeros.agent.errors import AgentError
 from aeros.agent.planning.routing import RoutedTask, route
 from aeros.files import make_private_folder
 from aeros.runtime.audit.checkpoints import AnchorError, SigningConfiguration
-from aeros.runtime.audit.keys import InvalidKeyError, ensure_key, read_signing_key
+from aeros.runtime.audit.keys import InvalidKeyError, SigningKey, ensure_key, read_signing_key
 from aeros.runtime.audit.log import AuditError
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.isolation.run_factory import SkillRunFactory
@@ -59,27 +59,41 @@ def default_anchor(state: Path, out: Path) -> Path:
     return state / "anchors" / f"{place.name}-{hashlib.sha256(bytes(place)).hexdigest()[:12]}.anchor"
 
 
-def build_signing(
-    state: Path, out: Path, key_file: Path | None = None, anchors: Sequence[Path] = ()
-) -> SigningConfiguration:
-    """Read the key that signs the audit log of a run, and name its anchors.
-
-    The first run of an agent makes its key. An anchor that an earlier run left for a folder of the same name
-    is deleted if there is no log in the folder.
+def find_signing_key(state: Path, key_file: Path | None = None) -> SigningKey:
+    """Read the key that signs the audit logs of an agent; its first run makes it.
 
     Args:
         state: The agent's state folder.
-        out: The folder of the run.
         key_file: The private key, as `aeros audit keygen` writes it; None for that of the agent.
+
+    Returns:
+        The key.
+
+    Raises:
+        InvalidKeyError: The key cannot be made, read or used.
+    """
+    return read_signing_key(key_file or ensure_key(state / KEY))
+
+
+def build_signing(
+    key: SigningKey, state: Path, out: Path, anchors: Sequence[Path] = ()
+) -> SigningConfiguration:
+    """Name the anchors of a run, beginning with the agent's own.
+
+    An anchor that an earlier run left for a folder of the same name is deleted if there is no log in it.
+
+    Args:
+        key: Signs the log.
+        state: The agent's state folder.
+        out: The folder of the run.
         anchors: Further files for the newest signature, beside the agent's own.
 
     Returns:
         Key and anchors.
 
     Raises:
-        InvalidKeyError: The key cannot be made, read or used.
+        InvalidKeyError: The folder of the anchors cannot be written.
     """
-    key = read_signing_key(key_file or ensure_key(state / KEY))
     own = default_anchor(state, out)
     try:
         make_private_folder(own.parent)

@@ -38,6 +38,7 @@ from aeros.session.setup import (
     SETUP_ERRORS,
     build_signing,
     create_output_folder,
+    find_signing_key,
     open_governor,
     select_task,
 )
@@ -96,13 +97,10 @@ def _serve(arguments: argparse.Namespace) -> Exit:
 
     governor, configuration, _ = open_governor(arguments.state, arguments.ecms, arguments.site)
     try:
+        key = None if arguments.unsigned else find_signing_key(arguments.state, arguments.audit_key)
         routed = select_task(arguments.instruction, configuration, governor, arguments.state)
         out = create_output_folder(arguments.out, f"mcp-{routed.task.id}")
-        signing = (
-            None
-            if arguments.unsigned
-            else build_signing(arguments.state, out, arguments.audit_key, arguments.anchor)
-        )
+        signing = None if key is None else build_signing(key, arguments.state, out, arguments.anchor)
         with governor, RunGovernor(governor) as run_governor:
             _warn_of_unknown_skills(configuration)
             former = signal.signal(signal.SIGTERM, lambda _number, _frame: run_governor.interrupt())

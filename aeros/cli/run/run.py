@@ -38,6 +38,7 @@ from aeros.session.setup import (
     SETUP_ERRORS,
     build_signing,
     create_output_folder,
+    find_signing_key,
     open_governor,
     select_task,
 )
@@ -306,6 +307,8 @@ def _run_agent(arguments: argparse.Namespace) -> Exit:
         resumed=arguments.resume or arguments.serve_plant,
     )
     try:
+        is_signed = not (arguments.unsigned or arguments.serve_plant)
+        key = find_signing_key(arguments.state, arguments.audit_key) if is_signed else None
         routed = select_task(arguments.instruction, configuration, governor, arguments.state)
         goal = None if arguments.goal is None else parse_goal(arguments.goal, configuration.site)
         planner = build_planner(arguments, configuration.modules[routed.module], configuration.site)
@@ -314,11 +317,7 @@ def _run_agent(arguments: argparse.Namespace) -> Exit:
             staged = PlantSetup(arguments, configuration, routed, around, spectators, out)
             if arguments.serve_plant:
                 return serve_plant(staged)
-            signing = (
-                None
-                if arguments.unsigned
-                else build_signing(arguments.state, out, arguments.audit_key, arguments.anchor)
-            )
+            signing = None if key is None else build_signing(key, arguments.state, out, arguments.anchor)
             return run_task(staged, RunRequest(governor, proof, planner, goal, signing))
     except SETUP_ERRORS as refusal:
         print(f"aeros: {refusal}", file=sys.stderr)

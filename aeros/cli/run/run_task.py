@@ -27,9 +27,10 @@ from aeros.runtime.audit.log import AuditLog, AuditReport, verify_log
 from aeros.runtime.bus.feed import BusFeed
 from aeros.runtime.execution.governor import Governor, OperatorCommand
 from aeros.runtime.gate.gate import DecisionTally, GateMode
-from aeros.session.assembly import AUDIT, SessionSetup, open_agent, open_recorded_plant
+from aeros.session.assembly import SessionSetup, open_agent, open_recorded_plant
 from aeros.session.run_governor import RunGovernor
 from aeros.session.sd_notify import READY, STOPPING, Notifier
+from aeros.session.setup import AUDIT
 from aeros.sim.hosting.remote import RemotePlant
 from aeros.spec.model.ecm import ActionCondition
 from aeros.spec.verification.reports import Report

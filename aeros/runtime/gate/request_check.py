@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
-from typing import Any
+from typing import Any, cast
 
 from aeros.runtime.gate.decision import Caller, Reason
 from aeros.runtime.gate.value_check import Scalars, ValueChecker, check_freshness, is_reading
@@ -162,7 +162,7 @@ def individual_readings(snapshot: Snapshot) -> dict[str, Reading] | None:
     Returns:
         The readings by name; None if the snapshot is malformed.
     """
-    columns, time = snapshot_columns(snapshot), getattr(snapshot, "time", None)
+    columns, time = snapshot_columns(snapshot), cast("float", getattr(snapshot, "time", None))
     if columns is None or not all(type(name) is str for name in columns[0].names):
         return None
     return {name: Reading(value, time) for name, value in zip(columns[0].names, columns[1], strict=True)}
