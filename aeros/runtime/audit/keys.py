@@ -35,7 +35,11 @@ class PublicKey:
         self.id = hashlib.sha256(key.public_bytes_raw()).hexdigest()
 
     def pem(self) -> bytes:
-        """Encode the key as PEM."""
+        """Encode the key as PEM.
+
+        Returns:
+            Contents of a key file.
+        """
         from cryptography.hazmat.primitives import serialization as form
 
         return self._key.public_bytes(form.Encoding.PEM, form.PublicFormat.SubjectPublicKeyInfo)

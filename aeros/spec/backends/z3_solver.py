@@ -91,6 +91,9 @@ class SolverContext:
 
         Args:
             scalar: a variable of a scalar type.
+
+        Returns:
+            The constant; the same for all variables of this name and type.
         """
         match scalar.type:
             case BoolType():
