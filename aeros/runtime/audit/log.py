@@ -297,11 +297,10 @@ class AuditLog:
         return to_canonical_json({**head, "details": dict(details)}, _ENCODED_EVENTS)
 
     def _sign(self, signing: SigningConfiguration, *, closing: bool) -> None:
-    def _check_signatures(self) -> RecordCheck:
-        """Return a check against key and anchors; without it the next checkpoint would hide tampering.
+        """Append a checkpoint, then copy it to the anchors.
 
         Raises:
-            AuditError: key or anchor cannot be read, or disagree with the log.
+            AuditError: the log or an anchor cannot be written.
         """
         key, now = signing.key, self._clock()
         checkpoint = AuditCheckpoint(self._id, self._sequence, self._head, now, closing, key.public.id).sign(
