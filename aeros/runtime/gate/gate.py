@@ -87,8 +87,9 @@ class GateDisagreementError(InternalError):
 class DecisionTally:
     """Numbers of decisions of a gate and of those that replaced it.
 
-    decided: decisions on an action alone.
-    confirmed: those of them that Z3 decided too, with the same result; 0 unless the mode is CHECKED.
+    Attributes:
+        decided: decisions on an action alone.
+        confirmed: those of them that Z3 decided too, with the same result; 0 unless the mode is CHECKED.
     """
 
     decided: int = 0

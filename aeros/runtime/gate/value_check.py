@@ -32,6 +32,9 @@ def is_reading(given: Any) -> bool:
 
     Args:
         given: any object.
+
+    Returns:
+        True if it is well-formed.
     """
     return type(given) is Reading and len(given) == len(Reading._fields)
 

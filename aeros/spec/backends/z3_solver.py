@@ -94,6 +94,9 @@ class SolverContext:
 
         Returns:
             The constant; the same for all variables of this name and type.
+
+        Raises:
+            AssertionError: the variable is no scalar.
         """
         match scalar.type:
             case BoolType():
