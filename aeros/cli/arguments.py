@@ -222,23 +222,41 @@ def parse_seed(text: str) -> int:
     return int(text)
 
 
-def find_key_file(arguments: argparse.Namespace) -> Path | None:
-    """Find the key that signs the audit log: `--audit-key`, or `audit.key` in the agent's folder.
+def add_signing(parser: argparse.ArgumentParser) -> None:
+    """Add the options that say how the audit log of a run is signed.
 
     Args:
-        arguments: Parsed options with `audit_key`, `anchor` and `state`.
+        parser: Parser of the command.
+    """
+    parser.add_argument(
+        "--audit-key",
+        type=existing_path,
+        metavar="FILE",
+        help="sign the audit log with this key (default: audit.key in the agent's folder, made at first use)",
+    )
+    parser.add_argument(
+        "--anchor",
+        type=writable_path,
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="keep a further copy of the log's newest signature in this file, outside the agent's folder; "
+        "may be repeated",
+    )
+    parser.add_argument("--unsigned", action="store_true", help="do not sign the audit log")
 
-    Returns:
-        The key file; None for a log without signatures.
+
+def require_signing_options(arguments: argparse.Namespace) -> None:
+    """Check that the options of `add_signing` fit together.
+
+    Args:
+        arguments: Parsed options.
 
     Raises:
-        UsageError: `--anchor` is given, and there is no key.
+        UsageError: `--unsigned` is given with a key or an anchor.
     """
-    path = arguments.state / "audit.key"
-    found: Path | None = arguments.audit_key or (path if path.exists() else None)
-    if arguments.anchor is not None and found is None:
-        raise UsageError("--anchor needs --audit-key: `aeros audit keygen` makes one")
-    return found
+    if arguments.unsigned and (arguments.audit_key is not None or arguments.anchor):
+        raise UsageError("--unsigned cannot be combined with --audit-key or --anchor")
 
 
 def warn_of_withheld_modules(governor: RegistryGovernor) -> None:

@@ -10,6 +10,7 @@ import os
 import sys
 import traceback
 from collections.abc import Sequence
+from contextlib import suppress
 from itertools import takewhile
 from typing import Final
 
@@ -84,11 +85,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 errors="backslashreplace"
             )  # a terminal with another encoding must not cause a failure
     with safe_streams():
-        return _run(arguments)
+        try:
+            try:
+                return _run_command(sys.argv[1:] if arguments is None else list(arguments))
+            finally:
+                # A pipe that is closed shows here, and not when Python ends.
+                sys.stdout.flush()
+        except BrokenPipeError:
+            # The reader, such as `head`, has all it wants, and Python must not flush into the pipe at exit.
+            for stream in (sys.stdout, sys.stderr):
+                with suppress(OSError):
+                    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+            return Exit.INTERRUPTED
 
 
-def _run(arguments: Sequence[str] | None) -> int:
-    given = sys.argv[1:] if arguments is None else list(arguments)
+def _run_command(given: Sequence[str]) -> int:
     if (renamed := _renamed_option(given)) is not None:
         print(f"aeros: option `{renamed[0]}` was renamed; use `{renamed[1]}`", file=sys.stderr)
         return Exit.USAGE
@@ -105,9 +116,7 @@ def _run(arguments: Sequence[str] | None) -> int:
         print("interrupted", file=sys.stderr)
         return Exit.INTERRUPTED
     except BrokenPipeError:
-        # The reader has closed the pipe, and Python must not flush into it at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return Exit.INTERRUPTED
+        raise
     except Exception as error:
         if os.environ.get("AEROS_DEBUG"):
             traceback.print_exc()

@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, NamedTuple, TextIO
+from typing import NamedTuple, TextIO
 
 from aeros.agent.agent import Agent, open_temporary_agent, start_agent
 from aeros.agent.execution.journal import AgentEvent, Observer
@@ -37,11 +37,8 @@ from aeros.runtime.isolation.run_factory import SkillRunFactory
 from aeros.runtime.ports import Plant
 from aeros.runtime.skills.in_process_run import OpenRun
 from aeros.session.bag import open_bag
-from aeros.session.setup import open_isolated_skills
+from aeros.session.setup import AUDIT, open_isolated_skills
 from aeros.session.trace import TRACE, TraceWriter
-
-AUDIT: Final = "audit.jsonl"
-"""The audit log's name in the folder of a run."""
 
 OpenPlant = Callable[[Observer], AbstractContextManager[Plant]]
 """Opens a plant, given an observer to call with each event of the plant's own, such as a fault."""
@@ -78,7 +75,7 @@ class SessionSetup:
     warn: Callable[[str], None]
     stream: TextIO | None = None
     on_event: Observer | None = None
-    gate_mode: GateMode = GateMode.COMPILED
+    gate_mode: GateMode = GateMode.CHECKED
     signing: SigningConfiguration | None = None
     bag: Path | None = None
     mcap: Path | None = None
@@ -111,15 +108,17 @@ class RecordedPlant(NamedTuple):
 
 
 class AgentSession(NamedTuple):
-    """An awake agent and the executor that carries out what it proposes.
+    """An awake agent, the executor that carries out what it proposes, and the gate that decides it.
 
     Attributes:
         executor: The executor; it runs the agent's steps.
         agent: The agent, ready for a task.
+        gate: The gate at the start; its `tally` counts all decisions.
     """
 
     executor: Executor
     agent: Agent
+    gate: CompiledGate
 
 
 def build_executor(
@@ -213,12 +212,13 @@ def open_agent(setup: SessionSetup, recorded: RecordedPlant, governor: Governor)
         AuditError: The audit log cannot be written.
     """
     configuration, observe = setup.configuration, recorded.observe
+    gate = CompiledGate(configuration, setup.gate_mode)
     with build_executor(
         configuration,
         recorded.plant,
         recorded.audit,
         recorded.skills,
-        gate=CompiledGate(configuration, setup.gate_mode),
+        gate=gate,
         governor=governor,
         listeners=recorded.listeners,
         is_resumed=setup.is_resumed,
@@ -233,7 +233,11 @@ def open_agent(setup: SessionSetup, recorded: RecordedPlant, governor: Governor)
             )
         )
         with opened as agent:
-            yield AgentSession(executor, agent)
+            yield AgentSession(executor, agent, gate)
+    tally = gate.tally
+    recorded.audit.append(
+        "gate-closed", {"mode": gate.mode.value, "decided": tally.decided, "confirmed": tally.confirmed}
+    )
 
 
 def _observer(setup: SessionSetup, trace: TraceWriter) -> Observer:

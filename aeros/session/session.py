@@ -16,6 +16,7 @@ from aeros.agent.execution.report import RunReport
 from aeros.agent.planning.base import Planner
 from aeros.agent.planning.routing import route
 from aeros.files import temporary_folder
+from aeros.runtime.audit.checkpoints import SigningConfiguration
 from aeros.runtime.execution.governor import FixedGovernor, Governor
 from aeros.runtime.gate.gate import GateMode
 from aeros.runtime.ports import Plant
@@ -25,7 +26,7 @@ from aeros.session.plant_factory import PLANTS, PlantName, open_plant
 from aeros.session.rendered_errors import rendered_errors
 from aeros.session.robot_thread import RobotThread
 from aeros.session.run_governor import RunGovernor
-from aeros.session.setup import create_output_folder, open_governor
+from aeros.session.setup import build_signing, create_output_folder, find_signing_key, open_governor
 from aeros.session.skill_gate import GateModeName
 from aeros.spec.diagnostics.codes import did_you_mean
 from aeros.spec.diagnostics.errors import MisuseError
@@ -202,7 +203,7 @@ def open_session(
     site: str | PathLike[str] | None = None,
     seed: int = 0,
     planner: Planner | None = None,
-    gate: GateModeName = "compiled",
+    gate: GateModeName = "checked",
     out: str | PathLike[str] | None = None,
     state: str | PathLike[str] | None = None,
 ) -> Iterator[Session]:
@@ -215,7 +216,7 @@ def open_session(
             cell.
         seed: Seed of all random numbers, 0 or more.
         planner: Proposes plans; None for the planning rules of the manifests.
-        gate: Method of deciding conditions: `compiled`; `z3`, slow; or `shadow`, both.
+        gate: Method of deciding conditions: `compiled`; `z3`; or `checked`, both.
         out: A new folder for audit log, trace and samples; None for one that is deleted at the end.
         state: The robot's state folder: the agent's identity and memory are in it, and every command of the
             operator on it governs the session (`aeros block`, `deactivate`, `policy`, `pause`, `stop`).
@@ -266,6 +267,7 @@ def open_session(
                 warn=lambda text: warnings.warn(text, RuntimeWarning, stacklevel=2),
                 on_event=observe,
                 gate_mode=GateMode(gate),
+                signing=None if state is None else _signing(Path(state), folder),
                 planner=planner,
                 seed=seed,
             )
@@ -284,6 +286,10 @@ def open_session(
         )
         stack.callback(session.close)
         yield session
+
+
+def _signing(state: Path, out: Path) -> SigningConfiguration:
+    return build_signing(find_signing_key(state), state, out)
 
 
 def _require_one_of(what: str, given: str | None, known: tuple[str, ...]) -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+import hashlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
@@ -10,9 +11,9 @@ from typing import Final
 
 from aeros.agent.errors import AgentError
 from aeros.agent.planning.routing import RoutedTask, route
-from aeros.files import make_folder
+from aeros.files import make_private_folder
 from aeros.runtime.audit.checkpoints import AnchorError, SigningConfiguration
-from aeros.runtime.audit.keys import InvalidKeyError, read_signing_key
+from aeros.runtime.audit.keys import InvalidKeyError, SigningKey, ensure_key, read_signing_key
 from aeros.runtime.audit.log import AuditError
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.isolation.run_factory import SkillRunFactory
@@ -30,6 +31,12 @@ from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.verification.reports import Report
 
+AUDIT: Final = "audit.jsonl"
+"""The audit log's name in the folder of a run."""
+
+KEY: Final = "audit.key"
+"""The name of the key that signs audit logs in an agent's folder."""
+
 SETUP_ERRORS: Final = (
     AgentError,
     PlantSetupError,
@@ -42,20 +49,63 @@ SETUP_ERRORS: Final = (
 """Exceptions whose message says why a session cannot be set up or continued."""
 
 
-def build_signing(key_file: Path | None, anchor: Path | None) -> SigningConfiguration | None:
-    """Read the key that signs the audit log.
+def default_anchor(state: Path, out: Path) -> Path:
+    """Return the path of the anchor that an agent keeps for the log of a run.
 
     Args:
-        key_file: The private key, as `aeros audit keygen` writes it; None for a log without signatures.
-        anchor: A second file for the newest signature; None for none.
+        state: The agent's state folder.
+        out: The folder of the run.
 
     Returns:
-        Key and anchor; None for a log without signatures.
+        A path in the state folder, of its own for each folder of a run.
+    """
+    place = out.resolve()
+    return state / "anchors" / f"{place.name}-{hashlib.sha256(bytes(place)).hexdigest()[:12]}.anchor"
+
+
+def find_signing_key(state: Path, key_file: Path | None = None) -> SigningKey:
+    """Read the key that signs the audit logs of an agent; its first run makes it.
+
+    Args:
+        state: The agent's state folder.
+        key_file: The private key, as `aeros audit keygen` writes it; None for that of the agent.
+
+    Returns:
+        The key.
 
     Raises:
-        InvalidKeyError: The key cannot be read or used.
+        InvalidKeyError: The key cannot be made, read or used.
     """
-    return None if key_file is None else SigningConfiguration(read_signing_key(key_file), anchor)
+    return read_signing_key(key_file or ensure_key(state / KEY))
+
+
+def build_signing(
+    key: SigningKey, state: Path, out: Path, anchors: Sequence[Path] = ()
+) -> SigningConfiguration:
+    """Name the anchors of a run, beginning with the agent's own.
+
+    An anchor that an earlier run left for a folder of the same name is deleted if there is no log in it.
+
+    Args:
+        key: Signs the log.
+        state: The agent's state folder.
+        out: The folder of the run.
+        anchors: Further files for the newest signature, beside the agent's own.
+
+    Returns:
+        Key and anchors.
+
+    Raises:
+        InvalidKeyError: The folder of the anchors cannot be written.
+    """
+    own = default_anchor(state, out)
+    try:
+        make_private_folder(own.parent)
+        if not (out / AUDIT).exists():
+            own.unlink(missing_ok=True)
+    except OSError as error:
+        raise InvalidKeyError(f"`{own.parent}` cannot be written: {error.strerror}") from error
+    return SigningConfiguration(key, (own, *anchors))
 
 
 def open_governor(
@@ -146,16 +196,16 @@ def create_output_folder(folder: Path | None, task: str) -> Path:
         task: The id of the task.
 
     Returns:
-        The folder, which exists and is empty.
+        The folder, which exists, is empty, and is for its owner alone.
 
     Raises:
         PlantSetupError: The folder is not empty or cannot be written.
     """
     folder = folder or Path("runs") / f"{task}-{datetime.now().astimezone():%Y%m%d-%H%M%S-%f}"
     try:
-        make_folder(folder)
-        if any(folder.iterdir()):
+        if folder.is_dir() and any(folder.iterdir()):
             raise PlantSetupError(f"`{folder}` is not empty; give a new folder with --out")
+        make_private_folder(folder)
     except OSError as error:
         raise PlantSetupError(f"cannot write to `{folder}`: {error.strerror}") from error
     return folder

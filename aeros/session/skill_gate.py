@@ -19,7 +19,7 @@ from aeros.spec.diagnostics.codes import did_you_mean
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.text.discovery import reference_site_path
 
-GateModeName = Literal["compiled", "z3", "shadow"]
+GateModeName = Literal["compiled", "z3", "checked"]
 
 
 class SkillGate:
@@ -78,7 +78,7 @@ class SkillGate:
 
         Raises:
             MisuseError: There is no such skill, or none is named and there are several.
-            GateDisagreementError: The compiled gate and Z3 disagree, in mode `shadow`; nothing may move.
+            GateDisagreementError: The compiled gate and Z3 disagree, in mode `checked`; nothing may move.
 
         Example:
             >>> gate = aeros.load_gate("ecms/make_dumplings", skill="wrap")
@@ -128,7 +128,7 @@ def load_gate(
         modules: A module's folder or a folder of modules.
         skill: The requesting skill, as `MODULE.SKILL` or `SKILL`; None to name it in each `decide`.
         site: The site file; None for the reference site, a Panda cell.
-        mode: Method of deciding conditions: `compiled`; `z3`, slow; or `shadow`, both: a disagreement
+        mode: Method of deciding conditions: `compiled`; `z3`, slow; or `checked`, both: a disagreement
             raises an exception.
 
     Returns:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Final, Self, TextIO
 
 from aeros.agent.execution.journal import AgentEvent
+from aeros.files import open_private
 from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.migrations import formats
 
@@ -18,12 +19,12 @@ class TraceWriter:
     """Writer of each event of the agent as one line of JSON, appended to a file.
 
     Args:
-        path: The file, created if it does not exist.
+        path: The file, created for its owner alone if it does not exist.
         stream: Stream on which each event is printed as a line of text; None to print nothing.
     """
 
     def __init__(self, path: Path, stream: TextIO | None) -> None:
-        self._file = path.open("a", encoding="utf-8")
+        self._file = open_private(path)
         self._stream = stream
 
     def write(self, event: AgentEvent) -> None:
@@ -42,8 +43,7 @@ class TraceWriter:
             "text": event.text,
             "details": event.details,
         }
-        self._file.write(json.dumps(line, default=str) + "\n")
-        self._file.flush()
+        self._file.write((json.dumps(line, default=str) + "\n").encode("ascii"))
         if self._stream is not None and event.text:
             try:
                 print(f"{event.time:7.2f} s  {escape_invisible(event.text)}", file=self._stream, flush=True)

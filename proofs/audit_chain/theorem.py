@@ -275,13 +275,15 @@ class _FakeOs:
 _STATEMENT_FIELDS: Final = ("log", "sequence", "head", "time", "closing", "key", "signature")
 _SORTS: Final = {"sequence": "Int", "closing": "Bool", "time": "Real"}
 _VERIFIER_SORTS: Final = (
-    "(declare-datatypes ((Watched 0)) (((watched (log-after String)) (objects))))",
+    "(declare-datatypes ((Watched 0)) (((watched (log-after String) (ended-after Bool)) (objects))))",
     *(
         f"(declare-const {whose}.{name} {_SORTS.get(name, 'String')})"
         for whose in ("found", "anchor")
         for name in _STATEMENT_FIELDS
     ),
-    *_constants("Bool", ("anchored", "is-checkpoint", "is-mended", "well-formed", "signed", "many-bare")),
+    *_constants(
+        "Bool", ("anchored", "is-checkpoint", "is-mended", "well-formed", "signed", "many-bare", "ended")
+    ),
     *_constants("String", ("own", "previous", "log", "key-id")),
     *_constants("Int", ("place",)),
     *_constants("Real", ("written",)),
@@ -317,11 +319,12 @@ def _execute_checkpoint_verifier(code: ModuleSource) -> DecisionDiagram:
             verify=lambda signature, message: ask(f"(has-signed {signature.term} {message.term})"),
         )
         watch = module.CheckpointVerifier(
-            key, _checkpoint_terms(module, "anchor", ask) if ask("anchored") else None
+            key, (_checkpoint_terms(module, "anchor", ask),) if ask("anchored") else ()
         )
         watch.log = SymbolicValue("log", ask)
         watch.signed = int(ask("signed"))
         watch._bare = module.CHECKPOINT_INTERVAL if ask("many-bare") else 0
+        watch._is_ended = ask("ended")
         event = module.CHECKPOINT if ask("is-checkpoint") else "other"
         if event == "other" and ask("is-mended"):
             event = module.TAIL_REPAIRED
@@ -334,7 +337,10 @@ def _execute_checkpoint_verifier(code: ModuleSource) -> DecisionDiagram:
         }
         if watch(record, SymbolicValue("own", ask)) is not None:
             return "objects"
-        return smt_apply("watched", watch.log.term)
+        ended = watch._is_ended
+        return smt_apply(
+            "watched", watch.log.term, smt_literal(ended) if isinstance(ended, bool) else ended.term
+        )
 
     return execute_symbolically(run)
 
@@ -373,6 +379,18 @@ def _anchor(code: ModuleSource) -> TheoremObligation:
     )
 
 
+def _closed(code: ModuleSource) -> TheoremObligation:
+    return TheoremObligation(
+        "After a closing checkpoint, `CheckpointVerifier` lets pass only checkpoints and notes of a repair,\n"
+        "until a checkpoint that is not closing.",
+        _VERIFIER_SORTS,
+        "(=> ((_ is watched) after) (and"
+        " (=> ended (or is-checkpoint is-mended))"
+        " (= (ended-after after) (ite is-checkpoint found.closing ended))))",
+        tables=(SymbolicFunction("after", "Watched", _execute_checkpoint_verifier(code)),),
+    )
+
+
 def _verify_signed(code: ModuleSource) -> TheoremObligation:
     def run(ask: DecideBranch) -> str:
         anchor = SimpleNamespace(sequence=SymbolicValue("anchor.sequence", ask))
@@ -380,12 +398,12 @@ def _verify_signed(code: ModuleSource) -> TheoremObligation:
         class Watch(shipped):  # type: ignore[misc]
             """The real one, of a log that was read: `signed` is what it found."""
 
-            def __init__(self, key: Any, anchored: Any) -> None:
-                super().__init__(key, anchored)
+            def __init__(self, key: Any, anchors: Any) -> None:
+                super().__init__(key, anchors)
                 self.signed = int(ask("signed"))
 
         def verify_log(_: Any, watch: Any) -> AuditReport:
-            if not isinstance(watch, Watch) or watch._anchor not in (None, anchor):
+            if not isinstance(watch, Watch) or watch._anchors not in ((), (anchor,)):
                 raise InternalError("the log is not watched")
             records: Any = SymbolicValue("records", ask)
             return AuditReport(records, "head", None if ask("chain-sound") else 0, "", DecisionCounts())
@@ -397,7 +415,7 @@ def _verify_signed(code: ModuleSource) -> TheoremObligation:
         }
         install_stubs(module, stubs)
         try:
-            report = module.verify_signed("log", "key", "anchor" if ask("anchored") else None)
+            report = module.verify_signed("log", "key", *(["anchor"] if ask("anchored") else []))
         except module.AnchorError:
             return "false"
         return smt_literal(bool(report.chain.is_sound))
@@ -425,6 +443,7 @@ THEOREM = Theorem(
         "scan": _scan,
         "signature": _signature,
         "anchor": _anchor,
+        "closed": _closed,
         "verify-signed": _verify_signed,
     },
     (
@@ -467,8 +486,22 @@ THEOREM = Theorem(
             "takes-any-checkpoint-for-the-anchored-one",
             "anchor",
             CHECKPOINTS,
-            "self._anchor.sequence == place and found != self._anchor:",
-            "self._anchor.sequence == place and found is None:",
+            "anchor.sequence == place and found != anchor for",
+            "anchor.sequence == place and found is None for",
+        ),
+        Mutant(
+            "takes-a-record-after-the-closing-checkpoint",
+            "closed",
+            CHECKPOINTS,
+            'if self._is_ended and record["event"] != TAIL_REPAIRED:',
+            'if self._is_ended and self._bare and record["event"] != TAIL_REPAIRED:',
+        ),
+        Mutant(
+            "forgets-that-the-log-was-closed",
+            "closed",
+            CHECKPOINTS,
+            "self._is_ended, self._bare = place + 1, found.closing, found.closing, 0",
+            "self._is_ended, self._bare = place + 1, found.closing, False, 0",
         ),
         Mutant(
             "overlooks-that-a-tail-was-cut",

@@ -63,7 +63,7 @@ THEOREM = Theorem(
             "denies-moments-that-the-short-way-is-silent-about",
             "decision",
             gate.GATE,
-            "            readings = _individual_readings(readings)\n",
+            "            readings = individual_readings(readings)\n",
             "            readings = None\n",
         ),
         Mutant(

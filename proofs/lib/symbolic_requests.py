@@ -65,7 +65,7 @@ _TRUTHS: Final = (
     *(f"has.{name}" for name in (*PARAMETERS, "size", *STATE, "rate")),
     "gently.is-flag", "gently.flag", "tool.is-member", "tool.is-text", "tool.which",
     "place.is-list", "place.is-tuple", "place.has-three",
-    *(f"{name}.{what}" for name in STATE for what in ("is-reading", "is-empty", "is-of-now")),
+    *(f"{name}.{what}" for name in STATE for what in ("is-reading", "is-empty", "is-long", "is-of-now")),
     "warm.is-of-near", "as-moment", "moment.is-made", "moment.is-taken",
     "module.is-text", "skill.is-text", "kind.is-text", "caller.is-one", "action.is-one",
     "lit.is-flag", "lit.flag", "allows", "envelope", "permission", "left", "rules", "attenuates",
@@ -108,7 +108,8 @@ SPECIFICATION: Final = (
     "(define-fun time-of-lit () Given (ite as-moment moment.time (ite lit.is-of-now now lit.time)))",
     "(define-fun readings-are-some () Bool (ite as-moment moment.is-made readings.is-mapping))",
     *(
-        f"(define-fun {name}-is-reading () Bool (or as-moment (and {name}.is-reading (not {name}.is-empty))))"
+        f"(define-fun {name}-is-reading () Bool "
+        f"(or as-moment (and {name}.is-reading (not {name}.is-empty) (not {name}.is-long))))"
         for name in STATE
     ),
     *(
@@ -351,19 +352,21 @@ class SymbolicRequest:
         if not readings.is_snapshot():
             return readings
         if not self._ask("moment.is-made"):
-            return gate._individual_readings(object.__new__(Snapshot))
+            return gate.individual_readings(object.__new__(Snapshot))
         column = {name: self._measured[name]() for name in names if name in readings}
         if self._ask("readings.strange-name"):
             column["strange"] = UndeclaredValue()
         order = ColumnNames(column)
         values = tuple(column[name] for name in order.names)
-        return gate._individual_readings(Snapshot(order, values, cast("Any", readings.time)))
+        return gate.individual_readings(Snapshot(order, values, cast("Any", readings.time)))
 
     def _reading(self, name: str) -> Any:
         if not self._ask(f"{name}.is-reading"):
             return UndeclaredValue()
         if self._ask(f"{name}.is-empty"):
             return tuple.__new__(Reading, ())
+        if self._ask(f"{name}.is-long"):
+            return tuple.__new__(Reading, (self._measured[name](), self._time(name), 0))
         return Reading(self._measured[name](), cast("float", self._time(name)))
 
     def _time(self, name: str) -> GivenValue:

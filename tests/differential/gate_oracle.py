@@ -73,7 +73,7 @@ def _well_formed(configuration: Configuration, asked: Request) -> dict[str, Any]
     needed = _needed(configuration, asked)
     _require(needed <= set(asked.readings) <= set(site.observed_variables))
     for name, reading in asked.readings.items():
-        _require(type(reading) is Reading)
+        _require(type(reading) is Reading and len(reading) == 2)
         age = now - _time(reading.time)
         limit = site.observed_variables[name].max_age
         _require(age >= 0 and (name not in needed or limit is None or age <= limit))

@@ -123,6 +123,7 @@ MISTAKES: dict[str, Mistake] = {
     "a future reading": _without("<= number <= exactly", "<= number"),
     "a stale reading": _without("age <", "-1.0 <"),
     "no reading at all": _without("type(reading) is Reading"),
+    "a reading of any length": _without("len(reading) == 2"),
     "an unknown reading": _without("not others"),
     "a subclass of dict": _without("type(readings) is dict"),
     "a value out of range": _without("-2.0 <= "),

@@ -162,7 +162,7 @@ def test_every_mode_decides_as_the_definition_does(asked: Request) -> None:
     decision = asked.decided_by(gate())
     event(decision.kind.value)
     assert asked.decided_by(gate(GateMode.Z3)) == decision
-    assert asked.decided_by(gate(GateMode.SHADOW)) == decision
+    assert asked.decided_by(gate(GateMode.CHECKED)) == decision
     expected = objections(configuration(), asked.caller.skill, asked.action.kind, environment(asked))
     assert set(codes(decision)) == expected
     assert len(decision.reasons) == len(expected)
@@ -213,7 +213,7 @@ def test_both_sides_of_every_bound(bound: Fraction, steps: int) -> None:
     ]
     for kind, name in cases:
         asked = request("quickly", kind, **{name: value})
-        decision = asked.decided_by(gate(GateMode.SHADOW))
+        decision = asked.decided_by(gate(GateMode.CHECKED))
         assert (decision.kind is DecisionKind.ALLOW) == admits(configuration(), asked)
 
 
@@ -246,25 +246,25 @@ def falsely_proved(rule: str) -> Configuration:
         ("windy-sweep", "sweep", {"wind": 5.0, "pace": 3.0}),
     ],
 )
-def test_an_invariant_falsely_said_to_be_proved_halts_the_shadow_gate(
+def test_an_invariant_falsely_said_to_be_proved_halts_the_checked_gate(
     rule: str, kind: str, broken: dict[str, Any]
 ) -> None:
     twin = falsely_proved(rule)
     asked = request("quickly", kind, **broken)
     assert asked.decided_by(CompiledGate(twin)) != asked.decided_by(EVERYTHING)
     with pytest.raises(GateDisagreementError):
-        asked.decided_by(CompiledGate(twin, GateMode.SHADOW))
+        asked.decided_by(CompiledGate(twin, GateMode.CHECKED))
 
 
 def test_every_guarded_invariant_has_a_broken_twin() -> None:
-    (marked,) = test_an_invariant_falsely_said_to_be_proved_halts_the_shadow_gate.pytestmark
+    (marked,) = test_an_invariant_falsely_said_to_be_proved_halts_the_checked_gate.pytestmark
     tried = {case[0] for case in marked.args[1]}
     obligations = configuration().certificates["handling"].obligations
     assert tried == {one.name_of("invariant") for one, verdict in obligations.items() if verdict == "GUARDED"}
 
 
 @pytest.mark.parametrize("stopped", [False, True], ids=["verdicts differ", "only reasons differ"])
-def test_a_condition_compiled_without_its_rounding_filter_halts_the_shadow_gate(
+def test_a_condition_compiled_without_its_rounding_filter_halts_the_checked_gate(
     stopped: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
@@ -272,7 +272,7 @@ def test_a_condition_compiled_without_its_rounding_filter_halts_the_shadow_gate(
         "_filtered_comparison",
         lambda self, term, a, b: f"({a.code} {term.op} {b.code})",
     )
-    twin = CompiledGate(configuration(), GateMode.SHADOW)
+    twin = CompiledGate(configuration(), GateMode.CHECKED)
     asked = request("quickly", "carry", load=1.6, gait=0.0625, stop_pressed=stopped)
     # The bound as a double is above 1/10 too, and equal to the product.
     assert Fraction(1.6) * Fraction(0.0625) == Fraction(0.1) > Fraction(1, 10)

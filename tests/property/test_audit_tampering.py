@@ -66,7 +66,7 @@ def written(sessions: list[int]) -> Iterator[Written]:
         one = Written(folder, read_signing_key(folder / "key"), [])
         for count in sessions:
             with AuditLog(
-                one.log, clock=lambda: 1.5, signing=SigningConfiguration(one.key, one.anchor)
+                one.log, clock=lambda: 1.5, signing=SigningConfiguration(one.key, (one.anchor,))
             ) as log:
                 for number in range(count):
                     log.append("event", {"number": number})
@@ -193,7 +193,7 @@ def test_after_a_crash_the_report_says_from_where_on_nothing_is_vouched_for(
     before: int, loose: int, data: st.DataObject
 ) -> None:
     with written([before]) as one:
-        log = AuditLog(one.log, signing=SigningConfiguration(one.key, one.anchor))
+        log = AuditLog(one.log, signing=SigningConfiguration(one.key, (one.anchor,)))
         for number in range(loose):
             log.append("event", {"number": number})
         os.close(log._file)  # as a kill would

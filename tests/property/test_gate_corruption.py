@@ -193,6 +193,7 @@ ALIEN: tuple[Any, ...] = (
     _nested(5_000),
     Reading(0.0625, NOW),
     tuple.__new__(Reading),
+    tuple.__new__(Reading, (0.0625, NOW, 0)),
     Caller("handling", "quickly", {}),
     Action("stop", {}),
     *_numpy(),
@@ -242,7 +243,8 @@ def _state_time(chance: random.Random, asked: Request) -> tuple[Request, bool]:
 
 def _state_reading(chance: random.Random, asked: Request) -> tuple[Request, bool]:
     name = chance.choice(list(asked.readings))
-    aliens = [one for one in ALIEN if type(one) is not Reading]
+    aliens = [one for one in ALIEN if type(one) is not Reading or len(one) != 2]
+    aliens += [tuple.__new__(Reading, (*asked.readings[name], extra)) for extra in (0, NOW, None)]
     return replace(asked, readings={**asked.readings, name: chance.choice(aliens)}), False
 
 
@@ -401,8 +403,8 @@ def test_no_corrupted_request_is_allowed_and_none_raises() -> None:
     assert seen["ATTENUATE"] > 0
 
 
-def test_z3_and_the_shadow_gate_take_no_corrupted_request_either() -> None:
-    corrupt(gate(GateMode.SHADOW), seed=1, count=max(1_000, COUNT // 100))
+def test_z3_and_the_checked_gate_take_no_corrupted_request_either() -> None:
+    corrupt(gate(GateMode.CHECKED), seed=1, count=max(1_000, COUNT // 100))
 
 
 @pytest.mark.parametrize(("skill", "kind"), ALLOWED)

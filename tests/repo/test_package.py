@@ -107,7 +107,7 @@ def _required(extras: Iterable[str], groups: Iterable[str] = ()) -> Iterator[Req
 @pytest.mark.parametrize(
     ("locks", "extras", "groups"),
     [
-        (("install", "simulator"), ("audit", "sim"), ()),
+        (("install", "simulator"), ("sim",), ()),
         (("test", "simulator"), ("test",), ()),
         (("tools",), (), ("tools",)),
     ],

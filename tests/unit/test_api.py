@@ -173,7 +173,7 @@ def test_what_there_is_not_is_named_with_what_there_is() -> None:
         MisuseError, match=r"several modules have a skill `recover`: name one of clean_table\.rec"
     ):
         gate.decide(action, {}, skill="recover")
-    with pytest.raises(MisuseError, match="no mode `fast`; there are compiled, z3, shadow"):
+    with pytest.raises(MisuseError, match="no mode `fast`; there are compiled, z3, checked"):
         aeros.load_gate("ecms", mode="fast")  # type: ignore[arg-type]
     with pytest.raises(MisuseError, match="no plant `phisics`; did you mean `physics`"):
         aeros.open_session("ecms", plant="phisics").__enter__()  # type: ignore[arg-type]

@@ -8,13 +8,13 @@ whole and then renamed, so a file without tables was cut off, and is refused.
 from __future__ import annotations
 
 import sqlite3
-from contextlib import closing
+from contextlib import closing, suppress
 from functools import cache
 from pathlib import Path
 from typing import Final
 
 from aeros.agent.errors import AgentError
-from aeros.files import replace_durably
+from aeros.files import PRIVATE_FILE, replace_durably
 from aeros.spec.migrations.formats import MEMORY
 from aeros.spec.migrations.renamed_names import RENAMED_EVENTS
 
@@ -92,6 +92,9 @@ def open_database(path: Path) -> sqlite3.Connection:
         if path == IN_MEMORY:
             database.deserialize(_empty_database())
         _prepare(database, path)
+        if path != IN_MEMORY:
+            with suppress(PermissionError):
+                path.chmod(PRIVATE_FILE)
     except sqlite3.Error as error:
         database.close()
         raise AgentError(f"the agent's memory {path} is damaged or cannot be used: {error}") from error

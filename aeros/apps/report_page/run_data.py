@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from aeros.runtime.audit.check import GENESIS, AuditReport, DecisionCounts, Record, verify_log
+from aeros.runtime.audit.checkpoints import CHECKPOINT
 from aeros.runtime.bus.sample_file import FILE as SAMPLES
 from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.migrations import formats
@@ -251,7 +252,8 @@ class RecordReader:
             _own: Its hash, which is not used.
         """
         details: dict[str, Any] = record["details"]
-        time = _number(details.get("time"))
+        # The time of a checkpoint is the time of day.
+        time = None if record["event"] == CHECKPOINT else _number(details.get("time"))
         self.now = self.now if time is None else time
         skill = f"{details.get('module')}.{details.get('skill')}"
         match record["event"]:

@@ -73,6 +73,10 @@ def load_run_options(arguments: argparse.Namespace) -> argparse.Namespace:
         raise AgentError(
             f"cannot read run options from `{path}`: it has no `{lacking[0]}`; start the task again"
         )
+    # A release before signing was the default saved one anchor or none, and no `unsigned`.
+    if not isinstance(anchors := restored.get("anchor"), list):
+        restored["anchor"] = [] if anchors is None else [anchors]
+    restored.setdefault("unsigned", False)
     own = {name: one for name, one in vars(arguments).items() if name in _NOT_SAVED_OPTIONS}
     return argparse.Namespace(**{**vars(arguments), **restored, **own})
 
@@ -111,8 +115,12 @@ def end_plant(plant: RemotePlant, state: Path) -> None:
 
 
 def _encode_option(value: Any) -> Any:
+    if isinstance(value, list):
+        return [_encode_option(one) for one in value]
     return {"path": str(value.absolute())} if isinstance(value, Path) else value
 
 
 def _decode_option(encoded: Any) -> Any:
+    if isinstance(encoded, list):
+        return [_decode_option(one) for one in encoded]
     return Path(encoded["path"]) if isinstance(encoded, dict) else encoded

@@ -18,15 +18,16 @@ from aeros.apps.mcp.robot import ClientPlanner, LatestMeasurements, McpRobotThre
 from aeros.apps.mcp.tools import Tools
 from aeros.cli.arguments import (
     add_command,
+    add_signing,
     existing_path,
-    find_key_file,
     parse_seed,
     print_warning,
+    require_signing_options,
     warn_of_withheld_modules,
-    writable_path,
 )
 from aeros.cli.latest_run import save_latest_run
 from aeros.exit_codes import Exit
+from aeros.files import private_umask
 from aeros.runtime.audit.checkpoints import SigningConfiguration
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.registry.control_page import request_command
@@ -38,6 +39,7 @@ from aeros.session.setup import (
     SETUP_ERRORS,
     build_signing,
     create_output_folder,
+    find_signing_key,
     open_governor,
     select_task,
 )
@@ -78,10 +80,7 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument(
         "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"
     )
-    parser.add_argument(
-        "--audit-key", type=existing_path, metavar="FILE", help="sign the audit log with this key"
-    )
-    parser.add_argument("--anchor", type=writable_path, metavar="FILE", help="keep the newest signature here")
+    add_signing(parser)
     parser.set_defaults(command=_command)
 
 
@@ -89,15 +88,21 @@ def _command(arguments: argparse.Namespace) -> Exit:
     if find_spec("mcp") is None:
         print("aeros: the MCP SDK is not installed: pip install 'aeros[mcp]'", file=sys.stderr)
         return Exit.USAGE
+    require_signing_options(arguments)
+    with private_umask():
+        return _serve(arguments)
+
+
+def _serve(arguments: argparse.Namespace) -> Exit:
     from aeros.apps.mcp.server import serve
 
-    key_file = find_key_file(arguments)
     governor, configuration, _ = open_governor(arguments.state, arguments.ecms, arguments.site)
     try:
         warn_of_withheld_modules(governor)
-        signing = build_signing(key_file, arguments.anchor)
+        key = None if arguments.unsigned else find_signing_key(arguments.state, arguments.audit_key)
         routed = select_task(arguments.instruction, configuration, governor)
         out = create_output_folder(arguments.out, f"mcp-{routed.task.id}")
+        signing = None if key is None else build_signing(key, arguments.state, out, arguments.anchor)
         with governor, RunGovernor(governor) as run_governor:
             _warn_of_unknown_skills(configuration)
             former = signal.signal(signal.SIGTERM, lambda _number, _frame: run_governor.interrupt())

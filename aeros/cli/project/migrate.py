@@ -173,7 +173,7 @@ def _replace(path: Path, content: bytes) -> None:
     """Replace a file atomically; keep its mode, and keep links to it."""
     target = path.resolve()
     mode = stat.S_IMODE(target.stat().st_mode)
-    replace_durably(target, content)
+    replace_durably(target, content, is_private=False)
     target.chmod(mode)
 
 

@@ -16,13 +16,14 @@ from aeros.exit_codes import EXIT_CODES, Exit
 from aeros.runtime.audit.check import AuditReport, Record, RecordCheck, verify_log
 from aeros.runtime.audit.checkpoints import CHECKPOINT, AnchorError, SignatureReport, verify_signed
 from aeros.runtime.audit.format import explain_problem
-from aeros.runtime.audit.keys import InvalidKeyError, make_key, read_public_key
+from aeros.runtime.audit.keys import PUBLIC_SUFFIX, InvalidKeyError, make_key, read_public_key
 from aeros.runtime.gate.configuration import FindConfiguration
 from aeros.runtime.gate.gate import GateMode
 from aeros.runtime.records.replay import LogReplay, ReplayMismatch
 from aeros.runtime.registry.folder_modules import DEFAULT_MODULES, uses_installed_modules
 from aeros.runtime.registry.past_configurations import FolderConfigurations, PastConfigurations
 from aeros.runtime.registry.registry import Registry
+from aeros.session.setup import KEY, default_anchor
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.elaborate.load import load_site
@@ -32,12 +33,13 @@ if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
 _EXAMPLES = """\
-A run writes its audit log to audit.jsonl.  `aeros run --audit-key` signs it, and --anchor keeps the newest
-signature in a second file; docs/audit.md lists the tampering that each of them detects.
+A run writes its audit log to audit.jsonl, signed with the key of the agent, and keeps the newest signature
+in a second file, the anchor, in the agent's folder.  `aeros run --anchor` keeps it in further files;
+docs/audit.md lists the tampering that each of them detects.
 
 examples:
-  aeros audit keygen --out .aeros/audit.key
-  aeros audit verify runs/demo/audit.jsonl --public-key .aeros/audit.key.pub --anchor /mnt/other/demo.anchor
+  aeros audit verify runs/demo/audit.jsonl --state .aeros
+  aeros audit verify runs/demo/audit.jsonl --public-key audit.key.pub --anchor /mnt/other/demo.anchor
   aeros audit show runs/demo/audit.jsonl --decision DENY
   aeros audit replay runs/demo/audit.jsonl
 """
@@ -48,10 +50,14 @@ without options   detects edited, deleted, inserted, moved and torn records; not
                   whose hashes were all recomputed
 --public-key      detects these too, up to the newest checkpoint; not a log cut off right after an earlier
                   checkpoint, nor one replaced by another that the same key signed
---anchor          detects these too, up to the checkpoint in the anchor
+--anchor          detects these too, up to the checkpoint in the anchor; not if log and anchor were put back
+                  together, unless another --anchor was not
+--state           checks with the key and the anchor in the agent's folder
+--closed          rejects a log with an unsigned end: its writer is at work, or was killed
 
 examples:
   aeros audit verify runs/demo/audit.jsonl
+  aeros audit verify runs/demo/audit.jsonl --state .aeros --closed
   aeros audit verify runs/demo/audit.jsonl --public-key audit.key.pub --anchor /mnt/other/demo.anchor
 """
 _SHOW_EXAMPLES = """\
@@ -72,7 +78,7 @@ with 1.
 examples:
   aeros audit replay runs/demo/audit.jsonl
   aeros audit replay runs/demo/audit.jsonl --state /srv/robot7
-  aeros audit replay runs/demo/audit.jsonl --site cell.yaml --ecms ecms --gate shadow
+  aeros audit replay runs/demo/audit.jsonl --site cell.yaml --ecms ecms --gate checked
 """
 _KEYGEN_EXAMPLES = """\
 Writes the private key to FILE, readable only by its owner, and the public key to FILE.pub.  Keep the
@@ -99,7 +105,19 @@ def add_to(commands: Subparsers) -> None:
     verify.add_argument(
         "--public-key", type=existing_path, help="public key that the log must be signed with"
     )
-    verify.add_argument("--anchor", type=existing_path, help="file with the copy of the newest checkpoint")
+    verify.add_argument(
+        "--anchor",
+        type=existing_path,
+        action="append",
+        default=[],
+        help="file with a copy of the newest checkpoint; may be repeated",
+    )
+    verify.add_argument(
+        "--state", type=existing_path, help="check with the key and the anchor in this agent's folder"
+    )
+    verify.add_argument(
+        "--closed", action="store_true", help="reject a log whose end is not signed by a closing checkpoint"
+    )
 
     show = _add(own, "show", "show records, and why actions were denied", _SHOW_EXAMPLES, _show)
     show.add_argument("--site", type=existing_path, help="the site file of the run, to show its rules")
@@ -157,9 +175,14 @@ def _add(
 
 
 def _verify(arguments: argparse.Namespace) -> Exit:
-    if arguments.anchor is not None and arguments.public_key is None:
+    key, anchors = arguments.public_key, list(arguments.anchor)
+    if arguments.state is not None:
+        key = key or arguments.state / f"{KEY}{PUBLIC_SUFFIX}"
+        anchors.append(default_anchor(arguments.state, arguments.log.parent))
+    if key is None and (anchors or arguments.closed):
+        option = "--anchor" if anchors else "--closed"
         print(
-            "aeros: --anchor needs --public-key: anyone can write an anchor without a signature",
+            f"aeros: {option} needs --public-key or --state: anyone can write what is not signed",
             file=sys.stderr,
         )
         return Exit.USAGE
@@ -171,15 +194,18 @@ def _verify(arguments: argparse.Namespace) -> Exit:
         checkpoints += record["event"] == CHECKPOINT
 
     try:
-        if arguments.public_key is None:
+        if key is None:
             chain = _checked(arguments.log, count)
         else:
-            signed = verify_signed(arguments.log, read_public_key(arguments.public_key), arguments.anchor)
+            signed = verify_signed(arguments.log, read_public_key(key), *anchors)
             chain = _explained(arguments.log, signed.chain)
+            if arguments.closed and chain.is_sound and not signed.closed:
+                why = "its end is not signed: the writer is still running or was killed"
+                chain = replace(chain, bad_record=signed.signed, reason=why)
     except (AnchorError, InvalidKeyError) as fault:
         print(f"aeros: {fault}", file=sys.stderr)
         return Exit.REJECTED
-    unnoticed = _undetectable_changes(chain, signed, anchored=arguments.anchor is not None)
+    unnoticed = _undetectable_changes(chain, signed, anchors=len(anchors))
     if arguments.format == "json":
         print(json.dumps(_verification_json(chain, signed, unnoticed), indent=2))
     else:
@@ -187,18 +213,19 @@ def _verify(arguments: argparse.Namespace) -> Exit:
     return Exit.SUCCESS if chain.is_sound else Exit.REJECTED
 
 
-def _undetectable_changes(chain: AuditReport, signed: SignatureReport | None, *, anchored: bool) -> list[str]:
+def _undetectable_changes(chain: AuditReport, signed: SignatureReport | None, *, anchors: int) -> list[str]:
     """List changes to the log that this check cannot detect."""
     if signed is None:
         return ["records removed at the end", "a log, or its end, rewritten with new hashes"]
     found = []
-    if not anchored:
+    if not anchors:
         found.append("records removed right after an earlier checkpoint")
         found.append("replacement by another log that the same key signed")
-    loose = chain.records - (signed.anchored if anchored else signed.signed)
-    if loose > 0:
-        after = "the anchored checkpoint" if anchored else "the newest checkpoint"
-        found.append(f"changes after {after}, which {loose} records follow now")
+    elif anchors == 1:
+        found.append("an earlier log and its anchor put back together")
+    loose = chain.records - signed.signed
+    if loose > 0 or not signed.closed:
+        found.append(f"changes after the newest checkpoint, which {loose} records follow now")
     return found
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -58,12 +58,18 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument(
         "--public-key", type=existing_path, help="public key that the log must be signed with"
     )
-    parser.add_argument("--anchor", type=existing_path, help="file with the copy of the newest checkpoint")
+    parser.add_argument(
+        "--anchor",
+        type=existing_path,
+        action="append",
+        default=[],
+        help="file with the copy of the newest checkpoint; may be repeated",
+    )
     parser.set_defaults(command=_command)
 
 
 def _command(arguments: argparse.Namespace) -> Exit:
-    if arguments.anchor is not None and arguments.public_key is None:
+    if arguments.anchor and arguments.public_key is None:
         print("aeros: --anchor needs --public-key", file=sys.stderr)
         return Exit.USAGE
     if not (arguments.folder / AUDIT).is_file():
@@ -108,13 +114,13 @@ def write_report(left: RunData, path: Path, sites: Mapping[str, Site], signed: s
     return Exit.SUCCESS if left.chain.is_sound else Exit.REJECTED
 
 
-def _signature_text(left: RunData, log: Path, key: Path | None, anchor: Path | None) -> str:
+def _signature_text(left: RunData, log: Path, key: Path | None, anchors: Sequence[Path]) -> str:
     """Check the signatures; if they do not match, mark the chain of `left` as not sound."""
     if key is None:
         return "not checked: without --public-key a fully rewritten log is not detected"
-    found = verify_signed(log, read_public_key(key), anchor)
+    found = verify_signed(log, read_public_key(key), *anchors)
     left.chain = found.chain
-    anchored = "" if anchor is None else f"; the anchor's first {found.anchored} records are all there"
+    anchored = f"; the anchor's first {found.anchored} records are all there" if anchors else ""
     return f"of the first {found.signed} records{anchored}"
 
 

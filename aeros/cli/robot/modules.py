@@ -114,7 +114,7 @@ def _bundle(arguments: argparse.Namespace) -> Exit:
             [Diagnostic("AE961", f"`{arguments.module}` holds no module: it has no `{MANIFEST}`")]
         )
     try:
-        replace_durably(out, pack(files))
+        replace_durably(out, pack(files), is_private=False)
     except OSError as failure:
         raise UserError([Diagnostic("AE961", f"`{out}` cannot be written: {failure.strerror}")]) from failure
     print(f"{out}: {len(files)} files, sha256:{bundle_digest(files)}")

@@ -63,7 +63,7 @@ def add_to(commands: Subparsers) -> None:
         "--gate",
         choices=[mode.value for mode in GateMode],
         default=GateMode.COMPILED.value,
-        help="how conditions are decided; shadow uses both and halts on a disagreement (default: compiled)",
+        help="how conditions are decided; checked asks both and halts on a disagreement (default: compiled)",
     )
     parser.add_argument("--explain", action="store_true", help="explain each decision")
     parser.add_argument(

@@ -17,13 +17,13 @@ from aeros.apps.watchdog.resumable_run import load_run_options, save_run_options
 from aeros.apps.watchdog.watchdog import run_watchdog
 from aeros.cli.arguments import (
     add_command,
+    add_signing,
     existing_path,
-    find_key_file,
     mcap_path,
     parse_seed,
+    require_signing_options,
     video_path,
     warn_of_withheld_modules,
-    writable_path,
 )
 from aeros.cli.run.planners import LLM_KEY, build_planner
 from aeros.cli.run.run_plant import (
@@ -35,6 +35,7 @@ from aeros.cli.run.run_plant import (
 )
 from aeros.cli.run.run_task import RunRequest, run_task
 from aeros.exit_codes import Exit, UsageError
+from aeros.files import private_umask
 from aeros.runtime.gate.gate import GateMode
 from aeros.runtime.registry.registry import Registry
 from aeros.runtime.registry.registry_governor import OperatorCommands
@@ -43,6 +44,7 @@ from aeros.session.setup import (
     SETUP_ERRORS,
     build_signing,
     create_output_folder,
+    find_signing_key,
     open_governor,
     select_task,
 )
@@ -66,7 +68,7 @@ The planner smt plans for any goal from preconditions and outcomes, without plan
 examples:
   aeros run "make dumplings"
   aeros run "clean the table" --seed 7 --out runs/clean
-  aeros run "make dumplings" --plant symbolic --gate shadow
+  aeros run "make dumplings" --plant symbolic --gate compiled
   aeros run "fetch the object" --plant kinematic --seed 3
   aeros run "fetch the object" --composition fetch_once --timeout 60
   aeros run "make dumplings" --planner smt --planning-timeout 5
@@ -82,7 +84,7 @@ examples:
   aeros run "make dumplings" --bag runs/demo-bag
   aeros run "make dumplings" --watchdog
   aeros run --resume
-  aeros run "make dumplings" --audit-key .aeros/audit.key --anchor /mnt/other/demo.anchor
+  aeros run "make dumplings" --anchor /mnt/other/demo.anchor
 """
 
 
@@ -103,8 +105,9 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument(
         "--gate",
         choices=[mode.value for mode in GateMode],
-        default=GateMode.COMPILED.value,
-        help="how conditions are decided; shadow uses both and halts on a disagreement (default: compiled)",
+        default=GateMode.CHECKED.value,
+        help="how conditions are decided; checked asks the compiled gate and Z3, and halts if they disagree "
+        "(default: checked)",
     )
     parser.add_argument(
         "--site",
@@ -201,18 +204,7 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument(
         "--view", action="store_true", help="show the run in a window (physics); needs a display"
     )
-    parser.add_argument(
-        "--audit-key",
-        type=existing_path,
-        metavar="FILE",
-        help="sign the audit log with this key (default: audit.key in the agent's folder, if there is one)",
-    )
-    parser.add_argument(
-        "--anchor",
-        type=writable_path,
-        metavar="FILE",
-        help="keep a copy of the log's newest signature in this file",
-    )
+    add_signing(parser)
     surviving = parser.add_argument_group("survival", "see docs/survival.md")
     surviving.add_argument(
         "--watchdog",
@@ -270,6 +262,12 @@ def _command(arguments: argparse.Namespace) -> Exit:
     is_going_on = arguments.resume or arguments.serve_plant
     if is_going_on != (arguments.instruction is None):
         raise UsageError("give an instruction, or --resume and none")
+    require_signing_options(arguments)
+    with private_umask():
+        return _run(arguments, is_going_on=is_going_on)
+
+
+def _run(arguments: argparse.Namespace, *, is_going_on: bool) -> Exit:
     try:
         if is_going_on:
             arguments = load_run_options(arguments)
@@ -311,7 +309,6 @@ def _run_watchdog(arguments: argparse.Namespace) -> Exit:
 
 
 def _run_agent(arguments: argparse.Namespace) -> Exit:
-    key_file = find_key_file(arguments)
     governor, configuration, proof = open_governor(
         arguments.state,
         arguments.ecms,
@@ -320,7 +317,8 @@ def _run_agent(arguments: argparse.Namespace) -> Exit:
     )
     try:
         warn_of_withheld_modules(governor)
-        signing = build_signing(key_file, arguments.anchor)
+        is_signed = not (arguments.unsigned or arguments.serve_plant)
+        key = find_signing_key(arguments.state, arguments.audit_key) if is_signed else None
         routed = select_task(arguments.instruction, configuration, governor)
         goal = None if arguments.goal is None else parse_goal(arguments.goal, configuration.site)
         planner = build_planner(arguments, configuration.modules[routed.module], configuration.site)
@@ -329,6 +327,7 @@ def _run_agent(arguments: argparse.Namespace) -> Exit:
             staged = PlantSetup(arguments, configuration, routed, around, spectators, out)
             if arguments.serve_plant:
                 return serve_plant(staged)
+            signing = None if key is None else build_signing(key, arguments.state, out, arguments.anchor)
             return run_task(staged, RunRequest(governor, proof, planner, goal, signing))
     except SETUP_ERRORS as refusal:
         print(f"aeros: {refusal}", file=sys.stderr)

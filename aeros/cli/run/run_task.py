@@ -26,10 +26,11 @@ from aeros.runtime.audit.checkpoints import SigningConfiguration, verify_signed
 from aeros.runtime.audit.log import AuditLog, AuditReport, verify_log
 from aeros.runtime.bus.feed import BusFeed
 from aeros.runtime.execution.governor import Governor, OperatorCommand
-from aeros.runtime.gate.gate import GateMode
-from aeros.session.assembly import AUDIT, SessionSetup, open_agent, open_recorded_plant
+from aeros.runtime.gate.gate import DecisionTally, GateMode
+from aeros.session.assembly import SessionSetup, open_agent, open_recorded_plant
 from aeros.session.run_governor import RunGovernor
 from aeros.session.sd_notify import READY, STOPPING, Notifier
+from aeros.session.setup import AUDIT
 from aeros.sim.hosting.remote import RemotePlant
 from aeros.spec.model.ecm import ActionCondition
 from aeros.spec.verification.reports import Report
@@ -74,7 +75,7 @@ def run_task(staged: PlantSetup, request: RunRequest) -> Exit:
     with Notifier() as notifier, open_recorded_plant(setup) as recorded:
         with (
             RunGovernor(request.governor, notifier) as governor,
-            open_agent(setup, recorded, governor) as (_, agent),
+            open_agent(setup, recorded, governor) as (_, agent, gate),
         ):
             save_latest_run(arguments.state, out)
             governor.on_command = partial(_apply_command, agent)
@@ -89,7 +90,7 @@ def run_task(staged: PlantSetup, request: RunRequest) -> Exit:
             end_plant(recorded.plant, arguments.state)
             is_over = True
     seconds = time.perf_counter() - began
-    code = _report_run(staged, request, report, simulated, seconds, recorded.feed)
+    code = _report_run(staged, request, report, simulated, seconds, recorded.feed, gate.tally)
     # Last of all, and by the supervisor if there is one: until then another process can report the end.
     if is_over and not arguments.supervised:
         delete_run_options(arguments.state)
@@ -135,7 +136,7 @@ def _report_past_end(staged: PlantSetup, request: RunRequest, ended: TaskEnd) ->
         notifier.send(READY)
         notifier.send(STOPPING)
     print("The task had already ended.")
-    code = _report_run(staged, request, ended.report, ended.time, 0.0, None)
+    code = _report_run(staged, request, ended.report, ended.time, 0.0, None, None)
     if not arguments.supervised:
         end_task(arguments.state, arguments.plant_at)
     return code
@@ -148,10 +149,13 @@ def _report_run(
     simulated: float,
     seconds: float,
     feed: BusFeed | None,
+    tally: DecisionTally | None,
 ) -> Exit:
     """Print the summary and the outputs; return the exit code."""
     out = staged.out
     print(summary(request.proof_report, report, staged.arguments.plant, simulated, seconds))
+    if tally is not None and GateMode(staged.arguments.gate) is GateMode.CHECKED:
+        print(f"checked    Z3 confirmed {tally.confirmed} of {tally.decided} decisions")
     audited, sound = _check_log(out / AUDIT, request.signing)
     print(f"audit      {audited.records} records, {sound}")
     if not report.reached:
@@ -188,6 +192,6 @@ def _check_log(log: Path, signing: SigningConfiguration | None) -> tuple[AuditRe
     if signing is None:
         chain, sound = verify_log(log), "chain sound"
     else:
-        chain = verify_signed(log, signing.key.public, signing.anchor).chain
-        sound = "chain sound, signed" if signing.anchor is None else "chain sound, signed and anchored"
+        chain = verify_signed(log, signing.key.public, *signing.anchors).chain
+        sound = "chain sound, signed and anchored" if signing.anchors else "chain sound, signed"
     return chain, sound if chain.is_sound else f"record {chain.bad_record}: {chain.reason}"

@@ -8,7 +8,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, BinaryIO, Final
@@ -114,6 +114,10 @@ class LogPrefix:
     torn_tail: bytes | None = None
 
 
+class LogReadError(OSError):
+    """The log cannot be read; an error of a `RecordCheck`, such as a closed pipe, is none of these."""
+
+
 def verify_log(path: Path, watch: RecordCheck | None = None) -> AuditReport:
     """Check that a log is one unbroken chain.
 
@@ -127,12 +131,20 @@ def verify_log(path: Path, watch: RecordCheck | None = None) -> AuditReport:
         The report, with the first bad record if there is one. A log that cannot be read is bad from record 0.
     """
     try:
-        with path.open("rb") as file:
-            prefix = read_prefix(file, watch)
+        opened = path.open("rb")
     except OSError as failure:
-        return AuditReport(0, GENESIS, 0, f"the log cannot be read: {failure}", DecisionCounts())
+        return _unreadable(failure)
+    with opened as file:
+        try:
+            prefix = read_prefix(file, watch)
+        except LogReadError as failure:
+            return _unreadable(failure)
     bad = None if prefix.problem is None else prefix.records
     return AuditReport(prefix.records, prefix.head, bad, prefix.problem or "", prefix.decisions)
+
+
+def _unreadable(failure: OSError) -> AuditReport:
+    return AuditReport(0, GENESIS, 0, f"the log cannot be read: {failure}", DecisionCounts())
 
 
 def read_prefix(file: BinaryIO, watch: RecordCheck | None = None) -> LogPrefix:
@@ -144,11 +156,14 @@ def read_prefix(file: BinaryIO, watch: RecordCheck | None = None) -> LogPrefix:
 
     Returns:
         The sound beginning.
+
+    Raises:
+        LogReadError: the log cannot be read.
     """
     file.seek(0)
     size = os.fstat(file.fileno()).st_size
     sound = LogPrefix(0, GENESIS, GENESIS, 0, DecisionCounts())
-    for line in file:
+    for line in _read_lines(file):
         if not line.endswith(b"\n"):
             return replace(sound, problem=f"record {sound.records} is cut short", torn_tail=line)
         if b"\0" in line and sound.end + len(line) == size:
@@ -159,6 +174,13 @@ def read_prefix(file: BinaryIO, watch: RecordCheck | None = None) -> LogPrefix:
             return checked
         sound = checked
     return sound
+
+
+def _read_lines(file: BinaryIO) -> Iterator[bytes]:
+    try:
+        yield from file
+    except OSError as failure:
+        raise LogReadError(*failure.args) from failure
 
 
 def _check(line: bytes, before: LogPrefix, watch: RecordCheck | None) -> LogPrefix:

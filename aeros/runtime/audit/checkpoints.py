@@ -1,19 +1,22 @@
 """Signed checkpoints of the audit log, and the anchor: they detect what a plain hash chain cannot.
 
 A checkpoint is a record that signs the head of the chain before it. Without the key nobody can rewrite what
-comes before a checkpoint. The anchor is a copy of the newest checkpoint, stored where a writer of the log
-has no write access. It proves a minimum length of the log, so no tail can be cut off up to there.
+comes before a checkpoint. An anchor is a copy of the newest checkpoint, stored where a writer of the log
+has no write access. It proves a minimum length of the log, so no tail can be cut off up to there. A log may
+have several anchors; whoever puts an earlier log and an earlier anchor back must do so with all of them.
 
 A checkpoint is durable before it is anchored, so an anchor is never ahead of its log.
-Not detected are changes to the records after the newest checkpoint, at most `CHECKPOINT_INTERVAL`. With a
-key but without an anchor, two more changes go undetected: a log cut off right after an earlier checkpoint,
-and a log replaced by another one that the key signed.
+A writer that opens a closed log signs at once, so after a closing checkpoint only the note of a repair and
+another checkpoint may stand. In a log that was not closed, changes to the records after the newest
+checkpoint, at most `CHECKPOINT_INTERVAL`, are not detected. With a key but without an anchor, two more
+changes go undetected: a log cut off right after an earlier checkpoint, and a log replaced by another one
+that the key signed.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
@@ -42,15 +45,15 @@ class AnchorError(Exception):
 
 @dataclass(frozen=True)
 class SigningConfiguration:
-    """Key and anchor with which a writer signs checkpoints.
+    """Key and anchors with which a writer signs checkpoints.
 
     Attributes:
         key: signing key.
-        anchor: path of the anchor, the copy of the last checkpoint outside the log; None if none is kept.
+        anchors: paths of the anchors, the copies of the last checkpoint outside the log.
     """
 
     key: SigningKey
-    anchor: Path | None = None
+    anchors: tuple[Path, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,15 +154,16 @@ class CheckpointVerifier:
 
     Args:
         key: public key that must have signed every checkpoint.
-        anchor: checkpoint that the log must contain.
+        anchors: checkpoints that the log must contain.
     """
 
-    def __init__(self, key: PublicKey, anchor: AuditCheckpoint | None = None) -> None:
+    def __init__(self, key: PublicKey, anchors: Sequence[AuditCheckpoint] = ()) -> None:
         self.log: str | None = None
         self.signed = 0
         self.closed = False
         self._key = key
-        self._anchor = anchor
+        self._anchors = tuple(anchors)
+        self._is_ended = False  # after a closing checkpoint, until a writer opens the log and signs again
         self._bare = 0  # records since the last checkpoint, not counting notes of repairs
 
     def __call__(self, record: Record, own: str) -> str | None:
@@ -167,13 +171,15 @@ class CheckpointVerifier:
         place = record["sequence"]
         if place == 0:
             self.log = own
-            if self._anchor is not None and self._anchor.log != own:
+            if any(anchor.log != own for anchor in self._anchors):
                 return "the anchor is of another log, or this one was rewritten from its first record"
         found = parse_checkpoint(record["details"]) if record["event"] == CHECKPOINT else None
-        if self._anchor is not None and self._anchor.sequence == place and found != self._anchor:
+        if any(anchor.sequence == place and found != anchor for anchor in self._anchors):
             return f"record {place} is not the checkpoint that the anchor holds: the log was rewritten"
         self.closed = False
         if record["event"] != CHECKPOINT:
+            if self._is_ended and record["event"] != TAIL_REPAIRED:
+                return f"record {place} was added to a closed log by a writer without the key"
             self._bare += record["event"] != TAIL_REPAIRED
             if self.signed and self._bare > CHECKPOINT_INTERVAL:
                 return (
@@ -187,7 +193,7 @@ class CheckpointVerifier:
         claimed = (found.log, found.sequence, found.head, repr(found.time))
         if claimed != (self.log, place, record["previous"], repr(record["written"])):
             return f"the checkpoint in record {place} was signed for other records than those before it"
-        self.signed, self.closed, self._bare = place + 1, found.closing, 0
+        self.signed, self.closed, self._is_ended, self._bare = place + 1, found.closing, found.closing, 0
         return None
 
     def missing_tail(self, records: int) -> str | None:
@@ -199,11 +205,15 @@ class CheckpointVerifier:
         Returns:
             What is missing at the end, in words; None if nothing is.
         """
-        if self._anchor is None or self._anchor.sequence < records:
-            return None
-        if records == 0:
-            return "the log is empty, but the anchor is of a log with records; each log has its own anchor"
-        return f"the log was cut: it ends before record {self._anchor.sequence}, which the anchor holds"
+        for anchor in self._anchors:
+            if anchor.sequence < records:
+                continue
+            if records == 0:
+                return (
+                    "the log is empty, but the anchor is of a log with records; each log has its own anchor"
+                )
+            return f"the log was cut: it ends before record {anchor.sequence}, which the anchor holds"
+        return None
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,7 +223,7 @@ class SignatureReport:
     Attributes:
         chain: result for the chain, with problems of signatures and anchor.
         signed: number of records, from the first on, that the key's checkpoints cover.
-        anchored: number of records, from the first on, that the anchor proves to be there; 0 without one.
+        anchored: number of records, from the first on, that the anchors prove to be there; 0 without one.
         closed: the writer closed the log; otherwise it is still at work, or was killed.
     """
 
@@ -223,30 +233,33 @@ class SignatureReport:
     closed: bool
 
 
-def verify_signed(path: Path, key: PublicKey, anchor: Path | None = None) -> SignatureReport:
-    """Check that a log is an unbroken chain, signed by `key`, that reaches at least to its anchor.
+def verify_signed(path: Path, key: PublicKey, *anchors: Path) -> SignatureReport:
+    """Check that a log is an unbroken chain, signed by `key`, that reaches at least to each of its anchors.
 
     Args:
         path: the log.
         key: public key of its writer.
-        anchor: path of the anchor; None to check without one.
+        anchors: paths of the log's anchors.
 
     Returns:
         The report.
 
     Raises:
-        AnchorError: `anchor` is missing, is not an anchor, or is not signed with `key`.
+        AnchorError: an anchor is missing, is not an anchor, or is not signed with `key`.
     """
-    anchored = None if anchor is None else read_anchor(anchor, key)
-    if anchor is not None and anchored is None:
-        raise AnchorError(f"there is no anchor at `{anchor}`")
+    anchored = []
+    for anchor in anchors:
+        found = read_anchor(anchor, key)
+        if found is None:
+            raise AnchorError(f"there is no anchor at `{anchor}`")
+        anchored.append(found)
     watch = CheckpointVerifier(key, anchored)
     chain = verify_log(path, watch)
     if chain.is_sound:
         unsigned = None if watch.signed else "no checkpoint of this key is in the log"
         why = watch.missing_tail(chain.records) or unsigned
         chain = chain if why is None else replace(chain, bad_record=chain.records, reason=why)
-    reached = anchored.sequence + 1 if anchored is not None and chain.is_sound else 0
+    reached = max((one.sequence + 1 for one in anchored), default=0) if chain.is_sound else 0
     return SignatureReport(chain, watch.signed, reached, watch.closed)
 
 

@@ -1,7 +1,6 @@
 """Ed25519 keys of the audit log: create, read, sign, verify. The only importer of `cryptography`.
 
-`cryptography` is the extra `audit` of this distribution, needed only for signing. Key files are PEM, so
-that OpenSSL and others can read them.
+Key files are PEM, so that OpenSSL and others can read them.
 """
 
 from __future__ import annotations
@@ -9,15 +8,19 @@ from __future__ import annotations
 import hashlib
 import os
 import stat
+import tempfile
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
+
+from aeros.files import make_private_folder, sync_folder
 
 if TYPE_CHECKING:
     from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey, Ed25519PublicKey
 
 PUBLIC_SUFFIX: Final = ".pub"
 _OWNER_ONLY: Final = 0o600
-_MISSING: Final = "signing needs the package `cryptography`: pip install 'aeros[audit]'"
+_MISSING: Final = "signing needs the package `cryptography`: pip install cryptography"
 
 
 class InvalidKeyError(Exception):
@@ -30,6 +33,16 @@ class PublicKey:
     def __init__(self, key: Ed25519PublicKey) -> None:
         self._key = key
         self.id = hashlib.sha256(key.public_bytes_raw()).hexdigest()
+
+    def pem(self) -> bytes:
+        """Encode the key as PEM.
+
+        Returns:
+            Contents of a key file.
+        """
+        from cryptography.hazmat.primitives import serialization as form
+
+        return self._key.public_bytes(form.Encoding.PEM, form.PublicFormat.SubjectPublicKeyInfo)
 
     def verify(self, signature: str, message: bytes) -> bool:
         """Verify a signature of a message.
@@ -90,13 +103,44 @@ def make_key(path: Path) -> Path:
         raise InvalidKeyError(_MISSING) from missing
     key = Ed25519PrivateKey.generate()
     private = key.private_bytes(form.Encoding.PEM, form.PrivateFormat.PKCS8, form.NoEncryption())
-    public = key.public_key().public_bytes(form.Encoding.PEM, form.PublicFormat.SubjectPublicKeyInfo)
     public_path = path.with_name(path.name + PUBLIC_SUFFIX)
     if public_path.exists():
         raise InvalidKeyError(f"`{public_path}` exists already")
     _write_new(path, private, _OWNER_ONLY)
-    _write_new(public_path, public, 0o644)
+    _write_new(public_path, PublicKey(key.public_key()).pem(), 0o644)
     return public_path
+
+
+def ensure_key(path: Path) -> Path:
+    """Create a key pair at `path` unless there is one; several processes may do so at once.
+
+    Args:
+        path: file of the private key; its folder is created for its owner alone.
+
+    Returns:
+        `path`.
+
+    Raises:
+        InvalidKeyError: a file cannot be written, or `cryptography` is not installed.
+    """
+    public_path = path.with_name(path.name + PUBLIC_SUFFIX)
+    try:
+        if path.exists() and public_path.exists():
+            return path
+        make_private_folder(path.parent)
+        with tempfile.TemporaryDirectory(prefix=".key-", dir=path.parent) as name:
+            made = Path(name) / path.name
+            make_key(made)
+            # Of several processes one wins, with a complete file; the public key follows from its key.
+            with suppress(FileExistsError):
+                os.link(made, path)
+            public = made.with_name(public_path.name)
+            public.write_bytes(read_signing_key(path).public.pem())
+            public.replace(public_path)
+            sync_folder(path.parent)
+    except OSError as error:
+        raise InvalidKeyError(f"the key `{path}` cannot be made: {error.strerror}") from error
+    return path
 
 
 def read_signing_key(path: Path) -> SigningKey:

@@ -37,6 +37,7 @@ from aeros.runtime.audit.check import (
     AuditReport,
     DecisionCounts,
     Record,
+    RecordCheck,
     read_prefix,
     verify_log,
 )
@@ -68,6 +69,13 @@ _ENCODED_EVENTS: Final = ("state", "motion")
 """Details of a decision that come with the canonical text of which the record holds the digest."""
 
 
+def _refuse_checkpoint(record: Record, own: str) -> str | None:
+    """Implement `RecordCheck` for a writer without a key, whose records would look forged in a signed log."""
+    if record["event"] != CHECKPOINT:
+        return None
+    return "it is signed, and can be continued only with its key"
+
+
 class AuditError(Exception):
     """The record cannot be written, so nothing may move."""
 
@@ -80,11 +88,11 @@ class AuditLog:
     Assumes that `fdatasync` reaches the medium, and that the process does not fork while it writes.
 
     Args:
-        path: the log; created if it does not exist.
+        path: the log; created, for its owner alone, if it does not exist.
         clock: seconds since 1970, for people; no decision depends on it.
         durability: which records must be durable before `append` returns.
         signing: sign a checkpoint now, every `CHECKPOINT_INTERVAL` records and on closing, and copy the
-            newest to the anchor; None to sign nothing.
+            newest to each anchor; None to sign nothing, which a log that was signed refuses.
         listener: called with the line of each record once it is safe, in order; must be quick and not raise.
 
     Raises:
@@ -221,7 +229,7 @@ class AuditLog:
         except OSError as failure:
             raise AuditError(f"the audit log `{self.path}` cannot be read: {failure}") from failure
         problem = prefix.problem if prefix.torn_tail is None else None
-        if problem is None and watch is not None:
+        if problem is None and isinstance(watch, CheckpointVerifier):
             problem = watch.missing_tail(prefix.records)
         if problem is not None:
             why = explain_problem(self.path, problem)
@@ -239,17 +247,18 @@ class AuditLog:
                 self._append("log-began", {"nonce": secrets.token_hex(16)})
             self._sign(self._signing, closing=False)
 
-    def _check_signatures(self) -> CheckpointVerifier | None:
-        """Return a check against key and anchor; without it the next checkpoint would hide tampering.
+    def _check_signatures(self) -> RecordCheck:
+        """Return a check against key and anchors; without it the next checkpoint would hide tampering.
 
         Raises:
             AuditError: key or anchor cannot be read, or disagree with the log.
         """
         if self._signing is None:
-            return None
-        key, anchor = self._signing.key.public, self._signing.anchor
+            return _refuse_checkpoint
+        key = self._signing.key.public
         try:
-            return CheckpointVerifier(key, None if anchor is None else read_anchor(anchor, key))
+            found = [read_anchor(anchor, key) for anchor in self._signing.anchors]
+            return CheckpointVerifier(key, [one for one in found if one is not None])
         except AnchorError as failure:
             raise AuditError(f"the audit log `{self.path}` cannot be continued: {failure}") from failure
 
@@ -288,10 +297,10 @@ class AuditLog:
         return to_canonical_json({**head, "details": dict(details)}, _ENCODED_EVENTS)
 
     def _sign(self, signing: SigningConfiguration, *, closing: bool) -> None:
-        """Append a checkpoint, then copy it to the anchor.
+        """Append a checkpoint, then copy it to the anchors.
 
         Raises:
-            AuditError: the anchor cannot be written.
+            AuditError: the log or an anchor cannot be written.
         """
         key, now = signing.key, self._clock()
         checkpoint = AuditCheckpoint(self._id, self._sequence, self._head, now, closing, key.public.id).sign(
@@ -299,11 +308,11 @@ class AuditLog:
         )
         self._append(CHECKPOINT, checkpoint.details(), written=now)
         self._unsigned = 0
-        if signing.anchor is not None:
+        for anchor in signing.anchors:
             try:
-                write_anchor(signing.anchor, checkpoint)
+                write_anchor(anchor, checkpoint)
             except OSError as failure:
-                self._broken = f"its anchor `{signing.anchor}` cannot be written: {failure}"
+                self._broken = f"its anchor `{anchor}` cannot be written: {failure}"
                 raise AuditError(
                     f"the audit log `{self.path}` cannot be written: {self._broken}"
                 ) from failure

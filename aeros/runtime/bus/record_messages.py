@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
+from aeros.runtime.audit.checkpoints import CHECKPOINT
 from aeros.runtime.bus.messages import DecisionMessage, Event, Time, stamp
 
 
@@ -20,8 +21,8 @@ def parse_record(line: bytes, last: Time) -> tuple[Event, DecisionMessage | None
     """
     record = json.loads(line)
     number, name, details = record["sequence"], record["event"], record["details"]
-    own = details.get("time")
-    when = stamp(own) if type(own) in (float, int) else last
+    own = None if name == CHECKPOINT else details.get("time")  # a checkpoint has the time of day
+    when = stamp(own) if isinstance(own, float | int) else last
     event = Event(when, number, name, _to_json(details))
     if name != "decision":
         return event, None

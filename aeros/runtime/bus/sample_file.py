@@ -13,6 +13,7 @@ from os import SEEK_END
 from pathlib import Path
 from typing import Any, Final, Self
 
+from aeros.files import open_private
 from aeros.runtime.bus.message_publisher import RobotChain
 from aeros.runtime.ports import Reading, Readings
 from aeros.spec.expr import terms as t
@@ -47,7 +48,7 @@ class SampleWriter:
         self._last: dict[str, float] = {}
         self._truths: dict[str, Any] = {}
         # A run that is resumed after a crash continues its file on a new line.
-        self._file = path.open("a+b", buffering=0)
+        self._file = open_private(path)
         if self._file.tell() > 0:
             self._file.seek(-1, SEEK_END)
             if self._file.read(1) != b"\n":

@@ -28,6 +28,7 @@ from collections.abc import Mapping, Sequence
 from math import inf
 from typing import Any, Self
 
+from aeros.runtime.audit.checkpoints import CHECKPOINT
 from aeros.runtime.audit.log import AuditError, AuditLog, DecisionCounts
 from aeros.runtime.canonical_json import decode_value
 from aeros.runtime.execution.clean_up import CleanUp, ExecutionContext
@@ -159,7 +160,8 @@ class Executor:
         records = self._audit.records_since(head)
         if records is None:
             return None
-        own = (record for record in records if record["event"] != "note")
+        # A checkpoint is of the log, not of the session, and has the time of day.
+        own = (record for record in records if record["event"] not in ("note", CHECKPOINT))
         return [
             AuditEvent(record["sequence"], record["event"], decode_value(record["details"])) for record in own
         ]

@@ -8,13 +8,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from enum import Enum
 from fractions import Fraction
-from functools import lru_cache
-from typing import Any, Final, Protocol
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from aeros.spec.backends.compiled import compile_condition
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import scalar_variables
 from aeros.spec.model.variables import Declared, ranges_of
+
+if TYPE_CHECKING:
+    from aeros.spec.backends.z3_solver import IncrementalSolver, SolverContext
 
 _SECONDS: Final = 1.0
 """Time limit for one condition, s: with all values given, Z3 takes some 2 ms."""
@@ -71,25 +74,41 @@ def _compiled(
     return compile_condition(term, dict(ranges))
 
 
+class GateSolver:
+    """Z3 as the conditions of one gate share it; started by the first question. Not thread-safe."""
+
+    @cached_property
+    def context(self) -> SolverContext:
+        """Context of all solvers of the gate."""
+        # Importing z3 takes 50 ms, which the compiled gate does not need to spend.
+        from aeros.spec.backends.z3_solver import SolverContext
+
+        return SolverContext()
+
+
 class SolverCondition:
     """A condition that Z3 evaluates, with the values as exact rationals.
 
-    shared_context: another condition of the same gate, to share its solver's context.
+    It is encoded when it is first asked: a run asks a tenth of the conditions of its site.
+
+    solver: shared with other conditions of the same gate; None for one of its own.
     """
 
-    def __init__(
-        self, term: t.Term, declared: Iterable[Declared], shared_context: SolverCondition | None = None
-    ) -> None:
-        # Importing z3 takes 80 ms, which the compiled gate does not need to spend.
+    def __init__(self, term: t.Term, declared: Iterable[Declared], solver: GateSolver | None = None) -> None:
+        self._term = term
+        self._mentioned = _variables_used(term, declared)
+        self.names = _scalar_names(self._mentioned)
+        self._solver = solver or GateSolver()
+
+    @cached_property
+    def _session(self) -> IncrementalSolver:
         from aeros.spec.backends.z3_solver import IncrementalSolver
 
-        self._term = term
-        mentioned = _variables_used(term, declared)
-        self.names = _scalar_names(mentioned)
-        variables = (one.variable for one in mentioned)
-        shared = None if shared_context is None else shared_context._session
-        self._session: IncrementalSolver = IncrementalSolver(
-            variables, ranges_of(mentioned), shared_context=shared, seconds=_SECONDS
+        return IncrementalSolver(
+            (one.variable for one in self._mentioned),
+            ranges_of(self._mentioned),
+            context=self._solver.context,
+            seconds=_SECONDS,
         )
 
     def decide(self, values: Mapping[str, Any]) -> ConditionValue:

@@ -102,7 +102,7 @@ class Explainer:
             The decision with its layers and conditions.
 
         Raises:
-            GateDisagreementError: in shadow mode, the compiled gate and Z3 decide differently.
+            GateDisagreementError: in mode `checked`, the compiled gate and Z3 decide differently.
         """
         decision = self.gate.decide(caller, readings, action, now, usage)
         if request_fault(caller, readings, action, usage) or check_time(now):

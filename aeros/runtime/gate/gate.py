@@ -39,6 +39,7 @@ from aeros.runtime.gate.conditions import (
     CompiledCondition,
     ConditionValue,
     DecidableCondition,
+    GateSolver,
     SolverCondition,
 )
 from aeros.runtime.gate.configuration import Configuration
@@ -47,13 +48,14 @@ from aeros.runtime.gate.finite_layers import finite_objections
 from aeros.runtime.gate.joint_rules import ActiveAction, JointRules
 from aeros.runtime.gate.port import Gate
 from aeros.runtime.gate.request_check import (
+    individual_readings,
     request_fault,
     to_plant_parameters,
     unpack_arguments,
     unpack_readings,
 )
 from aeros.runtime.gate.value_check import Scalars, ValueChecker, check_time, value_checkers
-from aeros.runtime.ports import Reading, Readings, Snapshot
+from aeros.runtime.ports import Readings, Snapshot
 from aeros.skill import Action
 from aeros.spec.backends.compiled import CompiledConditions, compile_conditions
 from aeros.spec.diagnostics.errors import InternalError
@@ -69,22 +71,55 @@ class GateMode(Enum):
 
     COMPILED = "compiled"
     Z3 = "z3"
-    SHADOW = "shadow"  # both; a disagreement halts the robot
+    CHECKED = "checked"  # both; a disagreement halts the robot
+
+    @classmethod
+    def _missing_(cls, value: object) -> GateMode | None:
+        """Read the mode of a run that an earlier release saved, where CHECKED was called `shadow`."""
+        return cls.CHECKED if value == "shadow" else None
 
 
 class GateDisagreementError(InternalError):
     """The compiled gate and Z3 decided differently; nothing may move until a person has investigated."""
 
 
-class CompiledGate(Gate):
-    """A gate compiled from a site's policy and from the certificates of its modules."""
+@dataclass
+class DecisionTally:
+    """Numbers of decisions of a gate and of those that replaced it.
 
-    def __init__(self, configuration: Configuration, mode: GateMode = GateMode.COMPILED) -> None:
+    Attributes:
+        decided: decisions on an action alone.
+        confirmed: those of them that Z3 decided too, with the same result; 0 unless the mode is CHECKED.
+    """
+
+    decided: int = 0
+    confirmed: int = 0
+
+
+class CompiledGate(Gate):
+    """A gate compiled from a site's policy and from the certificates of its modules.
+
+    In mode CHECKED, Z3 decides every request a second time, and every joint decision, from the rules of the
+    site and the module's envelope and permission, without the certificates. An action moves only if both
+    decide the same. Z3 checks conditions; both deciders share the checks of form, range and age, the finite
+    layers and the arithmetic of attenuation. The swept volume of a motion is not Z3's question.
+
+    mode: the method of evaluating conditions.
+    tally: numbers of decisions so far, continued by `with_configuration`.
+    """
+
+    def __init__(
+        self,
+        configuration: Configuration,
+        mode: GateMode = GateMode.COMPILED,
+        tally: DecisionTally | None = None,
+    ) -> None:
+        self.mode = mode
+        self.tally = tally or DecisionTally()
         self._site = configuration.site
-        self._mode = mode
         compiled = mode is not GateMode.Z3
         self._decider = _Decider(configuration, compiled)
-        self._shadow = _Decider(configuration, compiled=False) if mode is GateMode.SHADOW else None
+        self._checker = _Decider(configuration, compiled=False) if mode is GateMode.CHECKED else None
 
     @cached_property
     def monitor_rules(self) -> MonitorRules:
@@ -93,7 +128,7 @@ class CompiledGate(Gate):
 
     def with_configuration(self, configuration: Configuration) -> CompiledGate:
         """Implement `Gate.with_configuration`: the new gate has the same mode."""
-        return CompiledGate(configuration, self._mode)
+        return CompiledGate(configuration, self.mode, self.tally)
 
     def decide(
         self, caller: Caller, readings: Readings, action: Action, now: float, usage: Mapping[str, int]
@@ -101,14 +136,15 @@ class CompiledGate(Gate):
         """Implement `Gate.decide`; total: every malformed request is denied.
 
         Raises:
-            GateDisagreementError: in shadow mode, the compiled gate and Z3 decide differently.
+            GateDisagreementError: in mode `checked`, the compiled gate and Z3 decide differently.
         """
         decision = self._decider.decide(caller, readings, action, now, usage)
-        if self._shadow is not None:
-            second = self._shadow.decide(caller, readings, action, now, usage)
-            if second != decision:
-                raise GateDisagreementError(f"compiled gate: {decision}; z3: {second}")
-        return decision
+        self.tally.decided += 1
+        if self._checker is None:
+            return decision
+        second = self._checker.decide(caller, readings, action, now, usage)
+        self.tally.confirmed += second == decision
+        return _agreed(decision, second)
 
     def decide_jointly(
         self, decision: Decision, readings: Readings, now: float, active_actions: Sequence[ActiveAction]
@@ -116,14 +152,25 @@ class CompiledGate(Gate):
         """Implement `Gate.decide_jointly`.
 
         Raises:
-            GateDisagreementError: in shadow mode, the compiled gate and Z3 decide differently.
+            GateDisagreementError: in mode `checked`, the compiled gate and Z3 decide differently.
         """
         together = self._decider.decide_jointly(decision, readings, now, active_actions)
-        if self._shadow is not None:
-            second = self._shadow.decide_jointly(decision, readings, now, active_actions)
-            if second != together:
-                raise GateDisagreementError(f"compiled gate: {together}; z3: {second}")
-        return together
+        if self._checker is None:
+            return together
+        return _agreed(together, self._checker.decide_jointly(decision, readings, now, active_actions))
+
+
+def _agreed(decision: Decision, second: Decision) -> Decision:
+    """Return the decision of both deciders; a denial if Z3 ran out of its budget.
+
+    Raises:
+        GateDisagreementError: they decided differently.
+    """
+    if second == decision:
+        return decision
+    if any(reason.code == "AE790" for reason in second.reasons):
+        return Decision(DecisionKind.DENY, None, second.reasons)
+    raise GateDisagreementError(f"compiled gate: {decision}; z3: {second}")
 
 
 @dataclass(frozen=True)
@@ -131,13 +178,11 @@ class _CompiledKindRules:
     """The rules of Φ on one action kind.
 
     conditions: of each rule, with the reason to report if it does not hold.
-    compiled_conditions: the same conditions for the fast path.
     required_state: the state variables that the rules read, to decide or to attenuate.
     """
 
     rules: tuple[Rule, ...]
     conditions: tuple[tuple[DecidableCondition, Reason], ...]
-    compiled_conditions: CompiledConditions
     parameters: Mapping[str, ValueChecker]
     required_state: frozenset[str]
 
@@ -160,16 +205,16 @@ class _Decider:
     def __init__(self, configuration: Configuration, compiled: bool) -> None:
         self._configuration = configuration
         self._compiled = compiled
-        self._solved: SolverCondition | None = None
+        self._solver = GateSolver()
         site = configuration.site
         self._state = value_checkers(site.observed_variables)
-        self._snapshot_cache = SnapshotCache(self._state)
         self._kinds = {name: self._kind_rules(kind) for name, kind in site.kinds.items()}
         self._inputs: dict[tuple[str, str], dict[str, ValueChecker]] = {}
         self._entries: dict[tuple[str, str, str], _CompiledSkillKind] = {}
         self._one_by_one: dict[frozenset[str], ReadEach] = {}
+        self._compiled_rules: dict[str, CompiledConditions] = {}
         self._fast_paths: dict[tuple[str, str, str], FastDecide] = {}
-        self._joint = JointRules(site, compiled=compiled)
+        self._joint = JointRules(site, compiled=compiled, solver=self._solver)
         for module, ecm in configuration.modules.items():
             for skill in ecm.skills.values():
                 self._inputs[module, skill.id] = value_checkers(skill.inputs)
@@ -185,13 +230,11 @@ class _Decider:
             for rule in rules
             for term in (rule.terms[kind.name], *rule.attenuations.get(kind.name, {}).values())
         ]
-        declared = (*self._configuration.site.observed_variables.values(), *kind.parameters.values())
         return _CompiledKindRules(
             rules,
             tuple(
                 (self._condition(rule.terms[kind.name], kind, {}), _violation_reason(rule)) for rule in rules
             ),
-            compile_conditions([rule.terms[kind.name] for rule in rules], ranges_of(declared)),
             value_checkers(kind.parameters),
             _state_variables_read(read),
         )
@@ -238,7 +281,7 @@ class _Decider:
                     envelope,
                     permitted,
                     t.conjunction(*left),
-                    of_kind.compiled_conditions,
+                    self._rule_conditions(kind),
                     denying,
                 ),
                 inputs=self._inputs[ecm.id, skill.id],
@@ -250,6 +293,18 @@ class _Decider:
                 quotas=self._configuration.site.quotas,
                 kind=kind.name,
             )
+
+    @cached_property
+    def _snapshot_cache(self) -> SnapshotCache:
+        return SnapshotCache(self._state)
+
+    def _rule_conditions(self, kind: ActionKind) -> CompiledConditions:
+        """Compile the rules on a kind for the fast path, once for all skills."""
+        if kind.name not in self._compiled_rules:
+            declared = (*self._configuration.site.observed_variables.values(), *kind.parameters.values())
+            terms = [rule.terms[kind.name] for rule in self._kinds[kind.name].rules]
+            self._compiled_rules[kind.name] = compile_conditions(terms, ranges_of(declared))
+        return self._compiled_rules[kind.name]
 
     def _reading_unpacker(self, required: frozenset[str]) -> ReadEach:
         """Compile the reader of a set of required readings once: it is most of the generated code."""
@@ -281,8 +336,7 @@ class _Decider:
         declared = (*state.values(), *inputs.values(), *kind.parameters.values())
         if self._compiled:
             return CompiledCondition(term, declared)
-        self._solved = SolverCondition(term, declared, self._solved)
-        return self._solved
+        return SolverCondition(term, declared, self._solver)
 
     # Deciding.
 
@@ -291,7 +345,7 @@ class _Decider:
         if type(answer) is Decision:
             return answer
         if type(readings) is Snapshot:
-            readings = _individual_readings(readings)
+            readings = individual_readings(readings)
         if type(answer) is dict:
             reasons = self._violated_conditions(caller, action, answer)
             return self._deny_or_attenuate(caller, readings, action, now, usage, answer, reasons)
@@ -420,11 +474,3 @@ def _state_variables_read(terms: Iterable[t.Term]) -> frozenset[str]:
         for name, variable in t.variables_of(term).items()
         if variable.role is t.VariableRole.STATE
     )
-
-
-def _individual_readings(snapshot: Snapshot) -> dict[str, Reading] | None:
-    """Return a snapshot's readings one by one; None for a snapshot that was never initialized."""
-    try:
-        return dict(snapshot)
-    except AttributeError:
-        return None

@@ -13,6 +13,7 @@ from aeros.runtime.gate.conditions import (
     CompiledCondition,
     ConditionValue,
     DecidableCondition,
+    GateSolver,
     SolverCondition,
 )
 from aeros.runtime.gate.decision import Reason
@@ -44,11 +45,16 @@ class ActiveAction:
 
 
 class JointRules:
-    """The joint rules of one site, prepared for decisions about pairs of actions."""
+    """The joint rules of one site, prepared for decisions about pairs of actions.
 
-    def __init__(self, site: Site, *, compiled: bool) -> None:
+    compiled: decide by compiled functions; otherwise Z3 decides, with `solver` or one of their own.
+    """
+
+    def __init__(self, site: Site, *, compiled: bool, solver: GateSolver | None = None) -> None:
         self._site = site
-        self._rules = [_JointRule(rule, site, compiled) for rule in site.joint_rules]
+        self._rules = [
+            _JointRule(rule, site, None if compiled else solver or GateSolver()) for rule in site.joint_rules
+        ]
 
     def objections(self, action: ActiveAction, active_actions: Iterable[ActiveAction]) -> Iterator[Reason]:
         """List the reasons why an action may not begin while others are under way.
@@ -92,13 +98,15 @@ class JointRules:
 class _JointRule:
     """One joint rule, with checkers of the state variables and of each role's parameters that it reads."""
 
-    def __init__(self, rule: JointRule, site: Site, compiled: bool) -> None:
+    def __init__(self, rule: JointRule, site: Site, solver: GateSolver | None) -> None:
         declared = joint_variables(site, rule)
         self.id = rule.id
         self.term = rule.term
         self.kinds = tuple(kind for _, kind in rule.roles)
         self.condition: DecidableCondition = (
-            CompiledCondition(rule.term, declared) if compiled else SolverCondition(rule.term, declared)
+            CompiledCondition(rule.term, declared)
+            if solver is None
+            else SolverCondition(rule.term, declared, solver)
         )
         self._says = f"breaks `{rule.text}`: {rule.rationale}"
         forms = {one.name: ValueChecker(one) for one in declared if one.name in t.variables_of(rule.term)}

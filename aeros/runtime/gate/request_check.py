@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
-from typing import Any
+from typing import Any, cast
 
 from aeros.runtime.gate.decision import Caller, Reason
-from aeros.runtime.gate.value_check import Scalars, ValueChecker, check_freshness
-from aeros.runtime.ports import Reading, Readings
+from aeros.runtime.gate.value_check import Scalars, ValueChecker, check_freshness, is_reading
+from aeros.runtime.ports import ColumnNames, Reading, Readings, Snapshot
 from aeros.skill import Action
 from aeros.spec.expr.doubles import nearest_double_in_range
 from aeros.spec.model.variables import Declared
@@ -127,10 +127,45 @@ def unpack_reading(
     Returns:
         The objection, or None.
     """
-    if type(reading) is not Reading or len(reading) != len(Reading._fields):
+    if not is_reading(reading):
         name = checker.declared.name
         return Reason("AE701", name, f"`{name}` is not a value with a time")
     return check_freshness(checker, reading.time, now, required) or checker.unpack(reading.value, values)
+
+
+def snapshot_columns(snapshot: Snapshot) -> tuple[ColumnNames, tuple[Any, ...]] | None:
+    """Return the names and values of a snapshot after a check of its structure.
+
+    A snapshot may never have been initialized, or its attributes may have been replaced.
+
+    Args:
+        snapshot: an object whose type is `Snapshot`.
+
+    Returns:
+        The names and as many values; None if the snapshot is malformed.
+    """
+    try:
+        order, column = snapshot.order, snapshot.column
+        if type(order) is not ColumnNames or type(order.names) is not tuple or type(column) is not tuple:
+            return None
+        return (order, column) if len(order.names) == len(column) else None
+    except AttributeError:
+        return None
+
+
+def individual_readings(snapshot: Snapshot) -> dict[str, Reading] | None:
+    """Return a snapshot's readings one by one.
+
+    Args:
+        snapshot: an object whose type is `Snapshot`.
+
+    Returns:
+        The readings by name; None if the snapshot is malformed.
+    """
+    columns, time = snapshot_columns(snapshot), cast("float", getattr(snapshot, "time", None))
+    if columns is None or not all(type(name) is str for name in columns[0].names):
+        return None
+    return {name: Reading(value, time) for name, value in zip(columns[0].names, columns[1], strict=True)}
 
 
 def to_plant_parameters(

@@ -12,6 +12,7 @@ from fractions import Fraction
 from typing import Any
 
 from aeros.runtime.gate.decision import Reason
+from aeros.runtime.ports import Reading
 from aeros.spec.expr.doubles import adjacent_doubles
 from aeros.spec.expr.lower import scalar_variables
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType, IntegerType, RealType, VectorType
@@ -22,6 +23,20 @@ _EXACT_INTEGERS = 2**53  # every whole number up to here is a double
 
 Scalars = dict[str, Any]
 """float, bool or str by scalar variable, in the form that the back ends expect."""
+
+
+def is_reading(given: Any) -> bool:
+    """Return True if an object is a `Reading` with exactly its fields; generated code checks the same.
+
+    `tuple.__new__` makes readings of any length.
+
+    Args:
+        given: any object.
+
+    Returns:
+        True if it is well-formed.
+    """
+    return type(given) is Reading and len(given) == len(Reading._fields)
 
 
 class ValueChecker:

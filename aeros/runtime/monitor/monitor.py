@@ -16,7 +16,7 @@ from typing import Any, Final, NamedTuple
 
 from aeros.runtime.gate.compiled.rules import CompiledRuleSet, FastTickCheck, MonitorRules
 from aeros.runtime.gate.joint_rules import ActiveAction
-from aeros.runtime.gate.value_check import Scalars, check_freshness
+from aeros.runtime.gate.value_check import Scalars, check_freshness, is_reading
 from aeros.runtime.gate.violation import RuleViolation
 from aeros.runtime.monitor.history import HistoryTracker, HistoryValues
 from aeros.runtime.ports import Reading
@@ -208,10 +208,7 @@ class RuntimeMonitor:
             if checker is None:
                 return f"input:{name}"
             if type(value) is Reading:
-                if (
-                    len(value) != len(Reading._fields)
-                    or check_freshness(checker, value.time, now, True) is not None
-                ):
+                if not is_reading(value) or check_freshness(checker, value.time, now, True) is not None:
                     return f"input:{name}"
                 value = value.value
             if self._scalars(name, value) is None:

@@ -18,7 +18,7 @@ from typing import Any, Final
 
 from aeros.runtime.audit.check import Record, read_prefix, verify_log
 from aeros.runtime.audit.checkpoints import SigningConfiguration
-from aeros.runtime.audit.keys import InvalidKeyError, read_signing_key
+from aeros.runtime.audit.keys import InvalidKeyError, ensure_key, read_signing_key
 from aeros.runtime.audit.log import AuditError, AuditLog
 from aeros.runtime.registry.lifecycle import ModuleState
 from aeros.runtime.registry.operator_block import OperatorBlock
@@ -39,11 +39,11 @@ def record_change(
     description: str,
     configuration: str,
 ) -> None:
-    """Record that the registry is about to change; signed if there is a key.
+    """Record that the registry is about to change, signed.
 
     Args:
         folder: the registry's folder, which holds the log.
-        key: path of the signing key; need not exist.
+        key: path of the signing key; made if it does not exist.
         old: registry before the change.
         new: registry after it.
         description: the change in words.
@@ -106,7 +106,7 @@ def record_made(folder: Path, key: Path, generation: int) -> UserError | None:
 
 def _append(folder: Path, key: Path, event: str, details: Mapping[str, Any], problem: str) -> None:
     try:
-        signing = SigningConfiguration(read_signing_key(key)) if key.exists() else None
+        signing = SigningConfiguration(read_signing_key(ensure_key(key)))
         with AuditLog(folder / LOG, signing=signing) as log:
             log.append(event, details)
     except (AuditError, InvalidKeyError) as failure:

@@ -17,6 +17,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
 
+from aeros.files import open_private
 from aeros.runtime.ports import MotionCompletion, MotionHandle, PlannedMotion, Plant, RobotBody, Trajectory
 from aeros.sim.hosting.wire import (
     ConnectionLostError,
@@ -238,5 +239,5 @@ class HostLog:
         Args:
             event: its values; those that JSON cannot hold must convert to float.
         """
-        with self._path.open("a", encoding="utf-8") as file:
-            file.write(json.dumps(event, default=float) + "\n")
+        with open_private(self._path) as file:
+            file.write((json.dumps(event, default=float) + "\n").encode("ascii"))

@@ -115,16 +115,16 @@ def test_a_replay_says_what_it_lacks(cart: MakeCart) -> None:
 def test_a_gate_whose_ways_disagree_about_both_halts_everything(
     cart: MakeCart, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    one = cart(mode=GateMode.SHADOW, reach=asking(move()), drive=asking(roll()))
+    one = cart(mode=GateMode.CHECKED, reach=asking(move()), drive=asking(roll()))
     gate = one.executor._pipeline._gate
     assert isinstance(gate, CompiledGate)
-    shadow = gate._shadow
-    assert shadow is not None
+    checker = gate._checker
+    assert checker is not None
 
     def denying(*_: Any) -> Decision:
         return Decision(DecisionKind.DENY, None, ())
 
-    monkeypatch.setattr(shadow, "decide_jointly", denying)
+    monkeypatch.setattr(checker, "decide_jointly", denying)
     one.start("reach")
     one.start("drive")
     with pytest.raises(InternalError, match="compiled gate"):

@@ -65,7 +65,7 @@ def test_every_listener_hears_the_same_and_all_is_closed_in_order(
         listeners=ears,
     )
     with open_recorded_plant(setup) as recorded:
-        with open_agent(setup, recorded, FixedGovernor(configuration)) as (executor, agent):
+        with open_agent(setup, recorded, FixedGovernor(configuration)) as (executor, agent, _):
             assert agent.run("clean the table").reached
             assert executor.site == configuration.site
         steps.append("agent closed")

@@ -9,15 +9,18 @@ import pytest
 from aeros.agent.errors import AgentError
 from aeros.agent.planning.routing import RoutingError
 from aeros.cli.main import main
-from aeros.runtime.audit.keys import InvalidKeyError, make_key
+from aeros.runtime.audit.keys import InvalidKeyError, make_key, read_public_key
 from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.registry.registry import Registry
 from aeros.runtime.skills.contract import SkillRefusedError
 from aeros.session.plant_factory import PlantSetupError
 from aeros.session.setup import (
+    KEY,
     SETUP_ERRORS,
     build_signing,
     create_output_folder,
+    default_anchor,
+    find_signing_key,
     open_governor,
     open_isolated_skills,
     select_task,
@@ -58,18 +61,42 @@ def test_the_governor_of_named_modules_obeys_the_operator(tmp_path: Path) -> Non
         )
 
 
-def test_without_a_key_nothing_is_signed() -> None:
-    assert build_signing(None, None) is None
+def test_the_first_run_makes_the_key_of_its_agent_and_later_ones_use_it(tmp_path: Path) -> None:
+    state, out = tmp_path / "state", tmp_path / "out"
+    signing = build_signing(find_signing_key(state), state, out)
+    assert (state / KEY).stat().st_mode & 0o777 == 0o600
+    assert state.stat().st_mode & 0o777 == 0o700
+    assert read_public_key(state / "audit.key.pub").id == signing.key.public.id
+    assert find_signing_key(state).public.id == signing.key.public.id
+    assert signing.anchors == (default_anchor(state, out),)
+    assert default_anchor(state, out) != default_anchor(state, tmp_path / "other" / "out")
 
 
-def test_a_key_signs_with_or_without_an_anchor(tmp_path: Path) -> None:
+def test_another_key_and_further_anchors_can_be_named(tmp_path: Path) -> None:
     make_key(tmp_path / "key")
-    for anchor in (None, tmp_path / "anchor"):
-        signing = build_signing(tmp_path / "key", anchor)
-        assert signing is not None
-        assert signing.anchor == anchor
+    state, out, other = tmp_path / "state", tmp_path / "out", tmp_path / "anchor"
+    signing = build_signing(find_signing_key(state, tmp_path / "key"), state, out, [other])
+    assert signing.anchors == (default_anchor(state, out), other)
+    assert signing.key.public.id == read_public_key(tmp_path / "key.pub").id
+    assert not (state / KEY).exists()
     with pytest.raises(InvalidKeyError):
-        build_signing(tmp_path / "nowhere", None)
+        find_signing_key(state, tmp_path / "nowhere")
+
+
+def test_an_anchor_of_an_earlier_folder_of_that_name_is_dropped_only_if_there_is_no_log(
+    tmp_path: Path,
+) -> None:
+    state, out = tmp_path / "state", tmp_path / "out"
+    for has_log in (True, False):
+        (anchor,) = build_signing(find_signing_key(state), state, out).anchors
+        anchor.write_text("of an earlier log")
+        out.mkdir(exist_ok=True)
+        if has_log:
+            (out / "audit.jsonl").touch()
+        else:
+            (out / "audit.jsonl").unlink()
+        build_signing(find_signing_key(state), state, out)
+        assert anchor.exists() == has_log
 
 
 def test_without_modules_of_its_own_a_robot_runs_those_of_the_folder_ecms(

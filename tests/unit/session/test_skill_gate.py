@@ -127,14 +127,14 @@ def test_decisions_are_those_of_the_gate() -> None:
 
 
 def test_a_gate_is_loaded_from_files_in_each_mode() -> None:
-    for mode in ("compiled", "z3", "shadow"):
+    for mode in ("compiled", "z3", "checked"):
         loaded = load_gate(str(MODULE), skill="slowly", site=str(SITE), mode=mode)
         assert loaded.skills == by().skills
         assert loaded.decide(act("stop"), STATE).kind is DecisionKind.ALLOW
 
 
 def test_a_mode_that_is_none_is_refused_before_anything_is_read() -> None:
-    with pytest.raises(MisuseError, match="there is no mode `fast`; there are compiled, z3, shadow"):
+    with pytest.raises(MisuseError, match="there is no mode `fast`; there are compiled, z3, checked"):
         load_gate("nowhere", mode="fast")  # type: ignore[arg-type]
 
 

@@ -137,7 +137,7 @@ class FunctionWriter:
         Args:
             checker: the measured variable.
         """
-        self.write_guard("type(reading) is Reading")
+        self.write_guard(f"type(reading) is Reading and len(reading) == {len(Reading._fields)}")
         self.add_line("if reading.time is not measured:")
         start = len(self.lines)
         self.add_line("number = reading.time if type(reading.time) is float else whole(reading.time)")

@@ -8,6 +8,7 @@ from operator import is_not
 from typing import Any, NamedTuple
 
 from aeros.runtime.gate.compiled.codegen import FunctionWriter
+from aeros.runtime.gate.request_check import snapshot_columns
 from aeros.runtime.gate.value_check import Scalars, ValueChecker
 from aeros.runtime.ports import ColumnNames, Snapshot
 
@@ -40,7 +41,10 @@ class SnapshotCache:
             The scalars by scalar variable, not to be modified; None if a name is no state variable or a value
             is malformed.
         """
-        cached, order, column = self._cached, snapshot.order, snapshot.column
+        columns = snapshot_columns(snapshot)
+        if columns is None:
+            return None
+        cached, (order, column) = self._cached, columns
         if cached is None or cached.order is not order:
             places, scalars = iter(range(len(column))), {}
         elif cached.column is column:
@@ -48,7 +52,8 @@ class SnapshotCache:
         else:
             places, scalars = compress(count(), map(is_not, column, cached.column)), dict(cached.scalars)
         for place in places:
-            unpack = self._unpackers.get(order.names[place])
+            name = order.names[place]
+            unpack = self._unpackers.get(name) if type(name) is str else None
             value = column[place]
             # A list could be modified before the next call, so it must not be cached.
             unpacked = None if unpack is None or type(value) is list else unpack(value)

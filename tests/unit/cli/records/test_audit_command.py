@@ -82,7 +82,10 @@ def test_verify_says_what_it_checked_and_what_nobody_could_notice(
     assert audit("verify", ran, *with_anchor(ran)) == Exit.SUCCESS
     said = capsys.readouterr().out
     assert f"anchor       the first {count} records are all there" in said
-    assert "NOT CHECKED" not in said
+    assert said.count("NOT CHECKED") == 1
+    assert "NOT CHECKED  an earlier log and its anchor put back together" in said
+    assert audit("verify", ran, *with_anchor(ran), "--anchor", str(ran / "anchor")) == Exit.SUCCESS
+    assert "NOT CHECKED" not in capsys.readouterr().out
 
 
 def rewritten(folder: Path) -> None:
@@ -179,7 +182,29 @@ def run(folder: Path, *options: str) -> int:
 def test_a_key_in_the_agents_folder_is_used_unasked(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     shutil.copy(folder / "key", folder / "state" / "audit.key")
     assert run(folder) == Exit.SUCCESS
-    assert "chain sound, signed\n" in capsys.readouterr().out
+    assert "chain sound, signed and anchored\n" in capsys.readouterr().out
+    options = ("--state", str(folder / "state"), "--closed")
+    log = folder / "again" / "audit.jsonl"
+    assert main(["audit", "verify", str(log), *options]) == Exit.SUCCESS
+    log.write_bytes(b"".join(log.read_bytes().splitlines(keepends=True)[:2]))
+    assert main(["audit", "verify", str(log), *options]) == Exit.REJECTED
+    assert "the log was cut" in capsys.readouterr().out
+
+
+def test_a_run_can_be_left_unsigned(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(folder, "--unsigned") == Exit.SUCCESS
+    assert "chain sound\n" in capsys.readouterr().out
+    assert run(folder, "--unsigned", "--anchor", str(folder / "new")) == Exit.USAGE
+    assert "--unsigned cannot be combined" in capsys.readouterr().err
+
+
+def test_closed_rejects_a_log_with_an_unsigned_end(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert audit("verify", folder, *with_key(folder), "--closed") == Exit.SUCCESS
+    assert audit("verify", folder, "--closed") == Exit.USAGE
+    (folder / "out" / "audit.jsonl").write_bytes(b"".join(lines_of(folder)[:10]))
+    assert audit("verify", folder, *with_key(folder)) == Exit.SUCCESS
+    assert audit("verify", folder, *with_key(folder), "--closed") == Exit.REJECTED
+    assert "its end is not signed" in capsys.readouterr().out
 
 
 def test_a_run_neither_overwrites_the_anchor_of_another_nor_starts_with_a_key_it_cannot_use(
@@ -190,8 +215,6 @@ def test_a_run_neither_overwrites_the_anchor_of_another_nor_starts_with_a_key_it
     assert run(folder, *key, "--anchor", str(folder / "anchor")) == Exit.REJECTED
     assert "each log has its own anchor" in capsys.readouterr().err
     assert (folder / "anchor").read_bytes() == before
-    assert run(folder, "--anchor", str(folder / "new")) == Exit.USAGE
-    assert "--anchor needs --audit-key" in capsys.readouterr().err
     (folder / "key").chmod(0o644)
     assert run(folder, *key) == Exit.REJECTED
     assert "is accessible to other users" in capsys.readouterr().err
@@ -324,7 +347,7 @@ def test_an_unsound_log_is_read_up_to_where_it_is_sound(
 # replay
 
 
-@pytest.mark.parametrize("gate", ["compiled", "shadow"])
+@pytest.mark.parametrize("gate", ["compiled", "checked"])
 def test_a_run_is_decided_the_same_again(gate: str, ran: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert audit("replay", ran, "--ecms", str(REPOSITORY / "ecms"), "--gate", gate) == Exit.SUCCESS
     assert f"{decisions_in(ran)} decisions reproduced; 0 differ" in capsys.readouterr().out

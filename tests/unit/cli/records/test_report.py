@@ -40,8 +40,8 @@ def test_a_record_that_is_not_sound_is_rejected_and_shown(
     log = out / "audit.jsonl"
     log.write_text(log.read_text().replace('"verdict":"ALLOW"', '"verdict":"DENY"'))
     assert _report(out) == Exit.REJECTED
-    assert "NOT SOUND: record 7 was edited" in capsys.readouterr().out
-    assert "NOT SOUND: record 7 was edited" in (out / "report.html").read_text()
+    assert "NOT SOUND: record 9 was edited" in capsys.readouterr().out
+    assert "NOT SOUND: record 9 was edited" in (out / "report.html").read_text()
 
 
 def test_a_site_that_the_run_was_not_under_is_refused(

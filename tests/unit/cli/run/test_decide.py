@@ -20,7 +20,7 @@ from aeros.runtime.gate.wire import MAX_LINE
 from tests.unit.runtime.bench import MODULE, SITE, proved
 
 BENCH = ["decide", "--site", str(SITE), "--ecm", str(MODULE)]
-MODES = ["compiled", "z3", "shadow"]
+MODES = ["compiled", "z3", "checked"]
 
 
 class Fed:

@@ -26,7 +26,7 @@ def _run(folder: Path, *arguments: str, instruction: str = "make dumplings") -> 
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("gate", ["compiled", "z3", "shadow"])
+@pytest.mark.parametrize("gate", ["compiled", "z3", "checked"])
 def test_the_same_seed_ends_the_same_under_every_gate(
     gate: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -106,7 +106,7 @@ def _records(folder: Path, event: str) -> list[dict[str, Any]]:
     return [{**one["details"], "sequence": one["sequence"]} for one in records if one["event"] == event]
 
 
-@pytest.mark.parametrize("gate", ["compiled", "z3", "shadow"])
+@pytest.mark.parametrize("gate", ["compiled", "z3", "checked"])
 def test_a_composition_reaches_the_goal_on_declared_outcomes(gate: str, tmp_path: Path) -> None:
     arguments = ("--composition", "fetch_once", "--plant", "symbolic", "--gate", gate)
     assert _run(tmp_path, REPOSITORY / "ecms", *arguments) == Exit.SUCCESS
@@ -116,7 +116,7 @@ def test_a_composition_reaches_the_goal_on_declared_outcomes(gate: str, tmp_path
 
 @pytest.mark.parametrize("plant", ["symbolic", pytest.param("physics", marks=pytest.mark.physics)])
 def test_the_hand_opens_while_the_base_drives(plant: str, fetching: Path, tmp_path: Path) -> None:
-    arguments = ("--composition", "fetch_at_once", "--plant", plant, "--gate", "shadow")
+    arguments = ("--composition", "fetch_at_once", "--plant", plant, "--gate", "checked")
     assert _run(tmp_path, fetching, *arguments) == Exit.SUCCESS
     events = _events(tmp_path)
     ended = {one["details"]["skill"]: one["time"] for one in events if one["kind"] == "step-ended"}

@@ -108,7 +108,7 @@ def key(tmp_path: Path) -> Path:
 def test_a_signed_log_says_so(
     key: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], *, is_anchored: bool
 ) -> None:
-    signing = SigningConfiguration(read_signing_key(key), tmp_path / "anchor" if is_anchored else None)
+    signing = SigningConfiguration(read_signing_key(key), (tmp_path / "anchor",) if is_anchored else ())
     assert run(options(tmp_path), goal=HOLDS, signing=signing) is Exit.SUCCESS
     ending = "chain sound, signed and anchored" if is_anchored else "chain sound, signed"
     assert f" records, {ending}\n" in capsys.readouterr().out

@@ -53,7 +53,7 @@ def anchor(tmp_path: Path) -> Path:
 
 
 def write(log: Path, key: SigningKey, anchor: Path | None = None, count: int = 3) -> list[bytes]:
-    with AuditLog(log, signing=SigningConfiguration(key, anchor)) as opened:
+    with AuditLog(log, signing=SigningConfiguration(key, () if anchor is None else (anchor,))) as opened:
         for number in range(count):
             opened.append("event", {"number": number})
     return log.read_bytes().splitlines(keepends=True)
@@ -130,7 +130,7 @@ def test_the_log_is_durable_before_its_anchor_names_it(
         return replace(path, target)
 
     monkeypatch.setattr(Path, "replace", spy)
-    AuditLog(log, signing=SigningConfiguration(key, anchor)).close()
+    AuditLog(log, signing=SigningConfiguration(key, () if anchor is None else (anchor,))).close()
     assert done == ["log synced", "log synced", "anchored", "log synced", "anchored"]
 
 
@@ -138,8 +138,8 @@ def test_an_anchor_that_cannot_be_written_is_an_audit_error(
     log: Path, key: SigningKey, tmp_path: Path
 ) -> None:
     with pytest.raises(AuditError, match=r"its anchor .* cannot be written"):
-        AuditLog(log, signing=SigningConfiguration(key, tmp_path / "absent" / "anchor"))
-    opened = AuditLog(log, signing=SigningConfiguration(key, tmp_path / "anchor"))
+        AuditLog(log, signing=SigningConfiguration(key, (tmp_path / "absent" / "anchor",)))
+    opened = AuditLog(log, signing=SigningConfiguration(key, (tmp_path / "anchor",)))
     (tmp_path / "anchor.new").mkdir()
     for number in range(CHECKPOINT_INTERVAL - 1):
         opened.append("event", {"number": number})
@@ -151,7 +151,7 @@ def test_an_anchor_that_cannot_be_written_is_an_audit_error(
 
 
 def test_a_crash_is_mended_in_a_signed_log(log: Path, key: SigningKey, anchor: Path) -> None:
-    opened = AuditLog(log, signing=SigningConfiguration(key, anchor))
+    opened = AuditLog(log, signing=SigningConfiguration(key, () if anchor is None else (anchor,)))
     for number in range(CHECKPOINT_INTERVAL - 1):
         opened.append("event", {"number": number})
     os.close(opened._file)  # as a kill would
@@ -277,7 +277,7 @@ def test_a_log_that_was_cut_is_not_continued_over_its_anchor(
     for kept, why in ((2, "the log was cut"), (0, "each log has its own anchor")):
         log.write_bytes(b"".join(lines[:kept]))
         with pytest.raises(AuditError, match=why):
-            AuditLog(log, signing=SigningConfiguration(key, anchor))
+            AuditLog(log, signing=SigningConfiguration(key, () if anchor is None else (anchor,)))
         assert log.read_bytes() == b"".join(lines[:kept])
     assert anchor.read_bytes() == before
 
@@ -307,7 +307,7 @@ def test_a_file_that_is_not_an_anchor_is_refused(
     with pytest.raises(AnchorError, match=why):
         verify_signed(log, key.public, anchor)
     with pytest.raises(AuditError, match=why):
-        AuditLog(log, signing=SigningConfiguration(key, anchor))
+        AuditLog(log, signing=SigningConfiguration(key, () if anchor is None else (anchor,)))
     assert anchor.read_bytes() == content
 
 
@@ -316,3 +316,73 @@ def test_an_anchor_without_our_signature_is_refused(log: Path, key: SigningKey, 
     anchor.write_bytes(to_canonical_json({**json.loads(anchor.read_bytes()), "sequence": 2}))
     with pytest.raises(AnchorError, match="is not signed with this key"):
         verify_signed(log, key.public, anchor)
+
+
+# After a closing checkpoint nothing is added without the key.
+
+
+@pytest.mark.parametrize("count", [1, 2, 60, 70])
+@pytest.mark.parametrize("event", ["note", "decision", "log-began", "event"])
+@pytest.mark.parametrize("is_anchored", [False, True])
+def test_records_forged_onto_a_closed_log_are_rejected(
+    count: int, event: str, log: Path, key: SigningKey, anchor: Path, *, is_anchored: bool
+) -> None:
+    lines = write(log, key, anchor)
+    forged = {"event": event, "details": {"verdict": "DENY"}, "written": 1.5}
+    log.write_bytes(rehashed([*map(json.loads, lines), *[forged] * count]))
+    assert verify_log(log).is_sound
+    found = verify_signed(log, key.public, *([anchor] if is_anchored else [])).chain
+    assert (found.bad_record, found.reason) == (
+        len(lines),
+        f"record {len(lines)} was added to a closed log by a writer without the key",
+    )
+    with pytest.raises(AuditError, match="was added to a closed log"):
+        AuditLog(log, signing=SigningConfiguration(key, (anchor,)))
+
+
+def test_a_record_forged_after_a_repair_note_is_rejected_too(log: Path, key: SigningKey) -> None:
+    records = [json.loads(line) for line in write(log, key)]
+    note = {"event": "tail-mended", "details": {"bytes": 1, "sha256": "0" * 64}, "written": 1.5}
+    log.write_bytes(rehashed([*records, note]))
+    report = verify_signed(log, key.public)
+    assert (report.chain.is_sound, report.closed) == (True, False)
+    log.write_bytes(rehashed([*records, note, {"event": "note", "details": {}, "written": 1.5}]))
+    assert verify_signed(log, key.public).chain.bad_record == len(records) + 1
+
+
+def test_a_writer_without_the_key_does_not_continue_a_signed_log(log: Path, key: SigningKey) -> None:
+    lines = write(log, key)
+    with pytest.raises(AuditError, match="can be continued only with its key"):
+        AuditLog(log)
+    assert log.read_bytes() == b"".join(lines)
+
+
+def test_of_two_anchors_the_one_that_was_not_put_back_finds_the_earlier_log(
+    log: Path, key: SigningKey, anchor: Path, tmp_path: Path
+) -> None:
+    other = tmp_path / "other"
+    with AuditLog(log, signing=SigningConfiguration(key, (anchor, other))):
+        pass
+    earlier = log.read_bytes(), anchor.read_bytes()
+    with AuditLog(log, signing=SigningConfiguration(key, (anchor, other))):
+        pass
+    assert anchor.read_bytes() == other.read_bytes()
+    log.write_bytes(earlier[0])
+    anchor.write_bytes(earlier[1])
+    assert verify_signed(log, key.public, anchor).chain.is_sound
+    for anchors in ((anchor, other), (other, anchor)):
+        assert "the log was cut" in verify_signed(log, key.public, *anchors).chain.reason
+    with pytest.raises(AuditError, match="the log was cut"):
+        AuditLog(log, signing=SigningConfiguration(key, (anchor, other)))
+
+
+def test_a_kill_between_two_anchors_leaves_a_log_that_both_accept(
+    log: Path, key: SigningKey, anchor: Path, tmp_path: Path
+) -> None:
+    other = tmp_path / "other"
+    with AuditLog(log, signing=SigningConfiguration(key, (anchor, other))):
+        before = other.read_bytes()
+    other.write_bytes(before)
+    assert before != anchor.read_bytes()
+    assert verify_signed(log, key.public, anchor, other).chain.is_sound
+    write(log, key, anchor)

@@ -88,7 +88,7 @@ def test_no_acknowledged_record_is_lost_in_many_kills(
 ) -> None:
     log, anchor = tmp_path / "audit.jsonl", tmp_path / "anchor"
     make_key(tmp_path / "key")
-    signing = SigningConfiguration(read_signing_key(tmp_path / "key"), anchor) if signs else None
+    signing = SigningConfiguration(read_signing_key(tmp_path / "key"), (anchor,)) if signs else None
     chance = Random(seed)  # noqa: S311 - draws instants, not secrets
     acknowledged: dict[int, int] = {}
     torn = 0

@@ -62,7 +62,7 @@ def executor(site: Site, make_ecm: Any, tmp_path: Path) -> Iterator[Executor]:
     plant = SymbolicPlant(governed, configuration.modules, seed=0)
     with AuditLog(tmp_path / "audit.jsonl") as audit:
         yield Executor(
-            configuration, CompiledGate(configuration, GateMode.SHADOW), plant, audit, run_in_process
+            configuration, CompiledGate(configuration, GateMode.CHECKED), plant, audit, run_in_process
         )
 
 

@@ -30,7 +30,7 @@ class Crashing:
         self.executor = self.made(resumed=False)
 
     def made(self, *, resumed: bool) -> Executor:
-        gate = CompiledGate(self.configuration, GateMode.SHADOW)
+        gate = CompiledGate(self.configuration, GateMode.CHECKED)
         return Executor(self.configuration, gate, self.plant, self.log, run_in_process, resumed=resumed)
 
     def crash(self) -> None:

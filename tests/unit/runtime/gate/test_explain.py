@@ -62,7 +62,7 @@ def test_proved_conditions_are_not_evaluated_and_the_others_show_their_values() 
     assert set(found.layers.values()) == {True}
 
 
-@pytest.mark.parametrize("mode", [GateMode.Z3, GateMode.SHADOW])
+@pytest.mark.parametrize("mode", [GateMode.Z3, GateMode.CHECKED])
 def test_solver_modes_evaluate_every_condition(mode: GateMode) -> None:
     found = explained(request(), Explainer(configuration(), mode))
     assert all(one.holds for one in found.conditions)

@@ -356,12 +356,12 @@ def falsely_proved() -> Configuration:
     return replace(old, certificates={"handling": replace(certificate, obligations=lies)})
 
 
-def test_the_shadow_gate_detects_a_wrong_certificate() -> None:
+def test_the_checked_gate_detects_a_wrong_certificate() -> None:
     asked = request(stop_pressed=True)
     assert asked.decided_by(CompiledGate(falsely_proved())).kind is DecisionKind.ALLOW  # what a lie does
     assert asked.decided_by(CompiledGate(falsely_proved(), GateMode.Z3)).kind is DecisionKind.DENY
     with pytest.raises(GateDisagreementError, match="compiled gate"):
-        asked.decided_by(CompiledGate(falsely_proved(), GateMode.SHADOW))
+        asked.decided_by(CompiledGate(falsely_proved(), GateMode.CHECKED))
 
 
 def test_a_solver_that_cannot_decide_denies(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -56,7 +56,7 @@ class Bench:
         self.plant = FakePlant({"tool_position": (0.3, 0.0, 0.5), "human_distance": 20.0, "holding": False})
         self.plant.duration = STEP
         self.executor = Executor(
-            configuration, CompiledGate(configuration, GateMode.SHADOW), self.plant, log, run_in_process
+            configuration, CompiledGate(configuration, GateMode.CHECKED), self.plant, log, run_in_process
         )
 
     def lift(self) -> StepResult:

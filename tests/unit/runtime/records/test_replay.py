@@ -100,7 +100,7 @@ def test_whatever_was_asked_for_is_decided_the_same_again(log: Path) -> None:
     assert 0 < replay.verdict_only_count < len(made) / 2
 
 
-@pytest.mark.parametrize("mode", [GateMode.Z3, GateMode.SHADOW])
+@pytest.mark.parametrize("mode", [GateMode.Z3, GateMode.CHECKED])
 def test_every_gate_decides_it_the_same_again(mode: GateMode, log: Path) -> None:
     made = [decided(parameters, **state)[1] for parameters, state in requests()[:8]]
     replay = replayed(*(("decision", one) for one in made), mode=mode, path=log)

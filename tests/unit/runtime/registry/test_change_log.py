@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from aeros.runtime.audit.checkpoints import verify_signed
+from aeros.runtime.audit.checkpoints import SigningConfiguration, verify_signed
 from aeros.runtime.audit.keys import make_key, read_signing_key
 from aeros.runtime.audit.log import AuditLog, verify_log
 from aeros.runtime.registry.change_log import (
@@ -30,10 +31,15 @@ OLD = RegistrySnapshot(4, "sites/a.yaml", {}, {})
 NEW = RegistrySnapshot(5, "sites/b.yaml", {"tidy": TIDY}, {"no_welder": BLOCK})
 
 
+def changes_in(log: Path) -> list[Any]:
+    records = map(json.loads, log.read_text().splitlines())
+    return [one for one in records if one["event"] not in ("log-began", "checkpoint")]
+
+
 def test_a_change_is_recorded_whole_and_comes_back_as_it_was(tmp_path: Path) -> None:
     record_change(tmp_path, tmp_path / "no-key", OLD, NEW, "activate tidy", "c" * 64)
     assert verify_log(tmp_path / LOG).is_sound
-    (record,) = (json.loads(line) for line in (tmp_path / LOG).read_text().splitlines())
+    (record,) = changes_in(tmp_path / LOG)
     details = record["details"]
     assert record["event"] == "registry-change"
     assert (details["change"], details["from"], details["to"]) == ("activate tidy", 4, 5)
@@ -49,11 +55,13 @@ def test_of_several_changes_to_one_configuration_the_newest_counts(tmp_path: Pat
     assert recorded_configurations(tmp_path) == {"c": newer, "o": OLD}
 
 
-def test_with_a_key_the_record_is_signed(tmp_path: Path) -> None:
-    make_key(tmp_path / "key")
+@pytest.mark.parametrize("is_there", [False, True])
+def test_the_record_is_signed_with_a_key_that_is_there_or_made(tmp_path: Path, *, is_there: bool) -> None:
+    if is_there:
+        make_key(tmp_path / "key")
     record_change(tmp_path, tmp_path / "key", OLD, NEW, "x", "c")
     key = read_signing_key(tmp_path / "key")
-    assert verify_signed(tmp_path / LOG, key.public, None).signed > 0
+    assert verify_signed(tmp_path / LOG, key.public).signed > 0
     assert recorded_configurations(tmp_path) == {"c": NEW}
 
 
@@ -71,13 +79,14 @@ def test_what_cannot_be_recorded_is_not_done(tmp_path: Path) -> None:
 
 def test_records_of_another_form_and_after_a_break_are_passed_over(tmp_path: Path) -> None:
     record_change(tmp_path, tmp_path / "no-key", OLD, NEW, "x", "c")
-    with AuditLog(tmp_path / LOG) as log:
+    signing = SigningConfiguration(read_signing_key(tmp_path / "no-key"))
+    with AuditLog(tmp_path / LOG, signing=signing) as log:
         log.append("registry-change", {"configuration": "other"})
         log.append("note", {"configuration": "c"})
     record_change(tmp_path, tmp_path / "no-key", NEW, OLD, "x", "o")
     assert recorded_configurations(tmp_path) == {"c": NEW, "o": OLD}
     lines = (tmp_path / LOG).read_text().splitlines(keepends=True)
-    (tmp_path / LOG).write_text("".join([*lines[:-1], lines[-1].replace("sites/a", "sites/z")]))
+    (tmp_path / LOG).write_text("".join([*lines[:-2], lines[-2].replace("sites/a", "sites/z"), lines[-1]]))
     assert recorded_configurations(tmp_path) == {"c": NEW}
 
 
@@ -91,7 +100,7 @@ def test_a_user_without_a_name_is_a_number(monkeypatch: pytest.MonkeyPatch, tmp_
 
     monkeypatch.setattr("getpass.getuser", nameless)
     record_change(tmp_path, tmp_path / "no-key", OLD, NEW, "x", "c")
-    (record,) = (json.loads(line) for line in (tmp_path / LOG).read_text().splitlines())
+    (record,) = changes_in(tmp_path / LOG)
     assert record["details"]["by"]["user"] == str(os.getuid())
 
 

@@ -72,8 +72,8 @@ def test_the_log_of_changes_names_what_is_then_in_force(
     registry: Registry, lived: list[Configuration]
 ) -> None:
     lines = (registry.folder / "audit.jsonl").read_text().splitlines()
-    details = [json.loads(line)["details"] for line in lines]
-    named = [one["configuration"] for one in details if "configuration" in one]
+    records = map(json.loads, lines)
+    named = [one["details"]["configuration"] for one in records if one["event"] == "registry-change"]
     assert named[-len(lived) :] == [was.digest for was in lived]
 
 
