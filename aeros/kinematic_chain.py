@@ -11,8 +11,9 @@ Source: J. J. Craig, Introduction to Robotics, modified Denavit-Hartenberg param
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import combinations
 from math import cos, sin
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, Protocol, TypeVar
 
 Triple = tuple[float, float, float]
 Row = tuple[float, float, float]
@@ -44,6 +45,32 @@ class JointFrame(NamedTuple):
         (ox, oy, oz), (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = self
         a, b, c = p
         return (ox + a * xx + b * yx + c * zx, oy + a * xy + b * yy + c * zy, oz + a * xz + b * yz + c * zz)
+
+    def rotate_to_base(self, v: Triple) -> Triple:
+        """Express a vector of this frame in B.
+
+        Args:
+            v: the vector in this frame.
+
+        Returns:
+            The same vector in B.
+        """
+        _, (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = self
+        a, b, c = v
+        return (a * xx + b * yx + c * zx, a * xy + b * yy + c * zy, a * xz + b * yz + c * zz)
+
+    def rotate_from_base(self, v: Triple) -> Triple:
+        """Express a vector of B in this frame.
+
+        Args:
+            v: the vector in B.
+
+        Returns:
+            The same vector in this frame.
+        """
+        a, b, c = v
+        _, (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = self
+        return (a * xx + b * xy + c * xz, a * yx + b * yy + c * yz, a * zx + b * zy + c * zz)
 
 
 ORIGIN: Final = JointFrame((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -125,3 +152,37 @@ def frames_of(mountings: Iterable[Mounting], q: Sequence[float]) -> list[JointFr
     for mounting, angle in zip(mountings, q, strict=True):
         frames.append(child_frame(frames[-1], mounting, angle))
     return frames
+
+
+class LinkOfChain(Protocol):
+    """A link, of which a chain may have several that the same joints move."""
+
+    @property
+    def link(self) -> str:
+        """The link's name."""
+
+    @property
+    def joint(self) -> int:
+        """Number of joints that move it."""
+
+
+LinkT = TypeVar("LinkT", bound=LinkOfChain)
+
+
+def pairs_that_may_meet(links: Iterable[LinkT], exempt: Iterable[Sequence[str]]) -> list[tuple[LinkT, LinkT]]:
+    """List the pairs of links that move relative to each other and are not exempt.
+
+    Args:
+        links: the links.
+        exempt: names of two links each that need no check.
+
+    Returns:
+        The pairs; the link with fewer joints between it and the base comes first.
+    """
+    left_out = {frozenset(pair) for pair in exempt}
+    outwards = sorted(links, key=lambda one: one.joint)
+    return [
+        (inner, outer)
+        for inner, outer in combinations(outwards, 2)
+        if inner.joint < outer.joint and frozenset((inner.link, outer.link)) not in left_out
+    ]

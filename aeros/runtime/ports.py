@@ -128,19 +128,39 @@ class Ball(NamedTuple):
     radius: float
 
 
+class Hull(NamedTuple):
+    """All points within `radius` of the convex hull of some corners, which enclose a link closely.
+
+    Attributes:
+        link: the name of the link.
+        joint: number of joints that move it, as of a `Ball`.
+        corners: in the frame of joint `joint`, or of the base if `joint` is 0; m.
+        radius: greatest distance of the link's points from the convex hull, m.
+    """
+
+    link: str
+    joint: int
+    corners: tuple[Vec3, ...]
+    radius: float
+
+
 @dataclass(frozen=True, slots=True)
 class RobotBody:
-    """A robot's chain of revolute joints, and the balls that enclose its links.
+    """A robot's chain of revolute joints, and the balls and hulls that enclose its links.
 
     Attributes:
         dh_rows: a (m), alpha (rad) and d (m) of each joint: modified (Craig) Denavit–Hartenberg parameters.
         tool_offset: the tool point in the frame of the last joint, m.
-        balls: of all links.
+        balls: of all links; barriers are checked with them.
+        hulls: one of each link; distances between links are checked with them. Empty if they are not known.
+        exempt_pairs: names of two links each that need no check: a joint joins them, or they can never meet.
     """
 
     dh_rows: tuple[tuple[float, float, float], ...]
     tool_offset: Vec3
     balls: tuple[Ball, ...]
+    hulls: tuple[Hull, ...] = ()
+    exempt_pairs: tuple[tuple[str, str], ...] = ()
 
 
 JointVector = tuple[float, ...]

@@ -227,24 +227,28 @@ class _SubdivisionDepth:
 
 
 def _breach_obligation(code: ModuleSource) -> TheoremObligation:
-    """Of two balls, volumes and paths, which stand for any number."""
+    """Of two balls, volumes and paths, which stand for any number; `safe` depends on the room kept."""
     sweep = code.module(SWEEP)
-    balls, boxes, paths = ("here", "there"), ("first", "second"), ("one", "other")
+    balls, boxes, paths = ("here", "there", "held"), ("first", "second"), ("one", "other")
+    rooms: set[str] = set()
 
     def run(ask: DecideBranch) -> str:
         def searching(_: Any, clearance: Any) -> Any:
             def search(path: str, low: float, high: float, pairs: Any, depth: int) -> Any:
-                if (low, high, depth) != (0.0, 1.0, 0) or clearance < 0.0:
+                if (low, high, depth) != (0.0, 1.0, 0):
                     raise ValueError(low, high, depth)
+                room = term_of(clearance)
+                rooms.add(room)
                 several = [(ball.link, box.id) for ball, heeded in pairs for box in heeded]
-                return None if all(ask(f"safe.{path}.{one}.{other}") for one, other in several) else "breach"
+                kept = all(ask(f"(safe.{path}.{one}.{other} {room})") for one, other in several)
+                return None if kept else "breach"
 
             return SimpleNamespace(search=search)
 
         vars(sweep).update(_SweepSearch=searching)
-        moving = SimpleNamespace(
-            body=SimpleNamespace(balls=[SimpleNamespace(link=one) for one in balls]), paths=paths
-        )
+        here, there, held = (SimpleNamespace(link=one) for one in balls)
+        body = SimpleNamespace(balls=[here, there])
+        moving = SimpleNamespace(body=body, held=held if ask("holds") else None, paths=paths)
 
         class Links:
             """The links that heed a volume."""
@@ -259,25 +263,37 @@ def _breach_obligation(code: ModuleSource) -> TheoremObligation:
             SimpleNamespace(id=box, links=None if ask(f"everyone-heeds.{box}") else Links(box))
             for box in boxes
         ]
-        return "true" if sweep.find_breach(moving, given, 0.0) is None else "false"
+        clearance = SymbolicReal("clearance", ask)
+        return "true" if sweep.find_breach(moving, given, clearance) is None else "false"
 
     each = list(product(paths, balls, boxes))
+    table = SymbolicFunction("nothing", "Bool", execute_symbolically(run))
     return TheoremObligation(
-        "`find_breach` finds nothing only where the search finds nothing on any path, of any ball and any\n"
-        "volume that its link heeds.",
+        "`find_breach` finds nothing only where the search finds nothing on any path, of any ball or held\n"
+        "object and any volume that it heeds, with the whole clearance as room.",
         (
-            *(f"(declare-const safe.{path}.{ball}.{box} Bool)" for path, ball, box in each),
+            *declare_reals("clearance"),
+            "(declare-const holds Bool)",
+            *(f"(declare-fun safe.{path}.{ball}.{box} (Real) Bool)" for path, ball, box in each),
             *(f"(declare-const heeds.{box}.{ball} Bool)" for ball, box in product(balls, boxes)),
             *(f"(declare-const everyone-heeds.{box} Bool)" for box in boxes),
         ),
         smt_implies(
             "nothing",
             smt_and(
-                f"(=> (or everyone-heeds.{box} heeds.{box}.{ball}) safe.{path}.{ball}.{box})"
+                f"(=> (and {'holds' if ball == 'held' else 'true'}"
+                f" (or everyone-heeds.{box} heeds.{box}.{ball}))"
+                f" (safe.{path}.{ball}.{box} clearance))"
                 for path, ball, box in each
             ),
         ),
-        tables=(SymbolicFunction("nothing", "Bool", execute_symbolically(run)),),
+        tables=(table,),
+        assumptions={
+            f"more-room.{number}.{path}.{ball}.{box}": f"(=> (and (<= clearance {room})"
+            f" (safe.{path}.{ball}.{box} {room})) (safe.{path}.{ball}.{box} clearance))"
+            for number, room in enumerate(sorted(rooms))
+            for path, ball, box in each
+        },
     )
 
 

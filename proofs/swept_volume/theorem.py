@@ -1,4 +1,4 @@
-"""A motion that the sweep calls clear is clear at every instant: the swept volume of theorem 14."""
+"""A motion that the sweep calls clear is clear at every instant, of barriers and of itself: theorem 14."""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ from aeros.spec.theorems.module_copies import Mutant
 from aeros.spec.theorems.theorem import Theorem
 from proofs.lib import kinematic_chain
 from proofs.lib.ball_enclosures import BEZIER, SWEEP, ball_obligations
+from proofs.lib.link_search import link_obligations as pair_obligations
 from proofs.lib.sweep_search import search_obligations
 
 THEOREM = Theorem(
-    "if the sweep reports a motion clear, no ball of a moving body comes near, at any point of the motion",
-    {**ball_obligations(), **search_obligations()},
+    "if the sweep finds nothing, neither the body nor what it holds meets a barrier, and no link another",
+    {**ball_obligations(), **search_obligations(), **pair_obligations()},
     (
         Mutant(
             "turns-one-axis-the-other-way",
@@ -94,11 +95,81 @@ THEOREM = Theorem(
             "            return base, _NO_DISPLACEMENT\n",
         ),
         Mutant(
+            "forgets-the-clearance",
+            "breach",
+            SWEEP,
+            "_SweepSearch(moving, clearance + _ROUNDING)",
+            "_SweepSearch(moving, _ROUNDING)",
+        ),
+        Mutant(
             "looks-at-one-path",
             "breach",
             SWEEP,
-            "    for path in moving.paths:\n",
-            "    for path in moving.paths[:1]:\n",
+            "    for path in moving.paths:\n        breach",
+            "    for path in moving.paths[:1]:\n        breach",
+        ),
+        Mutant(
+            "forgets-what-is-held",
+            "breach",
+            SWEEP,
+            "*([moving.held] if moving.held else [])",
+            "",
+        ),
+        Mutant(
+            "encloses-the-middles-of-the-corners-alone",
+            "box",
+            SWEEP,
+            "p.centre[axis] - p.edges[axis]",
+            "p.centre[axis]",
+        ),
+        Mutant(
+            "forgets-how-far-corners-get-from-the-way",
+            "separation",
+            SWEEP,
+            " - length * radius",
+            "",
+        ),
+        Mutant(
+            "compares-the-corners-without-the-outer-radius",
+            "gap",
+            SWEEP,
+            "reach = room + inner.radius + outer.radius",
+            "reach = room + inner.radius",
+        ),
+        Mutant(
+            "takes-all-joints-to-stand",
+            "standing",
+            SWEEP,
+            "[*none, *self._half[standing:]]",
+            "[*none, *(0.0 for _ in self._half[standing:])]",
+        ),
+        Mutant(
+            "forgets-the-slack-between-links",
+            "pairs",
+            SWEEP,
+            "[w + s for w, s in zip(width, self._moving.joint_tolerance, strict=True)]",
+            "[w for w, s in zip(width, self._moving.joint_tolerance, strict=True)]",
+        ),
+        Mutant(
+            "compares-links-on-the-first-half-alone",
+            "pairs-of-two",
+            SWEEP,
+            " or self.search(\n            second, halfway, high, left, depth\n        )",
+            "",
+        ),
+        Mutant(
+            "forgets-the-clearance-between-links",
+            "contact",
+            SWEEP,
+            "_ContactSearch(moving, clearance + _ROUNDING)",
+            "_ContactSearch(moving, _ROUNDING)",
+        ),
+        Mutant(
+            "compares-links-alone",
+            "contact",
+            SWEEP,
+            "hull_pairs(moving.body, moving.held)",
+            "hull_pairs(moving.body, None)",
         ),
     ),
 )

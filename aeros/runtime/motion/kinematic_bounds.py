@@ -85,20 +85,23 @@ class ForwardKinematics:
             total += width[k] * reaches[k]
         return total, reaches
 
-    def chord_deviation_bound(self, joint: int, p: Vec3, along: ChordTerms) -> tuple[Vec3, float]:
+    def chord_deviation_bound(
+        self, joint: int, p: Vec3, along: ChordTerms, standing: int = 0
+    ) -> tuple[Vec3, float]:
         """Bound the displacement of a point while the joints stay near a chord.
 
         Args:
             joint: number of joints that move the point.
             p: the point in B at the middle of the chord, m.
             along: the chord's terms, from `chord_terms`.
+            standing: number of joints, from the base, that stand in the middle of the chord.
 
         Returns:
             Half edges |Jd| of a box around `p`, m, and the greatest distance of the point from that box, m.
         """
         x, y, z = p
         jx = jy = jz = total = near = 0.0
-        for k in range(joint - 1, -1, -1):
+        for k in range(joint - 1, standing - 1, -1):
             (ox, oy, oz), _, _, (ax, ay, az) = self.frames[k + 1]
             d, r, w, pairs = along[k]
             dx, dy, dz = x - ox, y - oy, z - oz

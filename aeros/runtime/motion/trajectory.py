@@ -2,23 +2,24 @@
 
 The gate has decided the action; this decides its motion: that it starts at the robot's position and ends
 where the action asks, that no joint and not the tool exceed the site's limits at any time, nor the tool the
-speed that the action names, and that no link meets a barrier. All bounds are upper bounds
-(`kinematic_bounds`, `swept_volume`). So an acceptable motion may be denied if it comes closer to a limit than
-the bounds are wide, but no other is allowed.
+speed that the action names, that no link meets a barrier, and that no two links meet each other. All bounds
+are upper bounds (`kinematic_bounds`, `swept_volume`). So an acceptable motion may be denied
+if it comes closer to a limit than the bounds are wide, but no other is allowed.
 
 If other motions are under way, the same is decided of all of them together, from now on (`merged`): also that
 those still end where their actions asked, and that the tool, carried by the base, keeps in W to the speed of
 the action that moves the arm. The base keeps to the speed of the action that drives it.
 
 The commanded motion is decided. The site's clearance covers the robot's deviation from it, such as lag behind
-set points, and the monitor watches it; objects that the robot holds are not enclosed.
+set points, and the monitor watches it. What the robot holds is enclosed as the site says, unless it is
+measured that it holds nothing; an object that it grips during a motion is enclosed from the next motion on.
 A plant's statement that an action moves nothing is trusted.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import chain
+from itertools import chain, product
 from math import dist, inf, isfinite
 from typing import Any, Final
 
@@ -37,15 +38,19 @@ from aeros.runtime.motion.swept_volume import (
     BarrierBox,
     MergedMotion,
     RemainingMotion,
+    SweptMotion,
     find_breach,
+    find_link_contact,
     moves_joints,
 )
 from aeros.runtime.ports import (
+    Hull,
     JointVector,
     MotionCompletion,
     NoMotion,
     PlannedMotion,
     Readings,
+    RobotBody,
     ServoBounds,
     Trajectory,
 )
@@ -152,7 +157,11 @@ class MotionDecider:
             policy, [ConcurrentMotion(action, plan, 0.0), *concurrent_motions], merged
         )
         reasons += _base_too_fast(policy, merged)
-        reasons += self._breaches(policy, merged)
+        moving = merged.swept_motion(_held_object(policy, merged.joints.motion.body, readings))
+        touched = policy.kinds[action.kind].held_touches if plan.servo is not None else None
+        reasons += self._breaches(policy, moving, touched)
+        if moves_joints(merged.joints.motion):
+            reasons += _link_contacts(policy, moving)
         return tuple(dict.fromkeys(reasons))
 
     # Form.
@@ -195,10 +204,10 @@ class MotionDecider:
         if not all(is_c2_continuous(path) for path in plan.joint_paths):
             return "its segments do not join smoothly, so its jerk has no bound"
         links = {ball.link for ball in plan.body.balls}
-        named = {link for box in self._boxes for link in box.links or ()}
+        named = {link for box in self._boxes for link in box.links or ()} - {HELD}
         if not links or named - links:
             return f"the body has no link `{min(named - links, default='')}`"
-        return None
+        return None if policy.link_clearance is None else _hull_fault(plan.body, joints)
 
     # Limits.
 
@@ -246,8 +255,13 @@ class MotionDecider:
 
     # Barriers.
 
-    def _breaches(self, policy: MotionPolicy, merged: MergedMotion) -> list[Reason]:
-        breach = find_breach(merged.swept_motion(), self._boxes, float(policy.clearance))
+    def _breaches(self, policy: MotionPolicy, moving: SweptMotion, touched: str | None) -> list[Reason]:
+        """Report a barrier that a link may meet, or what is held, except the volume that it may touch."""
+        clearance, empty = float(policy.clearance), moving._replace(held=None)
+        others = [box for box in self._boxes if self._barriers[box.id].volume != touched]
+        breach = find_breach(moving, others, clearance)
+        if breach is None and len(others) < len(self._boxes):
+            breach = find_breach(empty, [box for box in self._boxes if box not in others], clearance)
         if breach is None:
             return []
         barrier = self._barriers[breach.barrier]
@@ -257,6 +271,59 @@ class MotionDecider:
             f"of the path, or comes nearer than the clearance: {barrier.rationale}"
         )
         return [Reason("AE763", barrier.id, text)]
+
+
+HELD: Final = "held"
+"""Name by which barriers and reasons call a held object."""
+
+
+def _held_object(policy: MotionPolicy, body: RobotBody, readings: Readings) -> Hull | None:
+    """Return the space of a held object; None if the site has none, or it is measured that none is held."""
+    if policy.held is None:
+        return None
+    measured = readings.get(policy.held.variable)
+    if measured is not None and measured.value is False:
+        return None
+    box = policy.held.box
+    x, y, z = body.tool_offset
+    corners = product(*zip(_floats(box.lower), _floats(box.upper), strict=True))
+    return Hull(HELD, len(body.dh_rows), tuple([(x + a, y + b, z + c) for a, b, c in corners]), 0.0)
+
+
+def _link_contacts(policy: MotionPolicy, moving: SweptMotion) -> list[Reason]:
+    """Report two links that may come nearer to each other than the site's clearance between links."""
+    if policy.link_clearance is None:
+        return []
+    clearance = float(policy.link_clearance)
+    contact = find_link_contact(moving, clearance)
+    if contact is None:
+        return []
+    text = (
+        f"`{contact.outer}` may come within {1000.0 * contact.distance:.3g} mm of `{contact.inner}` at "
+        f"{100.0 * contact.path_parameter:.0f} % of the path; links keep {1000.0 * clearance:.3g} mm apart"
+    )
+    return [Reason("AE765", f"{contact.inner}-{contact.outer}", text)]
+
+
+def _hull_fault(body: RobotBody, joints: int) -> str | None:
+    """Return the fault of the hulls that distances between links are checked with, or None."""
+    hash(body)  # raises TypeError unless all of it is made of tuples
+    names = [hull.link for hull in body.hulls]
+    missing = {ball.link for ball in body.balls} - {*names}
+    if missing:
+        return f"the body has no hull of its link `{min(missing)}`, so distances between links are unknown"
+    for hull in body.hulls:
+        if not (
+            type(hull.joint) is int and 0 <= hull.joint <= joints and hull.radius >= 0.0 and hull.corners
+        ):
+            return f"the hull of `{hull.link}` moves with no joint, has no corner or no radius"
+        if any(len(corner) != 3 for corner in hull.corners):
+            return f"a corner of the hull of `{hull.link}` does not have three coordinates"
+        if any(ball.joint != hull.joint for ball in body.balls if ball.link == hull.link):
+            return f"the hull of `{hull.link}` does not move with its spheres"
+    if any(len(pair) != 2 or not {*pair} <= {*names} for pair in body.exempt_pairs):
+        return "a pair of links that needs no check is not two of the links"
+    return None
 
 
 def _start_mismatch(
@@ -368,6 +435,8 @@ def _other_numbers(plan: Trajectory) -> list[float]:
     numbers = [*body.tool_offset, *chain.from_iterable(body.dh_rows)]
     for ball in body.balls:
         numbers += [*ball.centre, ball.radius]
+    for hull in body.hulls:
+        numbers += [*chain.from_iterable(hull.corners), hull.radius]
     if servo is not None:
         numbers += [*_per_joint(servo, len(body.dh_rows)), servo.tool_speed, servo.tool_acceleration]
         numbers.append(servo.tool_jerk)

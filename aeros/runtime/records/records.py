@@ -23,6 +23,7 @@ from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.decision import Caller, Decision, Reason
 from aeros.runtime.ports import (
     Ball,
+    Hull,
     JointPath,
     JointVector,
     MotionCompletion,
@@ -232,9 +233,12 @@ def body_to_json(body: object) -> Any:
     """
     if type(body) is not RobotBody:
         return body
-    balls = body.balls
-    listed = [list(one) if type(one) is Ball else one for one in balls] if type(balls) is tuple else balls
-    return {**_fields_to_json(body), "balls": listed}
+    parts = {"balls": _tuples_to_lists(body.balls, Ball), "hulls": _tuples_to_lists(body.hulls, Hull)}
+    return {**_fields_to_json(body), **parts}
+
+
+def _tuples_to_lists(parts: Any, kind: type[Ball | Hull]) -> Any:
+    return [list(one) if type(one) is kind else one for one in parts] if type(parts) is tuple else parts
 
 
 def motion_from_json(encoded_value: Any, bodies: Mapping[str, Any]) -> Any:
@@ -317,13 +321,18 @@ def _piece(points: list[JointVector]) -> tuple[JointVector, JointVector, JointVe
 
 
 def _body_from_json(encoded_value: Any) -> Any:
+    if type(encoded_value) is dict and "hulls" not in encoded_value:
+        encoded_value = {**_NO_HULLS, **encoded_value}  # recorded before bodies had hulls
     if not _has_fields(encoded_value, RobotBody):
         return _lists_to_tuples(encoded_value)
     read = _fields_from_json(encoded_value)
-    balls = read["balls"]
-    if type(balls) is tuple:
-        read["balls"] = tuple([Ball(*one) if type(one) is tuple else one for one in balls])
+    for name, kind in (("balls", Ball), ("hulls", Hull)):
+        if type(read[name]) is tuple:
+            read[name] = tuple([kind(*one) if type(one) is tuple else one for one in read[name]])
     return RobotBody(**read)
+
+
+_NO_HULLS: Final[dict[str, Any]] = {"hulls": [], "exempt_pairs": []}
 
 
 _WRITTEN_NAMES: Final = {"dh_rows": "rows", "tool_offset": "tool", "joint_tolerance": "slack"}

@@ -13,7 +13,13 @@ Colour = tuple[float, float, float, float]
 
 
 def load_model(
-    path: str, position: Vector3, orientation: Quaternion = UPRIGHT, *, fixed: bool, client: int
+    path: str,
+    position: Vector3,
+    orientation: Quaternion = UPRIGHT,
+    *,
+    fixed: bool,
+    client: int,
+    collides_with_itself: bool = False,
 ) -> int:
     """Load a URDF file as a body.
 
@@ -23,6 +29,7 @@ def load_model(
         orientation: of its frame in W.
         fixed: fix its base to W.
         client: number of the PyBullet client.
+        collides_with_itself: let its links collide with each other.
 
     Returns:
         The body's number in PyBullet.
@@ -34,7 +41,14 @@ def load_model(
         missing = f"model file not found: `{path}`"
         raise UserError([Diagnostic("AE002", missing, help=("install AEROS again if it came with it",))])
     try:
-        body: int = bullet.loadURDF(path, position, orientation, useFixedBase=fixed, physicsClientId=client)
+        body: int = bullet.loadURDF(
+            path,
+            position,
+            orientation,
+            useFixedBase=fixed,
+            flags=bullet.URDF_USE_SELF_COLLISION if collides_with_itself else 0,
+            physicsClientId=client,
+        )
     except bullet.error as error:
         raise UserError([Diagnostic("AE141", f"PyBullet cannot load `{path}`: {error}")]) from error
     return body

@@ -8,13 +8,17 @@ once, when the robot is built; from then on only motors move them.
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
+from itertools import combinations
 from typing import Final
 
 from aeros.files import temporary_folder
+from aeros.kinematic_chain import pairs_that_may_meet
 from aeros.sim.bullet.body_factory import load_model
 from aeros.sim.bullet.client import DATA, bullet
 from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.geometry import Vector3
+from aeros.sim.robot.body import PANDA_BODY
 from aeros.sim.robot.kinematics import FLANGE_TO_TOOL
 from aeros.sim.robot.limits import FINGER_GAP_MAX, FINGER_SPEED, QD_MAX, TAU_MAX, Vector
 from aeros.sim.robot.robot import Robot, RobotOptions, RobotState
@@ -48,6 +52,7 @@ class Panda(Robot):
         index = _joint_indices(self.body, world.client)
         self._arm = [index[f"panda_joint{i}"] for i in range(1, 8)]
         self.fingers = (index["panda_finger_joint1"], index["panda_finger_joint2"])
+        _collide_where_links_can_meet(self.body, index, world.client)
         self._tool = index["panda_grasptarget_hand"]
         self._wrist = index["panda_hand_joint"]
         self._drive = [index["carriage_x"], index["carriage_y"]] if options.carriage else []
@@ -249,7 +254,26 @@ def _load(world: PhysicsWorld, options: RobotOptions) -> int:
         path = os.path.join(scratch, "panda.urdf")
         with open(path, "w", encoding="utf-8") as edited:
             edited.write(text)
-        return load_model(path, options.base, fixed=True, client=world.client)
+        return load_model(path, options.base, fixed=True, client=world.client, collides_with_itself=True)
+
+
+def _collide_where_links_can_meet(body: int, index: Mapping[str, int], client: int) -> None:
+    """Let links collide that can meet by the robot's data; not neighbours, nor parts of hand and fingers."""
+    links = {
+        "foot": (index.get("carriage_top", -1),),
+        **{f"link{number}": (index[f"panda_joint{number}"],) for number in range(1, 8)},
+        "hand": (index["panda_hand_joint"],),
+        "fingers": (index["panda_finger_joint1"], index["panda_finger_joint2"]),
+    }
+    meeting = {
+        frozenset((a, b))
+        for inner, outer in pairs_that_may_meet(PANDA_BODY.hulls, PANDA_BODY.exempt_pairs)
+        for a in links[inner.link]
+        for b in links[outer.link]
+    }
+    count = bullet.getNumJoints(body, physicsClientId=client)
+    for a, b in combinations(range(-1, count), 2):
+        bullet.setCollisionFilterPair(body, body, a, b, frozenset((a, b)) in meeting, physicsClientId=client)
 
 
 def _joint_indices(body: int, client: int) -> dict[str, int]:

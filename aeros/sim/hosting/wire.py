@@ -14,6 +14,7 @@ from typing import Any, Final
 
 from aeros.runtime.ports import (
     Ball,
+    Hull,
     MotionCompletion,
     NoMotion,
     PlannedMotion,
@@ -199,7 +200,13 @@ def encode_body(body: RobotBody) -> dict[str, Any]:
     Returns:
         Values that JSON can hold.
     """
-    return {"rows": body.dh_rows, "tool": body.tool_offset, "balls": body.balls}
+    return {
+        "rows": body.dh_rows,
+        "tool": body.tool_offset,
+        "balls": body.balls,
+        "hulls": body.hulls,
+        "exempt_pairs": body.exempt_pairs,
+    }
 
 
 def decode_body(message: Mapping[str, Any]) -> RobotBody:
@@ -214,4 +221,8 @@ def decode_body(message: Mapping[str, Any]) -> RobotBody:
     balls = tuple(
         Ball(link, joint, decode_value(centre), radius) for link, joint, centre, radius in message["balls"]
     )
-    return RobotBody(decode_value(message["rows"]), decode_value(message["tool"]), balls)
+    hulls = tuple(
+        Hull(link, joint, decode_value(corners), radius) for link, joint, corners, radius in message["hulls"]
+    )
+    exempt = decode_value(message["exempt_pairs"])
+    return RobotBody(decode_value(message["rows"]), decode_value(message["tool"]), balls, hulls, exempt)

@@ -7,7 +7,7 @@ without motors, friction or inertia between a set point and the robot's position
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Final
 
 from aeros.runtime.ports import Reading, Readings
 from aeros.sim.clock import TICK
@@ -16,6 +16,10 @@ from aeros.sim.kinematic.robot import BLOCKING_FORCE, KinematicRobot
 from aeros.sim.kinematic.scenes import SCENES, KinematicScene
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.errors import BlockedError
+from aeros.sim.robot.self_contact import find_self_contact
+
+_SELF_CONTACT_TICKS: Final = 12
+"""Ticks between two looks for links that meet each other: 50 ms."""
 
 
 class KinematicPlant(FixedStepPlant):
@@ -68,6 +72,10 @@ class KinematicPlant(FixedStepPlant):
         before, self._load = self._load, self._robot.wrist_vertical_force()
         if self._load > BLOCKING_FORCE and self._load > before:
             raise BlockedError(f"blocked: the hand presses down with {self._load:.0f} N")
+        if self._ticks % _SELF_CONTACT_TICKS == 0:
+            contact = find_self_contact(self._state.q)
+            if contact is not None:
+                raise BlockedError(f"blocked: `{contact[1]}` meets `{contact[0]}`")
 
 
 def make_plant(scene_name: str, seed: int) -> KinematicPlant:

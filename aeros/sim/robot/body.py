@@ -1,16 +1,21 @@
-"""The Panda's links as capsules, and as balls that enclose them.
+"""The Panda's links as capsules, as balls that enclose them, and as hulls that enclose them more closely.
 
 Each capsule holds every vertex of the link's collision mesh (franka_ros, as PyBullet ships it), and so the
 mesh's convex hull. The capsules were found by random search and are checked by a test. Coordinates are in
 the frame of the link's joint.
+
+The hulls, and the pairs of links that need no check, are data: `panda_hulls.json`, written by
+`tools/fit_link_hulls.py`.
 """
 
 from __future__ import annotations
 
+import json
 from math import ceil, dist, sqrt
-from typing import Final, NamedTuple
+from pathlib import Path
+from typing import Any, Final, NamedTuple
 
-from aeros.runtime.ports import Ball, RobotBody, Vec3
+from aeros.runtime.ports import Ball, Hull, RobotBody, Vec3
 from aeros.sim.robot.kinematics import DH_LENGTHS, DH_OFFSETS, DH_TWISTS, FLANGE, TOOL_OFFSET
 
 
@@ -80,8 +85,18 @@ def enclosing_balls(capsule: Capsule) -> tuple[Ball, ...]:
     )
 
 
+def _read_hulls() -> dict[str, Any]:
+    data = json.loads(Path(__file__).with_name("panda_hulls.json").read_text(encoding="utf-8"))
+    hulls = [
+        Hull(one["link"], one["joint"], tuple(tuple(corner) for corner in one["corners"]), one["radius"])
+        for one in data["hulls"]
+    ]
+    return {"hulls": tuple(hulls), "exempt_pairs": tuple(tuple(one["links"]) for one in data["exempt_pairs"])}
+
+
 PANDA_BODY: Final = RobotBody(
     dh_rows=tuple(zip(DH_LENGTHS, DH_TWISTS, DH_OFFSETS, strict=True)),
     tool_offset=(0.0, 0.0, TOOL_OFFSET),
     balls=tuple(ball for capsule in CAPSULES for ball in enclosing_balls(capsule)),
+    **_read_hulls(),
 )

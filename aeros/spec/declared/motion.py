@@ -38,6 +38,13 @@ class MotionKind:
             "doc": "the parameter that bounds the tool's speed in W; the base's, if only the base moves"
         },
     )
+    held_touches: Identifier | None = field(
+        default=None,
+        metadata={
+            "doc": "the volume that a held object may touch, if the motion is under force control; barriers "
+            "around it apply to links alone"
+        },
+    )
 
 
 @dataclass(frozen=True)
@@ -105,7 +112,28 @@ class Barrier:
         default=None, metadata={"doc": "the frame of the volume's corners; `world` if absent"}
     )
     links: tuple[Identifier, ...] | None = field(
-        default=None, metadata={"doc": "the links that it applies to; all if absent"}
+        default=None,
+        metadata={"doc": "the links that it applies to, `held` for what is held; all if absent"},
+    )
+
+
+@dataclass(frozen=True)
+class HeldObject:
+    """Space that a held object may take up; it moves with the tool like a link named `held`.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    unless_false: Identifier = field(
+        metadata={"doc": "the state variable that tells if something is held; if unknown, something is"}
+    )
+    volume: Identifier = field(
+        metadata={
+            "doc": "a volume of the site that encloses the largest object; its corners are relative to the "
+            "tool point, along the axes of the last joint"
+        }
     )
 
 
@@ -129,5 +157,12 @@ class MotionPolicy:
     joints: JointLimits = field(metadata={"doc": "limits of the joints"})
     tool: ToolLimits = field(metadata={"doc": "limits of the tool point"})
     clearance: TextField = field(metadata={"doc": "the distance of links from every barrier, as in `20 mm`"})
+    link_clearance: TextField | None = field(
+        default=None,
+        metadata={"doc": "the distance of links from each other, as in `5 mm`; not checked if absent"},
+    )
     base: BaseLimits | None = field(default=None, metadata={"doc": "limits of a base that drives"})
+    held: HeldObject | None = field(
+        default=None, metadata={"doc": "the space of a held object; held objects are not checked if absent"}
+    )
     barriers: tuple[Barrier, ...] = field(default=(), metadata={"doc": "keep-out and keep-in volumes"})

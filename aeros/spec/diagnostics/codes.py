@@ -263,6 +263,9 @@ _TABLE: Final = (
         "decision",
         "a second motion cannot be decided together with the one under way",
     ),
+    DiagnosticCode(
+        "AE765", "links-meet", "decision", "a link may come too near to another link of the robot"
+    ),
     DiagnosticCode("AE790", "undecided", "decision", "the solver could not decide"),
     # AE8xx: the closed loop
     DiagnosticCode(

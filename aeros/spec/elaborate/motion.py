@@ -14,9 +14,9 @@ from aeros.spec.elaborate.expressions import elaborate_quantity
 from aeros.spec.elaborate.names import resolve_name
 from aeros.spec.elaborate.vocabulary import SiteVocabulary
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.types import FamilyType, RealType, Type, VectorType
+from aeros.spec.expr.types import BoolType, FamilyType, RealType, Type, VectorType
 from aeros.spec.expr.units import ANGLE, LENGTH, TIME, Dimension
-from aeros.spec.model.motion import Barrier, MotionKind, MotionPolicy, ToolLimits
+from aeros.spec.model.motion import Barrier, HeldObject, MotionKind, MotionPolicy, ToolLimits
 from aeros.spec.model.rules import ActionKind
 from aeros.spec.model.variables import Declared
 from aeros.spec.text.fields import TextField
@@ -84,6 +84,9 @@ class _MotionElaborator:
                 (motion.clearance, LENGTH),
             )
         ]
+        apart = motion.link_clearance
+        link_clearance = None if apart is None else elaborate_quantity(apart, LENGTH, self._diagnostics)
+        held = None if motion.held is None else self._held_object(motion.held)
         barriers = [self._barrier(barrier) for barrier in motion.barriers]
         if len(self._diagnostics) > before:
             return None
@@ -105,6 +108,8 @@ class _MotionElaborator:
             clearance=clearance,
             barriers=tuple(barrier for barrier in barriers if barrier is not None),
             base_limits=(numbers[6], numbers[7]) if driving else None,
+            link_clearance=link_clearance,
+            held=held,
         )
 
     def _kind(self, name: TextField, motion: declared.MotionKind, measured: Declared | None) -> MotionKind:
@@ -126,11 +131,15 @@ class _MotionElaborator:
             self._parameter(coordinate, parameters, kind, RealType(LENGTH))
         for joint in ends or ():
             self._parameter(joint, parameters, kind, RealType(ANGLE))
+        touched = motion.held_touches
+        if touched is not None:
+            resolve_name(touched, self._vocabulary.volumes, "a volume", self._diagnostics)
         return MotionKind(
             None if motion.tool_ends_at is None else motion.tool_ends_at.value,
             None if base is None or len(base) != 2 else (base[0].value, base[1].value),
             None if motion.peak_speed is None else motion.peak_speed.value,
             None if ends is None or len(ends) != count else tuple(one.value for one in ends),
+            None if touched is None else touched.value,
         )
 
     def _parameter(
@@ -178,6 +187,19 @@ class _MotionElaborator:
         if found.type != RealType(dimension):
             self._diagnostics.error("AE204", f"`{name.value}` is in {found.type}, not {dimension}", name.span)
         return found.value
+
+    def _held_object(self, held: declared.HeldObject) -> HeldObject | None:
+        measured = resolve_name(
+            held.unless_false, self._vocabulary.state, "a state variable", self._diagnostics
+        )
+        if measured is not None and measured.variable.type != BoolType():
+            self._diagnostics.error(
+                "AE203",
+                f"`{held.unless_false.value}` is {measured.variable.type}, not bool",
+                held.unless_false.span,
+            )
+        box = resolve_name(held.volume, self._vocabulary.volumes, "a volume", self._diagnostics)
+        return None if box is None else HeldObject(held.unless_false.value, box)
 
     def _barrier(self, barrier: declared.Barrier) -> Barrier | None:
         box = resolve_name(barrier.volume, self._vocabulary.volumes, "a volume", self._diagnostics)

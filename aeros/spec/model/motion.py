@@ -18,12 +18,14 @@ class MotionKind:
         base_target: parameters with x and y of the base's target in W.
         peak_speed: parameter that bounds the speed of the motion.
         joint_target: parameter with the target of each joint, in order.
+        held_touches: volume that a held object may touch in motions under feedback.
     """
 
     tool_target: str | None
     base_target: tuple[str, str] | None
     peak_speed: str | None
     joint_target: tuple[str, ...] | None = None
+    held_touches: str | None = None
 
 
 @dataclass(frozen=True)
@@ -63,6 +65,19 @@ class ToolLimits:
 
 
 @dataclass(frozen=True)
+class HeldObject:
+    """Space that a held object may take up.
+
+    Attributes:
+        variable: name of the state variable that tells if something is held; only if it is false, nothing is.
+        box: relative to the tool point, along the axes of the last joint's frame.
+    """
+
+    variable: str
+    box: AxisAlignedBox
+
+
+@dataclass(frozen=True)
 class MotionPolicy:
     """Limits by which the whole trajectory of an action is decided, in SI.
 
@@ -79,6 +94,8 @@ class MotionPolicy:
             error.
         barriers: keep-out and keep-in volumes.
         base_limits: speed and acceleration of a mobile base.
+        link_clearance: least distance of links from each other; None if that is not checked.
+        held: the space of a held object, which moves like a link named `held`; None if it is not checked.
     """
 
     kinds: Mapping[str, MotionKind]
@@ -92,3 +109,5 @@ class MotionPolicy:
     clearance: Fraction
     barriers: tuple[Barrier, ...]
     base_limits: tuple[Fraction, Fraction] | None = None
+    link_clearance: Fraction | None = None
+    held: HeldObject | None = None

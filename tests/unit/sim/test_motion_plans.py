@@ -265,3 +265,44 @@ def test_a_violation_is_a_protective_stop_within_one_tick(
     # Seen once, in the tick it was first measured in, and stopped in that same tick.
     assert stops == violations
     assert max(map(abs, plant.observe()["joint_velocity"].value)) < 0.02
+
+
+# The arm against itself.
+
+FOLD = act("move_joints", q1=0.0, q2=-0.785, q3=0.0, q4=-2.356, q5=0.0, q6=0.05, q7=-0.8, speed=0.3)
+"""All joints stay inside their limits, and the hand ends 56 mm inside the forearm."""
+
+
+def _decide(plant: PhysicsPlant, site: Site, action: Action) -> Decision:
+    allowed = Decision(DecisionKind.ALLOW, action, ())
+    return MotionDecider(site.motion).decide(allowed, plant.plan(action), plant.observe())
+
+
+def test_a_motion_that_folds_the_hand_into_the_forearm_is_denied(plant: PhysicsPlant, site: Site) -> None:
+    found = _decide(plant, site, FOLD)
+    assert [(reason.code, reason.rule) for reason in found.reasons] == [("AE765", "link5-hand")]
+    assert found.reasons[0].text.startswith("`hand` may come within ")
+    shorter = act("move_joints", **{**FOLD.parameters, "q6": 1.0})
+    assert _decide(plant, site, shorter).kind is DecisionKind.ALLOW
+
+
+def test_a_motion_that_passes_through_a_link_on_its_way_is_denied(plant: PhysicsPlant, site: Site) -> None:
+    # Between two turns of the wrist, at both of which it is clear, the hand would pass through the forearm.
+    one, other = ({**FOLD.parameters, "q6": 0.6, "q7": turn} for turn in (1.0, -2.0))
+    assert _decide(plant, site, act("move_joints", **one)).kind is DecisionKind.ALLOW
+    assert execute(plant, act("move_joints", **one), allow, FOREVER).completed
+    found = _decide(plant, site, act("move_joints", **other))
+    assert [reason.code for reason in found.reasons] == ["AE765"]
+    # The way around it: lift the wrist first.
+    for bent in (one, other):
+        lifted = act("move_joints", **{**bent, "q6": 1.5})
+        assert _decide(plant, site, lifted).kind is DecisionKind.ALLOW
+        assert execute(plant, lifted, allow, FOREVER).completed
+    assert _decide(plant, site, act("move_joints", **other)).kind is DecisionKind.ALLOW
+
+
+def test_the_simulated_arm_does_not_pass_through_itself(plant: PhysicsPlant) -> None:
+    ended = execute(plant, FOLD, allow, FOREVER)
+    assert not ended.completed
+    assert ended.reason is not None
+    assert ended.reason.startswith("blocked: the arm is held back")

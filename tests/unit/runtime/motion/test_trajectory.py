@@ -14,6 +14,7 @@ from aeros.runtime.motion.merged import ConcurrentMotion
 from aeros.runtime.motion.trajectory import MotionDecider
 from aeros.runtime.ports import (
     Ball,
+    Hull,
     MotionCompletion,
     NoMotion,
     Reading,
@@ -24,7 +25,7 @@ from aeros.runtime.ports import (
 )
 from aeros.skill import Action, act
 from aeros.spec.expr.scope import AxisAlignedBox
-from aeros.spec.model.motion import Barrier, MotionKind, MotionPolicy, ToolLimits
+from aeros.spec.model.motion import Barrier, HeldObject, MotionKind, MotionPolicy, ToolLimits
 
 NOWHERE = (0.0, 0.0, 0.0)
 PILLAR = AxisAlignedBox((Fraction(0), Fraction(1, 2), Fraction(0)), (Fraction(1), Fraction(2), Fraction(1)))
@@ -233,6 +234,132 @@ def test_no_link_may_meet_a_barrier() -> None:
     beside = motion(1.5, 8.0, base=(0.0, -1.0, 0.0))
     assert decided(beside, "slide") == []
     assert decided(beside, "slide", policy=away) == [("AE763", "off-the-pillar")]
+
+
+FOLDING = replace(
+    BODY,
+    hulls=(
+        Hull("arm", 1, ((0.0, 0.0, 0.5), (0.5, 0.0, 0.5)), 0.06),
+        Hull("post", 0, ((0.4, 0.1, 0.5),), 0.02),
+    ),
+)
+"""With a post of its own beside the arm, which the arm meets after a quarter of a radian."""
+APART = replace(POLICY, link_clearance=Fraction(1, 200))
+
+
+def test_links_must_keep_apart_where_the_site_says_so() -> None:
+    assert decided(motion(body=FOLDING)) == []
+    assert decided(motion(body=FOLDING), policy=APART) == [("AE765", "post-arm")]
+    assert decided(motion(-0.5, body=FOLDING), "slide", policy=APART) == []
+    exempt = replace(FOLDING, exempt_pairs=(("arm", "post"),))
+    assert decided(motion(body=exempt), policy=APART) == []
+
+
+def test_the_reason_names_both_links_distance_and_place() -> None:
+    allowed = Decision(DecisionKind.ALLOW, act("slide", speed=0.25), ())
+    found = MotionDecider(APART).decide(allowed, motion(body=FOLDING), {"joint_angle": Reading((0.0,), 0.0)})
+    assert [reason.text for reason in found.reasons] == [
+        "`arm` may come within 0 mm of `post` at 50 % of the path; links keep 5 mm apart"
+    ]
+
+
+def test_a_motion_of_the_base_alone_does_not_bring_links_together() -> None:
+    near = replace(FOLDING, hulls=(FOLDING.hulls[0], Hull("post", 0, ((0.4, 0.0, 0.5),), 0.02)))
+    drive = motion(0.0, 4.0, body=near, base_path=(0.5, 0.0, 0.0))
+    assert decided(drive, "drive", APART, x=0.5) == []
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"hulls": ()},
+        {"hulls": FOLDING.hulls[1:]},
+        {"hulls": [*FOLDING.hulls]},
+        {"hulls": (FOLDING.hulls[0]._replace(joint=2),)},
+        {"hulls": (FOLDING.hulls[0]._replace(joint=0),)},
+        {"hulls": (FOLDING.hulls[0]._replace(joint=cast("int", 1.0)),)},
+        {"hulls": (FOLDING.hulls[0]._replace(corners=()),)},
+        {"hulls": (FOLDING.hulls[0]._replace(corners=(cast("Vec3", (0.0, 0.0)),)),)},
+        {"hulls": (FOLDING.hulls[0]._replace(corners=((0.0, 0.0, nan),)),)},
+        {"hulls": (FOLDING.hulls[0]._replace(radius=-0.1),)},
+        {"hulls": (FOLDING.hulls[0]._replace(radius=inf),)},
+        {"exempt_pairs": (("arm", "leg"),)},
+        {"exempt_pairs": (("arm", "post", "arm"),)},
+        {"exempt_pairs": None},
+    ],
+)
+def test_links_that_cannot_be_compared_are_denied(changed: dict[str, Any]) -> None:
+    unknown = replace(FOLDING, **changed)
+    assert decided(motion(-0.5, body=unknown), "slide", policy=APART) == [("AE760", "slide")]
+
+
+# What is held: a box of 0.2 m around the tool, which ends 0.11 m from the pillar.
+
+TENTH = (Fraction(1, 10),) * 3
+CARRYING = replace(
+    POLICY,
+    held=HeldObject("holding", AxisAlignedBox((Fraction(-1, 10),) * 3, TENTH)),
+    barriers=(replace(POLICY.barriers[0], links=frozenset({"arm", "held"})),),
+)
+TURNED = motion(0.9, 4.0)
+
+
+def carried(
+    held: Any, plan: Trajectory = TURNED, policy: MotionPolicy = CARRYING, kind: str = "slide"
+) -> list[tuple[str, str]]:
+    """Decide a motion while `holding` is measured so; it is not measured if None."""
+    readings = {"joint_angle": Reading((0.0,), 0.0)}
+    if held is not None:
+        readings["holding"] = Reading(held, 0.0)
+    allowed = Decision(DecisionKind.ALLOW, act(kind, speed=0.5), ())
+    found = MotionDecider(policy).decide(allowed, plan, readings)
+    return [(reason.code, reason.rule) for reason in found.reasons]
+
+
+def test_what_is_held_keeps_clear_of_barriers_and_nothing_does_where_nothing_is_held() -> None:
+    assert carried(False) == []
+    assert carried(True) == [("AE763", "off-the-pillar")]
+    assert carried(True, motion(0.5)) == []
+
+
+@pytest.mark.parametrize("held", [None, 0, 0.0, "false", nan])
+def test_something_is_held_unless_it_is_measured_that_nothing_is(held: Any) -> None:
+    assert carried(held) == [("AE763", "off-the-pillar")]
+
+
+def test_a_barrier_applies_to_what_is_held_by_its_name_or_if_it_names_no_links() -> None:
+    for links, found in ((frozenset({"arm"}), []), (None, [("AE763", "off-the-pillar")])):
+        policy = replace(CARRYING, barriers=(replace(CARRYING.barriers[0], links=links),))
+        assert carried(True, policy=policy) == found
+
+
+def test_a_site_without_space_for_held_objects_does_not_check_them() -> None:
+    assert carried(True, policy=replace(CARRYING, held=None)) == []
+
+
+def test_what_is_held_may_touch_a_volume_under_force_control_alone() -> None:
+    touching = replace(CARRYING.kinds["slide"], held_touches="pillar")
+    policy = replace(CARRYING, kinds={**CARRYING.kinds, "slide": touching})
+    pressing = replace(TURNED, servo=servo(joint_tolerance=(0.01,)))
+    assert carried(True, pressing) == [("AE763", "off-the-pillar")]
+    assert carried(True, pressing, policy) == []
+    assert carried(True, TURNED, policy) == [("AE763", "off-the-pillar")]
+    elsewhere = {**CARRYING.kinds, "slide": replace(touching, held_touches="table")}
+    assert carried(True, pressing, replace(policy, kinds=elsewhere)) == [("AE763", "off-the-pillar")]
+    # The arm itself may not touch it.
+    assert carried(True, replace(motion(1.5, 8.0), servo=pressing.servo), policy) == [
+        ("AE763", "off-the-pillar")
+    ]
+
+
+def test_what_is_held_keeps_apart_from_links() -> None:
+    near = replace(
+        FOLDING, hulls=(FOLDING.hulls[0]._replace(radius=0.01), Hull("post", 0, ((0.55, 0.3, 0.5),), 0.02))
+    )
+    policy = replace(APART, held=CARRYING.held)
+    plan = motion(0.5, body=near)
+    assert carried(False, plan, policy) == []
+    assert carried(True, plan, policy) == [("AE765", "post-held")]
 
 
 def servo(**changed: Any) -> ServoBounds:

@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 
 from aeros.runtime.ports import (
     Ball,
+    Hull,
     MotionCompletion,
     NoMotion,
     Reading,
@@ -35,7 +36,13 @@ from aeros.sim.hosting.wire import (
     encode_value,
 )
 
-BODY = RobotBody(((0.0, 0.5, 0.25),), (0.0, 0.0, 0.1), (Ball("hand", 1, (0.0, 0.0, 0.2), 0.1),))
+BODY = RobotBody(
+    ((0.0, 0.5, 0.25),),
+    (0.0, 0.0, 0.1),
+    (Ball("hand", 1, (0.0, 0.0, 0.2), 0.1),),
+    (Hull("hand", 1, ((0.0, 0.0, 0.2), (0.0, 0.1, 0.2)), 0.05), Hull("foot", 0, ((0.0, 0.0, 0.0),), 0.1)),
+    (("foot", "hand"),),
+)
 PLAN = Trajectory(BODY, ((((0.0,), (0.1,), (0.2,), (0.3,)),),), (1.0, 2.0, 3.0), (0.0, 0.5, 0.0), 4.0)
 SERVO = ServoBounds((0.1,), (1.0,), (2.0,), (3.0,), 0.4, 0.5, 0.6)
 

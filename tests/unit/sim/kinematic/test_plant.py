@@ -214,3 +214,11 @@ def test_a_target_out_of_reach_is_refused_with_a_reason_before_anything_moves() 
     assert (refused.reason or "").startswith("unreachable: ")
     assert plant.begin(far) == refused
     assert plant.observe() == before
+
+
+def test_a_hand_that_meets_the_forearm_stops_the_arm() -> None:
+    plant = make_plant("bare", 0)
+    fold = act("move_joints", q1=0.0, q2=-0.785, q3=0.0, q4=-2.356, q5=0.0, q6=0.05, q7=-0.8, speed=0.3)
+    ended = execute(plant, fold, allow, 1e9)
+    assert ended == MotionCompletion(False, "blocked: `hand` meets `link5`")
+    assert max(map(abs, plant.observe()["joint_velocity"].value)) == 0.0

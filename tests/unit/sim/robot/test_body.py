@@ -6,27 +6,32 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import nnls
+from scipy.spatial import ConvexHull
 
+from aeros.kinematic_chain import frames_of, mounting_of
 from aeros.sim.bullet.client import DATA
 from aeros.sim.robot.body import CAPSULES, PANDA_BODY, Capsule, enclosing_balls
 from aeros.sim.robot.kinematics import FLANGE
+from aeros.sim.robot.limits import Q_MAX, Q_MIN
 
 
-def _vertices(mesh: str) -> np.ndarray[Any, Any]:
-    lines = (Path(DATA) / "franka_panda" / "meshes" / "collision" / f"{mesh}.obj").read_text().splitlines()
+def _vertices(mesh: str, kind: str = "collision") -> np.ndarray[Any, Any]:
+    files = [Path(DATA) / "franka_panda" / "meshes" / one / f"{mesh}.obj" for one in (kind, "collision")]
+    lines = next(file for file in files if file.exists()).read_text().splitlines()
     return np.array([[float(x) for x in line.split()[1:4]] for line in lines if line.startswith("v ")])
 
 
-def _mesh_of(link: str) -> np.ndarray[Any, Any]:
+def _mesh_of(link: str, kind: str = "collision") -> np.ndarray[Any, Any]:
     """Vertices of the link's collision meshes in the frame of its joint; fingers at every opening."""
     if link == "foot":
-        return _vertices("link0")
+        return _vertices("link0", kind)
     if link not in ("hand", "fingers"):
-        return _vertices(link)
+        return _vertices(link, kind)
     if link == "hand":
-        points = _vertices("hand")
+        points = _vertices("hand", kind)
     else:
-        one = _vertices("finger") + np.array([0.0, 0.0, 0.0584])
+        one = _vertices("finger", kind) + np.array([0.0, 0.0, 0.0584])
         openings = [one + np.array([0.0, gap, 0.0]) for gap in (0.0, 0.02, 0.04)]
         points = np.concatenate([*openings, *(other * np.array([-1.0, -1.0, 1.0]) for other in openings)])
     c = math.sqrt(0.5)
@@ -78,3 +83,72 @@ def test_the_hand_is_turned_by_45_degrees_and_beyond_the_flange() -> None:
     (hand,) = (capsule for capsule in CAPSULES if capsule.link == "hand")
     # (0, -0.079, 0.021) turned by -45 degrees: x = y = -0.079 times the square root of a half.
     assert hand.a == pytest.approx((-0.0558614, -0.0558614, FLANGE + 0.021), abs=1e-6)
+
+
+# Hulls.
+
+
+def _away(point: np.ndarray[Any, Any], corners: np.ndarray[Any, Any]) -> float:
+    """Distance of a point from one convex combination of the corners: no less than from their hull."""
+    weights, _ = nnls(np.vstack((corners.T, np.full(len(corners), 1e3))), np.append(point, 1e3))
+    return float(np.linalg.norm(corners.T @ (weights / weights.sum()) - point))
+
+
+def _visual_mesh_of(link: str) -> np.ndarray[Any, Any]:
+    """Vertices of the convex hull of the link's meshes for pictures, or of those for collisions."""
+    points = _mesh_of(link, "visual")
+    outermost: np.ndarray[Any, Any] = points[ConvexHull(points).vertices]
+    return outermost
+
+
+@pytest.mark.physics
+@pytest.mark.parametrize("hull", PANDA_BODY.hulls, ids=lambda hull: hull.link)
+def test_each_hull_holds_its_links_meshes_and_protrudes_by_its_radius_at_most(hull: Any) -> None:
+    # A hull is convex: as it holds all vertices, it holds the meshes and their convex hull.
+    corners = np.array(hull.corners)
+    collision, visual = _mesh_of(hull.link), _visual_mesh_of(hull.link)
+    assert max(_away(point, corners) for point in (*collision, *visual)) <= hull.radius <= 0.005
+    both = np.concatenate((collision, visual))
+    middle = both.mean(axis=0)
+    faces = ConvexHull(both).equations
+    assert (faces[:, :3] @ middle + faces[:, 3]).max() < 0.0
+    assert (corners @ faces[:, :3].T + faces[:, 3]).max() <= 1e-4  # rounded to 0.1 mm
+
+
+@pytest.mark.physics
+def test_hulls_move_with_their_links_and_cover_every_link() -> None:
+    assert [(hull.link, hull.joint) for hull in PANDA_BODY.hulls] == [
+        (capsule.link, capsule.joint) for capsule in CAPSULES
+    ]
+
+
+def test_exempt_pairs_are_joined_or_never_nearer_than_their_hulls_say() -> None:
+    joined = {
+        ("foot", "link1"),
+        *((f"link{number}", f"link{number + 1}") for number in range(1, 7)),
+    }
+    assert joined <= {*PANDA_BODY.exempt_pairs}
+    frames = [mounting_of(row) for row in PANDA_BODY.dh_rows]
+    apart = [pair for pair in PANDA_BODY.exempt_pairs if pair not in joined]
+    assert len(apart) == 12
+    hulls = {hull.link: hull for hull in PANDA_BODY.hulls}
+    chance = np.random.default_rng(0)
+    for q in chance.uniform(Q_MIN, Q_MAX, (150, 7)):
+        posture = frames_of(frames, q.tolist())
+        for first, second in apart:
+            a, b = (
+                np.array([posture[hulls[link].joint].to_base(corner) for corner in hulls[link].corners])
+                for link in (first, second)
+            )
+            assert _gap(a, b) - hulls[first].radius - hulls[second].radius > 0.015, (first, second)
+
+
+def _gap(a: np.ndarray[Any, Any], b: np.ndarray[Any, Any]) -> float:
+    """Lower bound of the distance of two convex hulls, by the best of some directions."""
+    best, way = 0.0, b.mean(axis=0) - a.mean(axis=0)
+    for _ in range(40):
+        along_a, along_b = a @ way, b @ way
+        best = max(best, float(along_b.min() - along_a.max()) / float(np.linalg.norm(way)))
+        step = b[along_b.argmin()] - a[along_a.argmax()] - way
+        way = way + np.clip(-(way @ step) / max(float(step @ step), 1e-18), 0.0, 1.0) * step
+    return best

@@ -10,7 +10,7 @@ import pytest
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.render import render_text
 from aeros.spec.elaborate.load import load_site
-from aeros.spec.model.motion import MotionKind
+from aeros.spec.model.motion import HeldObject, MotionKind
 from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
 
@@ -41,6 +41,9 @@ def test_names_and_units_are_settled(tmp_path: Path) -> None:
     assert motion.tool_limits.rotation == (Fraction(5, 2), Fraction(25), Fraction(12500))
     assert motion.clearance == Fraction(15, 1000)
     assert motion.base_limits == (Fraction(6, 10), Fraction(1))
+    assert motion.link_clearance == Fraction(5, 1000)
+    assert motion.held == HeldObject("holding", site.volumes["largest_object"])
+    assert motion.kinds["slide"].held_touches == "bench_core"
     fence, column = motion.barriers[2:4]
     assert fence.keep_inside
     assert fence.links is None
@@ -100,7 +103,12 @@ def test_names_and_units_are_settled(tmp_path: Path) -> None:
         ),
         (("clearance: 15 mm", "clearance: 15 s"), "error[AE204]"),
         (("volume: bench_core", "volume: bench_kern"), "error[AE122] unknown-reference: `bench_kern`"),
-        (("links: [fingers]", "links: []"), "error[AE112]"),
+        (("links: [fingers, held]", "links: []"), "error[AE112]"),
+        (("link_clearance: 5 mm", "link_clearance: 5 s"), "error[AE204]"),
+        (("unless_false: holding", "unless_false: held"), "error[AE122] unknown-reference: `held`"),
+        (("unless_false: holding", "unless_false: finger_gap"), "error[AE203]"),
+        (("volume: largest_object", "volume: largest"), "error[AE122] unknown-reference: `largest`"),
+        (("held_touches: bench_core", "held_touches: bank"), "error[AE122] unknown-reference: `bank`"),
         (("keep: in", "keep: near"), "error[AE"),
     ],
 )

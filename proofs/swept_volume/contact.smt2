@@ -1,0 +1,20 @@
+; `find_link_contact` finds nothing only where the search finds nothing on any path, of any pair of
+; the body's links and of what it holds, with the whole clearance as room.
+; unsat: proved
+(set-logic ALL)
+(declare-const clearance Real)
+(declare-fun safe.one.these (Real) Bool)
+(declare-fun safe.one.those (Real) Bool)
+(declare-fun safe.other.these (Real) Bool)
+(declare-fun safe.other.those (Real) Bool)
+(define-fun nothing.0 () Bool (ite (safe.other.those (+ clearance (/ 4835703278458517 4835703278458516698824704))) true false))
+(define-fun nothing.1 () Bool (ite (safe.other.these (+ clearance (/ 4835703278458517 4835703278458516698824704))) nothing.0 false))
+(define-fun nothing.2 () Bool (ite (safe.one.those (+ clearance (/ 4835703278458517 4835703278458516698824704))) nothing.1 false))
+(define-fun nothing.3 () Bool (ite (safe.one.these (+ clearance (/ 4835703278458517 4835703278458516698824704))) nothing.2 false))
+(define-fun nothing () Bool nothing.3)
+(assert (! (=> (and (<= clearance (+ clearance (/ 4835703278458517 4835703278458516698824704))) (safe.one.these (+ clearance (/ 4835703278458517 4835703278458516698824704)))) (safe.one.these clearance)) :named given.more-room.0.one.these))
+(assert (! (=> (and (<= clearance (+ clearance (/ 4835703278458517 4835703278458516698824704))) (safe.one.those (+ clearance (/ 4835703278458517 4835703278458516698824704)))) (safe.one.those clearance)) :named given.more-room.0.one.those))
+(assert (! (=> (and (<= clearance (+ clearance (/ 4835703278458517 4835703278458516698824704))) (safe.other.these (+ clearance (/ 4835703278458517 4835703278458516698824704)))) (safe.other.these clearance)) :named given.more-room.0.other.these))
+(assert (! (=> (and (<= clearance (+ clearance (/ 4835703278458517 4835703278458516698824704))) (safe.other.those (+ clearance (/ 4835703278458517 4835703278458516698824704)))) (safe.other.those clearance)) :named given.more-room.0.other.those))
+(assert (! (not (=> nothing (and (safe.one.these clearance) (safe.one.those clearance) (safe.other.these clearance) (safe.other.those clearance)))) :named negated-conclusion))
+(check-sat)

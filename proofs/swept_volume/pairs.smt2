@@ -1,0 +1,21 @@
+; `_ContactSearch.search` of a stretch finds nothing only where a pair is apart on all of it, with
+; the slack of the joints, or nothing is found on either half of the stretch.
+; unsat: proved
+(set-logic ALL)
+(declare-datatypes ((Path 0)) (((piece.0) (piece.1) (one) (other))))
+(declare-fun safe (Path) Bool)
+(declare-fun apart (Real Real) Bool)
+(declare-const width Real)
+(declare-const slack Real)
+(declare-const clearance Real)
+(declare-const gap Real)
+(declare-const is-deepest Bool)
+(define-fun nothing.0 () Bool (ite (apart (+ width slack) clearance) true false))
+(define-fun nothing.1 () Bool (ite (safe piece.1) true false))
+(define-fun nothing.2 () Bool (ite (safe piece.0) nothing.1 false))
+(define-fun nothing.3 () Bool (ite (< gap clearance) false nothing.2))
+(define-fun nothing.4 () Bool (ite (apart (+ width slack) clearance) true nothing.3))
+(define-fun nothing.5 () Bool (ite is-deepest nothing.0 nothing.4))
+(define-fun nothing () Bool nothing.5)
+(assert (! (not (=> nothing (or (apart (+ width slack) clearance) (and (safe piece.0) (safe piece.1))))) :named negated-conclusion))
+(check-sat)

@@ -1,0 +1,17 @@
+; `PostureRange._chord_terms` has the joints that stand keep their place, and all others their way.
+; unsat: proved
+(set-logic ALL)
+(declare-const half.0 Real)
+(declare-const half.1 Real)
+(declare-const half.2 Real)
+(declare-const room.0 Real)
+(declare-const room.1 Real)
+(declare-const room.2 Real)
+(define-fun asked.half.0 () Real (/ 0 1))
+(define-fun asked.half.1 () Real half.1)
+(define-fun asked.half.2 () Real half.2)
+(define-fun asked.room.0 () Real (/ 0 1))
+(define-fun asked.room.1 () Real room.1)
+(define-fun asked.room.2 () Real room.2)
+(assert (! (not (and (= asked.half.0 0.0) (= asked.half.1 half.1) (= asked.half.2 half.2) (= asked.room.0 0.0) (= asked.room.1 room.1) (= asked.room.2 room.2))) :named negated-conclusion))
+(check-sat)

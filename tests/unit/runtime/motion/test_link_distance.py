@@ -1,0 +1,144 @@
+"""Links against links: distances worked out by hand; tests/property samples random ones."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import pi
+
+import pytest
+
+from aeros.runtime.motion.swept_volume import (
+    Enclosure,
+    PostureRange,
+    SweptMotion,
+    find_link_contact,
+    hull_pairs,
+    search_separation,
+    separation,
+)
+from aeros.runtime.ports import Hull, JointVector, RobotBody, Vec3
+
+NOWHERE = (0.0, 0.0, 0.0)
+EXEMPT = (("foot", "first"), ("first", "second"), ("second", "third"))
+
+
+def rod(link: str, joint: int, length: float) -> Hull:
+    """A rod along x of its joint's frame, 0.1 m thick."""
+    return Hull(link, joint, (NOWHERE, (length, 0.0, 0.0)), 0.05)
+
+
+FINGER = RobotBody(
+    ((0.0, 0.0, 0.0), (0.5, 0.0, 0.0), (0.5, 0.0, 0.0)),
+    NOWHERE,
+    (),
+    (Hull("foot", 0, (NOWHERE,), 0.05), rod("first", 1, 0.5), rod("second", 2, 0.5), rod("third", 3, 0.4)),
+    EXEMPT,
+)
+"""Three rods in a plane, the last of which can reach the first and the foot."""
+WITHOUT_FOOT = replace(FINGER, hulls=FINGER.hulls[1:], exempt_pairs=EXEMPT[1:])
+
+
+def moving(start: JointVector, end: JointVector, body: RobotBody = FINGER, slack: float = 0.0) -> SweptMotion:
+    a, b, c, d = (
+        tuple(p + (q - p) * third / 3.0 for p, q in zip(start, end, strict=True)) for third in range(4)
+    )
+    return SweptMotion(body, ([(a, b, c, d)],), (slack,) * 3, NOWHERE, NOWHERE, True)
+
+
+def test_pairs_are_of_links_that_move_against_each_other_and_are_not_exempt() -> None:
+    rigid = replace(FINGER, hulls=(*FINGER.hulls, rod("tip", 3, 0.1)), exempt_pairs=(("second", "first"),))
+    names = [(pair.inner.link, pair.outer.link) for pair in hull_pairs(rigid)]
+    assert names == [
+        ("foot", "first"),
+        ("foot", "second"),
+        ("foot", "third"),
+        ("foot", "tip"),
+        ("first", "third"),
+        ("first", "tip"),
+        ("second", "third"),
+        ("second", "tip"),
+    ]
+
+
+def test_a_ball_encloses_each_hull_of_a_pair() -> None:
+    pair = hull_pairs(FINGER)[-1]
+    assert (pair.inner.link, pair.inner_ball) == ("first", Hull("first", 1, ((0.25, 0.0, 0.0),), 0.3))
+    assert pair.outer_ball == Hull("third", 3, ((0.2, 0.0, 0.0),), 0.25)
+
+
+def test_the_clearance_is_kept_to_the_last_millimetre() -> None:
+    # Three sides of a square: the third rod is parallel to the first, 0.5 m from it, with 0.4 m of air.
+    still = (0.0, pi / 2, pi / 2)
+    assert find_link_contact(moving(still, still), 0.399) is None
+    found = find_link_contact(moving(still, still, WITHOUT_FOOT), 0.401)
+    assert found is not None
+    assert (found.inner, found.outer) == ("first", "third")
+    assert found.distance == pytest.approx(0.4)
+
+
+def test_a_motion_that_folds_a_link_into_another_is_found_with_its_place() -> None:
+    found = find_link_contact(moving((0.0, 0.0, 0.0), (1.0, 2.5, 2.5), WITHOUT_FOOT), 0.005)
+    assert found is not None
+    assert (found.inner, found.outer) == ("first", "third")
+    assert 0.7 < found.path_parameter < 1.0
+    assert find_link_contact(moving((0.0, 0.0, 0.0), (1.0, 1.5, 1.5)), 0.005) is None
+
+
+def test_contact_on_the_way_is_found_though_both_ends_are_clear() -> None:
+    # The third rod passes the foot: from one side of the first rod to the other, by the way of the second.
+    start, end = (0.0, pi / 2, 1.9), (0.0, pi / 2, 4.4)
+    assert find_link_contact(moving(start, start), 0.005) is None
+    assert find_link_contact(moving(end, end), 0.005) is None
+    assert find_link_contact(moving(start, end), 0.005) is not None
+
+
+def test_joints_up_to_the_inner_link_do_not_matter() -> None:
+    spinning = moving((-100.0, pi / 2, pi / 2), (100.0, pi / 2, pi / 2), WITHOUT_FOOT)
+    assert find_link_contact(spinning, 0.399) is None
+
+
+def test_the_tolerance_of_the_joints_counts() -> None:
+    still = (0.0, pi / 2, pi / 2)
+    assert find_link_contact(moving(still, still, slack=0.01), 0.38) is None
+    # 0.01 rad of both joints: the tip is up to 0.64 m from one and 0.4 m from the other.
+    assert find_link_contact(moving(still, still, slack=0.01), 0.396) is not None
+
+
+def test_every_path_is_searched() -> None:
+    clear, not_clear = moving((0.0,) * 3, (0.0,) * 3), moving((0.0, 2.5, 2.5), (0.0, 2.5, 2.5))
+    assert find_link_contact(clear._replace(paths=clear.paths * 2), 0.0) is None
+    assert find_link_contact(clear._replace(paths=(*clear.paths, *not_clear.paths)), 0.0) is not None
+
+
+def test_pieces_of_a_path_are_searched_each() -> None:
+    clear, folding = moving((0.0,) * 3, (0.0,) * 3), moving((0.0,) * 3, (0.0, 2.5, 2.5))
+    for pieces in ([*clear.paths[0], *folding.paths[0]], [*folding.paths[0], *clear.paths[0]]):
+        assert find_link_contact(clear._replace(paths=(pieces,)), 0.005) is not None
+
+
+def test_separation_along_a_direction_is_scaled_by_its_length() -> None:
+    inner = [NOWHERE, (1.0, 0.0, 0.0)]
+    outer = [Enclosure((3.0, 5.0, 0.0), (0.25, 0.0, 0.0), 0.125), Enclosure((4.0, 0.0, 0.0), NOWHERE, 0.0)]
+    assert separation(inner, outer, (2.0, 0.0, 0.0)) == 2.0 * (3.0 - 0.25 - 0.125 - 1.0)
+    assert separation(inner, outer, (-1.0, 0.0, 0.0)) == -4.0
+
+
+def test_a_hint_that_separates_is_taken_and_another_is_not() -> None:
+    inner, outer = [NOWHERE], [Enclosure((1.0, 1.0, 0.0), NOWHERE, 0.0)]
+    assert search_separation(inner, outer, 0.5, (1.0, 0.0, 0.0)).direction == (1.0, 0.0, 0.0)
+    assert search_separation(inner, outer, 0.5, (-1.0, 0.0, 0.0)).direction == (1.0, 1.0, 0.0)
+
+
+@pytest.mark.parametrize("centre", [(0.5, 0.5, 0.5), (0.4, 0.6, 0.5), (0.0, 0.0, 0.0)])
+def test_hulls_inside_each_other_are_never_apart(centre: Vec3) -> None:
+    cube = [(x, y, z) for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)]
+    found = search_separation(cube, [Enclosure(centre, NOWHERE, 0.0)], 0.01)
+    assert found.direction is None
+    assert found.distance < 0.05
+
+
+def test_a_gap_is_that_of_the_rounded_hulls() -> None:
+    (pair,) = (one for one in hull_pairs(FINGER) if (one.inner.link, one.outer.link) == ("first", "third"))
+    still = PostureRange(FINGER, (0.0, pi / 2, pi / 2), (0.0,) * 3, (0.0,) * 3)
+    assert still.find_gap(pair, 0.3) is None
+    assert still.find_gap(pair, 0.5) == pytest.approx(0.4)
