@@ -131,3 +131,9 @@ class MotionPolicy:
     clearance: TextField = field(metadata={"doc": "the distance of links from every barrier, as in `20 mm`"})
     base: BaseLimits | None = field(default=None, metadata={"doc": "limits of a base that drives"})
     barriers: tuple[Barrier, ...] = field(default=(), metadata={"doc": "keep-out and keep-in volumes"})
+    back_off: Identifier | None = field(
+        default=None,
+        metadata={
+            "doc": "the action kind whose rules allow the robot to back off from a contact, the way it came"
+        },
+    )

@@ -84,6 +84,7 @@ class _MotionElaborator:
                 (motion.clearance, LENGTH),
             )
         ]
+        self._back_off(motion.back_off)
         barriers = [self._barrier(barrier) for barrier in motion.barriers]
         if len(self._diagnostics) > before:
             return None
@@ -105,7 +106,20 @@ class _MotionElaborator:
             clearance=clearance,
             barriers=tuple(barrier for barrier in barriers if barrier is not None),
             base_limits=(numbers[6], numbers[7]) if driving else None,
+            back_off=None if motion.back_off is None else motion.back_off.value,
         )
+
+    def _back_off(self, name: TextField | None) -> None:
+        """Check that the kind exists and has no parameters: nobody asks for it, so nobody gives any."""
+        kind = (
+            None
+            if name is None
+            else resolve_name(name, self._vocabulary.kinds, "an action kind", self._diagnostics)
+        )
+        if name is not None and kind is not None and (kind.parameters or kind.protective):
+            self._diagnostics.error(
+                "AE112", f"`{name.value}` backs off, so it has no parameters and is not protective", name.span
+            )
 
     def _kind(self, name: TextField, motion: declared.MotionKind, measured: Declared | None) -> MotionKind:
         kind = resolve_name(name, self._vocabulary.kinds, "an action kind", self._diagnostics)

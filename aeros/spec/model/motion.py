@@ -79,6 +79,7 @@ class MotionPolicy:
             error.
         barriers: keep-out and keep-in volumes.
         base_limits: speed and acceleration of a mobile base.
+        back_off: action kind whose rules govern a robot that backs off from a contact after a stop.
     """
 
     kinds: Mapping[str, MotionKind]
@@ -92,3 +93,4 @@ class MotionPolicy:
     clearance: Fraction
     barriers: tuple[Barrier, ...]
     base_limits: tuple[Fraction, Fraction] | None = None
+    back_off: str | None = None
