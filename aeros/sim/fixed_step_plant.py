@@ -322,6 +322,7 @@ class FixedStepPlant(ABC):
             "tool_position": state.tool_position,
             "tool_speed": state.tool_speed,
             "link_speed": max_link_speed(state.q, state.qd, state.base_velocity),
+            "tracking_error": self._robot.tracking_distance(state),
             "contact_force": self._robot.contact_force(),
             "finger_gap": state.finger_gap,
             "grip_force": min(self._robot.finger_forces()),

@@ -335,6 +335,24 @@ class Robot(ABC):
         error: float = max(map(abs, map(sub, set_points, state.q)))
         return error
 
+    def tracking_distance(self, state: RobotState) -> float:
+        """Compute the greatest distance of any link from where it is commanded, to first order.
+
+        The displacement by small joint errors is that of a motion at these rates for one second.
+
+        Args:
+            state: the latest readings.
+
+        Returns:
+            The distance, m, of joints and base together.
+        """
+        errors = tuple(map(sub, self.q_command.tolist(), state.q))
+        base = (0.0, 0.0, 0.0)
+        if self.has_carriage:
+            x, y = (self.base_origin + self.base_command).tolist()
+            base = (x - state.base_position[0], y - state.base_position[1], 0.0)
+        return max_link_speed(state.q, errors, base)
+
     def base_tracking_error(self, state: RobotState) -> float:
         """Compute the distance of the carriage from its set point.
 

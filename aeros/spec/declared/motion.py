@@ -110,6 +110,22 @@ class Barrier:
 
 
 @dataclass(frozen=True)
+class Tracking:
+    """Bound on the distance of the robot from where it is commanded."""
+
+    span: SourceSpan
+    measured_by: Identifier = field(
+        metadata={"doc": "the state variable with the greatest distance of a link from its commanded place"}
+    )
+    within: TextField = field(
+        metadata={"doc": "its bound, which a rule on each moving kind keeps, as in `10 mm`"}
+    )
+    levers: Identifier = field(
+        metadata={"doc": "constants: greatest distance of any link from the axis of each joint"}
+    )
+
+
+@dataclass(frozen=True)
 class MotionPolicy:
     """Limits that the gate checks on the whole trajectory of an action before it starts.
 
@@ -136,4 +152,7 @@ class MotionPolicy:
         metadata={
             "doc": "the action kind whose rules allow the robot to back off from a contact, the way it came"
         },
+    )
+    tracking: Tracking | None = field(
+        default=None, metadata={"doc": "bound on the distance of the robot from its commands"}
     )

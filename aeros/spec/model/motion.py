@@ -63,6 +63,19 @@ class ToolLimits:
 
 
 @dataclass(frozen=True)
+class Tracking:
+    """Bound on the distance of the robot from where it is commanded.
+
+    Attributes:
+        variable: state variable that measures the distance, m.
+        bound: greatest distance, m.
+    """
+
+    variable: str
+    bound: Fraction
+
+
+@dataclass(frozen=True)
 class MotionPolicy:
     """Limits by which the whole trajectory of an action is decided, in SI.
 
@@ -79,6 +92,7 @@ class MotionPolicy:
             error.
         barriers: keep-out and keep-in volumes.
         base_limits: speed and acceleration of a mobile base.
+        tracking: bound on the distance of the robot from its commands; None if the site has none.
         back_off: action kind whose rules govern a robot that backs off from a contact after a stop.
     """
 
@@ -94,3 +108,4 @@ class MotionPolicy:
     barriers: tuple[Barrier, ...]
     base_limits: tuple[Fraction, Fraction] | None = None
     back_off: str | None = None
+    tracking: Tracking | None = None
