@@ -101,6 +101,6 @@ def test_the_benchmark_of_contact_finds_forces_inside_the_limits_of_the_site() -
     found = _run("contact")
     assert len(found) == 9
     assert all(one["speed"] == 0.1 for one in found)
-    # ISO/TS 15066, table A.2, the least of all regions that the site names: quasi-static 130 N, transient 260 N.
+    # ISO/TS 15066, table A.2, the least of all regions that the site names, quasi-static and transient.
     assert max(one["held"] for one in found) < 130.0
     assert max(one["peak"] for one in found) < 260.0
