@@ -142,7 +142,7 @@ class StepControl:
         if isinstance(motion, MotionCompletion):
             return ending_stopped(motion)
         step.active_motion = ActiveMotion(motion, active_action, plan)
-        self._pipeline.monitors.add(active_action)
+        self._pipeline.monitors.add(active_action, plan)
         return None
 
 

@@ -23,9 +23,10 @@ from aeros.runtime.gate.compiled.rules import CompiledRuleSet, FastTickCheck, Mo
 from aeros.runtime.gate.joint_rules import ActiveAction
 from aeros.runtime.gate.value_check import Scalars, check_freshness
 from aeros.runtime.gate.violation import RuleViolation
+from aeros.runtime.monitor.feedback_rates import DECLARED_RATES, FeedbackRates
 from aeros.runtime.monitor.history import HistoryTracker, HistoryValues
 from aeros.runtime.monitor.stop_record import StopRecords, stop_quantities
-from aeros.runtime.ports import BACK_OFF, Reading
+from aeros.runtime.ports import BACK_OFF, Reading, Trajectory
 
 _NEVER_CACHED: Final = object()
 """Placeholder for a list, whose contents may change between ticks."""
@@ -76,6 +77,7 @@ class RuntimeMonitor:
         self._compiled = rules
         self.stops = StopRecords(stop_quantities(rules.site))
         self._back_off: _MonitoredActions | None = None
+        self._feedback: dict[int, FeedbackRates] = {}  # by number of the decision's record
         self._histories = histories
         # The last well-formed value of each variable; the same object is not checked again.
         self._checked_values: dict[str, _CheckedValue] = {}
@@ -92,7 +94,7 @@ class RuntimeMonitor:
         self.violation: RuleViolation | None = None
         """The last rule that did not hold, with its values."""
 
-    def add(self, active_action: ActiveAction) -> None:
+    def add(self, active_action: ActiveAction, plan: object = None) -> None:
         """Start to watch an action that the gate has just allowed.
 
         The fast check of its ticks is compiled here, for each set of variables that earlier ticks measured,
@@ -100,7 +102,12 @@ class RuntimeMonitor:
 
         Args:
             active_action: the action, as it was decided.
+            plan: its motion, if that was decided; speeds under feedback are compared with it.
         """
+        motion = self._compiled.site.motion
+        if type(plan) is Trajectory and plan.servo is not None and motion is not None:
+            rates = FeedbackRates(plan, motion.start_variable)
+            self._feedback[active_action.record_number] = rates
         kind = active_action.action.kind
         for names in self._measured_name_sets:
             if (kind, names) not in self._fast_checks:
@@ -134,6 +141,7 @@ class RuntimeMonitor:
             active_action: the action given to `add`.
         """
         self._active_actions.remove(active_action)
+        self._feedback.pop(active_action.record_number, None)
         self._watches = [watch for watch in self._watches if active_action not in watch.actions]
         self._actions_changed = True
         if not self._active_actions:
@@ -146,13 +154,16 @@ class RuntimeMonitor:
             fast_check, self._actions_changed = self._fast_check_for(measured), False
             self._holds = None if fast_check is None else fast_check.holds
         stops = self.stops
-        if not stops.are_open and self._holds is not None and self._holds(measured):
+        feedback = self._feedback.values()
+        if not stops.are_open and not feedback and self._holds is not None and self._holds(measured):
             return None
         stops.add(measured)
         known = self._update_histories(now, measured)
         if stops.stop is not None:
             return self._back_off_violation(stops.stop.reason, now, measured, known)
         rule = self._first_violation(now, measured, known)
+        if rule is None and any(rates.is_broken(now, measured) for rates in feedback):
+            rule = DECLARED_RATES
         if rule is not None:
             self.begin_stop(rule, now)
             stops.add(measured)

@@ -7,6 +7,7 @@ from itertools import pairwise
 from math import dist
 from typing import Any, Final
 
+from aeros.kinematic_chain import frames_of, mounting_of
 from aeros.runtime.ports import JointVector, MotionCompletion, MotionHandle, Plant, ServoBounds, Trajectory
 from aeros.sim.conformance.motion_checks import expected_position, path_point
 from aeros.sim.conformance.plant_under_test import (
@@ -25,6 +26,10 @@ from aeros.sim.conformance.plant_under_test import (
 
 _SAMPLES: Final = 16
 """Samples of each piece of a planned path."""
+
+_WINDOW_TICKS: Final = 12
+_TOOL_TOLERANCE: Final = 0.003
+"""Ticks over which the tool's way in contact is compared with its declared speed, and the allowance, m."""
 
 _START_DELAY_S: Final = 0.2
 """Delay of the arm's motion after the base's, s."""
@@ -57,6 +62,11 @@ def a_servo_motion_stays_near_its_paths(subject: PlantUnderTest) -> None:
         for a, b, limit in zip(before, after, servo.speed, strict=True):
             speed = abs(b - a) / subject.period
             require(speed <= limit + subject.max_overshoot, f"in contact a joint reaches {speed:.4f} rad/s")
+    mountings = [mounting_of(row) for row in plan.body.dh_rows]
+    tools = [frames_of(mountings, joints)[-1].to_base(plan.body.tool_offset) for joints in seen]
+    for start, end in zip(tools, tools[_WINDOW_TICKS:], strict=False):
+        most = servo.tool_speed * _WINDOW_TICKS * subject.period + _TOOL_TOLERANCE
+        require(dist(start, end) <= most, "in contact the tool is faster than the plan states")
 
 
 def a_broken_rule_stops_contact_within_one_tick(subject: PlantUnderTest) -> None:

@@ -310,6 +310,18 @@ class FeedbackLeavesItsPaths(Twin):
         return values
 
 
+class FeedbackIsFasterThanStated(Twin):
+    """What the plan states of the tool's speed is a quarter of it."""
+
+    def plan(self, action: Action) -> PlannedMotion:
+        plan = super().plan(action)
+        if not isinstance(plan, Trajectory) or plan.servo is None or self._planned is None:
+            return plan
+        lie = replace(plan, servo=replace(plan.servo, tool_speed=plan.servo.tool_speed / 4.0))
+        self._planned = (self._planned[0], self._planned[1]._replace(plan=lie))
+        return lie
+
+
 class FeedbackIsNotStated(Twin):
     def plan(self, action: Action) -> PlannedMotion:
         plan = super().plan(action)
@@ -451,6 +463,7 @@ BROKEN: Final[Mapping[str, Mapping[type[Twin], str]]] = {
     },
     "a_servo_motion_stays_near_its_paths": {
         FeedbackLeavesItsPaths: "rad beyond its slack",
+        FeedbackIsFasterThanStated: "faster than the plan states",
         FeedbackIsNotStated: "is not under feedback",
     },
     "a_broken_rule_stops_contact_within_one_tick": {
