@@ -287,13 +287,16 @@ class Scheduler:
         moving = {handle: step for handle, step in self._steps.items() if step.active_motion is not None}
         latest = min([until, *(step.deadline for step in moving.values() if step.result is None)])
         ended = self._plant.advance(self.monitor_tick, latest)
-        self._clean_up.record_stop()
+        is_stopped = self._pipeline.monitors.stops.are_open
+        if is_stopped:
+            self._clean_up.record_stop()
         landed = {
             handle: ended[motion.handle]
             for handle, step in moving.items()
             if (motion := step.active_motion) and motion.handle in ended
         }
-        self._clean_up.record_halts(landed)
+        if is_stopped:
+            self._clean_up.record_halts(landed)
         end_motions(self._table, landed, self._pipeline.monitors, self._followed)
         for handle, completion in landed.items():
             step = moving[handle]

@@ -146,7 +146,8 @@ class RuntimeMonitor:
         self._actions_changed = True
         if not self._active_actions:
             self._measured = frozenset()
-            self.stops.clear()
+            if self.stops.are_open:
+                self.stops.clear()
 
     def __call__(self, now: float, measured: Mapping[str, Any]) -> str | None:
         """Check a control tick: return the first rule that does not hold, or `input:NAME`; else None."""
@@ -157,7 +158,8 @@ class RuntimeMonitor:
         feedback = self._feedback.values()
         if not stops.are_open and not feedback and self._holds is not None and self._holds(measured):
             return None
-        stops.add(measured)
+        if stops.are_open:
+            stops.add(measured)
         known = self._update_histories(now, measured)
         if stops.stop is not None:
             return self._back_off_violation(stops.stop.reason, now, measured, known)

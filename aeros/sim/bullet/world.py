@@ -86,6 +86,7 @@ class PhysicsWorld:
         """End the client; safe to call twice."""
         if self.client >= 0:
             bullet.disconnect(physicsClientId=self.client)
+            self.before_step.clear()
             self.client = self.bodies.client = self.renderer.client = -1
 
     def push(self, body: int, force: Vector3) -> None:

@@ -111,7 +111,11 @@ class Barrier:
 
 @dataclass(frozen=True)
 class Tracking:
-    """Bound on the distance of the robot from where it is commanded."""
+    """Bound on the distance of the robot from where it is commanded.
+
+    Attributes:
+        span: its place in the file.
+    """
 
     span: SourceSpan
     measured_by: Identifier = field(

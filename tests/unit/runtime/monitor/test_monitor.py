@@ -30,7 +30,7 @@ def monitors() -> RuntimeMonitor:
     return RuntimeMonitor(MonitorRules(site), HistoryTracker(site))
 
 
-def watching(action: Action, readings: Readings) -> Monitor:
+def watching(action: Action, readings: Readings) -> RuntimeMonitor:
     """Return a monitor of one action, which has watched an equal one before."""
     monitor, begun = monitors(), ActiveAction(action, readings, NOW, 0)
     monitor.add(begun)
