@@ -164,6 +164,8 @@ class FixedStepPlant(ABC):
                 )
                 rule = monitor(self.now(), self._monitor_values())
         except BlockedError as obstacle:
+            if not any(running.is_commanded for running in self._running_motions()):
+                monitor(self.now(), self._monitor_values())  # of the tick in which it was noticed
             return self._end_all(str(obstacle), monitor)
         return self._end_all(f"monitor:{rule}", monitor)
 

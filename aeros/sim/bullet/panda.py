@@ -238,6 +238,7 @@ class _ArmDrives:
         self._limits = limits
         self._strength = 1.0
         self._modelled: list[float] = [0.0] * len(arm)
+        self._most: list[float] = list(CORRECTION_TORQUE)
         world.before_step.append(self._set_motors)
 
     def set_points(self, q: Vector, qd: Vector, acceleration: Vector, strength: float) -> None:
@@ -261,7 +262,9 @@ class _ArmDrives:
         Returns:
             Torques of the motors (7), N·m.
         """
-        return tuple(map(add, self._modelled, corrections))
+        # Of a motor without any force PyBullet reports what it gave last.
+        given = (max(-most, min(most, one)) for one, most in zip(corrections, self._most, strict=True))
+        return tuple(map(add, self._modelled, given))
 
     def _set_motors(self) -> None:
         """Set the motors for one tick.
@@ -284,16 +287,17 @@ class _ArmDrives:
         self._modelled = [
             max(-limit, min(limit, torques[place])) for place, limit in zip(self._places, limits, strict=True)
         ]
+        self._most = [
+            min(most, limit - abs(torque))
+            for most, limit, torque in zip(CORRECTION_TORQUE, limits, self._modelled, strict=True)
+        ]
         bullet.setJointMotorControlArray(
             self._body,
             self._arm,
             bullet.POSITION_CONTROL,
             targetPositions=self._q,
             targetVelocities=self._qd,
-            forces=[
-                min(most, limit - abs(torque))
-                for most, limit, torque in zip(CORRECTION_TORQUE, limits, self._modelled, strict=True)
-            ],
+            forces=self._most,
             positionGains=_GAINS,
             velocityGains=_ONES,
             physicsClientId=client,
