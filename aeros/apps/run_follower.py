@@ -69,6 +69,11 @@ class RunFollower:
         return self._record.left.runs
 
     @property
+    def stops(self) -> list[tuple[float, str]]:
+        """Plant time (s) and text of each stop so far."""
+        return self._record.left.stops
+
+    @property
     def site(self) -> str | None:
         """Digest of the site in force; None if the log names none."""
         site = self._record.left.sessions[-1].get("site") if self._record.left.sessions else None

@@ -94,6 +94,10 @@ Called with the plant time (s) and the values by vocabulary name (SI); a value t
 `Reading`. Returns None, or the id of the violated rule; the plant then makes a protective stop in that tick.
 """
 
+BACK_OFF: Final = "back off"
+"""Answer of a monitor during a protective stop: the robot may move back from what it touches. No rule has
+this name, as names of rules have no blanks."""
+
 
 @dataclass(frozen=True, slots=True)
 class MotionCompletion:
@@ -290,7 +294,9 @@ class Plant(Protocol):
 
         Args:
             monitor: called before the first control tick and after every tick. If it names a rule, the plant
-                brings everything to rest, and all actions under way have ended.
+                brings everything to rest, and all actions under way have ended. It is called after every
+                tick of the stop, too. If it answers `BACK_OFF` when the robot has braked, the plant moves
+                back slowly along the way that it came, for as long as that remains the answer.
             until: plant time at which to return at the latest, s; no tick goes beyond it. It is reached if
                 nothing is under way, too.
 

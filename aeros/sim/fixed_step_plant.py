@@ -7,12 +7,15 @@ coming to rest. A subclass says how the world steps and what is measured.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections import deque
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
+from itertools import chain
 from math import hypot
 from typing import Any, Final
 
 from aeros.runtime.ports import (
+    BACK_OFF,
     Monitor,
     MotionCompletion,
     MotionHandle,
@@ -43,8 +46,13 @@ _CONTACT_FORCE_LIMIT: Final = 30.0
 """Contact force at which a stop no longer needs to yield, N: less than half of what injures."""
 
 _YIELD_TICKS: Final = 120
-"""Longest time of yielding after a stop, ticks (0.5 s): 600 N against a rigid wall have fallen to 60 N
-then."""
+"""Longest time of yielding after a stop that does not back off, ticks (0.5 s)."""
+
+_WAY_TICKS: Final = 240
+"""Length of the way that is remembered to back off along it, ticks (1 s)."""
+
+_BACK_OFF_SPEED: Final = 0.1
+"""Speed of backing off: of the fastest joint, rad/s, or of the base, m/s."""
 
 CAMERA_TICKS: Final = 24
 """Exposure and read-out of a camera, ticks (0.1 s)."""
@@ -97,6 +105,7 @@ class FixedStepPlant(ABC):
         self._planned: tuple[float, PreparedMotion] | None = None
         self._under_way: dict[MotionHandle, _RunningMotion] = {}
         self._motion_count = 0
+        self._way: deque[RobotState] = deque(maxlen=_WAY_TICKS)
 
     @abstractmethod
     def now(self) -> float:
@@ -155,15 +164,17 @@ class FixedStepPlant(ABC):
                 )
                 rule = monitor(self.now(), self._monitor_values())
         except BlockedError as obstacle:
-            return self._end_all(str(obstacle))
-        return self._end_all(f"monitor:{rule}")
+            if not any(running.is_commanded for running in self._running_motions()):
+                monitor(self.now(), self._monitor_values())  # of the tick in which it was noticed
+            return self._end_all(str(obstacle), monitor)
+        return self._end_all(f"monitor:{rule}", monitor)
 
     def halt(self, motion: MotionHandle) -> None:
         """Implement `Plant.halt`; the fingers keep their grip."""
         running = self._under_way[motion]
         # Set points already sent are executed first: skipping one would be a jerk.
         self._under_way[motion] = _RunningMotion(
-            self._brake(running.moved_parts),
+            chain(self._brake(running.moved_parts), self._robot.settle()),
             running.moved_parts,
             is_commanded=running.is_commanded,
             is_halting=True,
@@ -176,17 +187,7 @@ class FixedStepPlant(ABC):
         stays where it is. If it still presses on something, it goes compliant for up to 0.5 s so that the
         contact force falls to 30 N.
         """
-        if any(running.is_commanded for running in self._running_motions()):
-            self._tick(stopping=True)
-        self._under_way.clear()
-        for _ in self._brake(BRAKED_PARTS):
-            self._tick(stopping=True)
-        self._robot.yield_to_contact()
-        for _ in range(_YIELD_TICKS):
-            if self._robot.contact_force() <= _CONTACT_FORCE_LIMIT:
-                return
-            self._tick(stopping=True)
-            self._robot.yield_to_contact()
+        self._come_to_rest(lambda: None)
 
     def skill_began(self, skill: str) -> None:  # noqa: B027  there is nothing to note
         """Implement `Plant.skill_began`: nothing to do."""
@@ -217,15 +218,53 @@ class FixedStepPlant(ABC):
             del self._under_way[motion]
         return ended
 
-    def _end_all(self, why: str) -> dict[MotionHandle, MotionCompletion]:
-        """Stop the robot and end every motion with reason `why`."""
+    def _end_all(self, why: str, monitor: Monitor) -> dict[MotionHandle, MotionCompletion]:
+        """Stop the robot, back off while `monitor` allows it, and end every motion with reason `why`."""
         motions = list(self._under_way)
-        self.stop()
+        self._come_to_rest(lambda: monitor(self.now(), self._monitor_values()))
         return dict.fromkeys(motions, MotionCompletion(False, why))
+
+    def _come_to_rest(self, ask: Callable[[], str | None]) -> None:
+        """Brake, back off while the answer is `BACK_OFF`, and hold; `ask` is called after every tick."""
+        answer: str | None = None
+        for _ in chain(self._stop_motions(), [None]):
+            self._tick(stopping=True)
+            answer = ask()
+        if answer == BACK_OFF:
+            self._robot.yield_to_contact()
+            for _ in self._back_off():
+                self._tick(stopping=True)
+                if ask() != BACK_OFF:
+                    break
+            for _ in self._brake(BRAKED_PARTS):
+                self._tick(stopping=True)
+                ask()
+        for _ in self._robot.settle():
+            self._tick(stopping=True)
+            ask()
+        self._robot.yield_to_contact()
+        for _ in range(_YIELD_TICKS):
+            if self._robot.contact_force() <= _CONTACT_FORCE_LIMIT:
+                return
+            self._tick(stopping=True)
+            ask()
+            self._robot.yield_to_contact()
+
+    def _stop_motions(self) -> Iterator[None]:
+        """Brake everything, after the set points that were already sent; yields once per tick."""
+        if any(running.is_commanded for running in self._running_motions()):
+            yield
+        self._under_way.clear()
+        yield from self._brake(BRAKED_PARTS)
+
+    def _back_off(self) -> Iterator[None]:
+        """Move back along the way that the robot came, at `_BACK_OFF_SPEED`; yields once per tick."""
+        way = list(self._way)
+        self._way.clear()
+        yield from self._robot.retrace(reversed(way), _BACK_OFF_SPEED)
 
     def _brake(self, parts: Collection[str]) -> Iterator[None]:
         yield from self._robot.brake(parts)
-        yield from self._robot.settle()
 
     def _plan(self, action: Action) -> PreparedMotion:
         parameters = ActionParameters(action.parameters)
@@ -261,6 +300,7 @@ class FixedStepPlant(ABC):
     def _tick(self, *, stopping: bool = False) -> None:
         self._step_world()
         self._state = self._robot.read_sensors()
+        self._way.append(self._state)
         self._measure()
         for running in self._running_motions():
             running.is_commanded = False
@@ -284,6 +324,7 @@ class FixedStepPlant(ABC):
             "tool_position": state.tool_position,
             "tool_speed": state.tool_speed,
             "link_speed": max_link_speed(state.q, state.qd, state.base_velocity),
+            "tracking_error": self._robot.tracking_distance(state),
             "contact_force": self._robot.contact_force(),
             "finger_gap": state.finger_gap,
             "grip_force": min(self._robot.finger_forces()),

@@ -24,6 +24,7 @@ _SENSOR_RANGES: Final[Mapping[str, tuple[float, float]]] = {
     "human_distance": (0.0, SCANNER_RANGE),
     "tool_speed": (0.0, inf),
     "link_speed": (0.0, inf),
+    "tracking_error": (0.0, inf),
     "contact_force": (0.0, inf),
     "finger_gap": (0.0, inf),
     "grip_force": (0.0, inf),

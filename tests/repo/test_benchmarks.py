@@ -94,3 +94,13 @@ def test_the_benchmark_of_the_physics_plant_runs_and_the_motions_are_the_same_ea
     assert row["is_reproduced"]
     assert set(found["parallel"]) == ({"PyBullet alone"} if trials else set())
     assert all(one["efficiency"] > 0.0 for one in found["parallel"].values())
+
+
+@pytest.mark.physics
+def test_the_benchmark_of_contact_finds_forces_inside_the_limits_of_the_site() -> None:
+    found = _run("contact")
+    assert len(found) == 9
+    assert all(one["speed"] == 0.1 for one in found)
+    # ISO/TS 15066, table A.2, the least of all regions that the site names, quasi-static and transient.
+    assert max(one["held"] for one in found) < 130.0
+    assert max(one["peak"] for one in found) < 260.0

@@ -70,6 +70,7 @@ def page_of(run: RunData, name: str, sites: Mapping[str, Site], signed: str) -> 
         ("Task graph", _plans(run)),
         ("Skill sequence", [svg(run_diagram(run))]),
         ("Timeline", [timeline(run, marks), _legend(), *_marks(marks)]),
+        ("Stops", _stops(run)),
         ("Distances, speeds and forces against their bounds", _plots(run, series, sites, marks)),
         ("Decisions", _decisions(run)),
         ("Configuration", _configuration(run)),
@@ -170,6 +171,16 @@ def _marks(marks: Sequence[Mark]) -> Iterator[str]:
         rows = [(f"{one.time:.2f} s", one.category, _text(one.text)) for one in marks[:_MAX_MARKS]]
         more = f" of which the first {_MAX_MARKS} are listed" if len(marks) > _MAX_MARKS else ""
         yield f"<details open><summary>{len(marks)} marks{more}</summary>{_table(rows)}</details>"
+
+
+def _stops(left: RunData) -> Iterator[str]:
+    if not left.stops:
+        yield "<p>The robot was never stopped.</p>"
+        return
+    shown = left.stops[:_MAX_MARKS]
+    yield _table([(f"{time:.2f} s", _text(text)) for time, text in shown], ("began", "how it went"), "wide")
+    if len(left.stops) > _MAX_MARKS:
+        yield f"<p>… and {len(left.stops) - _MAX_MARKS} more</p>"
 
 
 # Plots

@@ -15,6 +15,7 @@ from math import isfinite
 from pathlib import Path
 from typing import Any, Final
 
+from aeros.apps.stop_text import stop_text
 from aeros.runtime.audit.check import GENESIS, AuditReport, DecisionCounts, Record, verify_log
 from aeros.runtime.audit.checkpoints import CHECKPOINT
 from aeros.runtime.bus.sample_file import FILE as SAMPLES
@@ -124,6 +125,7 @@ class RunData:
         events: The agent's events in the trace.
         samples: Plant time (s) and measured state.
         pause_changes: Plant time (s), and `paused` or `resumed`.
+        stops: Plant time at which each stop began (s), and its text.
         problems: Messages about files that cannot be read or contradict each other.
     """
 
@@ -135,6 +137,7 @@ class RunData:
     events: list[TraceEvent] = field(default_factory=list)
     samples: list[tuple[float, Mapping[str, Any]]] = field(default_factory=list)
     pause_changes: list[tuple[float, str]] = field(default_factory=list)
+    stops: list[tuple[float, str]] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
 
     @property
@@ -269,6 +272,9 @@ class RecordReader:
                 self._end(skill, details, "broken off" if event == "step-broken" else "ended")
             case "note":
                 self._note(details.get("event"), details.get("details"))
+            case "stopped":
+                began = _number(details.get("began"))
+                self.left.stops.append((self.now if began is None else began, stop_text(details)))
             case "paused" | "resumed" as event:
                 self.left.pause_changes.append((self.now, event))
 

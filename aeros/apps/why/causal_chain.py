@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
+from aeros.apps.stop_text import stop_text
 from aeros.runtime.audit.check import Record
 from aeros.spec.expr.shortfall import UnmetBound
 from aeros.spec.migrations.renamed_names import current_event
@@ -63,6 +64,7 @@ class CausalExplanation:
         chain: Links from the end back to the first cause.
         failed: Steps that failed before.
         broken_assumptions: Assumptions of certificates that were broken in the run.
+        stops: Stops of the robot, and how it came to rest.
         changes: Values that would have to differ, one line each.
     """
 
@@ -70,6 +72,7 @@ class CausalExplanation:
     chain: tuple[CausalLink, ...] = ()
     failed: tuple[StepTrace, ...] = ()
     broken_assumptions: tuple[CausalLink, ...] = ()
+    stops: tuple[CausalLink, ...] = ()
     changes: tuple[str, ...] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -103,7 +106,14 @@ class RunLog:
         Returns:
             The explanation.
         """
-        return replace(self._explain_end(), broken_assumptions=tuple(self._broken()))
+        stops = tuple(self._stops(0, len(self._records)))
+        return replace(self._explain_end(), broken_assumptions=tuple(self._broken()), stops=stops)
+
+    def _stops(self, start: int, end: int) -> Iterator[CausalLink]:
+        """Yield the stops that are recorded in this range of the log."""
+        for place in range(start, end):
+            if self._records[place]["event"] == "stopped":
+                yield CausalLink(place, stop_text(self._records[place]["details"]))
 
     def _broken(self) -> Iterator[CausalLink]:
         for place, event, details in self._notes:
@@ -145,7 +155,11 @@ class RunLog:
             return CausalExplanation(
                 f"step {step.number}, {step.skill}: the log ends before the step ended", failed=(step,)
             )
-        return CausalExplanation(f"step {step.number}, {step.skill}, {how}", tuple(self._step_links(step)))
+        return CausalExplanation(
+            f"step {step.number}, {step.skill}, {how}",
+            tuple(self._step_links(step)),
+            stops=tuple(self._stops(step.start_index, step.end_index)),
+        )
 
     def _steps(self) -> Iterator[StepTrace]:
         for number, (at, event, details) in enumerate(

@@ -89,6 +89,8 @@ def _lines(why: CausalExplanation) -> Iterator[str]:
         yield f"  to change {line}"
     for link in why.broken_assumptions:
         yield f"  broken    {link.text}  (record {link.record})"
+    for link in why.stops:
+        yield f"  stop      {link.text}  (record {link.record})"
     for (skill, reason), each in groupby(why.failed, lambda step: (step.skill, step.reason)):
         first, *others = [step.number for step in each]
         steps = f"steps {first} to {others[-1]}" if others else f"step {first}"
@@ -103,9 +105,9 @@ def _cause(cause: Cause) -> Iterator[str]:
 
 
 def _as_json(log: Path, why: CausalExplanation) -> str:
-    chain, broken = (
+    chain, broken, stops = (
         [{"record": link.record, "said": link.text, "causes": causes_to_json(link.causes)} for link in links]
-        for links in (why.chain, why.broken_assumptions)
+        for links in (why.chain, why.broken_assumptions, why.stops)
     )
     failed = [_step_json(step) for step in why.failed]
     answer: dict[str, Any] = {
@@ -114,6 +116,7 @@ def _as_json(log: Path, why: CausalExplanation) -> str:
         "chain": chain,
         "changes": why.changes,
         "broken": broken,
+        "stops": stops,
         "failed": failed,
     }
     return json.dumps(answer, indent=2)

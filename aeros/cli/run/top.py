@@ -40,7 +40,7 @@ examples:
 """
 _ENTER, _LEAVE = "\x1b[?1049h\x1b[?25l", "\x1b[?25h\x1b[?1049l"
 _HOME, _END_OF_LINE, _BELOW = "\x1b[H", "\x1b[K", "\x1b[J"
-_DECISIONS, _BOUNDS, _EVENTS = 8, 14, 4
+_DECISIONS, _BOUNDS, _EVENTS, _STOPS = 8, 14, 4, 4
 
 
 def add_to(commands: Subparsers) -> None:
@@ -164,6 +164,7 @@ def run_view(run: RunFollower, site: Site | None, *, is_there: bool) -> dict[str
             {"skill": one.skill, "since": one.start_time} for one in run.runs if one.end_time is None
         ],
         "events": [{"time": one.time, "text": one.text} for one in events],
+        "stops": [{"time": time, "text": text} for time, text in run.stops[-_STOPS:]],
         "counts": {verdict: run.counts[verdict] for verdict in ("ALLOW", "ATTENUATE", "DENY")},
         "decisions": [
             {
@@ -228,6 +229,7 @@ def _unsafe_lines(view: Mapping[str, Any]) -> Iterator[str]:
         "under way", (f"{one['skill']}  {view['time'] - one['since']:.2f} s" for one in view["under_way"])
     )
     yield from _section("smallest margins", map(_bound, view["bounds"][:_BOUNDS]))
+    yield from _section("stops", (f"{one['time']:8.2f} s  {one['text']}" for one in reversed(view["stops"])))
     yield from _section("latest decisions", map(_decision, reversed(view["decisions"])))
     yield from _section("agent", (f"{one['time']:8.2f} s  {one['text']}" for one in reversed(view["events"])))
     yield from _section("measured", _world(view["world"]))

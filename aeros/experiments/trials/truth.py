@@ -83,10 +83,13 @@ class RefereedPlant:
 
     def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
         """Implements `Plant.advance`."""
+        is_stopping = False
 
         def watched(now: float, measured: Mapping[str, Any]) -> str | None:
+            nonlocal is_stopping
             rule = monitor(now, measured)
-            if rule is not None:
+            if rule is not None and not is_stopping:
+                is_stopping = True
                 self._on_violation(rule)
             return rule
 

@@ -70,7 +70,10 @@ class CleanUp:
             self._finish_step(handle)
         elif step.result is None:
             step.result = ending
-            step.active_motion = step.active_motion._replace(is_halting=True)
+            motion = step.active_motion
+            step.active_motion = motion._replace(is_halting=True)
+            record_number = motion.active_action.record_number
+            self._pipeline.monitors.stops.begin_halt(record_number, ending.reason, self._plant.now())
             self._plant.halt(step.active_motion.handle)
 
     def stop_all(self, reason: str) -> None:
@@ -82,11 +85,37 @@ class CleanUp:
         moving = [handle for handle, step in self._table.steps.items() if step.active_motion is not None]
         if not moving:
             return
+        monitors = self._pipeline.monitors
+        monitors.begin_stop(reason, self._plant.now())
+        monitors.stops.add(self._plant.observe())
         self._plant.stop()
+        monitors.stops.add(self._plant.observe())
+        self.record_stop()
         self._end_motions(moving)
         for handle in moving:
             step = self._table.steps[handle]
             self.halt_step(handle, step.result or SkillRunResult(StepStatus.STOPPED, reason))
+
+    def record_stop(self) -> None:
+        """Record how the robot came to rest, if it was stopped; to be called before its steps end."""
+        details = self._pipeline.monitors.stops.end_stop(self._plant.now())
+        if details is not None:
+            self._audit.append("stopped", details)
+
+    def record_halts(self, handles: Iterable[StepHandle]) -> None:
+        """Record how the motions of these steps came to rest, as far as they were halted.
+
+        Args:
+            handles: steps whose motions have ended.
+        """
+        for handle in handles:
+            step = self._table.steps[handle]
+            if step.active_motion is not None and step.active_motion.is_halting:
+                details = self._pipeline.monitors.stops.end_halt(
+                    step.active_motion.active_action.record_number, self._plant.now()
+                )
+                if details is not None:
+                    self._audit.append("stopped", {**details, **caller_details(step.caller)})
 
     def clean_up_all(self, failure: BaseException) -> None:
         """Clean up every step that has not ended, newest first, and record each as broken by `failure`.

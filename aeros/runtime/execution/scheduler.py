@@ -167,7 +167,7 @@ class StepControl:
         if isinstance(motion, MotionCompletion):
             return ending_stopped(motion)
         step.active_motion = ActiveMotion(motion, active_action, plan)
-        self._pipeline.monitors.add(active_action)
+        self._pipeline.monitors.add(active_action, plan)
         return None
 
 
@@ -247,8 +247,14 @@ class Scheduler:
         Returns:
             The violated rule, upon which the plant makes a protective stop; None if no rule is violated.
         """
+        monitors = self._pipeline.monitors
         if self._governor.command is _STOP:
+            if monitors.stops.stop is None:
+                monitors.begin_stop(HALTED.reason, now)
+            monitors.stops.add(measured)
             return HALTED.reason
+        if monitors.stops.stop is not None:
+            return monitors(now, measured)  # every motion ends already
         if self._governor.generation != self._followed.generation:
             for handle, step in self._steps.items():
                 objection = self._revocation_reason(step)
@@ -262,7 +268,7 @@ class Scheduler:
                 ending = ending_unheld(hold.violation_at_tick(measured, now, self._plant.observe))
                 if ending is not None:
                     self._clean_up.halt_step(handle, ending)
-        return self._pipeline.monitors(now, measured)
+        return monitors(now, measured)
 
     def _run_once(self, until: float) -> bool:
         """Do what `run_until` does, without clean-up on errors."""
@@ -306,11 +312,16 @@ class Scheduler:
         moving = {handle: step for handle, step in self._steps.items() if step.active_motion is not None}
         latest = min([until, *(step.deadline for step in moving.values() if step.result is None)])
         ended = self._plant.advance(self.monitor_tick, latest)
+        is_stopped = self._pipeline.monitors.stops.are_open
+        if is_stopped:
+            self._clean_up.record_stop()
         landed = {
             handle: ended[motion.handle]
             for handle, step in moving.items()
             if (motion := step.active_motion) and motion.handle in ended
         }
+        if is_stopped:
+            self._clean_up.record_halts(landed)
         end_motions(self._table, landed, self._pipeline.monitors, self._followed)
         for handle, completion in landed.items():
             step = moving[handle]

@@ -7,6 +7,11 @@ missing, malformed, not finite or out of range stops the motion. So does an unkn
 updated at every tick, with the values measured then or still valid.
 
 The joint rules are evaluated likewise for every two actions under way.
+
+Once it has named a rule, the monitor goes on until the robot is at rest. It records each tick of the stop
+(`stop_record`), and decides whether the robot may back off from what it touches: it answers `BACK_OFF` if all
+rules on the site's kind `motion.back_off` hold, else with the first that does not. If the site has no such
+kind, the answer is the rule that stopped the robot.
 """
 
 from __future__ import annotations
@@ -18,8 +23,10 @@ from aeros.runtime.gate.compiled.rules import CompiledRuleSet, FastTickCheck, Mo
 from aeros.runtime.gate.joint_rules import ActiveAction
 from aeros.runtime.gate.value_check import Scalars, check_freshness, is_reading
 from aeros.runtime.gate.violation import RuleViolation
+from aeros.runtime.monitor.feedback_rates import DECLARED_RATES, FeedbackRates
 from aeros.runtime.monitor.history import HistoryTracker, HistoryValues
-from aeros.runtime.ports import Reading
+from aeros.runtime.monitor.stop_record import StopRecords, stop_quantities
+from aeros.runtime.ports import BACK_OFF, Reading, Trajectory
 
 _NEVER_CACHED: Final = object()
 """Placeholder for a list, whose contents may change between ticks."""
@@ -62,11 +69,15 @@ class RuntimeMonitor:
 
     rules: the compiled rules of the site.
     histories: the site's histories, updated at every tick.
+    stops: records of the stops under way.
     violation: the last rule that did not hold, with its values.
     """
 
     def __init__(self, rules: MonitorRules, histories: HistoryTracker) -> None:
         self._compiled = rules
+        self.stops = StopRecords(stop_quantities(rules.site))
+        self._back_off: _MonitoredActions | None = None
+        self._feedback: dict[int, FeedbackRates] = {}  # by number of the decision's record
         self._histories = histories
         # The last well-formed value of each variable; the same object is not checked again.
         self._checked_values: dict[str, _CheckedValue] = {}
@@ -83,7 +94,7 @@ class RuntimeMonitor:
         self.violation: RuleViolation | None = None
         """The last rule that did not hold, with its values."""
 
-    def add(self, active_action: ActiveAction) -> None:
+    def add(self, active_action: ActiveAction, plan: object = None) -> None:
         """Start to watch an action that the gate has just allowed.
 
         The fast check of its ticks is compiled here, for each set of variables that earlier ticks measured,
@@ -91,7 +102,12 @@ class RuntimeMonitor:
 
         Args:
             active_action: the action, as it was decided.
+            plan: its motion, if that was decided; speeds under feedback are compared with it.
         """
+        motion = self._compiled.site.motion
+        if type(plan) is Trajectory and plan.servo is not None and motion is not None:
+            rates = FeedbackRates(plan, motion.start_variable)
+            self._feedback[active_action.record_number] = rates
         kind = active_action.action.kind
         for names in self._measured_name_sets:
             if (kind, names) not in self._fast_checks:
@@ -125,36 +141,86 @@ class RuntimeMonitor:
             active_action: the action given to `add`.
         """
         self._active_actions.remove(active_action)
+        self._feedback.pop(active_action.record_number, None)
         self._watches = [watch for watch in self._watches if active_action not in watch.actions]
         self._actions_changed = True
         if not self._active_actions:
             self._measured = frozenset()
+            if self.stops.are_open:
+                self.stops.clear()
 
     def __call__(self, now: float, measured: Mapping[str, Any]) -> str | None:
         """Check a control tick: return the first rule that does not hold, or `input:NAME`; else None."""
         if self._actions_changed:
             fast_check, self._actions_changed = self._fast_check_for(measured), False
             self._holds = None if fast_check is None else fast_check.holds
-        if self._holds is not None and self._holds(measured):
+        stops = self.stops
+        feedback = self._feedback.values()
+        if not stops.are_open and not feedback and self._holds is not None and self._holds(measured):
             return None
+        if stops.are_open:
+            stops.add(measured)
         known = self._update_histories(now, measured)
+        if stops.stop is not None:
+            return self._back_off_violation(stops.stop.reason, now, measured, known)
+        rule = self._first_violation(now, measured, known)
+        if rule is None and any(rates.is_broken(now, measured) for rates in feedback):
+            rule = DECLARED_RATES
+        if rule is not None:
+            self.begin_stop(rule, now)
+            stops.add(measured)
+        return rule
+
+    def begin_stop(self, reason: str, now: float) -> None:
+        """Record a stop of the whole robot from now on, and decide whether it may back off.
+
+        Args:
+            reason: id of the rule that stops it, or words.
+            now: plant time, s.
+        """
+        self.stops.begin_stop(reason, now)
+        kind = self._compiled.back_off
+        rules = None if kind is None or not self._active_actions else self._compiled.by_kind[kind]
+        self._back_off = None if rules is None else _MonitoredActions((self._active_actions[0],), rules, {})
+
+    def _back_off_violation(
+        self, reason: str, now: float, measured: Mapping[str, Any], known: HistoryValues
+    ) -> str | None:
+        """Return the first rule that forbids to back off after a stop for `reason`, or `BACK_OFF`."""
+        if self._back_off is None:
+            return reason
+        fault = self._measurement_fault(now, measured)
+        if fault is not None:
+            return fault
+        violation = self._violation(self._back_off, measured, known)
+        if violation is None:
+            return BACK_OFF
+        return violation.rule if isinstance(violation, RuleViolation) else violation
+
+    def _first_violation(self, now: float, measured: Mapping[str, Any], known: HistoryValues) -> str | None:
         if not self._watches:
             return None
         fault = self._measurement_fault(now, measured)
         if fault is not None:
             return fault
         for watch in self._watches:
-            rules, values = watch.rules, self._values(watch)
-            for name in rules.reads:
-                if name in self._histories.names:
-                    self._unpack_history(name, known, values)
-                elif name in measured:
-                    values.update(self._checked_values[name].scalars)
-            violation = rules.first_violation(values)
+            violation = self._violation(watch, measured, known)
             if violation is not None:
                 self.violation = violation if isinstance(violation, RuleViolation) else None
                 return violation.rule if isinstance(violation, RuleViolation) else violation
         return None
+
+    def _violation(
+        self, watch: _MonitoredActions, measured: Mapping[str, Any], known: HistoryValues
+    ) -> RuleViolation | str | None:
+        """Evaluate the rules of a watch with what is measured at this tick."""
+        rules, values = watch.rules, self._values(watch)
+        for name in rules.reads:
+            if name in self._histories.names:
+                self._unpack_history(name, known, values)
+            elif name in measured:
+                values.update(self._checked_values[name].scalars)
+        return rules.first_violation(values)
 
     def _fast_check_for(self, measured: Mapping[str, Any]) -> FastTickCheck | None:
         """Return the fast check for ticks with these measurements, if exactly one action is under way.

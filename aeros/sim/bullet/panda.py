@@ -1,22 +1,28 @@
 """A Franka Panda with its hand in a `PhysicsWorld`: motors in, measured values out.
 
 The arm stands fixed at W's origin or on a carriage: two force-limited prismatic joints along x and y.
-Motors: position control with feed-forward velocity, gain 0.3, official torque limits. Joints are placed
-once, when the robot is built; from then on only motors move them.
+Each arm motor gets the torque that the commanded motion needs by inverse dynamics, and a position controller
+(feed-forward velocity, gain 0.3) corrects it by at most `CORRECTION_TORQUE`. Both together stay inside the
+official torque limits. So an obstacle meets the arm's momentum and the correction, not all that the motors
+can give. Joints are placed once, when the robot is built; from then on only motors move them.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import combinations
+from operator import add
 from typing import Final
+
+import numpy as np
 
 from aeros.files import temporary_folder
 from aeros.kinematic_chain import pairs_that_may_meet
 from aeros.sim.bullet.body_factory import load_model
 from aeros.sim.bullet.client import DATA, bullet
 from aeros.sim.bullet.world import PhysicsWorld
+from aeros.sim.clock import TICK
 from aeros.sim.geometry import Vector3
 from aeros.sim.robot.body import PANDA_BODY
 from aeros.sim.robot.kinematics import FLANGE_TO_TOOL
@@ -26,6 +32,10 @@ from aeros.spec.text.files import read_source
 
 _POSITION_GAIN: Final = 0.3
 """Position gain of all arm and base motors (of 1): tracks within 0.006 rad."""
+
+CORRECTION_TORQUE: Final = (20.0, 20.0, 20.0, 20.0, 6.0, 6.0, 6.0)
+"""Greatest torque by which a joint's position controller corrects the modelled torque, N·m. It bounds the
+push on an obstacle: 40 N at a lever of 0.5 m. libfranka's examples stop at an external torque of 20 N·m."""
 
 _BASE_FORCE_MAX: Final = 600.0
 """Greatest drive force of the carriage, N: a 60 kg base at 3 m/s² plus the arm's reaction."""
@@ -43,6 +53,7 @@ class Panda(Robot):
         fingers: numbers of the finger links.
         grip_command: commanded gap, m, and force on each finger, N.
         finger_friction: Coulomb coefficient of undegraded finger pads.
+        torque_limits: greatest torque of each arm motor (7), N·m; a fault may lower it.
     """
 
     def __init__(self, world: PhysicsWorld, options: RobotOptions) -> None:
@@ -57,6 +68,8 @@ class Panda(Robot):
         self._wrist = index["panda_hand_joint"]
         self._drive = [index["carriage_x"], index["carriage_y"]] if options.carriage else []
         self._sensed = [*self._arm, *self.fingers, *self._drive]
+        self.torque_limits: list[float] = TAU_MAX.tolist()
+        self._drives = _ArmDrives(world, self.body, self._arm, self.torque_limits)
         x, y, z = self._base_start.tolist()
         self._stand: Vector3 = (x, y, z)
         self.grip_command = (FINGER_GAP_MAX, 10.0)
@@ -92,8 +105,9 @@ class Panda(Robot):
 
     def command(self, q: Vector, qd: Vector) -> None:
         """Implement `Robot.command`."""
+        acceleration = (qd - self.qd_command) / TICK
         self.q_command, self.qd_command = q, qd
-        self.set_arm_motors(q, qd)
+        self._drives.set_points(q, qd, acceleration, 1.0)
 
     def set_arm_motors(self, q: Vector, qd: Vector, strength: float = 1.0) -> None:
         """Set the arm motors for the next tick without changing the commanded set points.
@@ -103,17 +117,7 @@ class Panda(Robot):
             qd: joint speeds (7,), rad/s.
             strength: share of the motors' torque limits, in [0, 1].
         """
-        bullet.setJointMotorControlArray(
-            self.body,
-            self._arm,
-            bullet.POSITION_CONTROL,
-            targetPositions=q.tolist(),
-            targetVelocities=qd.tolist(),
-            forces=_TORQUES if strength == 1.0 else [strength * torque for torque in _TORQUES],
-            positionGains=_GAINS,
-            velocityGains=_ONES,
-            physicsClientId=self._world.client,
-        )
+        self._drives.set_points(q, qd, _AT_REST, strength)
 
     def command_base(self, xy: Vector, speed: Vector) -> None:
         """Implement `Robot.command_base`."""
@@ -176,7 +180,7 @@ class Panda(Robot):
         return RobotState(
             q=positions[:7],
             qd=rates[:7],
-            torque=torques[:7],
+            torque=self._drives.total_torques(torques[:7]),
             tool_position=tool[4],
             tool_speed=float((vx * vx + vy * vy + vz * vz) ** 0.5),
             # Closed fingers penetrate each other slightly; a gap is never measured as negative.
@@ -214,8 +218,101 @@ class Panda(Robot):
         return load
 
 
+class _ArmDrives:
+    """The motors of the arm: before each tick of the world, modelled torque and bounded correction are set.
+
+    Args:
+        world: the world.
+        body: number of the robot.
+        arm: numbers of the arm's joints.
+        limits: greatest torque of each motor, N·m; read at each tick.
+    """
+
+    def __init__(self, world: PhysicsWorld, body: int, arm: Sequence[int], limits: Sequence[float]) -> None:
+        self._world = world
+        self._body = body
+        self._arm = arm
+        count = bullet.getNumJoints(body, physicsClientId=world.client)
+        kinds = [bullet.getJointInfo(body, joint, physicsClientId=world.client)[2] for joint in range(count)]
+        self._movable = [joint for joint, kind in enumerate(kinds) if kind != bullet.JOINT_FIXED]
+        self._places = [self._movable.index(joint) for joint in arm]
+        self._q: list[float] = []
+        self._qd: list[float] = [0.0] * len(arm)
+        self._acceleration: list[float] = self._qd
+        self._limits = limits
+        self._strength = 1.0
+        self._modelled: list[float] = [0.0] * len(arm)
+        self._most: list[float] = list(CORRECTION_TORQUE)
+        world.before_step.append(self._set_motors)
+
+    def set_points(self, q: Vector, qd: Vector, acceleration: Vector, strength: float) -> None:
+        """Take set points for the next tick.
+
+        Args:
+            q: joint positions (7,), rad.
+            qd: joint speeds (7,), rad/s.
+            acceleration: joint accelerations (7,), rad/s²; for the next tick alone.
+            strength: share of the motors' torque limits, in [0, 1].
+        """
+        self._q, self._qd, self._acceleration = q.tolist(), qd.tolist(), acceleration.tolist()
+        self._strength = strength
+
+    def total_torques(self, corrections: Sequence[float]) -> tuple[float, ...]:
+        """Add the modelled torques of the last tick to the corrections that PyBullet reports.
+
+        Args:
+            corrections: torques of the position controllers (7), N·m.
+
+        Returns:
+            Torques of the motors (7), N·m.
+        """
+        # Of a motor without any force PyBullet reports what it gave last.
+        given = (max(-most, min(most, one)) for one, most in zip(corrections, self._most, strict=True))
+        return tuple(map(add, self._modelled, given))
+
+    def _set_motors(self) -> None:
+        """Set the motors for one tick.
+
+        The modelled torque is of the measured posture and the commanded speed and acceleration: joints that
+        an obstacle holds back are not pushed on by the model.
+        """
+        client = self._world.client
+        states = bullet.getJointStates(self._body, self._movable, physicsClientId=client)
+        positions = [state[0] for state in states]
+        rates, accelerations = [0.0] * len(positions), [0.0] * len(positions)
+        for place, rate, acceleration in zip(self._places, self._qd, self._acceleration, strict=True):
+            rates[place] = rate
+            accelerations[place] = acceleration
+        self._acceleration = [0.0] * len(self._arm)
+        limits = [self._strength * limit for limit in self._limits]
+        torques = bullet.calculateInverseDynamics(
+            self._body, positions, rates, accelerations, physicsClientId=client
+        )
+        self._modelled = [
+            max(-limit, min(limit, torques[place])) for place, limit in zip(self._places, limits, strict=True)
+        ]
+        self._most = [
+            min(most, limit - abs(torque))
+            for most, limit, torque in zip(CORRECTION_TORQUE, limits, self._modelled, strict=True)
+        ]
+        bullet.setJointMotorControlArray(
+            self._body,
+            self._arm,
+            bullet.POSITION_CONTROL,
+            targetPositions=self._q,
+            targetVelocities=self._qd,
+            forces=self._most,
+            positionGains=_GAINS,
+            velocityGains=_ONES,
+            physicsClientId=client,
+        )
+        bullet.setJointMotorControlArray(
+            self._body, self._arm, bullet.TORQUE_CONTROL, forces=self._modelled, physicsClientId=client
+        )
+
+
+_AT_REST: Final = np.zeros(7)
 _ZERO_VELOCITY: Final = (0.0, 0.0, 0.0)
-_TORQUES: Final = TAU_MAX.tolist()
 _GAINS: Final = [_POSITION_GAIN] * len(QD_MAX)
 _ONES: Final = [1.0] * len(QD_MAX)
 

@@ -8,6 +8,7 @@ Settings (measured on a prototype): 240 Hz and 50 solver iterations; fewer of ei
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from itertools import combinations
 from typing import Any, Final, NamedTuple
 
@@ -49,6 +50,7 @@ class PhysicsWorld:
         bodies: adds bodies and sets their friction.
         renderer: takes pictures.
         ticks: number of steps since the clock was set to 0.
+        before_step: called in order before each step.
     """
 
     def __init__(self) -> None:
@@ -63,6 +65,7 @@ class PhysicsWorld:
         self.bodies = BodyFactory(self.client)
         self.renderer = Renderer(self.client)
         self.ticks = 0
+        self.before_step: list[Callable[[], None]] = []
         # Contact points by body after the last step, cached on first query.
         self._touching: dict[int, Any] = {}
 
@@ -73,6 +76,8 @@ class PhysicsWorld:
 
     def step(self) -> None:
         """Advance by one tick."""
+        for prepare in self.before_step:
+            prepare()
         bullet.stepSimulation(physicsClientId=self.client)
         self._touching.clear()
         self.ticks += 1
@@ -81,6 +86,7 @@ class PhysicsWorld:
         """End the client; safe to call twice."""
         if self.client >= 0:
             bullet.disconnect(physicsClientId=self.client)
+            self.before_step.clear()
             self.client = self.bodies.client = self.renderer.client = -1
 
     def push(self, body: int, force: Vector3) -> None:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import pairwise
 from math import dist, inf
 from typing import Any, Final
 
@@ -190,6 +191,43 @@ def wait_for_end(plant: Plant, motion: MotionHandle, watch: RecordingMonitor) ->
         if motion in over:
             return over[motion]
     raise ConformanceError(f"a motion has not ended after {MOTION_TIMEOUT_S:g} s")
+
+
+def require_every_tick(subject: PlantUnderTest, times: Sequence[float], end: float) -> None:
+    """Check that the monitor was asked at every tick of a stop, until the robot was at rest.
+
+    Args:
+        subject: the plant under test.
+        times: plant times of the calls, from the one that named a rule, s.
+        end: plant time at which the plant reported the stop's end, s.
+
+    Raises:
+        ConformanceError: it was not.
+    """
+    if subject.period is None:
+        return
+    gaps = [after - before for before, after in pairwise([*times, end])]
+    require(
+        max(gaps) <= 1.5 * subject.period,
+        f"during a stop the monitor was not asked for {max(gaps):.3f} s",
+    )
+
+
+def require_heeded_at_once(first: RecordingMonitor, later: RecordingMonitor) -> None:
+    """Check that the tick after a rule was named is not the one that would have come without it.
+
+    Args:
+        first: the monitor of a run in which it named a rule.
+        later: the monitor of the same run on a new plant, in which it named the rule a tick later.
+
+    Raises:
+        ConformanceError: both runs are the same until the tick after.
+    """
+    index = next(number for number, (time, _) in enumerate(first.seen) if time >= first.rule_time) + 1
+    require(
+        len(first.seen) > index and first.seen[index] != later.seen[index],
+        "the monitor named a rule, and in the tick after it the plant went on as if it had not",
+    )
 
 
 def require_unchanged(

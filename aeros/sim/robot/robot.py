@@ -8,7 +8,7 @@ Frames: W the world, B the arm's base, T the tool centre point.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
 from math import cos, hypot, sin, sqrt
@@ -37,6 +37,9 @@ _MAX_RATE_LAG: Final = 0.05
 _BASE_LAG: Final = 0.005
 _BASE_RATE_LAG: Final = 0.02
 """Tracking errors above which the carriage is hindered, m and m/s (seen at most: 0.0018 and 0.0021)."""
+
+_RETRACE_ACCELERATION: Final = 1.0
+"""Acceleration of backing off, rad/s² or m/s²."""
 
 SETTLE_TICKS: Final = 60
 """Longest wait for the arm to come to rest after a profile, ticks (0.25 s)."""
@@ -178,6 +181,8 @@ class Robot(ABC):
         """
         q, qd = self.followed_set_points()
         xy, speed = self.followed_base_set_points()
+        if "arm" in parts:
+            self.q_command, self.qd_command = q, qd
         arm_time = float((np.abs(qd) / (QDD_MAX * _STOP_SHARE)).max()) if "arm" in parts else 0.0
         base_time = float(np.linalg.norm(speed)) / BASE_ACCELERATION_MAX if "base" in parts else 0.0
         for arm, base in zip_longest(_braking(arm_time), _braking(base_time)):
@@ -190,6 +195,39 @@ class Robot(ABC):
             self.hold_arm()
         if "base" in parts:
             self.hold_base()
+
+    def retrace(self, way: Iterable[RobotState], speed: float) -> Iterator[None]:
+        """Move back along states that the robot has passed, from rest, then hold.
+
+        The set points follow the measured postures of the way, so the links stay where they have been. The
+        speed rises evenly to `speed`.
+
+        Args:
+            way: states in the order in which to pass them, the latest first.
+            speed: of the fastest joint, rad/s, or of the base, m/s, whichever is reached first.
+
+        Yields:
+            Once per tick.
+        """
+        corners = [
+            np.array([*state.q, *(np.array(state.base_position[:2]) - self.base_origin)]) for state in way
+        ]
+        at = np.concatenate([self.q_command, self.base_command])
+        pace = 0.0
+        for corner in corners:
+            while True:
+                distance = float(np.abs(corner - at).max())
+                faster = min(speed, pace + _RETRACE_ACCELERATION * TICK)
+                if distance < faster * TICK:
+                    break  # near enough: on to the next
+                pace = faster
+                rate = (corner - at) * (pace / distance)
+                at = at + rate * TICK
+                self.command(at[:7], rate[:7])
+                if self.has_carriage:
+                    self.command_base(at[7:], rate[7:])
+                yield
+        self.hold()
 
     def settle(self) -> Iterator[None]:
         """Wait until the arm rests: all joints below `_REST_SPEED`, or `SETTLE_TICKS` have passed.
@@ -296,6 +334,24 @@ class Robot(ABC):
         set_points: list[float] = self.q_command.tolist()
         error: float = max(map(abs, map(sub, set_points, state.q)))
         return error
+
+    def tracking_distance(self, state: RobotState) -> float:
+        """Compute the greatest distance of any link from where it is commanded, to first order.
+
+        The displacement by small joint errors is that of a motion at these rates for one second.
+
+        Args:
+            state: the latest readings.
+
+        Returns:
+            The distance, m, of joints and base together.
+        """
+        errors = tuple(map(sub, self.q_command.tolist(), state.q))
+        base = (0.0, 0.0, 0.0)
+        if self.has_carriage:
+            x, y = (self.base_origin + self.base_command).tolist()
+            base = (x - state.base_position[0], y - state.base_position[1], 0.0)
+        return max_link_speed(state.q, errors, base)
 
     def base_tracking_error(self, state: RobotState) -> float:
         """Compute the distance of the carriage from its set point.

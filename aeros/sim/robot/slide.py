@@ -65,6 +65,15 @@ _SLIDE_PATH_SPACING: Final = 0.005
 _MAX_PATH_DEVIATION: Final = 0.01
 """Greatest deviation of a joint from the nearest planned path of a slide, rad."""
 
+_CHORDS: Final = 8
+"""Chords by which each piece of a planned path is approximated."""
+
+_POSTURE_WIDTH: Final = 0.005
+"""Distance over which neighbouring paths share in the posture of a slide, rad; paths are 0.01 rad apart."""
+
+_TINY: Final = 1e-18
+"""Least squared length of a chord, rad²: a path that stands still has none."""
+
 
 def plan_slide(robot: Robot, parameters: ActionParameters, base_motion: Trajectory | None) -> PreparedMotion:
     """Plan `slide {target: m, force: N, speed: m/s}`: a line along x and y, pressing down with `force`.
@@ -132,36 +141,42 @@ def _servo_plan(distance: float, duration: float) -> ServoBounds:
 
 
 class _SlidePaths:
-    """The paths of a slide as sampled points, to detect when the arm leaves them."""
+    """The paths of a slide as chords, to detect when the arm leaves them and to choose its posture."""
 
     def __init__(self, paths: list[JointPath]) -> None:
         corners = np.concatenate([np.array(path) for path in paths])
-        u = np.linspace(0.0, 1.0, 4)[None, :, None]
+        u = np.linspace(0.0, 1.0, _CHORDS + 1)[None, :, None]
         v = 1.0 - u
         a, b, c, d = (corners[:, corner, None, :] for corner in range(4))
-        self._q = (v**3 * a + 3.0 * v * u * (v * b + u * c) + u**3 * d).reshape(-1, 7)
-        self._by_joint = np.ascontiguousarray(self._q.T)
-        self._away = np.empty_like(self._by_joint)
+        points = v**3 * a + 3.0 * v * u * (v * b + u * c) + u**3 * d
+        self._starts = points[:, :-1].reshape(-1, 7)
+        self._chords = np.diff(points, axis=1).reshape(-1, 7)
+        self._squares = np.maximum((self._chords**2).sum(axis=1), _TINY)
         self._last_query: tuple[Vector, Vector] | None = None
 
-    def nearest(self, q: Vector) -> Vector:
-        """Return the sampled point nearest to `q` (largest joint distance), rad.
+    def posture(self, q: Vector) -> Vector:
+        """Return the posture that the slide leans to at `q`, rad.
 
-        Raises BlockedError if it is farther away than `_MAX_PATH_DEVIATION`.
+        It is the mean of the nearest points of all chords, each weighted by its distance from `q`:
+        exp(-d²/2σ²) with σ = `_POSTURE_WIDTH`. So it follows `q` without steps, also between paths.
 
         Raises:
-            BlockedError: it is farther away than `_MAX_PATH_DEVIATION`.
+            BlockedError: every path is farther away than `_MAX_PATH_DEVIATION` (largest joint distance).
         """
         # Each set point is queried twice: at the end of a tick and at the beginning of the next.
         if self._last_query is not None and self._last_query[0] is q:
             return self._last_query[1]
-        away = np.abs(np.subtract(self._by_joint, q[:, None], out=self._away), out=self._away).max(axis=0)
-        index = int(away.argmin())
-        if away[index] > _MAX_PATH_DEVIATION:
-            raise BlockedError(f"blocked: the slide leaves its planned paths by {away[index]:.3f} rad")
-        nearest: Vector = self._q[index]
-        self._last_query = (q, nearest)
-        return nearest
+        shares = np.clip(((q - self._starts) * self._chords).sum(axis=1) / self._squares, 0.0, 1.0)
+        points = self._starts + shares[:, None] * self._chords
+        away = points - q
+        deviation = float(np.abs(away).max(axis=1).min())
+        if deviation > _MAX_PATH_DEVIATION:
+            raise BlockedError(f"blocked: the slide leaves its planned paths by {deviation:.3f} rad")
+        squares = (away**2).sum(axis=1)
+        weights = np.exp((squares.min() - squares) / (2.0 * _POSTURE_WIDTH**2))
+        posture: Vector = weights @ points / weights.sum()
+        self._last_query = (q, posture)
+        return posture
 
 
 def _slide(
@@ -198,10 +213,10 @@ def _slide(
 def _servo_tick(robot: Robot, p_BT: Vector, yaw: float, paths: _SlidePaths) -> None:
     """Servo for one tick, with at most half of any joint's speed and acceleration limit."""
     here = robot.q_command
-    rate = _SERVO_GAIN * (ik_step(p_BT, yaw, here, paths.nearest(here)) - here) / TICK
+    rate = _SERVO_GAIN * (ik_step(p_BT, yaw, here, paths.posture(here)) - here) / TICK
     before = robot.qd_command
     rate = np.minimum(np.maximum(rate, -_SERVO_RATE), _SERVO_RATE)
     rate = np.minimum(np.maximum(rate, before - _SERVO_RATE_STEP), before + _SERVO_RATE_STEP)
     q = here + rate * TICK
-    paths.nearest(q)
+    paths.posture(q)
     robot.command(q, rate)

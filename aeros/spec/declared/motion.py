@@ -138,6 +138,26 @@ class HeldObject:
 
 
 @dataclass(frozen=True)
+class Tracking:
+    """Bound on the distance of the robot from where it is commanded.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    measured_by: Identifier = field(
+        metadata={"doc": "the state variable with the greatest distance of a link from its commanded place"}
+    )
+    within: TextField = field(
+        metadata={"doc": "its bound, which a rule on each moving kind keeps, as in `10 mm`"}
+    )
+    levers: Identifier = field(
+        metadata={"doc": "constants: greatest distance of any link from the axis of each joint"}
+    )
+
+
+@dataclass(frozen=True)
 class MotionPolicy:
     """Limits that the gate checks on the whole trajectory of an action before it starts.
 
@@ -166,3 +186,12 @@ class MotionPolicy:
         default=None, metadata={"doc": "the space of a held object; held objects are not checked if absent"}
     )
     barriers: tuple[Barrier, ...] = field(default=(), metadata={"doc": "keep-out and keep-in volumes"})
+    back_off: Identifier | None = field(
+        default=None,
+        metadata={
+            "doc": "the action kind whose rules allow the robot to back off from a contact, the way it came"
+        },
+    )
+    tracking: Tracking | None = field(
+        default=None, metadata={"doc": "bound on the distance of the robot from its commands"}
+    )

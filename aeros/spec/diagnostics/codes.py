@@ -208,6 +208,12 @@ _TABLE: Final = (
     DiagnosticCode("AE608", "infeasible-quota", "policy", "a quota can never be kept"),
     DiagnosticCode("AE609", "idle-quota", "policy", "a quota counts actions that are never allowed"),
     DiagnosticCode("AE610", "redundant-quota", "policy", "a quota never runs out before another one does"),
+    DiagnosticCode(
+        "AE611",
+        "tracking-beyond-clearance",
+        "policy",
+        "the robot may be farther from its commands than the clearance of whole motions allows for",
+    ),
     # AE7xx: decisions
     DiagnosticCode("AE701", "malformed-request", "decision", "a request is malformed"),
     DiagnosticCode(

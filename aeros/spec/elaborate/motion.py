@@ -5,19 +5,19 @@ Names and units are settled here.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
 from aeros.spec.declared import motion as declared
-from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.diagnostics.codes import Diagnostics, SpanLabel
 from aeros.spec.elaborate.expressions import elaborate_quantity
 from aeros.spec.elaborate.names import resolve_name
 from aeros.spec.elaborate.vocabulary import SiteVocabulary
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BoolType, FamilyType, RealType, Type, VectorType
 from aeros.spec.expr.units import ANGLE, LENGTH, TIME, Dimension
-from aeros.spec.model.motion import Barrier, HeldObject, MotionKind, MotionPolicy, ToolLimits
-from aeros.spec.model.rules import ActionKind
+from aeros.spec.model.motion import Barrier, HeldObject, MotionKind, MotionPolicy, ToolLimits, Tracking
+from aeros.spec.model.rules import ActionKind, Rule
 from aeros.spec.model.variables import Declared
 from aeros.spec.text.fields import TextField
 
@@ -36,6 +36,37 @@ def elaborate_motion(
         The policy with all numbers in SI units, or None after reporting every fault.
     """
     return _MotionElaborator(vocabulary, diagnostics).motion(motion)
+
+
+def check_tracking_rules(
+    declaration: declared.MotionPolicy,
+    motion: MotionPolicy | None,
+    rules: Sequence[Rule],
+    diagnostics: Diagnostics,
+) -> None:
+    """Check that a rule on every kind that moves reads the tracking error, if the site bounds it.
+
+    Whether the rule keeps the bound is not decided here: write it with the number of `within`.
+
+    Args:
+        declaration: the declared motion section.
+        motion: the elaborated section; None after faults.
+        rules: rules of the site.
+        diagnostics: receives the faults.
+    """
+    if motion is None or motion.tracking is None or declaration.tracking is None:
+        return
+    for name, _ in declaration.on:
+        terms = [rule.terms[name.value] for rule in rules if name.value in rule.terms]
+        if not any(motion.tracking.variable in t.variables_of(term) for term in terms):
+            diagnostics.error(
+                "AE611",
+                f"no rule on `{name.value}` reads `{motion.tracking.variable}`, so nothing keeps its bound",
+                name.span,
+                help=(
+                    f"add `{name.value}` to a rule that requires `{motion.tracking.variable}` to be small",
+                ),
+            )
 
 
 class _MotionElaborator:
@@ -87,6 +118,7 @@ class _MotionElaborator:
         apart = motion.link_clearance
         link_clearance = None if apart is None else elaborate_quantity(apart, LENGTH, self._diagnostics)
         held = None if motion.held is None else self._held_object(motion.held)
+        self._back_off(motion.back_off)
         barriers = [self._barrier(barrier) for barrier in motion.barriers]
         if len(self._diagnostics) > before:
             return None
@@ -94,6 +126,7 @@ class _MotionElaborator:
         lowest, highest, *rates = (table for table in tables if table is not None)
         numbers = [single for single in singles if single is not None]
         start, end, clearance = (length for length in lengths if length is not None)
+        tracking = None if motion.tracking is None else self._tracking(motion, index, start, clearance)
         return MotionPolicy(
             kinds=kinds,
             start_variable=motion.starts_at.value,
@@ -110,7 +143,66 @@ class _MotionElaborator:
             base_limits=(numbers[6], numbers[7]) if driving else None,
             link_clearance=link_clearance,
             held=held,
+            tracking=tracking,
+            back_off=None if motion.back_off is None else motion.back_off.value,
         )
+
+    def _tracking(
+        self, motion: declared.MotionPolicy, index: str | None, start: Fraction, clearance: Fraction
+    ) -> Tracking | None:
+        """Elaborate the bound on tracking, and check it and the start tolerance against the clearance."""
+        declaration = motion.tracking
+        assert declaration is not None  # noqa: S101  for the type checker
+        measured = resolve_name(
+            declaration.measured_by, self._vocabulary.state, "a state variable", self._diagnostics
+        )
+        within = elaborate_quantity(declaration.within, LENGTH, self._diagnostics)
+        levers = self._joint_table(declaration.levers, LENGTH, index)
+        if measured is not None and measured.variable.type != RealType(LENGTH):
+            self._diagnostics.error(
+                "AE203",
+                f"`{declaration.measured_by.value}` is {measured.variable.type}, not a length",
+                declaration.measured_by.span,
+            )
+            return None
+        if measured is None or within is None or levers is None:
+            return None
+        if within > clearance:
+            self._diagnostics.error(
+                "AE611",
+                f"links may be {declaration.within.value} from their commands; the clearance is"
+                f" {motion.clearance.value}",
+                declaration.within.span,
+                secondary=(
+                    SpanLabel(motion.clearance.span, "whole motions keep this distance from barriers"),
+                ),
+                help=("enlarge `clearance`, or reduce `tracking.within`",),
+            )
+        offset = start * sum(levers)
+        if offset > clearance:
+            self._diagnostics.error(
+                "AE611",
+                f"joints that start {motion.starts_within.value} off put a link {float(1000 * offset):.3g} mm"
+                f" off; the clearance is {motion.clearance.value}",
+                motion.starts_within.span,
+                secondary=(
+                    SpanLabel(motion.clearance.span, "whole motions keep this distance from barriers"),
+                ),
+                help=("enlarge `clearance`, or reduce `starts_within`",),
+            )
+        return Tracking(declaration.measured_by.value, within)
+
+    def _back_off(self, name: TextField | None) -> None:
+        """Check that the kind exists and has no parameters: nobody asks for it, so nobody gives any."""
+        kind = (
+            None
+            if name is None
+            else resolve_name(name, self._vocabulary.kinds, "an action kind", self._diagnostics)
+        )
+        if name is not None and kind is not None and (kind.parameters or kind.protective):
+            self._diagnostics.error(
+                "AE112", f"`{name.value}` backs off, so it has no parameters and is not protective", name.span
+            )
 
     def _kind(self, name: TextField, motion: declared.MotionKind, measured: Declared | None) -> MotionKind:
         kind = resolve_name(name, self._vocabulary.kinds, "an action kind", self._diagnostics)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from aeros.spec.declared import site as declared
 from aeros.spec.diagnostics.codes import Diagnostics
-from aeros.spec.elaborate.motion import elaborate_motion
+from aeros.spec.elaborate.motion import check_tracking_rules, elaborate_motion
 from aeros.spec.elaborate.policy import (
     check_access,
     elaborate_access,
@@ -50,6 +50,7 @@ def elaborate_site(site: declared.Site, digest: str, diagnostics: Diagnostics) -
     quotas = elaborate_quotas(policy.quotas, vocabulary, diagnostics)
     if is_whole and site.motion is not None:
         motion = elaborate_motion(site.motion, vocabulary, diagnostics)
+        check_tracking_rules(site.motion, motion, rules.rules, diagnostics)
     isolation = elaborate_isolation(policy.isolation, diagnostics)
     if len(diagnostics) > before:
         return None

@@ -78,6 +78,19 @@ class HeldObject:
 
 
 @dataclass(frozen=True)
+class Tracking:
+    """Bound on the distance of the robot from where it is commanded.
+
+    Attributes:
+        variable: state variable that measures the distance, m.
+        bound: greatest distance, m.
+    """
+
+    variable: str
+    bound: Fraction
+
+
+@dataclass(frozen=True)
 class MotionPolicy:
     """Limits by which the whole trajectory of an action is decided, in SI.
 
@@ -96,6 +109,8 @@ class MotionPolicy:
         base_limits: speed and acceleration of a mobile base.
         link_clearance: least distance of links from each other; None if that is not checked.
         held: the space of a held object, which moves like a link named `held`; None if it is not checked.
+        tracking: bound on the distance of the robot from its commands; None if the site has none.
+        back_off: action kind whose rules govern a robot that backs off from a contact after a stop.
     """
 
     kinds: Mapping[str, MotionKind]
@@ -111,3 +126,5 @@ class MotionPolicy:
     base_limits: tuple[Fraction, Fraction] | None = None
     link_clearance: Fraction | None = None
     held: HeldObject | None = None
+    back_off: str | None = None
+    tracking: Tracking | None = None

@@ -196,7 +196,10 @@ def test_a_rule_stops_everything_within_its_tick() -> None:
 
     ended = plant.advance(monitor, inf)
     assert ended == dict.fromkeys(motions, MotionCompletion(False, "monitor:too-near"))
-    assert len([now for now in calls if now >= 0.2]) == 1
+    # It is asked at every tick of the stop, until the robot is at rest.
+    stop = [now for now in calls if now >= 0.2]
+    assert stop == pytest.approx([stop[0] + tick * TICK for tick in range(len(stop))])
+    assert stop[-1] == plant.now()
     values = plant.observe()
     assert max(map(abs, values["joint_velocity"].value)) == 0.0
     assert values["base_speed"].value == 0.0

@@ -66,20 +66,11 @@ class Rough(NoDisturbance):
 
     def before_tick(self) -> None:
         world, robot = self._stage.world, self._stage.robot
-        if world.time < BEGINS or self.is_over:
-            return
         joint, torque = self.weak
-        bullet.setJointMotorControl2(
-            robot.body,
-            robot._arm[joint - 1],
-            bullet.POSITION_CONTROL,
-            targetPosition=robot.q_command[joint - 1],
-            targetVelocity=robot.qd_command[joint - 1],
-            force=torque,
-            positionGain=0.3,
-            velocityGain=1.0,
-            physicsClientId=world.client,
-        )
+        if world.time < BEGINS or self.is_over:
+            robot.torque_limits[joint - 1] = float(TAU_MAX[joint - 1])
+            return
+        robot.torque_limits[joint - 1] = torque
         link = robot._arm[self.link - 1]
         place = world.pose(robot.body, link).position
         for force, arm in self.push:
@@ -151,12 +142,6 @@ KINDS = {
         lambda values: bool((np.abs(values["joint_velocity"]) > QD_MAX).any()),
         lambda: Rough(weak=(7, 4.0), push=turn(40.0)),
     ),
-    "torque": Provocation(
-        "joint-torques",
-        "abs(joint_torque[j",
-        lambda values: bool((np.abs(values["joint_torque"]) > 0.95 * TAU_MAX).any()),
-        lambda: Rough(push=(((0.0, 0.0, -250.0), (0.0, 0.0, 0.0)),)),
-    ),
     "link speed": Provocation(
         "link-speeds-near-person",
         "link_speed is ",
@@ -214,26 +199,26 @@ def run(kind: Provocation, site: Site) -> Run:
     )
     watch = RuntimeMonitor(MonitorRules(site), HistoryTracker(site))
     watch.add(ActiveAction(kind.action, plant.observe(), plant.now(), 0))
-    halt, command = plant.stop, plant._robot.command
+    come_to_rest, command = plant._come_to_rest, plant._robot.command
 
     def monitor(now: float, values: Values) -> str | None:
-        if kind.violated(recorded.truths[-1].values if recorded.truths else values):
+        if not recorded.stopped and kind.violated(recorded.truths[-1].values if recorded.truths else values):
             recorded.violated.append(plant._world.ticks)
         return watch(now, values)
 
-    def stop() -> None:
+    def stop(ask: Callable[[], str | None]) -> None:
         recorded.stopped.append(plant._world.ticks)
         recorded.sent.append((plant._robot.q_command, plant._robot.qd_command))
         if isinstance(rough, Rough):
             rough.is_over = True
-        halt()
+        come_to_rest(ask)
 
     def spy(q: Any, qd: Any) -> None:
         if recorded.stopped:
             recorded.sent.append((q, qd))
         command(q, qd)
 
-    plant.stop, plant._robot.command = stop, spy  # type: ignore[method-assign]
+    plant._come_to_rest, plant._robot.command = stop, spy  # type: ignore[method-assign]
     recorded.reason = execute(plant, kind.action, monitor, FOREVER).reason
     recorded.said = str(watch.violation)
     plant.close()

@@ -87,6 +87,8 @@ class MonitorRules:
     unpackers: for each state variable a function from a value to its scalars, or to None if it is malformed.
     parameters: for each action kind the same of its parameters.
     by_kind: for each action kind the rules on its actions.
+    back_off: the action kind with the rules on backing off from a contact; None if the site names none.
+    site: the site.
     """
 
     def __init__(self, site: Site) -> None:
@@ -101,8 +103,9 @@ class MonitorRules:
         }
         self._variables = {scalar: name for name, form in self.forms.items() for scalar in form.names}
         self.by_kind = {name: self._compile_kind(site, kind) for name, kind in site.kinds.items()}
+        self.back_off = None if site.motion is None else site.motion.back_off
         self._joint = JointRules(site, compiled=True)
-        self._site = site
+        self.site = site
         self._quick: dict[tuple[str, frozenset[str]], Callable[[], FastTickCheck]] = {}
 
     def rules_for_pair(
@@ -130,14 +133,14 @@ class MonitorRules:
         Returns:
             The check; None if the site keeps histories, or if a name is no state variable.
         """
-        if self._site.histories or not measured <= self.forms.keys():
+        if self.site.histories or not measured <= self.forms.keys():
             return None
         make_check = self._quick.get((kind, measured))
         if make_check is None:
             if len(self._quick) == _MAX_CACHED:
                 self._quick.clear()
-            rules = self._site.rules_for_kind(kind)
-            declared = (*self._site.state.values(), *self._site.kinds[kind].parameters.values())
+            rules = self.site.rules_for_kind(kind)
+            declared = (*self.site.state.values(), *self.site.kinds[kind].parameters.values())
             forms = {name: self.forms[name] for name in sorted(measured)}
             make_check = _TickCheckWriter().build_fast_check(
                 [rule.terms[kind] for rule in rules], declared, forms

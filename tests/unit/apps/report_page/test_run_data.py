@@ -98,9 +98,18 @@ ODD: list[Any] = [None, 3, "x", [], {}, [[1, 2, 3]], {"a": [None]}, 1e999, True]
 def test_details_of_another_form_are_passed_over(odd: object, tmp_path: Path) -> None:
     names = ("reasons", "decided", "time", "state", "module", "skill", "asked", "configuration")
     records: list[tuple[str, dict[str, Any]]] = [("decision", decision(1.0) | {name: odd}) for name in names]
-    for event in ("step-began", "step-ended", "step-broken", "paused", "configuration-changed", "note"):
+    for event in (
+        "step-began",
+        "step-ended",
+        "step-broken",
+        "stopped",
+        "paused",
+        "configuration-changed",
+        "note",
+    ):
         records += [
-            (event, {name: odd}) for name in ("time", "module", "site", "modules", "event", "details")
+            (event, {name: odd})
+            for name in ("time", "module", "site", "modules", "event", "details", "ways", "quantities")
         ]
     records += [
         ("note", {"event": kind, "details": {name: odd}})

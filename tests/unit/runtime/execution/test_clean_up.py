@@ -40,6 +40,7 @@ def test_a_step_that_is_cancelled_comes_to_rest_and_the_other_goes_on(cart: Make
     assert one.executor.wait() == EndedStep(reach, StepResult(StepStatus.CANCELLED, "not wanted", allowed=1))
     assert ends == ["reach"]
     assert one.calls("halt") == [1]
+    assert [(stop["reason"], stop["skill"]) for stop in one.records("stopped")] == [("not wanted", "reach")]
     assert one.plant.call_count("stop") == 0
     assert one.executor.wait() == EndedStep(drive, StepResult(StepStatus.FINISHED, "", allowed=2))
     one.executor.cancel(reach, "it has ended")

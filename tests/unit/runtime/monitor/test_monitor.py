@@ -30,7 +30,7 @@ def monitors() -> RuntimeMonitor:
     return RuntimeMonitor(MonitorRules(site), HistoryTracker(site))
 
 
-def watching(action: Action, readings: Readings) -> Monitor:
+def watching(action: Action, readings: Readings) -> RuntimeMonitor:
     """Return a monitor of one action, which has watched an equal one before."""
     monitor, begun = monitors(), ActiveAction(action, readings, NOW, 0)
     monitor.add(begun)
@@ -142,6 +142,7 @@ def test_a_rule_on_an_unknown_state_stops_the_motion() -> None:
     assert decision.action is not None
     monitor = watching(decision.action, without(asked, "hand").readings)
     assert monitor(NOW, {}) == "input:hand.x"
+    monitor.stops.clear()
     assert monitor(NOW, {"hand": (0.25, 0.0, 0.25)}) is None
 
 
@@ -287,6 +288,8 @@ def test_the_fast_check_of_a_tick_agrees_with_the_slow_one(kind: str) -> None:
                 measured["hand"] = [0.25, 0.0, 0.25]
             answer = slow(NOW, measured)
             assert quick(NOW, measured) == answer
+            for monitor in (quick, slow):
+                monitor.stops.clear()  # so that it is asked about motions again
             answers.add(answer)
             quickly += quick._holds is not None
         for monitor in (quick, slow):

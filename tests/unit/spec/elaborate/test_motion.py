@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.render import render_text
 from aeros.spec.elaborate.load import load_site
-from aeros.spec.model.motion import HeldObject, MotionKind
+from aeros.spec.model.motion import HeldObject, MotionKind, Tracking
 from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
 
@@ -44,6 +45,8 @@ def test_names_and_units_are_settled(tmp_path: Path) -> None:
     assert motion.link_clearance == Fraction(5, 1000)
     assert motion.held == HeldObject("holding", site.volumes["largest_object"])
     assert motion.kinds["slide"].held_touches == "bench_core"
+    assert motion.tracking == Tracking("tracking_error", Fraction(10, 1000))
+    assert motion.back_off == "back_off"
     fence, column = motion.barriers[2:4]
     assert fence.keep_inside
     assert fence.links is None
@@ -54,6 +57,32 @@ def test_names_and_units_are_settled(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("edit", "said"),
     [
+        (
+            ("within: 10 mm, levers", "within: 16 mm, levers"),
+            "error[AE611] tracking-beyond-clearance: links may be 16 mm from their commands; the clearance is"
+            " 15 mm",
+        ),
+        (
+            ("starts_within: 0.0035 rad", "starts_within: 0.05 rad"),
+            "error[AE611] tracking-beyond-clearance: joints that start 0.05 rad off put a link 205 mm off;"
+            " the clearance is 15 mm",
+        ),
+        (
+            (
+                "on: [move_tool, slide, move_joints, move_base]\n    require: tracking_error",
+                "on: [move_tool, move_joints, move_base]\n    require: tracking_error",
+            ),
+            "error[AE611] tracking-beyond-clearance: no rule on `slide` reads `tracking_error`, so nothing"
+            " keeps its bound",
+        ),
+        (
+            ("measured_by: tracking_error", "measured_by: tool_speed"),
+            "error[AE203] type-mismatch: `tool_speed` is real [m/s], not a length",
+        ),
+        (
+            ("back_off: back_off", "back_off: wait"),
+            "error[AE112] wrong-length: `wait` backs off, so it has no parameters and is not protective",
+        ),
         (("slide: {peak", "glide: {peak"), "error[AE122] unknown-reference: `glide` is not an action kind"),
         (
             ("move_tool: {tool_ends_at: target", "move_tool: {tool_ends_at: goal"),
@@ -117,3 +146,20 @@ def test_each_fault_is_reported_where_it_is(tmp_path: Path, edit: tuple[str, str
     assert site is None
     assert len(found) == 1
     assert found[0].startswith(said), found[0]
+
+
+def test_reduced_speed_keeps_every_contact_below_its_transient_force() -> None:
+    """ISO/TS 15066, A.3.5: v <= F_T / sqrt(mu*k); a region that is held fast has mu = m_R."""
+    site = load_site(reference_site_path(), Diagnostics())
+    assert site is not None
+    numbers: dict[str, Any] = {name: getattr(one, "value", None) for name, one in site.constants.items()}
+    tables: dict[str, Any] = {name: getattr(one, "values", None) for name, one in site.constants.items()}
+    quasi_static, transient = tables["quasi_static_force"], tables["transient_force"]
+    assert [2 * force for force in quasi_static] == list(transient)
+    least = min(
+        force**2 / (numbers["robot_mass"] * stiffness)
+        for force, stiffness in zip(transient, tables["region_stiffness"], strict=True)
+    )
+    assert numbers["reduced_tool_speed"] < numbers["reduced_speed"] < numbers["contact_speed"]
+    assert numbers["contact_speed"] ** 2 <= least < (numbers["contact_speed"] + Fraction(1, 1000)) ** 2
+    assert numbers["collision_force"] < min(quasi_static) / 2 + 1
