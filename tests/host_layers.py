@@ -169,7 +169,9 @@ def summary_lines(ran: int, skipped: Sequence[str]) -> Iterable[str]:
 def pytest_terminal_summary(terminalreporter: Any) -> None:
     """Print how many tests of isolation layers ran."""
     found: dict[str, list[Any]] = {
-        outcome: [one for one in terminalreporter.stats.get(outcome, ()) if "layers" in one.keywords]
+        outcome: [
+            one for one in terminalreporter.stats.get(outcome, ()) if "layers" in getattr(one, "keywords", ())
+        ]
         for outcome in ("passed", "failed", "error", "skipped")
     }
     skipped = [str(one.longrepr[2]) for one in found.pop("skipped")]

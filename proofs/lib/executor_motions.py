@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from types import SimpleNamespace
 from typing import Any, Final, NamedTuple
 
@@ -55,6 +56,10 @@ class _SymbolicPlant:
         """Before every deadline."""
         return 0.0
 
+    def observe(self) -> Mapping[str, Any]:
+        """Nothing is measured: records of stops are not modelled."""
+        return {}
+
     def skill_ended(self, _: str, *, finished: bool) -> None:
         """Nothing moves for it."""
 
@@ -92,7 +97,17 @@ def motions_match_plant(code: ModuleSource) -> TheoremObligation:
 
         table = steps.StepTable()
         table.steps = {name: _step(steps, name, name in plant.moving, ask) for name in _NAMES}
-        monitors = SimpleNamespace(add=lambda _: None, remove=lambda _: None, violation=None)
+
+        def nothing(*_: Any) -> None:
+            """Stand for what has no effect on motions."""
+
+        # A stop is under way, so that what is done then runs as well; there is nothing to record of it.
+        stops = SimpleNamespace(
+            are_open=True, stop=None, add=nothing, begin_halt=nothing, end_halt=nothing, end_stop=nothing
+        )
+        monitors = SimpleNamespace(
+            add=nothing, remove=nothing, violation=None, begin_stop=nothing, stops=stops
+        )
         context = clean_up.ExecutionContext(
             table,
             plant,
@@ -146,7 +161,7 @@ class _Parts(NamedTuple):
 def _step(steps: Any, name: str, moves: bool, ask: DecideBranch) -> Any:
     """A step that has begun; one that comes to rest has an ending."""
     halts = moves and ask(f"{name}.halts")
-    active_motion = steps.ActiveMotion(name, None, None, halts) if moves else None
+    active_motion = steps.ActiveMotion(name, SimpleNamespace(record_number=0), None, halts) if moves else None
     return SimpleNamespace(
         caller=None,
         name=name,

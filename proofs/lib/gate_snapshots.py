@@ -11,6 +11,7 @@ from functools import partial
 from types import SimpleNamespace
 from typing import Any, Final
 
+from aeros.runtime.ports import ColumnNames
 from aeros.spec.theorems.module_copies import ModuleSource
 from aeros.spec.theorems.smtlib import smt_apply, smt_literal
 from aeros.spec.theorems.symbolic_execution import DecideBranch, execute_symbolically
@@ -85,15 +86,13 @@ def _snapshot_obligation(code: ModuleSource) -> TheoremObligation:
         snapshots = code.module(SNAPSHOTS, is_not=is_not, type=type_)
         cache = snapshots.SnapshotCache({})
         cache._unpackers = {name: partial(unpack, name) for name in _STATE}
-        order = SimpleNamespace(
-            names=(*_STATE, _UNDECLARED_NAME) if ask(f"has.{_UNDECLARED_NAME}") else _STATE
-        )
+        order = ColumnNames((*_STATE, _UNDECLARED_NAME) if ask(f"has.{_UNDECLARED_NAME}") else _STATE)
         column = column_of(order.names)
         had, before = None, None
         if ask("keeps-one"):
             before = {name: _SymbolicValue(name, "kept") for name in _STATE}
             # Names in another order stand for any others.
-            names = order if ask("same-order") else SimpleNamespace(names=order.names[::-1])
+            names = order if ask("same-order") else ColumnNames(order.names[::-1])
             of_old = column if ask("same-column") else column_of(names.names)
             had = cache._cached = snapshots._CachedColumn(names, of_old, dict(before))
         found = cache.scalars(SimpleNamespace(order=order, column=column))

@@ -45,20 +45,20 @@ def test_closure_decides_as_the_definition_and_takes_the_exact_path_only_when_it
         return is_true(term, env)
 
     monkeypatch.setattr(compiled, "is_true", counted)
-    _check(Closure(), 120)
+    _check(Closure(), 80)
     assert exact_calls > 10
 
 
 def test_a_closure_on_local_variables_decides_as_the_definition() -> None:
-    _check(Inline(), 120)
+    _check(Inline(), 80)
 
 
 def test_a_closure_of_several_conditions_decides_each_as_the_definition() -> None:
-    _check(Together(), 120)
+    _check(Together(), 80)
 
 
 def test_smt_decides_as_the_definition() -> None:
-    _check(Smt(), 120)
+    _check(Smt(), 80)
 
 
 @pytest.mark.parametrize(

@@ -64,7 +64,7 @@ def by_solver(domain: PlanningDomain, start: State, avoided: AvoidSet) -> PlanPa
 
 def test_a_strategy_is_found_exactly_where_there_is_one_and_none_is_shorter() -> None:
     seen = Mix()
-    _law(lambda problem: judge(problem, StrongCyclicStrategy(domain_of(problem)), seen), 150)
+    _law(lambda problem: judge(problem, StrongCyclicStrategy(domain_of(problem)), seen), 100)
     seen.assert_both("strategy", at_least=15)
 
 
@@ -88,7 +88,7 @@ def test_the_solver_finds_plans_as_short_and_says_where_it_cannot_tell() -> None
 def test_runs_never_leave_hope_and_every_step_starts_where_it_may() -> None:
     ends = Counter[bool]()
 
-    @examples(120)
+    @examples(80)
     @given(problems(), st.integers(0, 2**32))
     def law(problem: Problem, seed: int) -> None:
         every = Enumeration(problem)

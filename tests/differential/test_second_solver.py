@@ -1,6 +1,7 @@
 """cvc5 agrees with Z3 on every query of the reference modules and of both corpora.
 
-`make test` asks it the queries of the reference modules and of a twentieth of the cases, `make deep` all.
+`make test` asks it half of the queries of the reference modules and of a twentieth of the cases, `make
+deep` all.
 """
 
 from __future__ import annotations
@@ -57,7 +58,7 @@ def _queries_of(cases: Sequence[Path], folder: Path) -> list[SolverQuery]:
 
 
 @pytest.mark.parametrize(
-    ("step", "least"), [(20, 200), pytest.param(1, 800, marks=pytest.mark.deep)], ids=["some", "all"]
+    ("step", "least"), [(20, 120), pytest.param(1, 800, marks=pytest.mark.deep)], ids=["some", "all"]
 )
 def test_cvc5_agrees_with_z3_on_the_reference_modules_and_both_corpora(
     step: int, least: int, tmp_path: Path
@@ -65,7 +66,7 @@ def test_cvc5_agrees_with_z3_on_the_reference_modules_and_both_corpora(
     cases = [
         one.relative_to(CORPUS) for pattern in ("accepted/*", "rejected/*/*") for one in CORPUS.glob(pattern)
     ]
-    questions = _queries_of(sorted(cases)[::step], tmp_path)
+    questions = _queries_of(sorted(cases)[::step], tmp_path)[:: min(step, 2)]
     about = {one.description.partition("/")[0] for one in questions}
     assert about == {"policy", "permission", "safety", "composition", "an explanation"}
     agreement = cross_check_queries(questions, Cvc5(rlimit=300_000), lambda _: None)

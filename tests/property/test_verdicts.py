@@ -38,7 +38,7 @@ from aeros.spec.verification.discharge import ObligationResult, discharge_obliga
 from tests.hypothesis_profiles import examples
 from tests.property.mix import Mix
 
-bounded = examples(120)
+bounded = examples(90)
 
 SPAN = Source("generated", "x").span(0, 1)
 COLOURS = EnumType("colours", ("red", "green", "blue"))

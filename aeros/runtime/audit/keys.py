@@ -8,12 +8,11 @@ from __future__ import annotations
 import hashlib
 import os
 import stat
-import tempfile
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from aeros.files import make_private_folder, sync_folder
+from aeros.files import make_private_folder, sync_folder, temporary_folder
 
 if TYPE_CHECKING:
     from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey, Ed25519PublicKey
@@ -128,8 +127,8 @@ def ensure_key(path: Path) -> Path:
         if path.exists() and public_path.exists():
             return path
         make_private_folder(path.parent)
-        with tempfile.TemporaryDirectory(prefix=".key-", dir=path.parent) as name:
-            made = Path(name) / path.name
+        with temporary_folder(path.parent) as folder:  # beside the key, so that it can be linked
+            made = folder / path.name
             make_key(made)
             # Of several processes one wins, with a complete file; the public key follows from its key.
             with suppress(FileExistsError):

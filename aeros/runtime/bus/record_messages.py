@@ -22,7 +22,7 @@ def parse_record(line: bytes, last: Time) -> tuple[Event, DecisionMessage | None
     record = json.loads(line)
     number, name, details = record["sequence"], record["event"], record["details"]
     own = None if name == CHECKPOINT else details.get("time")  # a checkpoint has the time of day
-    when = stamp(own) if isinstance(own, float | int) else last
+    when = stamp(own) if isinstance(own, float | int) and not isinstance(own, bool) else last
     event = Event(when, number, name, _to_json(details))
     if name != "decision":
         return event, None

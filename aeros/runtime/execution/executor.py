@@ -109,8 +109,9 @@ class Executor:
         )
         self._clean_up = CleanUp(context)
         self._scheduler = Scheduler(context, self._clean_up, StepControl(context, self._clean_up))
-        if resumed and audit.head.records:
-            self._pipeline.resume_from(_recount_sessions(audit, configuration.site))
+        earlier = _recount_sessions(audit, configuration.site) if resumed else None
+        if earlier is not None:
+            self._pipeline.resume_from(earlier)
             audit.append("session-resumed", session_details(configuration))
         else:
             audit.append("session-opened", session_details(configuration))
@@ -267,8 +268,8 @@ class Executor:
         self._audit.append("configuration-changed", session_details(configuration))
 
 
-def _recount_sessions(audit: AuditLog, site: Site) -> SessionState:
-    """Rebuild counts and histories from the log.
+def _recount_sessions(audit: AuditLog, site: Site) -> SessionState | None:
+    """Rebuild counts and histories from the log; None if it has no session, perhaps only signatures.
 
     Raises:
         AuditError: another site was in force in it.
@@ -276,6 +277,8 @@ def _recount_sessions(audit: AuditLog, site: Site) -> SessionState:
     records = audit.records_since(EMPTY_LOG_HEAD) or []
     opening = ("session-opened", "session-resumed", "configuration-changed")
     governed = [one["details"]["site"]["digest"] for one in records if one["event"] in opening]
+    if not governed:
+        return None
     if any(digest != site.digest for digest in governed):
         raise AuditError(
             f"`{audit.path}` cannot be resumed: another site was in force, or other blocks of the operator; "

@@ -8,13 +8,13 @@ after `deactivate`, `remove` or `block` has returned, no further action of that 
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
 from packaging.version import Version
 
+from aeros.files import temporary_folder
 from aeros.runtime.registry.bundle_store import bundle_digest, module_files, stored_bundle, write_files
 from aeros.runtime.registry.control_page import ControlPage
 from aeros.runtime.registry.installed import InstalledModules, load_module, policy_file, refusal
@@ -279,8 +279,8 @@ def _withdrawn(before: frozenset[str], name: str, verb: LifecycleAction) -> froz
 
 def _load_files(site: Site, files: Mapping[str, bytes], source: Path) -> Ecm:
     """Load a module from the bytes that were read of it."""
-    with tempfile.TemporaryDirectory(prefix="aeros-") as made:
-        folder = Path(made) / (source.resolve().name or "module")
+    with temporary_folder() as made:
+        folder = made / (source.resolve().name or "module")
         write_files(files, folder)
         with shown_as(folder, source):
             return load_module(site, folder)

@@ -34,6 +34,7 @@ class KinematicPlant(FixedStepPlant):
         self._scene = scene
         self._ticks = 0
         self._load = 0.0
+        self._free_posture: tuple[float, ...] = ()  # the latest in which no links were found to meet
         self._arm = KinematicRobot(scene.robot, scene.build(RandomSource(seed)))
         super().__init__(self._arm, scene.cameras)
         for camera in scene.initial_cameras:
@@ -72,10 +73,11 @@ class KinematicPlant(FixedStepPlant):
         before, self._load = self._load, self._robot.wrist_vertical_force()
         if self._load > BLOCKING_FORCE and self._load > before:
             raise BlockedError(f"blocked: the hand presses down with {self._load:.0f} N")
-        if self._ticks % _SELF_CONTACT_TICKS == 0:
+        if self._ticks % _SELF_CONTACT_TICKS == 0 and self._state.q != self._free_posture:
             contact = find_self_contact(self._state.q)
             if contact is not None:
                 raise BlockedError(f"blocked: `{contact[1]}` meets `{contact[0]}`")
+            self._free_posture = self._state.q
 
 
 def make_plant(scene_name: str, seed: int) -> KinematicPlant:

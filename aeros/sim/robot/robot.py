@@ -421,6 +421,8 @@ def max_link_speed(q: Sequence[float], rates: Sequence[float], base: Triple) -> 
     Returns:
         The speed, m/s.
     """
+    if not any(rates) and not any(base):
+        return 0.0
     vx, vy, vz = base
     wx = wy = wz = 0.0
     fastest = vx * vx + vy * vy + vz * vz

@@ -7,12 +7,12 @@ is reported is one; links that overlap by less than their radii, 10 mm together,
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import dist
 from typing import Final
 
 import numpy as np
 
-from aeros.kinematic_chain import JointFrame, frames_of, mounting_of, pairs_that_may_meet
-from aeros.runtime.ports import Hull
+from aeros.kinematic_chain import JointFrame, Triple, frames_of, mounting_of, pairs_that_may_meet
 from aeros.sim.robot.body import PANDA_BODY
 from aeros.sim.robot.limits import Vector
 
@@ -33,19 +33,21 @@ def find_self_contact(q: Sequence[float]) -> tuple[str, str] | None:
         The names of the links, or None if no two touch.
     """
     frames = frames_of(_MOUNTINGS, q)
-    corners = {hull.link: _to_base(frames[hull.joint], hull) for hull in PANDA_BODY.hulls}
-    middles = {link: points.mean(axis=0) for link, points in corners.items()}
+    middles = {hull.link: frames[hull.joint].to_base(_MIDDLES[hull.link]) for hull in PANDA_BODY.hulls}
+    corners: dict[str, Vector] = {}
     for inner, outer in _PAIRS:
-        apart = middles[outer] - middles[inner]
-        if apart @ apart < (_REACHES[inner] + _REACHES[outer]) ** 2 and _touch(
-            corners[inner], corners[outer]
-        ):
+        if dist(middles[inner], middles[outer]) >= _REACHES[inner] + _REACHES[outer]:
+            continue
+        for link in (inner, outer):
+            if link not in corners:
+                corners[link] = _to_base(frames[_JOINTS[link]], link)
+        if _touch(corners[inner], corners[outer]):
             return inner, outer
     return None
 
 
-def _to_base(frame: JointFrame, hull: Hull) -> Vector:
-    points: Vector = _CORNERS[hull.link] @ np.array((frame.x, frame.y, frame.z)) + np.array(frame.origin)
+def _to_base(frame: JointFrame, link: str) -> Vector:
+    points: Vector = _CORNERS[link] @ np.array((frame.x, frame.y, frame.z)) + np.array(frame.origin)
     return points
 
 
@@ -70,6 +72,12 @@ _PAIRS: Final = tuple(
     for inner, outer in pairs_that_may_meet(PANDA_BODY.hulls, PANDA_BODY.exempt_pairs)
 )
 _CORNERS: Final = {hull.link: np.array(hull.corners) for hull in PANDA_BODY.hulls}
+_JOINTS: Final = {hull.link: hull.joint for hull in PANDA_BODY.hulls}
+_MIDDLES: Final[dict[str, Triple]] = {
+    link: tuple(points.mean(axis=0).tolist()) for link, points in _CORNERS.items()
+}
+"""Mean of each link's corners, in its joint's frame, m."""
+
 _REACHES: Final = {
     link: float(np.linalg.norm(points - points.mean(axis=0), axis=1).max())
     for link, points in _CORNERS.items()

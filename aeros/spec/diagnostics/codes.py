@@ -185,7 +185,7 @@ _TABLE: Final = (
     DiagnosticCode("AE506", "never-allowed", "safety", "a rule under `gated` does not depend on the state"),
     DiagnosticCode("AE507", "goal-never-holds", "safety", "a task could never reach its goal"),
     DiagnosticCode("AE508", "goal-always-holds", "safety", "a task's goal is reached by doing nothing"),
-    DiagnosticCode("AE509", "undecided", "safety", "the solver ran out of its budget"),
+    DiagnosticCode("AE509", "undecided", "safety", "the solver ran out of its budget or its time"),
     DiagnosticCode(
         "AE510", "hold-excluded", "safety", "a skill's hold-condition contradicts its start or its success"
     ),

@@ -75,9 +75,21 @@ def test_an_old_option_is_refused_with_its_current_name(
     assert old not in shown
 
 
-def test_an_argument_after_two_dashes_is_no_option(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["graph", "--", "--what"]) != Exit.SUCCESS
-    assert "was renamed" not in capsys.readouterr().err
+def test_an_argument_after_two_dashes_is_no_option(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as ended:
+        main(["graph", "--", "--what"])
+    assert ended.value.code == Exit.USAGE
+    said = capsys.readouterr().err
+    assert "argument MODULE: `--what`: No such file or directory" in said
+    assert "was renamed" not in said
+    Path("--what").mkdir()
+    assert main(["graph", "--", "--what"]) == Exit.REJECTED
+    said = capsys.readouterr().err
+    assert "--what" in said
+    assert "was renamed" not in said
 
 
 @pytest.mark.parametrize("arguments", [[], ["proof"], ["--loud"]])

@@ -50,6 +50,9 @@ def test_what_was_asked_comes_back_wherever_it_is_resumed(
         "ecms": [],
         "out": tmp_path / "out",
         "state": state,
+        # Of a release that saved neither: signed, and without an anchor.
+        "anchor": [],
+        "unsigned": False,
         # This command's own.
         "resume": True,
         "max_crashes": 9,

@@ -156,7 +156,7 @@ def test_a_bundle_is_pinned_carried_and_installed(capsys: pytest.CaptureFixture[
 def test_a_bundle_that_cannot_be_written_is_reported(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def full(path: Path, content: bytes) -> None:
+    def full(path: Path, content: bytes, *, is_private: bool) -> None:
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(module, "replace_durably", full)

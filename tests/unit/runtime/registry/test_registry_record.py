@@ -51,9 +51,11 @@ def _edit(statement: str) -> Callable[[Registry], None]:
     return edit
 
 
-def _cut(registry: Registry, records: int) -> None:
+def _cut_latest_change(registry: Registry) -> None:
     log = registry.folder / LOG
-    log.write_bytes(b"".join(log.read_bytes().splitlines(keepends=True)[:-records]))
+    lines = log.read_bytes().splitlines(keepends=True)
+    latest = max(at for at, line in enumerate(lines) if b'"event":"registry-change",' in line)
+    log.write_bytes(b"".join(lines[:latest]))
 
 
 Damage = tuple[Callable[[Registry], object], str]
@@ -69,7 +71,7 @@ REPAIRABLE: dict[str, Damage] = {
     "no database": (lambda registry: _database(registry).write_bytes(b"x" * 4096), "cannot be used"),
 }
 UNREPAIRABLE: dict[str, Damage] = {
-    "a record cut short": (lambda registry: _cut(registry, 2), "records are missing"),
+    "a record cut short": (_cut_latest_change, "records are missing"),
     "a deleted record": (lambda registry: (registry.folder / LOG).unlink(), "records are missing"),
     "an edited record": (
         lambda registry: (registry.folder / LOG).write_bytes(

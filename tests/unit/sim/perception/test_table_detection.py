@@ -120,7 +120,19 @@ def test_a_moved_object_is_not_noticed_before_the_next_picture(
     plant.close()
 
 
-ROBOT = {"joint", "tool", "link", "contact", "finger", "grip", "base", "holding", "human", "estop"}
+ROBOT = {
+    "joint",
+    "tool",
+    "link",
+    "tracking",
+    "contact",
+    "finger",
+    "grip",
+    "base",
+    "holding",
+    "human",
+    "estop",
+}
 """First words of what is measured of the robot itself and of people."""
 
 

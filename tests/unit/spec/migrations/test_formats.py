@@ -61,6 +61,6 @@ def test_a_program_of_today_writes_these_versions() -> None:
         "run": 2,
         "crashes": 2,
         "memory-database": 4,
-        "registry-database": 2,
+        "registry-database": 3,
         "trace": 2,
     }
