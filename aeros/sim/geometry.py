@@ -149,8 +149,11 @@ def _rotated(q: Quaternion, point: Vector3) -> Vector3:
     r, w = q[:3], q[3]
     once = cross(r, point)
     twice = cross(r, once)
-    x, y, z = (v + 2.0 * (w * a + b) for v, a, b in zip(point, once, twice, strict=True))
-    return (x, y, z)
+    return (
+        point[0] + 2.0 * (w * once[0] + twice[0]),
+        point[1] + 2.0 * (w * once[1] + twice[1]),
+        point[2] + 2.0 * (w * once[2] + twice[2]),
+    )
 
 
 def is_in_view(camera: Camera, point: Vector3) -> bool:

@@ -71,8 +71,8 @@ OF_THE_LOG_ITSELF = {"log-began", CHECKPOINT}
 def digest(folder: Path, case: str, seed: int, hashes: int) -> str:
     """Of the trace, and of the record with every reading that was decided on, of a run in its own process.
 
-    Not of when records were written, nor of the chain over them, which has that in it. Of the first record and
-    of those that sign the chain only their places count.
+    Not of when records were written, nor of the chain over them, which has that in it. Of the first record
+    and of those that sign the chain only their places count.
     """
     files = {"FAULTS": FAULTS, "PERSON": PERSON}
     for name, text in files.items():
