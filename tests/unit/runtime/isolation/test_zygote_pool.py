@@ -83,9 +83,10 @@ def test_a_zygote_that_was_killed_has_no_workers(bare: ZygotePool) -> None:
 
 def test_a_zygote_that_died_is_cleaned_up_when_its_worker_is_to_end(bare: ZygotePool) -> None:
     zygote, channel = bare.spawn_worker()
-    channel.close()
     assert zygote._process is not None
+    # Before its worker ends, as it would say so at once.
     os.kill(zygote._process.pid, signal.SIGKILL)
+    channel.close()
     with pytest.raises(ZygoteError, match="the zygote was killed"):
         zygote.end_worker()
     assert zygote._process.returncode == -signal.SIGKILL
