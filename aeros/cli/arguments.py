@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,7 +13,7 @@ from aeros.exit_codes import EXIT_CODES, UsageError
 
 if TYPE_CHECKING:
     from aeros.runtime.registry.registry_governor import RegistryGovernor
-    from aeros.spec.verification.second_solver import SecondSolver
+    from aeros.spec.backends.solver_results import SecondSolver
 
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
@@ -103,25 +104,26 @@ def available_cpus() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def question_timeout(text: str) -> float:
-    """Parse the time limit of a solver's question.
+def seconds_from(lowest: float) -> Callable[[str], float]:
+    """Make a parser of a time of at most an hour.
 
     Args:
-        text: The argument.
+        lowest: The least time that is accepted, s.
 
     Returns:
-        The limit, s.
-
-    Raises:
-        argparse.ArgumentTypeError: The text is not a number of seconds from 0.1 to 3600.
+        A parser of an argument, which gives the time in s.
     """
-    try:
-        seconds = float(text)
-    except ValueError:
-        seconds = 0.0
-    if not 0.1 <= seconds <= 3600:
-        raise argparse.ArgumentTypeError("expected a number of seconds from 0.1 to 3600")
-    return seconds
+
+    def parse(text: str) -> float:
+        try:
+            seconds = float(text)
+        except ValueError:
+            seconds = 0.0
+        if not lowest <= seconds <= 3600:
+            raise argparse.ArgumentTypeError(f"expected a number of seconds from {lowest:g} to 3600")
+        return seconds
+
+    return parse
 
 
 def second_solver(text: str) -> SecondSolver:

@@ -17,8 +17,9 @@ import aeros.spec.verification.second_solver
 from aeros.spec.backends.answer_store import AnswerStore
 from aeros.spec.backends.cvc5_solver import Cvc5
 from aeros.spec.backends.oracle import SolverQuery
+from aeros.spec.backends.solver_results import SecondSolver
 from aeros.spec.text.discovery import reference_site_path
-from aeros.spec.verification.second_solver import SecondSolver, SecondSolverReport, cross_check_queries
+from aeros.spec.verification.second_solver import SecondSolverReport, cross_check_queries
 from aeros.spec.verification.verify import verify
 
 ROOT = Path(__file__).parents[2]

@@ -15,8 +15,8 @@ from aeros.cli.arguments import (
     available_cpus,
     existing_path,
     process_count,
-    question_timeout,
     second_solver,
+    seconds_from,
     solver_budget,
     writable_path,
 )
@@ -84,7 +84,7 @@ def add_to(commands: Subparsers) -> None:
     )
     parser.add_argument(
         "--question-timeout",
-        type=question_timeout,
+        type=seconds_from(0.1),
         default=QUESTION_SECONDS,
         metavar="SECONDS",
         help="time limit for one query; without an answer it is undecided (default: %(default)g)",

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from aeros.apps.report_page.run_data import plan_step_states
 from aeros.apps.run_follower import RunFollower
-from aeros.cli.arguments import add_command, existing_path
+from aeros.cli.arguments import add_command, existing_path, seconds_from
 from aeros.cli.latest_run import latest_run
 from aeros.cli.records.report import available_sites
 from aeros.cli.terminal import escape_for_terminal, write_control
@@ -60,19 +60,13 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument("--once", action="store_true", help="print the current state once and exit")
     parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
     parser.add_argument(
-        "--interval", type=_seconds, default=0.5, metavar="SECONDS", help="refresh interval (default: 0.5)"
+        "--interval",
+        type=seconds_from(0.05),
+        default=0.5,
+        metavar="SECONDS",
+        help="refresh interval (default: 0.5)",
     )
     parser.set_defaults(command=_command)
-
-
-def _seconds(text: str) -> float:
-    try:
-        seconds = float(text)
-    except ValueError:
-        seconds = 0.0
-    if not 0.05 <= seconds <= 3600:
-        raise argparse.ArgumentTypeError("expected a number of seconds from 0.05 to 3600")
-    return seconds
 
 
 def _command(arguments: argparse.Namespace) -> Exit:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from math import dist, inf
 from typing import Any, Final, NamedTuple
 
@@ -11,7 +11,7 @@ from aeros.spec.expr.types import FamilyType, RealType, VectorType
 from aeros.spec.expr.units import ANGLE, LENGTH
 from aeros.spec.model.site import Site
 
-_UNTOLD: Final = (ANGLE,)
+_OMITTED_DIMENSIONS: Final = (ANGLE,)
 """Dimensions of quantities whose extremes say nothing about a stop: angles of joints."""
 
 _AXES: Final = 3
@@ -45,7 +45,7 @@ def stop_quantities(site: Site) -> StopQuantities:
         if type_ == VectorType(LENGTH):
             places.append(name)
         element = type_.element if isinstance(type_, FamilyType) else type_
-        if isinstance(element, RealType) and element.dimension not in _UNTOLD:
+        if isinstance(element, RealType) and element.dimension not in _OMITTED_DIMENSIONS:
             scales[name] = str(element.dimension)
     return StopQuantities(scales, tuple(places))
 
@@ -82,15 +82,13 @@ class StopRecorder:
         for name in self._quantities.scales:
             value = _value(measured, name)
             values = value if type(value) in (tuple, list) else (value,)
-            if all(type(one) is float and abs(one) < inf for one in values):
+            if _are_finite(values):
                 sizes = values if values == (value,) else [abs(one) for one in values]
                 self._least[name] = min(self._least.get(name, inf), *sizes)
                 self._greatest[name] = max(self._greatest.get(name, -inf), *sizes)
         for name in self._quantities.places:
             place = _value(measured, name)
-            if type(place) not in (tuple, list) or len(place) != _AXES:
-                continue
-            if not all(type(one) is float and abs(one) < inf for one in place):
+            if type(place) not in (tuple, list) or len(place) != _AXES or not _are_finite(place):
                 continue
             if name in self._last:
                 self._ways[name] = self._ways.get(name, 0.0) + dist(place, self._last[name])
@@ -206,3 +204,7 @@ class StopRecords:
 def _value(measured: Mapping[str, Any], name: str) -> Any:
     value = measured.get(name)
     return value.value if type(value) is Reading else value
+
+
+def _are_finite(values: Iterable[object]) -> bool:
+    return all(type(one) is float and abs(one) < inf for one in values)

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
+from typing import Protocol
 
 ScalarValue = bool | Fraction | str
 """A value of a scalar variable: truth, exact real in SI, enum member."""
@@ -63,3 +64,21 @@ class ScriptAnswer:
     unsat_core: int
     rlimit_used: int
     reason: str = ""
+
+
+class SecondSolver(Protocol):
+    """A solver that answers SMT-LIB scripts with one query."""
+
+    @property
+    def name(self) -> str:
+        """Name and version of the solver, for people."""
+
+    def solve_script(self, script: str) -> SolverAnswer:
+        """Solve a script with one `check-sat`.
+
+        Args:
+            script: SMT-LIB text.
+
+        Returns:
+            The answer.
+        """

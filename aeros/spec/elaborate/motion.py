@@ -118,7 +118,8 @@ class _MotionElaborator:
         apart = motion.link_clearance
         link_clearance = None if apart is None else elaborate_quantity(apart, LENGTH, self._diagnostics)
         held = None if motion.held is None else self._held_object(motion.held)
-        self._back_off(motion.back_off)
+        if motion.back_off is not None:
+            self._back_off(motion.back_off)
         barriers = [self._barrier(barrier) for barrier in motion.barriers]
         if len(self._diagnostics) > before:
             return None
@@ -168,38 +169,38 @@ class _MotionElaborator:
         if measured is None or within is None or levers is None:
             return None
         if within > clearance:
-            self._diagnostics.error(
-                "AE611",
-                f"links may be {declaration.within.value} from their commands; the clearance is"
-                f" {motion.clearance.value}",
-                declaration.within.span,
-                secondary=(
-                    SpanLabel(motion.clearance.span, "whole motions keep this distance from barriers"),
-                ),
-                help=("enlarge `clearance`, or reduce `tracking.within`",),
+            self._beyond_clearance(
+                motion,
+                declaration.within,
+                f"links may be {declaration.within.value} from their commands",
+                "tracking.within",
             )
         offset = start * sum(levers)
         if offset > clearance:
-            self._diagnostics.error(
-                "AE611",
+            self._beyond_clearance(
+                motion,
+                motion.starts_within,
                 f"joints that start {motion.starts_within.value} off put a link {float(1000 * offset):.3g} mm"
-                f" off; the clearance is {motion.clearance.value}",
-                motion.starts_within.span,
-                secondary=(
-                    SpanLabel(motion.clearance.span, "whole motions keep this distance from barriers"),
-                ),
-                help=("enlarge `clearance`, or reduce `starts_within`",),
+                " off",
+                "starts_within",
             )
         return Tracking(declaration.measured_by.value, within)
 
-    def _back_off(self, name: TextField | None) -> None:
-        """Check that the kind exists and has no parameters: nobody asks for it, so nobody gives any."""
-        kind = (
-            None
-            if name is None
-            else resolve_name(name, self._vocabulary.kinds, "an action kind", self._diagnostics)
+    def _beyond_clearance(
+        self, motion: declared.MotionPolicy, bound: TextField, headline: str, field: str
+    ) -> None:
+        self._diagnostics.error(
+            "AE611",
+            f"{headline}; the clearance is {motion.clearance.value}",
+            bound.span,
+            secondary=(SpanLabel(motion.clearance.span, "whole motions keep this distance from barriers"),),
+            help=(f"enlarge `clearance`, or reduce `{field}`",),
         )
-        if name is not None and kind is not None and (kind.parameters or kind.protective):
+
+    def _back_off(self, name: TextField) -> None:
+        """Check that the kind exists and has no parameters: nobody asks for it, so nobody gives any."""
+        kind = resolve_name(name, self._vocabulary.kinds, "an action kind", self._diagnostics)
+        if kind is not None and (kind.parameters or kind.protective):
             self._diagnostics.error(
                 "AE112", f"`{name.value}` backs off, so it has no parameters and is not protective", name.span
             )

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
-from aeros.spec.backends.solver_results import SatResult, ScriptAnswer, SolverAnswer
+from aeros.spec.backends.solver_results import SatResult, ScriptAnswer, SecondSolver
 from aeros.spec.diagnostics.errors import DisagreementError, InternalError
 from aeros.spec.obligations.verdicts import Verdict
 from aeros.spec.theorems.module_copies import ModuleSource, Mutant
@@ -15,24 +14,6 @@ from aeros.spec.theorems.theorem import Theorem, TheoremObligation
 
 RLIMIT = 20_000_000
 """z3 resource units for one question; no theorem needs a tenth."""
-
-
-class TextSolver(Protocol):
-    """Port of solvers of SMT-LIB scripts with one `check-sat`, as `SecondSolver` of `verification`."""
-
-    @property
-    def name(self) -> str:
-        """Name and version of the solver, for people."""
-
-    def solve_script(self, script: str) -> SolverAnswer:
-        """Solve a script with one `check-sat`.
-
-        Args:
-            script: SMT-LIB text.
-
-        Returns:
-            The answer.
-        """
 
 
 @dataclass(frozen=True)
@@ -98,7 +79,7 @@ class MutantResult:
 class SolverPanel:
     """Solvers that must agree: Z3, a second one, or both."""
 
-    def __init__(self, *, z3: bool = True, second: TextSolver | None = None) -> None:
+    def __init__(self, *, z3: bool = True, second: SecondSolver | None = None) -> None:
         self._z3 = z3
         self._second = second
 

@@ -8,29 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Protocol
 
 from aeros.spec.backends.oracle import SolverQuery
-from aeros.spec.backends.solver_results import SatResult, SolverAnswer
+from aeros.spec.backends.solver_results import SatResult, SecondSolver
 from aeros.spec.diagnostics.errors import DisagreementError
-
-
-class SecondSolver(Protocol):
-    """A solver that answers SMT-LIB scripts with one query."""
-
-    @property
-    def name(self) -> str:
-        """Name and version of the solver, for people."""
-
-    def solve_script(self, script: str) -> SolverAnswer:
-        """Solve a script with one `check-sat`.
-
-        Args:
-            script: SMT-LIB text.
-
-        Returns:
-            The answer.
-        """
 
 
 @dataclass(frozen=True)

@@ -38,9 +38,10 @@ from aeros.spec.verification.reports import (
 
 if TYPE_CHECKING:
     from aeros.spec.backends.oracle import Oracle
+    from aeros.spec.backends.solver_results import SecondSolver
     from aeros.spec.model.policy import OperatorOverride
     from aeros.spec.model.site import Site
-    from aeros.spec.verification.second_solver import SecondSolver, SecondSolverReport
+    from aeros.spec.verification.second_solver import SecondSolverReport
 
 MIN_MODULES_FOR_POOL: Final = 16
 """Smallest number of modules that are proved by more than one process."""
