@@ -30,13 +30,11 @@ _PYTHON = (sys.executable,)
 _VERIFY = (sys.executable, "-m", "aeros", "verify")
 
 
-def _environment(folder: Path) -> dict[str, str]:
+def _environment(folder: Path, *, quick: bool) -> dict[str, str]:
+    """Return the environment of commands; only a quick run takes the byte code that is there."""
     kept = {key: value for key, value in os.environ.items() if key != "PYTHONDONTWRITEBYTECODE"}
-    return kept | {
-        "AEROS_CACHE": str(folder / "cache"),
-        "PYTHONPATH": str(_ROOT),
-        "PYTHONPYCACHEPREFIX": str(folder / "bytecode"),
-    }
+    bytecode = {} if quick else {"PYTHONPYCACHEPREFIX": str(folder / "bytecode")}
+    return kept | bytecode | {"AEROS_CACHE": str(folder / "cache"), "PYTHONPATH": str(_ROOT)}
 
 
 def _seconds(command: Sequence[str], environment: Mapping[str, str]) -> tuple[float, float]:
@@ -51,9 +49,8 @@ def _child_cpu_seconds() -> float:
     return children.ru_utime + children.ru_stime
 
 
-def reference(folder: Path, runs: int) -> dict[str, dict[str, float]]:
+def reference(environment: Mapping[str, str], runs: int) -> dict[str, dict[str, float]]:
     """Measure median seconds of the three reference modules, and of the commands to compare them with."""
-    environment = _environment(folder)
     ecms = str(_ROOT / "ecms")
     commands = {
         "python -c pass": (*_PYTHON, "-c", "pass"),
@@ -61,8 +58,9 @@ def reference(folder: Path, runs: int) -> dict[str, dict[str, float]]:
         "cold": (*_VERIFY, ecms, "--no-lock", "--no-cache"),
         "warm": (*_VERIFY, ecms, "--no-lock"),
     }
-    for command in commands.values():
-        _seconds(command, environment)
+    if runs > 1:
+        for command in commands.values():
+            _seconds(command, environment)
     times: dict[str, list[tuple[float, float]]] = {name: [] for name in commands}
     for _ in range(runs):
         for name, command in commands.items():
@@ -75,12 +73,13 @@ def reference(folder: Path, runs: int) -> dict[str, dict[str, float]]:
     }
 
 
-def synthetic(folder: Path, count: int, jobs: int, rounds: int) -> dict[str, Any]:
+def synthetic(
+    folder: Path, environment: Mapping[str, str], count: int, jobs: int, rounds: int
+) -> dict[str, Any]:
     """Measure seconds of synthetic modules cold, warm, and with one changed; and the memory of the first.
 
     Warm, and with one changed, is the median of `rounds` runs.
     """
-    environment = _environment(folder)
     modules = folder / f"site_{count}"
     write_modules(modules, count)
     row: dict[str, Any] = {"modules": count}
@@ -148,9 +147,11 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=2)
     arguments = parser.parse_args()
     sizes, runs, rounds = ([2], 1, 1) if arguments.quick else (arguments.sizes, arguments.runs, 3)
-    with tempfile.TemporaryDirectory() as folder:
-        medians = reference(Path(folder), runs)
-        rows = [synthetic(Path(folder), size, arguments.jobs, rounds) for size in sizes]
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        environment = _environment(folder, quick=arguments.quick)
+        medians = reference(environment, runs)
+        rows = [synthetic(folder, environment, size, arguments.jobs, rounds) for size in sizes]
     found: dict[str, Any] = {
         "python": platform.python_version(),
         "reference": medians,

@@ -203,7 +203,7 @@ def test_on_the_symbolic_plant_trials_that_share_find_what_each_finds_alone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(KIND, "_traces", PlantTraceCache())  # those of other tests aside
-    seeds = range(6)
+    seeds = range(5)
     rates, bursts = ("1/10", "1/2", "9/10"), [{"bursts": {"mean_length": one}} for one in ("2", "8")]
     conditions = [
         condition(task="clean_table", architecture=name, **changed)
@@ -219,7 +219,7 @@ def test_on_the_symbolic_plant_trials_that_share_find_what_each_finds_alone(
         lived[seed] += one["live"]
     # The first seed has nothing to follow but itself; whatever is drawn later has mostly been drawn before.
     assert sum(lived.values()) < len(trials) / 4
-    assert lived[5] < lived[0]
+    assert lived[seeds[-1]] < lived[0]
     for tried in conditions:
         for seed in seeds:
             # A kind that has run nothing, so that there is nothing to be followed.
@@ -292,9 +292,8 @@ def test_on_physics_trials_that_share_find_what_each_finds_alone(
     # With seed 0 the object is missed at the higher rate alone, so of four trials two had to be simulated.
     assert [one["failed_tries"] for one in found] == [0, 1, 0, 3]
     assert [one["live"] for one in found] == [False, False, True, True]
-    for tried, one in list(zip(conditions, found, strict=True))[:2]:
-        # A kind that has run nothing, so that there is nothing to be followed.
-        with TaskTrials().open(tried, premises()) as alone:
-            assert comparable_findings(alone(0), EQUIVALENT_INTERVAL) == comparable_findings(
-                one, EQUIVALENT_INTERVAL
-            )
+    # Of the two that followed, the one with a miss, by a kind that has run nothing to be followed.
+    with TaskTrials().open(conditions[1], premises()) as alone:
+        assert comparable_findings(alone(0), EQUIVALENT_INTERVAL) == comparable_findings(
+            found[1], EQUIVALENT_INTERVAL
+        )

@@ -118,11 +118,11 @@ def test_a_length_of_bursts_with_which_a_trial_would_be_the_same_shares_it(
         for length in ("2", "8", "32")
     ]
     with TrialStore(tmp_path) as store:
-        run(store, conditions, 12)
+        run(store, conditions, 8)
         ran = {(seed, found["processor_s"]) for (_, seed), found in store.trials.items()}
-        assert 12 < len(ran) < 36
+        assert 8 < len(ran) < 24
         for one in conditions:
-            for seed in range(12):
+            for seed in range(8):
                 assert comparable_findings(
                     store.trials[condition_digest(one, premises().digest), seed], EQUIVALENT_INTERVAL
                 ) == alone(one, seed)
@@ -280,7 +280,6 @@ def _started_run(tmp_path: Path) -> tuple[subprocess.Popen[str], list[int]]:
     process = subprocess.Popen(
         [*command, "--trials", "1000", "--out", str(tmp_path)],
         cwd=ROOT,
-        env={**os.environ, "AEROS_CACHE": ""},
         stderr=subprocess.PIPE,
         text=True,
     )

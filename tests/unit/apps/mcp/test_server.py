@@ -135,11 +135,21 @@ def test_a_robot_that_has_an_agent_gets_no_second_one(tmp_path: Path) -> None:
     assert "this robot has an agent already: pid" in ended.stderr
 
 
-@pytest.mark.parametrize("line", [b"x" * 2_000_000, b"\xff\xfe\n" * 100, b'{"jsonrpc": "2.0"}\n[[[[\n{}\n'])
-def test_what_is_no_message_neither_breaks_nor_fills_the_server(line: bytes, tmp_path: Path) -> None:
+NO_MESSAGES = (b"\xff\xfe\n" * 100, b'{"jsonrpc": "2.0"}\n[[[[\n{}\n', b"x" * 2_000_000)
+"""Bytes, lines of JSON and, as it ends the session, a line that is too long."""
+
+
+@pytest.mark.parametrize(
+    "sent",
+    [
+        pytest.param(b"".join(NO_MESSAGES), id="one after the other"),
+        *(pytest.param(one, id=f"alone {at}", marks=pytest.mark.deep) for at, one in enumerate(NO_MESSAGES)),
+    ],
+)
+def test_what_is_no_message_neither_breaks_nor_fills_the_server(sent: bytes, tmp_path: Path) -> None:
     ended = subprocess.run(
         [sys.executable, *arguments(tmp_path)],
-        input=line,
+        input=sent,
         capture_output=True,
         cwd=ROOT,
         timeout=60,

@@ -59,7 +59,7 @@ def test_adversaries_are_tried_on_physics(tmp_path: Path, capsys: pytest.Capture
 
 
 def test_sessions_are_reported_in_turn(tmp_path: Path) -> None:
-    assert run(tmp_path, "--trials", "2", "11/once") == Exit.SUCCESS
+    assert run(tmp_path, "--trials", "1", "11/once") == Exit.SUCCESS
     (one,) = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["experiments"]
     assert [row["id"] for row in one["rows"]] == ["11/once/on", "11/once/off"]
     assert all(len(row["series"]["success"]["measured"]) == 50 for row in one["rows"])
@@ -67,7 +67,7 @@ def test_sessions_are_reported_in_turn(tmp_path: Path) -> None:
 
 
 def test_scale_is_measured_whatever_the_plant(tmp_path: Path) -> None:
-    assert run(tmp_path, "--plant", "physics", "--trials", "2", "10/1") == Exit.SUCCESS
+    assert run(tmp_path, "--plant", "physics", "--trials", "1", "10/1") == Exit.SUCCESS
     (one,) = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["experiments"]
     (row,) = one["rows"]
     assert row["cells"]["found"]["measured"] == 100.0

@@ -66,7 +66,7 @@ def test_a_scene_that_is_not_there_is_refused(
     assert "the task's scene is `kitchen`, but there is only bare, table, fetch" in capsys.readouterr().err
 
 
-def test_a_run_leaves_a_trace_and_a_sound_audit_log(tmp_path: Path) -> None:
+def test_a_run_leaves_a_trace_and_a_sound_log_that_says_where_skill_code_ran(tmp_path: Path) -> None:
     assert _run(tmp_path, "--plant", "symbolic") == Exit.SUCCESS
     events = [json.loads(line) for line in (tmp_path / "out" / "trace.jsonl").read_text().splitlines()]
     assert [event["kind"] for event in events][:2] == ["task-selected", "lifecycle"]
@@ -75,6 +75,11 @@ def test_a_run_leaves_a_trace_and_a_sound_audit_log(tmp_path: Path) -> None:
     assert report.bad_record is None
     assert report.decisions.allowed > 50
     assert report.decisions.denied == 0
+    lines = (tmp_path / "out" / "audit.jsonl").read_text().splitlines()
+    (record,) = [json.loads(line) for line in lines if '"event":"isolation"' in line]
+    assert record["details"]["isolated"] == ["clean_table", "fetch_object", "make_dumplings"]
+    assert record["details"]["trusted"] == []
+    assert set(record["details"]["layers"]) == {"bubblewrap", "landlock", "rlimits", "seccomp"}
 
 
 def test_an_instruction_that_nobody_can_carry_out_is_refused_by_name(
@@ -148,15 +153,6 @@ def _strict_site(folder: Path) -> Path:
     warns = next(line for line in text.splitlines() if "missing: warn" in line)
     (folder / "site.yaml").write_text(text.replace(warns, "    missing: refuse"))
     return folder / "site.yaml"
-
-
-def test_the_record_says_where_skill_code_ran_and_behind_what(tmp_path: Path) -> None:
-    assert _run(tmp_path, "--plant", "symbolic") == Exit.SUCCESS
-    lines = (tmp_path / "out" / "audit.jsonl").read_text().splitlines()
-    (record,) = [json.loads(line) for line in lines if '"event":"isolation"' in line]
-    assert record["details"]["isolated"] == ["clean_table", "fetch_object", "make_dumplings"]
-    assert record["details"]["trusted"] == []
-    assert set(record["details"]["layers"]) == {"bubblewrap", "landlock", "rlimits", "seccomp"}
 
 
 def test_isolated_or_trusted_the_same_seed_makes_the_same_decisions(tmp_path: Path) -> None:

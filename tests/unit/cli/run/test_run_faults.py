@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -182,35 +178,6 @@ def test_the_agent_puts_right(case: str, tmp_path: Path, monkeypatch: pytest.Mon
         if event["kind"] == "step-ended"
     ] == steps
     assert done == [True]
-
-
-@pytest.mark.physics
-def test_the_same_seed_leaves_the_same_trace_in_another_process_and_another_seed_does_not(
-    tmp_path: Path,
-) -> None:
-    faults = write(
-        tmp_path,
-        "  hit: {at: {every: 1 s}, rate: 0.3, bump: {thing: can, impulse: 0.01 N*s}}\n"
-        "  glare: {at: {look: mast}, rate: 0.6, bursts: {mean_length: 2}, miss: {}}\n"
-        "  noise: {at: {every: 1 s}, rate: 0.5, misread: {of: finger_gap, noise: 1 mm, lasts: 1 s}}\n",
-    )
-
-    def digest(name: str, seed: int, *, elsewhere: bool) -> str:
-        folder = tmp_path / name
-        folder.mkdir()
-        words = arguments(folder, "fetch the object", faults, "--seed", str(seed), "--timeout", "6")
-        if elsewhere:
-            environment = {**os.environ, "PYTHONHASHSEED": "7"}
-            command = [sys.executable, "-m", "aeros", *words]
-            subprocess.run(command, env=environment, cwd=ROOT, check=False, capture_output=True)
-        else:
-            main(words)
-        assert any(event["kind"] == "fault-started" for event in trace_of(folder))
-        return hashlib.sha256((folder / "out" / "trace.jsonl").read_bytes()).hexdigest()
-
-    here = digest("here", 3, elsewhere=False)
-    assert digest("there", 3, elsewhere=True) == here
-    assert digest("other", 4, elsewhere=False) != here
 
 
 def test_a_file_that_is_wrong_is_refused_before_anything_is_written(

@@ -33,6 +33,15 @@ faults:
     at: {every: 1 s}
     rate: 0.5
     misread: {of: human_distance, noise: 10 mm, lasts: 500 ms}
+  hit:
+    at: {every: 1 s}
+    rate: 0.3
+    bump: {thing: can, impulse: 0.01 N*s}
+  glare:
+    at: {look: overhead}
+    rate: 0.6
+    bursts: {mean_length: 2}
+    miss: {}
 """
 
 PERSON = """schema: aeros/people/1
@@ -88,7 +97,9 @@ def digest(folder: Path, case: str, seed: int, hashes: int) -> str:
         check=False,
     )
     assert ended.returncode in (Exit.SUCCESS, Exit.REJECTED), ended.stderr
-    combined = hashlib.sha256((out / "trace.jsonl").read_bytes())
+    trace = (out / "trace.jsonl").read_bytes()
+    assert (b'"fault-started"' in trace) is ("FAULTS" in CASES[case])
+    combined = hashlib.sha256(trace)
     records = [json.loads(line) for line in (out / "audit.jsonl").read_text().splitlines()]
     assert sum(record["event"] == "decision" for record in records) >= 3
     for record in records:

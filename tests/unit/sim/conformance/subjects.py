@@ -36,15 +36,16 @@ DRIVE: Final = act("move_base", x=-0.5, y=0.3, speed=0.5)
 
 PRESSING: Final = (
     act("grip", width=0.0, force=10.0),
-    act("move_tool", target=(0.5, 0.0, 0.013), yaw=0.0, speed=0.2),
-    act("slide", target=(0.5, 0.1, 0.0), force=6.0, speed=0.1),
+    act("move_tool", target=(0.5, 0.0, 0.013), yaw=0.0, speed=0.5),
+    act("slide", target=(0.5, 0.05, 0.0), force=6.0, speed=0.1),
 )
 """Closed fingers on the table top, and along it."""
 
 TOGETHER: Final = (DRIVE, act("move_tool", target=(-0.1, 0.2, 0.85), yaw=0.3, speed=0.6))
 """The tool comes to its target as the base comes to rest."""
 
-LOOK_AND_WAIT: Final = act("wait", duration=6.0)
+LOOK_AND_WAIT: Final = act("wait", duration=2.5)
+"""Longer than any `motion_action`."""
 
 
 @cache

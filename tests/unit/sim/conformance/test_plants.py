@@ -28,7 +28,9 @@ def _each_check_of(names: Iterable[str]) -> pytest.MarkDecorator:
     pairs = []
     for name in names:
         for check in CHECKS:
-            is_repeated = name in _PRESSING_AS_ANOTHER and check.__name__ in _IN_CONTACT
+            is_repeated = (name in _PRESSING_AS_ANOTHER and check.__name__ in _IN_CONTACT) or (
+                name == "hosted" and check is a_broken_rule_stops_contact_within_one_tick
+            )
             marks = pytest.mark.deep if is_repeated else ()
             pairs.append(pytest.param(name, check, id=f"{name}-{check.__name__}", marks=marks))
     return pytest.mark.parametrize(("name", "check"), pairs)

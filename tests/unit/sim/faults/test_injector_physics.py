@@ -301,8 +301,9 @@ def test_a_fault_waits_for_something_held_and_passes_with_its_skill(faulty_plant
     assert events == ["fault-not-triggered", "fault-started", "fault-ended"]
 
 
-def test_a_rate_of_p_bumps_in_a_share_p_of_the_runs(faulty_plant: Make) -> None:
-    rate, runs = 0.4, 40
+@pytest.mark.parametrize("runs", [12, pytest.param(40, marks=pytest.mark.deep)])
+def test_a_rate_of_p_bumps_in_a_share_p_of_the_runs(runs: int, faulty_plant: Make) -> None:
+    rate = 0.4
     kind = ImpulseFault("cube", 0.06, 12, None)
     moved = 0
     for seed in range(runs):

@@ -32,7 +32,7 @@ def bursts(rate: float, length: float, within: float = 1.0, between: float = 0.0
     return GilbertElliottProcess(share, share / (1.0 - share) / length, 1.0 / length, within, between)
 
 
-@pytest.mark.parametrize("rate", [0.05, 0.3, 0.9])
+@pytest.mark.parametrize("rate", [0.3, *(pytest.param(one, marks=pytest.mark.deep) for one in (0.05, 0.9))])
 def test_the_measured_rate_lies_in_its_95_percent_interval_95_times_of_a_hundred(rate: float) -> None:
     half = 1.96 * sqrt(rate * (1.0 - rate) / 1000)
     inside = sum(
