@@ -252,15 +252,14 @@ def test_a_bag_does_not_go_with_a_watchdog(tmp_path: Path, capsys: pytest.Captur
     assert "cannot be combined with --watchdog" in capsys.readouterr().err
 
 
-@pytest.mark.physics
 def test_without_its_plant_a_task_ends_and_is_not_gone_on_with_on_another(tmp_path: Path) -> None:
-    # On physics seconds pass between the end of the first step and that of the task.
-    watched = Watched(tmp_path, "--plant", "physics", "--no-video")
+    # With ticks, over a second of computing lies between the end of the first step and that of the task.
+    watched = Watched(tmp_path, "--plant", "kinematic")
     watched.until(lambda: watched.notes("step-ended"))
     plant = json.loads((watched.state / "plant" / "agent.lock").read_text())["pid"]
     os.kill(plant, signal.SIGKILL)
     code, said = watched.end()
-    assert code == Exit.REJECTED
+    assert code == Exit.REJECTED, said
     assert "the plant has ended" in said
     watched.process = watched.start("--resume")
     code, said = watched.end()
