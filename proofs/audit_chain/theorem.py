@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from aeros.runtime.audit.check import AuditReport, DecisionCounts
 from aeros.spec.diagnostics.errors import InternalError
-from aeros.spec.theorems.module_copies import ModuleSource, Mutant, install_stubs
+from aeros.spec.theorems.module_copies import ModuleSource, Mutant, install_stubs, install_stubs
 from aeros.spec.theorems.smtlib import smt_and, smt_apply, smt_literal
 from aeros.spec.theorems.symbolic_execution import (
     DecideBranch,
@@ -72,22 +72,16 @@ _CHECKED: Final = (
 def _execute_check(code: ModuleSource, log: str) -> DecisionDiagram:
     """Execute `_check` on `line` in this log, after `place` records up to the hash `head`."""
 
+    # Neither module keeps anything between two paths: they are loaded once, and only the stubs are of a path.
+    canonical_json = code.module(CANONICAL_JSON)
+    check = code.module(CHECK, using=(canonical_json,), len=lambda _: 0)
+
     def run(ask: DecideBranch) -> str:
-        check = code.module(
-            CHECK,
-            using=(
-                code.module(
-                    CANONICAL_JSON,
-                    hashlib=SimpleNamespace(
-                        sha256=lambda body: SimpleNamespace(
-                            hexdigest=lambda: _SymbolicText(f"(hash {body.term})", ask)
-                        )
-                    ),
-                ),
-            ),
-            len=lambda _: 0,
-            _parse=lambda body: _record(body.term, ask),
-        )
+        def sha256(body: Any) -> SimpleNamespace:
+            return SimpleNamespace(hexdigest=lambda: _SymbolicText(f"(hash {body.term})", ask))
+
+        install_stubs(canonical_json, {"hashlib": SimpleNamespace(sha256=sha256)})
+        install_stubs(check, {"_parse": lambda body: _record(body.term, ask)})
         head = _SymbolicText(f"{log}.head", ask)
         before = check.LogPrefix(SymbolicValue(f"{log}.place", ask), head, head, 0, _UnusedCounts())
 
@@ -299,6 +293,9 @@ def _checkpoint_terms(module: Any, whose: str, ask: DecideBranch) -> Any:
 
 
 def _execute_checkpoint_verifier(code: ModuleSource) -> DecisionDiagram:
+    # It keeps nothing between two paths: it is loaded once, and only the stubs are of a path.
+    module = code.module(CHECKPOINTS)
+
     def run(ask: DecideBranch) -> str:
         def canonical(details: dict[str, Any]) -> SymbolicValue:
             return SymbolicValue(
@@ -308,12 +305,12 @@ def _execute_checkpoint_verifier(code: ModuleSource) -> DecisionDiagram:
         def checkpoint_of(_: Any) -> Any:
             return _checkpoint_terms(module, "found", ask) if ask("well-formed") else None
 
-        module = code.module(
-            CHECKPOINTS,
-            to_canonical_json=canonical,
-            parse_checkpoint=checkpoint_of,
-            repr=lambda value: SymbolicValue(f"(spelt {value.term})", ask),
-        )
+        stubs = {
+            "to_canonical_json": canonical,
+            "parse_checkpoint": checkpoint_of,
+            "repr": lambda value: SymbolicValue(f"(spelt {value.term})", ask),
+        }
+        install_stubs(module, stubs)
         key = SimpleNamespace(
             id=SymbolicValue("key-id", ask),
             verify=lambda signature, message: ask(f"(has-signed {signature.term} {message.term})"),
