@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from aeros.runtime.audit.check import AuditReport, DecisionCounts
 from aeros.spec.diagnostics.errors import InternalError
-from aeros.spec.theorems.module_copies import ModuleSource, Mutant, install_stubs, install_stubs
+from aeros.spec.theorems.module_copies import ModuleSource, Mutant, install_stubs
 from aeros.spec.theorems.smtlib import smt_and, smt_apply, smt_literal
 from aeros.spec.theorems.symbolic_execution import (
     DecideBranch,
@@ -71,7 +71,6 @@ _CHECKED: Final = (
 
 def _execute_check(code: ModuleSource, log: str) -> DecisionDiagram:
     """Execute `_check` on `line` in this log, after `place` records up to the hash `head`."""
-
     # Neither module keeps anything between two paths: they are loaded once, and only the stubs are of a path.
     canonical_json = code.module(CANONICAL_JSON)
     check = code.module(CHECK, using=(canonical_json,), len=lambda _: 0)
