@@ -66,17 +66,18 @@ class _SymbolicPlant:
 
 def motions_match_plant(code: ModuleSource) -> TheoremObligation:
     """With who decides, the record, resources and skills put aside."""
+    # No module keeps anything between two paths, so they are loaded once.
+    steps = code.module(STEP)
+    clean_up = code.module(CLEAN_UP, using=(steps,), caller_details=lambda _: {})
+    scheduler = code.module(
+        SCHEDULER,
+        using=(steps, clean_up),
+        is_transient_denial=lambda *_: False,
+        format_reasons=lambda _: "",
+        stop_cause=lambda *_: None,
+    )
 
     def run(ask: DecideBranch) -> str:
-        steps = code.module(STEP)
-        clean_up = code.module(CLEAN_UP, using=(steps,), caller_details=lambda _: {})
-        scheduler = code.module(
-            SCHEDULER,
-            using=(steps, clean_up),
-            is_transient_denial=lambda *_: False,
-            format_reasons=lambda _: "",
-            stop_cause=lambda *_: None,
-        )
         plant = _SymbolicPlant(ask, {name for name in _NAMES if ask(f"{name}.moves")})
         before = set(plant.moving)
         decided_with: set[str] = before

@@ -18,9 +18,11 @@ GOVERNOR: Final = "aeros.runtime.execution.governor"
 
 
 def _begin_obligation(code: ModuleSource) -> TheoremObligation:
+    # Neither module keeps anything between two paths, so they are loaded once.
+    governor = code.module(GOVERNOR)
+    control = code.module(SCHEDULER, using=(governor,))
+
     def run(ask: DecideBranch) -> str:
-        governor = code.module(GOVERNOR)
-        control = code.module(SCHEDULER, using=(governor,))
         began: list[str] = []
         generation = SymbolicValue("latest", ask)
 

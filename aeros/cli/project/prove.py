@@ -9,7 +9,8 @@ import signal
 import sys
 import time
 from collections.abc import Iterator, Sequence
-from functools import partial
+from functools import cache, partial
+from itertools import chain, groupby
 from multiprocessing import current_process
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -99,10 +100,11 @@ class _TheoremResult(NamedTuple):
 
 
 def _prove_all(folders: Sequence[Path], solver: str, update: bool, jobs: int) -> Iterator[_TheoremResult]:
-    """Yield the results in order; several theorems are proved at once in processes of their own."""
-    prove = partial(_prove, solver=solver, update=update)
-    if jobs == 1 or len(folders) == 1:
-        yield from map(prove, folders)
+    """Yield the results in order; several groups are proved at once in processes of their own."""
+    prove = partial(_prove_group, solver=solver, update=update)
+    groups = [list(group) for _, group in groupby(folders, _subject)]
+    if jobs == 1 or len(groups) == 1:
+        yield from chain.from_iterable(map(prove, groups))
         return
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import get_context
@@ -110,16 +112,32 @@ def _prove_all(folders: Sequence[Path], solver: str, update: bool, jobs: int) ->
     # Spawned, not forked: the caller may have threads, and a fork would copy their locks.
     pool = ProcessPoolExecutor(jobs, get_context("spawn"), _end_when_interrupted)
     try:
-        running = [pool.submit(prove, folder) for folder in folders]
-        for number, (folder, one) in enumerate(zip(folders, running, strict=True), 1):
-            _progress(f"{number} of {len(folders)}, {folder.name}")
-            yield one.result()
+        running = [pool.submit(prove, group) for group in groups]
+        for number, (group, proved) in enumerate(zip(groups, running, strict=True), 1):
+            _progress(f"{number} of {len(groups)}, {_subject(group[0])}")
+            yield from proved.result()
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
 
 
 def _end_when_interrupted() -> None:
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # end at once without a traceback; no result is lost
+
+
+def _subject(folder: Path) -> str:
+    """Return the first word of its name: theorems of one subject execute the same code symbolically."""
+    return folder.name.partition("_")[0]
+
+
+def _prove_group(folders: Sequence[Path], solver: str, update: bool) -> list[_TheoremResult]:
+    """Prove theorems in turn, in one process, which executes code that they share once."""
+    return [_prove(folder, solver, update) for folder in folders]
+
+
+@cache
+def _shipped_source() -> ModuleSource:
+    """Return the source that ships, one object for all theorems of a process: results are cached by it."""
+    return ModuleSource()
 
 
 def _prove(folder: Path, solver: str, update: bool) -> _TheoremResult:
@@ -166,7 +184,7 @@ def _outcome(folder: Path, solvers: SolverPanel) -> TheoremResult:
     def progress(what: str) -> None:
         _progress(f"{folder.name}: {what}")
 
-    checked = check_theorem(theorem, ModuleSource(), solvers, progress)
+    checked = check_theorem(theorem, _shipped_source(), solvers, progress)
     mutants = check_mutants(theorem, solvers, progress)
     return TheoremResult(
         theorem, solvers.names, tuple(checked), tuple(mutants), time.monotonic() - start_time
