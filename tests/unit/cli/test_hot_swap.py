@@ -8,11 +8,14 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import chdir, redirect_stdout
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from aeros.cli.main import main
 from tests.repo.tree import ROOT
 
 _PATIENCE = 60.0  # s
@@ -29,16 +32,10 @@ class Robot:
             self.terminal(command)
 
     def terminal(self, command: str) -> str:
-        done = subprocess.run(
-            [sys.executable, "-m", "aeros", *command.split(), "--state", "state"],
-            cwd=self.folder,
-            capture_output=True,
-            text=True,
-            timeout=_PATIENCE,
-            check=False,
-        )
-        assert done.returncode == 0, done.stdout + done.stderr
-        return done.stdout
+        """A command of this process, which is another than the run's."""
+        with chdir(self.folder), redirect_stdout(StringIO()) as said:
+            assert main([*command.split(), "--state", "state"]) == 0, said.getvalue()
+        return said.getvalue()
 
     def begin(self) -> subprocess.Popen[str]:
         """A run that waits at its first action."""

@@ -35,6 +35,7 @@ class Watched:
 
     def __init__(self, folder: Path, *options: str) -> None:
         self.state, self.out = folder / "state", folder / "out"
+        self._known: tuple[int, list[dict[str, Any]]] = 0, []
         self.process = self.start("make dumplings", "--plant", "symbolic", "--out", str(self.out), *options)
 
     def start(self, *arguments: str) -> subprocess.Popen[str]:
@@ -79,8 +80,10 @@ class Watched:
 
     def events(self) -> list[dict[str, Any]]:
         path = self.out / "audit.jsonl"
-        lines = path.read_bytes().splitlines() if path.exists() else []
-        return [json.loads(line) for line in lines if line.endswith(b"}")]
+        log = path.read_bytes() if path.exists() else b""
+        if len(log) != self._known[0]:  # whoever waits asks often, and mostly nothing is new
+            self._known = len(log), [json.loads(one) for one in log.splitlines() if one.endswith(b"}")]
+        return self._known[1]
 
     def notes(self, kind: str) -> list[dict[str, Any]]:
         notes = (one["details"] for one in self.events() if one["event"] == "note")
