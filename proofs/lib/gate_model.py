@@ -298,7 +298,7 @@ def _gate_stubs(ask: DecideBranch) -> dict[str, Any]:
         "compile_conditions": lambda terms, _: tuple(terms),
         "compile_read_each": lambda *_: None,
         "compile_fast_path": lambda criteria, **_: criteria,
-        "SnapshotUnpacker": lambda _: None,
+        "SnapshotCache": lambda _: None,
         "value_checkers": lambda declared: {one.name: one.name for one in declared.values()},
         "ranges_of": lambda _: {},
     }

@@ -34,7 +34,7 @@ from aeros.runtime.gate.compiled.fast_path import (
     decide_fast,
 )
 from aeros.runtime.gate.compiled.rules import MonitorRules
-from aeros.runtime.gate.compiled.snapshots import SnapshotUnpacker
+from aeros.runtime.gate.compiled.snapshots import SnapshotCache
 from aeros.runtime.gate.conditions import (
     CompiledCondition,
     ConditionValue,
@@ -286,7 +286,7 @@ class _Decider:
                 ),
                 inputs=self._inputs[ecm.id, skill.id],
                 state=self._state,
-                snapshot_unpacker=self._snapshot_unpacker,
+                snapshot_cache=self._snapshot_cache,
                 read_each=self._reading_unpacker(entry.required_state),
                 required=entry.required_state,
                 parameters=of_kind.parameters,
@@ -295,8 +295,8 @@ class _Decider:
             )
 
     @cached_property
-    def _snapshot_unpacker(self) -> SnapshotUnpacker:
-        return SnapshotUnpacker(self._state)
+    def _snapshot_cache(self) -> SnapshotCache:
+        return SnapshotCache(self._state)
 
     def _rule_conditions(self, kind: ActionKind) -> CompiledConditions:
         """Compile the rules on a kind for the fast path, once for all skills."""

@@ -14,7 +14,7 @@ from functools import lru_cache
 from typing import Any
 
 from aeros.runtime.gate.compiled.codegen import EXACT_INTEGERS, FunctionWriter
-from aeros.runtime.gate.compiled.snapshots import SnapshotUnpacker
+from aeros.runtime.gate.compiled.snapshots import SnapshotCache
 from aeros.runtime.gate.decision import Caller, Decision, DecisionKind
 from aeros.runtime.gate.value_check import Scalars, ValueChecker
 from aeros.runtime.ports import Snapshot
@@ -128,7 +128,7 @@ def compile_fast_path(
     *,
     inputs: Mapping[str, ValueChecker],
     state: Mapping[str, ValueChecker],
-    snapshot_unpacker: SnapshotUnpacker,
+    snapshot_cache: SnapshotCache,
     read_each: ReadEach,
     required: frozenset[str],
     parameters: Mapping[str, ValueChecker],
@@ -141,7 +141,7 @@ def compile_fast_path(
         criteria: the conditions.
         inputs: the checkers of the skill's inputs, by name in expressions.
         state: the checkers of the site's state variables, by name.
-        snapshot_unpacker: unpacks readings that are a `Snapshot`.
+        snapshot_cache: unpacks readings that are a `Snapshot`.
         read_each: unpacks other readings, with the same `state` and `required`.
         required: the state variables that must be present and fresh.
         parameters: the checkers of the kind's parameters, by name.
@@ -156,7 +156,7 @@ def compile_fast_path(
     writer.write_time()
     writer.write_arguments("inputs", {name.removeprefix("inputs."): form for name, form in inputs.items()})
     executed = writer.write_arguments("parameters", parameters)
-    writer.write_readings(state, required, snapshot_unpacker, read_each)
+    writer.write_readings(state, required, snapshot_cache, read_each)
     read = [*inputs.values(), *parameters.values(), *(state[name] for name in sorted(required))]
     envelope, permission, left = writer.condition_codes(
         [criteria.envelope, criteria.permission, criteria.residual],
@@ -221,13 +221,13 @@ class _FastPathWriter(FunctionWriter):
         self,
         checkers: Mapping[str, ValueChecker],
         required: frozenset[str],
-        snapshot_unpacker: SnapshotUnpacker,
+        snapshot_cache: SnapshotCache,
         read_each: ReadEach,
     ) -> None:
         """Add checks that all required readings are present, and every reading is well-formed and known."""
         scalars = _scalars_of(checkers, required)
         self.local |= {scalar: f"x{len(self.local) + place}" for place, scalar in enumerate(scalars)}
-        self.names |= {"Snapshot": Snapshot, "scalars": snapshot_unpacker.scalars, "one_by_one": read_each}
+        self.names |= {"Snapshot": Snapshot, "scalars": snapshot_cache.scalars, "one_by_one": read_each}
         self.add_line("if type(readings) is Snapshot:")
         start = len(self.lines)
         self._write_snapshot(checkers, required)
