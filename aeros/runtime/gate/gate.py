@@ -28,6 +28,7 @@ from aeros.runtime.gate.compiled.fast_path import (
     DecisionCriteria,
     DenialFor,
     FastDecide,
+    FastPaths,
     ReadEach,
     compile_fast_path,
     compile_read_each,
@@ -213,7 +214,7 @@ class _Decider:
         self._entries: dict[tuple[str, str, str], _CompiledSkillKind] = {}
         self._one_by_one: dict[frozenset[str], ReadEach] = {}
         self._compiled_rules: dict[str, CompiledConditions] = {}
-        self._fast_paths: dict[tuple[str, str, str], FastDecide] = {}
+        self._fast_paths = FastPaths()
         self._joint = JointRules(site, compiled=compiled, solver=self._solver)
         for module, ecm in configuration.modules.items():
             for skill in ecm.skills.values():
@@ -267,7 +268,10 @@ class _Decider:
             self._condition(sufficient, kind, skill.inputs),
             of_kind.required_state | _state_variables_read([envelope, permitted]),
         )
-        if self._compiled:
+        if not self._compiled:
+            return
+
+        def fast_path() -> FastDecide:
             always = self._finite_reasons(*at, used_up=False)
             of_quotas = self._finite_reasons(*at, used_up=True)[len(always) :]
             stated = (
@@ -275,7 +279,7 @@ class _Decider:
                 *(reason for _, reason in (*entry.envelope_and_permission, *of_kind.conditions)),
             )
             denying = self._denial_factory(kind.name, always, stated)
-            self._fast_paths[at] = compile_fast_path(
+            return compile_fast_path(
                 DecisionCriteria(
                     not always,
                     envelope,
@@ -293,6 +297,8 @@ class _Decider:
                 quotas=self._configuration.site.quotas,
                 kind=kind.name,
             )
+
+        self._fast_paths.compilers[at] = fast_path
 
     @cached_property
     def _snapshot_cache(self) -> SnapshotCache:
