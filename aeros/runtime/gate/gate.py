@@ -86,11 +86,11 @@ class GateDisagreementError(InternalError):
 
 @dataclass
 class DecisionTally:
-    """Numbers of decisions of a gate and of those that replaced it.
+    """Numbers of decisions of a gate and of those that replaced it, in mode CHECKED; 0 in other modes.
 
     Attributes:
         decided: decisions on an action alone.
-        confirmed: those of them that Z3 decided too, with the same result; 0 unless the mode is CHECKED.
+        confirmed: those of them that Z3 decided too, with the same result.
     """
 
     decided: int = 0
@@ -140,9 +140,9 @@ class CompiledGate(Gate):
             GateDisagreementError: in mode `checked`, the compiled gate and Z3 decide differently.
         """
         decision = self._decider.decide(caller, readings, action, now, usage)
-        self.tally.decided += 1
         if self._checker is None:
             return decision
+        self.tally.decided += 1
         second = self._checker.decide(caller, readings, action, now, usage)
         self.tally.confirmed += second == decision
         return _agreed(decision, second)
