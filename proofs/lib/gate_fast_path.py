@@ -40,7 +40,7 @@ CODEGEN: Final = "aeros.runtime.gate.compiled.codegen"
 SNAPSHOT_IS_UNPACKED: Final = "(=> moment.is-taken (and (not readings.strange-name){}))".format(
     "".join(f" (=> has.{name} formed.{name})" for name in STATE)
 )
-"""A value that `SnapshotUnpacker.scalars` unpacks is well-formed: see `gate_snapshots.py`."""
+"""A value that `SnapshotCache.scalars` unpacks is well-formed: see `gate_snapshots.py`."""
 
 _QUOTA: Final = Quota("rate", frozenset(("a",)), 3, Fraction(60), cast("Any", None))
 
@@ -197,7 +197,7 @@ def _fast_path(code: ModuleSource, shape: _RequestShape, allows: bool, ask: Deci
         criteria,
         inputs=value_checkers(shape.inputs),
         state=state,
-        snapshot_unpacker=SimpleNamespace(scalars=MeasuredReadings.scalars),
+        snapshot_cache=SimpleNamespace(scalars=MeasuredReadings.scalars),
         read_each=read_each,
         required=required,
         parameters=value_checkers(shape.parameters),

@@ -283,7 +283,7 @@ class MeasuredReadings(NamedValues):
         return self._ask("as-moment")
 
     def scalars(self) -> Mapping[str, Any] | None:
-        """Stands for `SnapshotUnpacker.scalars`."""
+        """Stands for `SnapshotCache.scalars`."""
         if not self._ask("moment.is-made"):
             raise AttributeError(self._name)  # nothing of it is set
         return _ScalarValues(self, self._ask) if self._ask("moment.is-taken") else None

@@ -51,15 +51,17 @@ class DecidableCondition(Protocol):
 
 
 class CompiledCondition:
-    """A condition compiled to a Python function; never undecided.
-
-    holds: that function, from values by scalar variable to bool.
-    """
+    """A condition compiled to a Python function; never undecided."""
 
     def __init__(self, term: t.Term, declared: Iterable[Declared]) -> None:
-        mentioned = _variables_used(term, declared)
-        self.names = _scalar_names(mentioned)
-        self.holds = _compiled(term, tuple(ranges_of(mentioned).items()))
+        self._term = term
+        self._mentioned = _variables_used(term, declared)
+        self.names = _scalar_names(self._mentioned)
+
+    @cached_property
+    def holds(self) -> Callable[[Mapping[str, Any]], bool]:
+        """The function, compiled when it is first asked: the fast path needs none of them."""
+        return _compiled(self._term, tuple(ranges_of(self._mentioned).items()))
 
     def decide(self, values: Mapping[str, Any]) -> ConditionValue:
         """Implement `DecidableCondition.decide`."""

@@ -28,13 +28,14 @@ from aeros.runtime.gate.compiled.fast_path import (
     DecisionCriteria,
     DenialFor,
     FastDecide,
+    FastPaths,
     ReadEach,
     compile_fast_path,
     compile_read_each,
     decide_fast,
 )
 from aeros.runtime.gate.compiled.rules import MonitorRules
-from aeros.runtime.gate.compiled.snapshots import SnapshotUnpacker
+from aeros.runtime.gate.compiled.snapshots import SnapshotCache
 from aeros.runtime.gate.conditions import (
     CompiledCondition,
     ConditionValue,
@@ -85,11 +86,11 @@ class GateDisagreementError(InternalError):
 
 @dataclass
 class DecisionTally:
-    """Numbers of decisions of a gate and of those that replaced it.
+    """Numbers of decisions of a gate and of those that replaced it, in mode CHECKED; 0 in other modes.
 
     Attributes:
         decided: decisions on an action alone.
-        confirmed: those of them that Z3 decided too, with the same result; 0 unless the mode is CHECKED.
+        confirmed: those of them that Z3 decided too, with the same result.
     """
 
     decided: int = 0
@@ -139,9 +140,9 @@ class CompiledGate(Gate):
             GateDisagreementError: in mode `checked`, the compiled gate and Z3 decide differently.
         """
         decision = self._decider.decide(caller, readings, action, now, usage)
-        self.tally.decided += 1
         if self._checker is None:
             return decision
+        self.tally.decided += 1
         second = self._checker.decide(caller, readings, action, now, usage)
         self.tally.confirmed += second == decision
         return _agreed(decision, second)
@@ -213,7 +214,7 @@ class _Decider:
         self._entries: dict[tuple[str, str, str], _CompiledSkillKind] = {}
         self._one_by_one: dict[frozenset[str], ReadEach] = {}
         self._compiled_rules: dict[str, CompiledConditions] = {}
-        self._fast_paths: dict[tuple[str, str, str], FastDecide] = {}
+        self._fast_paths = FastPaths()
         self._joint = JointRules(site, compiled=compiled, solver=self._solver)
         for module, ecm in configuration.modules.items():
             for skill in ecm.skills.values():
@@ -267,7 +268,10 @@ class _Decider:
             self._condition(sufficient, kind, skill.inputs),
             of_kind.required_state | _state_variables_read([envelope, permitted]),
         )
-        if self._compiled:
+        if not self._compiled:
+            return
+
+        def fast_path() -> FastDecide:
             always = self._finite_reasons(*at, used_up=False)
             of_quotas = self._finite_reasons(*at, used_up=True)[len(always) :]
             stated = (
@@ -275,7 +279,7 @@ class _Decider:
                 *(reason for _, reason in (*entry.envelope_and_permission, *of_kind.conditions)),
             )
             denying = self._denial_factory(kind.name, always, stated)
-            self._fast_paths[at] = compile_fast_path(
+            return compile_fast_path(
                 DecisionCriteria(
                     not always,
                     envelope,
@@ -286,7 +290,7 @@ class _Decider:
                 ),
                 inputs=self._inputs[ecm.id, skill.id],
                 state=self._state,
-                snapshot_unpacker=self._snapshot_unpacker,
+                snapshot_cache=self._snapshot_cache,
                 read_each=self._reading_unpacker(entry.required_state),
                 required=entry.required_state,
                 parameters=of_kind.parameters,
@@ -294,9 +298,11 @@ class _Decider:
                 kind=kind.name,
             )
 
+        self._fast_paths.compilers[at] = fast_path
+
     @cached_property
-    def _snapshot_unpacker(self) -> SnapshotUnpacker:
-        return SnapshotUnpacker(self._state)
+    def _snapshot_cache(self) -> SnapshotCache:
+        return SnapshotCache(self._state)
 
     def _rule_conditions(self, kind: ActionKind) -> CompiledConditions:
         """Compile the rules on a kind for the fast path, once for all skills."""

@@ -155,8 +155,12 @@ class RuntimeMonitor:
             fast_check, self._actions_changed = self._fast_check_for(measured), False
             self._holds = None if fast_check is None else fast_check.holds
         stops = self.stops
-        feedback = self._feedback.values()
-        if not stops.are_open and not feedback and self._holds is not None and self._holds(measured):
+        is_too_fast = (
+            bool(self._feedback)
+            and stops.stop is None
+            and any(rates.is_broken(now, measured) for rates in self._feedback.values())
+        )
+        if not stops.are_open and not is_too_fast and self._holds is not None and self._holds(measured):
             return None
         if stops.are_open:
             stops.add(measured)
@@ -164,7 +168,7 @@ class RuntimeMonitor:
         if stops.stop is not None:
             return self._back_off_violation(stops.stop.reason, now, measured, known)
         rule = self._first_violation(now, measured, known)
-        if rule is None and any(rates.is_broken(now, measured) for rates in feedback):
+        if rule is None and is_too_fast:
             rule = DECLARED_RATES
         if rule is not None:
             self.begin_stop(rule, now)

@@ -67,9 +67,10 @@ class Panda(Robot):
         self._tool = index["panda_grasptarget_hand"]
         self._wrist = index["panda_hand_joint"]
         self._drive = [index["carriage_x"], index["carriage_y"]] if options.carriage else []
-        self._sensed = [*self._arm, *self.fingers, *self._drive]
+        self._sensed = _movable_joints(self.body, world.client)
+        self._arm_start = self._sensed.index(self._arm[0])
         self.torque_limits: list[float] = TAU_MAX.tolist()
-        self._drives = _ArmDrives(world, self.body, self._arm, self.torque_limits)
+        self._drives = _ArmDrives(world, self.body, self._arm, self._sensed, self.torque_limits)
         x, y, z = self._base_start.tolist()
         self._stand: Vector3 = (x, y, z)
         self.grip_command = (FINGER_GAP_MAX, 10.0)
@@ -171,23 +172,24 @@ class Panda(Robot):
     def read_sensors(self) -> RobotState:
         """Implement `Robot.read_sensors`."""
         client = self._world.client
-        states = bullet.getJointStates(self.body, self._sensed, physicsClientId=client)
-        positions, rates, _, torques = zip(*states, strict=True)
+        positions, rates, _, torques = zip(*self._world.joint_states(self.body, self._sensed), strict=True)
+        # The joints of the carriage come before those of the arm, and the fingers after.
+        first, fingers = self._arm_start, self._arm_start + len(self._arm)
         tool = bullet.getLinkState(
             self.body, self._tool, computeLinkVelocity=1, computeForwardKinematics=1, physicsClientId=client
         )
         vx, vy, vz = tool[6]
         return RobotState(
-            q=positions[:7],
-            qd=rates[:7],
-            torque=self._drives.total_torques(torques[:7]),
+            q=positions[first:fingers],
+            qd=rates[first:fingers],
+            torque=self._drives.total_torques(torques[first:fingers]),
             tool_position=tool[4],
             tool_speed=float((vx * vx + vy * vy + vz * vz) ** 0.5),
             # Closed fingers penetrate each other slightly; a gap is never measured as negative.
-            finger_gap=max(0.0, positions[7] + positions[8]),
-            finger_speed=max(abs(rates[7]), abs(rates[8])),
-            base_position=self._base_position(positions[9:]),
-            base_velocity=(rates[9], rates[10], 0.0) if self._drive else _ZERO_VELOCITY,
+            finger_gap=max(0.0, positions[fingers] + positions[fingers + 1]),
+            finger_speed=max(abs(rates[fingers]), abs(rates[fingers + 1])),
+            base_position=self._base_position(positions[:first]),
+            base_velocity=(rates[0], rates[1], 0.0) if self._drive else _ZERO_VELOCITY,
         )
 
     def _base_position(self, drive: tuple[float, ...]) -> Vector3:
@@ -225,17 +227,25 @@ class _ArmDrives:
         world: the world.
         body: number of the robot.
         arm: numbers of the arm's joints.
+        movable: numbers of all movable joints; the arm's follow each other.
         limits: greatest torque of each motor, N·m; read at each tick.
     """
 
-    def __init__(self, world: PhysicsWorld, body: int, arm: Sequence[int], limits: Sequence[float]) -> None:
+    def __init__(
+        self,
+        world: PhysicsWorld,
+        body: int,
+        arm: Sequence[int],
+        movable: tuple[int, ...],
+        limits: Sequence[float],
+    ) -> None:
         self._world = world
         self._body = body
         self._arm = arm
-        count = bullet.getNumJoints(body, physicsClientId=world.client)
-        kinds = [bullet.getJointInfo(body, joint, physicsClientId=world.client)[2] for joint in range(count)]
-        self._movable = [joint for joint, kind in enumerate(kinds) if kind != bullet.JOINT_FIXED]
-        self._places = [self._movable.index(joint) for joint in arm]
+        self._movable = movable
+        self._places = slice(movable.index(arm[0]), movable.index(arm[-1]) + 1)
+        self._rates = [0.0] * len(movable)
+        self._accelerations = [0.0] * len(movable)
         self._q: list[float] = []
         self._qd: list[float] = [0.0] * len(arm)
         self._acceleration: list[float] = self._qd
@@ -277,19 +287,15 @@ class _ArmDrives:
         an obstacle holds back are not pushed on by the model.
         """
         client = self._world.client
-        states = bullet.getJointStates(self._body, self._movable, physicsClientId=client)
-        positions = [state[0] for state in states]
-        rates, accelerations = [0.0] * len(positions), [0.0] * len(positions)
-        for place, rate, acceleration in zip(self._places, self._qd, self._acceleration, strict=True):
-            rates[place] = rate
-            accelerations[place] = acceleration
-        self._acceleration = [0.0] * len(self._arm)
+        positions = [state[0] for state in self._world.joint_states(self._body, self._movable)]
+        self._rates[self._places], self._accelerations[self._places] = self._qd, self._acceleration
+        self._acceleration = _NO_ACCELERATION
         limits = [self._strength * limit for limit in self._limits]
         torques = bullet.calculateInverseDynamics(
-            self._body, positions, rates, accelerations, physicsClientId=client
-        )
+            self._body, positions, self._rates, self._accelerations, physicsClientId=client
+        )[self._places]
         self._modelled = [
-            max(-limit, min(limit, torques[place])) for place, limit in zip(self._places, limits, strict=True)
+            max(-limit, min(limit, torque)) for torque, limit in zip(torques, limits, strict=True)
         ]
         self._most = [
             min(most, limit - abs(torque))
@@ -312,6 +318,7 @@ class _ArmDrives:
 
 
 _AT_REST: Final = np.zeros(7)
+_NO_ACCELERATION: Final = [0.0] * len(QD_MAX)
 _ZERO_VELOCITY: Final = (0.0, 0.0, 0.0)
 _GAINS: Final = [_POSITION_GAIN] * len(QD_MAX)
 _ONES: Final = [1.0] * len(QD_MAX)
@@ -377,3 +384,9 @@ def _joint_indices(body: int, client: int) -> dict[str, int]:
     count = bullet.getNumJoints(body, physicsClientId=client)
     names = (bullet.getJointInfo(body, joint, physicsClientId=client)[1] for joint in range(count))
     return {name.decode(): joint for joint, name in enumerate(names)}
+
+
+def _movable_joints(body: int, client: int) -> tuple[int, ...]:
+    count = bullet.getNumJoints(body, physicsClientId=client)
+    kinds = (bullet.getJointInfo(body, joint, physicsClientId=client)[2] for joint in range(count))
+    return tuple(joint for joint, kind in enumerate(kinds) if kind != bullet.JOINT_FIXED)

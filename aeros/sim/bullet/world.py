@@ -66,8 +66,9 @@ class PhysicsWorld:
         self.renderer = Renderer(self.client)
         self.ticks = 0
         self.before_step: list[Callable[[], None]] = []
-        # Contact points by body after the last step, cached on first query.
+        # Contact points and joint states by body after the last step, cached on first query.
         self._touching: dict[int, Any] = {}
+        self._joint_states: dict[tuple[int, tuple[int, ...]], Any] = {}
 
     @property
     def time(self) -> float:
@@ -80,6 +81,7 @@ class PhysicsWorld:
             prepare()
         bullet.stepSimulation(physicsClientId=self.client)
         self._touching.clear()
+        self._joint_states.clear()
         self.ticks += 1
 
     def close(self) -> None:
@@ -128,6 +130,23 @@ class PhysicsWorld:
         """
         position: float = bullet.getJointState(body, joint, physicsClientId=self.client)[0]
         return position
+
+    def joint_states(self, body: int, joints: tuple[int, ...]) -> Any:
+        """Read the states of joints after the last step; cached until the next step.
+
+        Args:
+            body: number in PyBullet.
+            joints: numbers of the joints.
+
+        Returns:
+            Position (rad or m), speed (rad/s or m/s), reaction and motor torque (N·m) or force (N) of each
+            joint, in PyBullet's form.
+        """
+        states = self._joint_states.get((body, joints))
+        if states is None:
+            states = bullet.getJointStates(body, joints, physicsClientId=self.client)
+            self._joint_states[body, joints] = states
+        return states
 
     def contacts(self, body: int, other: int | None = None, link: int | None = None) -> list[Contact]:
         """List the contact points of a body after the last step.

@@ -16,7 +16,7 @@ from aeros.runtime.gate.compiled.fast_path import (
     compile_read_each,
     decide_fast,
 )
-from aeros.runtime.gate.compiled.snapshots import SnapshotUnpacker
+from aeros.runtime.gate.compiled.snapshots import SnapshotCache
 from aeros.runtime.gate.decision import Caller, Decision, DecisionKind, Reason
 from aeros.runtime.gate.value_check import value_checkers
 from aeros.runtime.ports import ColumnNames, Reading, Snapshot
@@ -100,7 +100,7 @@ def compiled(
         ),
         inputs=value_checkers({one.name: one for one in INPUTS.values()}),
         state=state,
-        snapshot_unpacker=SnapshotUnpacker(state),
+        snapshot_cache=SnapshotCache(state),
         read_each=compile_read_each(state, required),
         required=required,
         parameters=value_checkers(PARAMETERS),
