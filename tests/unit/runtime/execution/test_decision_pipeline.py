@@ -128,9 +128,9 @@ def test_a_quota_counts_what_was_executed_and_nothing_else(desk: Desk) -> None:
 
 
 def test_quotas_go_on_under_another_configuration(desk: Desk) -> None:
-    begun = desk.decide().active_action
-    assert begun is not None
-    desk.deciding.count_execution(begun)
+    started = desk.decide().active_action
+    assert started is not None
+    desk.deciding.count_execution(started)
     desk.deciding.switch_configuration(replace(desk.configuration, digest="d" * 64))
     desk.decide()
     other = replace(desk.configuration.site, digest="6" * 64)
