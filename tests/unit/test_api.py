@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -205,6 +206,32 @@ def test_quotas_count_their_recorded_use() -> None:
     unused, used = gate.decide(grip, {}), gate.decide(grip, {}, usage={"grip-rate": 10_000})
     assert "grip-rate" not in {one.rule for one in unused.reasons}
     assert "grip-rate" in {one.rule for one in used.reasons}
+
+
+@pytest.mark.parametrize("wrong", [None, "x", [1]])
+def test_values_of_wrong_types_are_denied_and_raise_nothing(wrong: Any) -> None:
+    gate, grip = (
+        aeros.load_gate("ecms/make_dumplings", skill="wrap"),
+        aeros.act("grip", width=0.04, force=8.0),
+    )
+    readings: dict[str, Any] = {"estop_pressed": False}
+    other: Any = "x" if wrong is None else wrong
+    for decision in (
+        gate.decide(wrong, readings),
+        gate.decide(grip, wrong),
+        gate.decide(grip, readings, time=wrong),
+        gate.decide(grip, readings, ages={"estop_pressed": wrong}),
+        gate.decide(grip, readings, ages=other),
+        gate.decide(grip, readings, usage=other),
+    ):
+        assert decision.kind.value == "DENY"
+
+
+def test_a_closed_session_runs_nothing() -> None:
+    with aeros.open_session("ecms/clean_table") as session:
+        pass
+    with pytest.raises(MisuseError, match="the session is closed"):
+        session.run("clean the table")
 
 
 # Conformance of plants.
