@@ -102,7 +102,7 @@ def test_of_an_error_only_the_status_is_reported(status: int, *, passes: bool) -
     [
         (
             sends(200, b"{}", content_encoding="gzip"),
-            "its answer is compressed, which was not asked for",
+            "its answer is compressed, although the request accepts no compression",
             False,
         ),
         (sends(200, b"{}"), "its answer is not a chat completion", True),
