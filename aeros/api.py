@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import closing, nullcontext
 from os import PathLike
 
 from aeros.runtime.gate.decision import Decision
@@ -13,7 +12,7 @@ from aeros.session.skill_gate import SkillGate as Gate
 from aeros.session.skill_gate import load_gate
 from aeros.sim.conformance.suite import CHECKS, ConformanceError, PlantUnderTest
 from aeros.skill import Action, Observation, act
-from aeros.spec.backends.answer_store import default_store
+from aeros.spec.backends.answer_store import open_default_store
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.verification.reports import Report
@@ -63,8 +62,7 @@ def verify(*paths: str | PathLike[str], site: str | PathLike[str] | None = None)
     if not folders:
         raise MisuseError("there is nothing to verify; give a module's folder, such as `ecms/clean_table`")
     path = reference_site_path() if site is None else as_path("site", site)
-    store = default_store()
-    with nullcontext() if store is None else closing(store):
+    with open_default_store() as store:
         return verify_modules(folders, path, store=store, detail=Detail.BRIEF)
 
 
