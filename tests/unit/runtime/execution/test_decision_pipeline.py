@@ -103,7 +103,7 @@ def test_an_attenuated_action_begins_as_it_was_reduced(desk: Desk) -> None:
 
 
 def test_an_action_that_is_allowed_without_an_action_is_our_own_fault(desk: Desk) -> None:
-    with pytest.raises(InternalError, match="gave no action"):
+    with pytest.raises(InternalError, match="returned no action"):
         desk.decide(MOVE, Decision(DecisionKind.ALLOW, None, ()))
 
 
