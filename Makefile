@@ -53,8 +53,8 @@ format: $(VENV)/.installed-test
 	@$(BIN)/ruff format --quiet --diff .
 
 lint: $(VENV)/.installed-test
-	@echo '== ruff check'
-	@$(BIN)/ruff check --quiet .
+	@echo '== ruff check, codespell'
+	@$(BIN)/ruff check --quiet . && $(BIN)/codespell
 
 types: $(VENV)/.installed-test
 	@echo '== mypy --strict'

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from contextlib import closing, nullcontext
 from os import PathLike
-from pathlib import Path
 
 from aeros.runtime.gate.decision import Decision
 from aeros.runtime.ports import Plant
+from aeros.session.argument_checks import as_path, require_members
 from aeros.session.session import Session, open_session
 from aeros.session.skill_gate import SkillGate as Gate
 from aeros.session.skill_gate import load_gate
 from aeros.sim.conformance.suite import CHECKS, ConformanceError, PlantUnderTest
 from aeros.skill import Action, Observation, act
-from aeros.spec.backends.answer_store import default_store
+from aeros.spec.backends.answer_store import open_default_store
+from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.verification.reports import Report
 from aeros.spec.verification.verify import Detail
@@ -48,6 +48,9 @@ def verify(*paths: str | PathLike[str], site: str | PathLike[str] | None = None)
     Returns:
         The report: `conclusion`, and the results for the `site` and for each of the `modules`.
 
+    Raises:
+        MisuseError: There is no path, or an argument is none.
+
     Example:
         >>> report = aeros.verify("ecms/")
         >>> report.conclusion.value
@@ -55,10 +58,12 @@ def verify(*paths: str | PathLike[str], site: str | PathLike[str] | None = None)
         >>> [module.name for module in report.modules]
         ['clean_table', 'fetch_object', 'make_dumplings']
     """
-    store = default_store()
-    with nullcontext() if store is None else closing(store):
-        path = reference_site_path() if site is None else Path(site)
-        return verify_modules([Path(one) for one in paths], path, store=store, detail=Detail.BRIEF)
+    folders = [as_path("paths", one) for one in paths]
+    if not folders:
+        raise MisuseError("there is nothing to verify; give a module's folder, such as `ecms/clean_table`")
+    path = reference_site_path() if site is None else as_path("site", site)
+    with open_default_store() as store:
+        return verify_modules(folders, path, store=store, detail=Detail.BRIEF)
 
 
 def check_conformance(subject: PlantUnderTest) -> tuple[str, ...]:
@@ -73,6 +78,7 @@ def check_conformance(subject: PlantUnderTest) -> tuple[str, ...]:
 
     Raises:
         ConformanceError: Promises are broken or a check raises an exception; the text lists them all.
+        MisuseError: `subject` is not a `PlantUnderTest`.
 
     Example:
         >>> from aeros.sim.conformance.suite import PlantUnderTest
@@ -92,6 +98,7 @@ def check_conformance(subject: PlantUnderTest) -> tuple[str, ...]:
         >>> promises[0]
         'the_clock_never_goes_back'
     """
+    require_members("subject", subject, ("make_plant", "motion_action"), "PlantUnderTest")
     broken = []
     for check in CHECKS:
         try:

@@ -116,10 +116,10 @@ class MutationRun:
         self.duration: dict[str, float] = kept["duration"]
         missing = [test for test in self.items if test not in self.duration]
         for measured, test in enumerate(missing, 1):
-            how, said = self._forked(partial(self._measure, test), TOO_LONG)
+            how, message = self._forked(partial(self._measure, test), TOO_LONG)
             if how != "survived":
                 raise pytest.UsageError(f"{test}, on what is not mutated: {how}")
-            reached, self.duration[test] = json.loads(said)
+            reached, self.duration[test] = json.loads(message)
             for function in reached:
                 self.reached[function].append(test)
             if measured % 100 == 0 or test == missing[-1]:
@@ -172,10 +172,10 @@ class MutationRun:
             os._exit(0)
         os.close(writing)
         with os.fdopen(reading) as pipe:
-            said = pipe.read()
+            message = pipe.read()
         code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
         late = code in (-signal.SIGXCPU, -signal.SIGKILL)
-        return "timed out" if late else "survived" if code == 0 else f"crashed ({code})", said
+        return "timed out" if late else "survived" if code == 0 else f"crashed ({code})", message
 
 
 def generated(patterns: list[str], sample: int, seed: str) -> list[str]:

@@ -26,7 +26,7 @@ from aeros.spec.migrations.formats import IDENTITY
 
 _LOCK = "agent.lock"
 _IDENTITY = "identity.json"
-_POLL_INTERVAL_S = 0.02  # s, while waiting for whoever holds the folder
+_POLL_INTERVAL_S = 0.02  # s, while waiting for the holder of the folder
 _MAX_HOLDER_BYTES = 64 * 1024
 
 

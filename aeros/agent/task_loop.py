@@ -26,7 +26,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from math import inf
-from typing import Final
+from typing import Any, Final
 
 from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.plan_executor import PlanExecutor, PlanFailure
@@ -192,7 +192,7 @@ class TaskLoop:
             if self._is_goal_reached():
                 break
             if self._engine.timed_out or self._runtime.now() >= self._until:
-                return f"{self._time_over_text()}; the plan ended: {end.reason}"
+                return f"{_timeout_text(self._timeout)}; the plan ended: {end.reason}"
             if end.is_final:
                 return end.reason
             if end.is_transient:
@@ -212,11 +212,6 @@ class TaskLoop:
                 # A plan that failed at once (for example while a sensor is silent) would fail again at once.
                 self._idle()
         return None
-
-    def _time_over_text(self) -> str:
-        """Return the text; the deadline of a resumed run is kept without the limit that it comes from."""
-        limit = self._timeout
-        return "the time limit has passed" if limit is None else f"the time limit of {limit:g} s has passed"
 
     def _wait(self, reason: str) -> None:
         self._waited += RETRY_INTERVAL_S
@@ -269,15 +264,9 @@ class TaskLoop:
             return self._reject_plan(problems)
         self._attempts.observe()
         self._rejected, self._followed = [], graph
-        steps = [str(part) for part in graph.parts]
-        text, details = " → ".join(steps), {"remark": graph.remark} if graph.remark else {}
+        text, details = _plan_event(graph)
         self._journal.record(
-            "plan-accepted",
-            f"{text} ({graph.remark})" if details else text,
-            planner=self._proposals.name,
-            task=str(self._routed),
-            steps=steps,
-            **details,
+            "plan-accepted", text, planner=self._proposals.name, task=str(self._routed), **details
         )
         return graph
 
@@ -308,3 +297,17 @@ class TaskLoop:
 
     def _is_goal_reached(self) -> bool:
         return self._attempts.world.evaluate(self._routed.task.goal) is True
+
+
+def _timeout_text(limit: float | None) -> str:
+    """Return the text; the deadline of a resumed run is kept without the limit that it comes from."""
+    return "the time limit has passed" if limit is None else f"the time limit of {limit:g} s has passed"
+
+
+def _plan_event(graph: TaskGraph) -> tuple[str, dict[str, Any]]:
+    """Return text and details of the event for an accepted plan."""
+    steps = [str(part) for part in graph.parts]
+    text = " → ".join(steps)
+    if graph.remark:
+        return f"{text} ({graph.remark})", {"steps": steps, "remark": graph.remark}
+    return text, {"steps": steps}

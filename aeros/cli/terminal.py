@@ -2,7 +2,7 @@
 
 Text comes from modules, logs, people and other programs. A character of it that moves the cursor, clears the
 screen, sets a title or reorders what is shown could make a terminal say what no program said. So `main` puts
-a `SafeStream` in place of standard output and standard error, and whatever any code prints goes through it.
+a `SafeStream` in place of standard output and standard error, and all output goes through it.
 """
 
 from __future__ import annotations

@@ -362,7 +362,8 @@ def executor_at(
 ) -> AbstractContextManager[tuple[Executor, int]]:
     """Choose the processes of this machine, or those of a cluster.
 
-    Whoever reaches a scheduler without TLS runs code on its workers, so one on another machine needs TLS.
+    Without TLS, every process that reaches a scheduler can run code on its workers. So one on another machine
+    needs TLS.
 
     Args:
         address: `dask://HOST:PORT`; None for this machine.
@@ -383,9 +384,9 @@ def executor_at(
         raise MisuseError(f"`{address}` is not an executor; expected `dask://HOST:PORT`")
     if tls is None and not _is_this_machine(address):
         raise MisuseError(
-            f"`{address}` is on another machine and the connection would not be encrypted: whoever reaches "
-            "such a scheduler runs code on its workers; give --tls-ca, --tls-cert and --tls-key, or connect "
-            "through a tunnel (`ssh -L 8786:localhost:8786 HOST`, then dask://localhost:8786)"
+            f"`{address}` is on another machine and the connection would not be encrypted: anyone who can "
+            "reach such a scheduler can run code on its workers; give --tls-ca, --tls-cert and --tls-key, or "
+            "connect through a tunnel (`ssh -L 8786:localhost:8786 HOST`, then dask://localhost:8786)"
         )
     try:
         from aeros.experiments.cluster import dask_executor

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import closing, nullcontext
 from pathlib import Path
 from typing import Protocol
 
 from aeros.runtime.gate.configuration import Configuration, make_configuration
-from aeros.spec.backends.answer_store import default_store
+from aeros.spec.backends.answer_store import open_default_store
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics
 from aeros.spec.diagnostics.errors import UndecidedError, UserError
 from aeros.spec.elaborate.load import load_ecm, load_site
@@ -64,8 +63,7 @@ def prove_configuration(
             the certificate; the error lists every problem.
         UndecidedError: nothing is refuted, but the solver ran out of its budget.
     """
-    store = default_store()
-    with nullcontext() if store is None else closing(store):
+    with open_default_store() as store:
         report = verify(paths, site, store=store, blocks=blocks, detail=Detail.BRIEF)
     if report.conclusion is not Conclusion.PROVED:
         refusal = UndecidedError if report.conclusion is Conclusion.UNDECIDED else UserError

@@ -21,6 +21,13 @@ from aeros.runtime.execution.governor import FixedGovernor, Governor
 from aeros.runtime.gate.gate import GateMode
 from aeros.runtime.ports import Plant
 from aeros.runtime.proving import prove_configuration
+from aeros.session.argument_checks import (
+    as_path,
+    require_members,
+    require_one_of,
+    require_text,
+    require_whole_number,
+)
 from aeros.session.assembly import AgentSession, SessionSetup, open_agent, open_recorded_plant
 from aeros.session.plant_factory import PLANTS, PlantName, open_plant
 from aeros.session.rendered_errors import rendered_errors
@@ -28,11 +35,13 @@ from aeros.session.robot_thread import RobotThread
 from aeros.session.run_governor import RunGovernor
 from aeros.session.setup import build_signing, create_output_folder, find_signing_key, open_governor
 from aeros.session.skill_gate import GateModeName
-from aeros.spec.diagnostics.codes import did_you_mean
-from aeros.spec.diagnostics.errors import MisuseError
+from aeros.spec.diagnostics.errors import InternalError, MisuseError
 from aeros.spec.model.ecm import Task
 from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.verification.reports import Report
+
+_PLANT_METHODS = ("now", "observe", "plan", "begin", "advance", "halt", "stop", "close")
+"""Methods without which an object is no `Plant`; `check_conformance` checks what they do."""
 
 
 class Session:
@@ -73,6 +82,7 @@ class Session:
         self._scene: str | None = None
         self._events: SimpleQueue[AgentEvent | None] = SimpleQueue()
         self._run: Future[RunReport] | None = None
+        self._is_closed = False
 
     def run(self, instruction: str, *, timeout: float | None = None) -> RunReport:
         """Pursue an instruction until its goal is reached or the agent gives up.
@@ -92,8 +102,9 @@ class Session:
             PlantSetupError: The plant cannot be opened.
             SkillRefusedError: This host isolates skill code less than the site requires.
             AuditError: The audit log cannot be written, so nothing moves.
-            MisuseError: A run is in progress, or the task needs another scene than the plant has.
-            AssertionError: A fault of AEROS: the run ended without a report.
+            MisuseError: A run is in progress, the task needs another scene than the plant has, or the
+                session is closed.
+            InternalError: A fault of AEROS: the run ended without a report.
 
         Example:
             >>> with aeros.open_session("ecms/", plant="symbolic") as session:
@@ -104,7 +115,7 @@ class Session:
         for _ in self.events(instruction, timeout=timeout):
             pass
         if self.report is None:
-            raise AssertionError("a run has ended without a report")
+            raise InternalError("a run has ended without a report")
         return self.report
 
     def events(self, instruction: str, *, timeout: float | None = None) -> Iterator[AgentEvent]:
@@ -156,6 +167,7 @@ class Session:
         Raises:
             AuditError: The end of the audit log cannot be written.
         """
+        self._is_closed = True
         self._stop_and_wait()
         thread, self._thread = self._thread, None
         if thread is not None:
@@ -171,10 +183,13 @@ class Session:
         """Return the robot's thread, opened if this is the first task.
 
         Raises:
-            MisuseError: A run is under way, or the task takes place in another scene.
+            MisuseError: A run is under way, the session is closed, or the task takes place in another scene.
         """
+        if self._is_closed:
+            raise MisuseError("the session is closed; run instructions in the block of `open_session`")
         if self._run is not None and not self._run.done():
             raise MisuseError("a run is under way: take its events to the end, or call `stop`")
+        require_text("instruction", instruction)
         with rendered_errors():
             task = route(instruction, self._governor.configuration()[1].modules).task
             if self._thread is None:
@@ -229,7 +244,7 @@ def open_session(
         UserError: A file is rejected, a claim is refuted, or a certificate is missing or not current; its
             text has file, line, cause and help.
         PlantSetupError: `out` is not empty or cannot be written.
-        MisuseError: There is no such plant or gate mode.
+        MisuseError: There is no such plant or gate mode, or an argument has a wrong type.
 
     Example:
         >>> with aeros.open_session("ecms/", plant="symbolic") as session:
@@ -238,36 +253,41 @@ def open_session(
         ('dumpling_cooked', True)
     """
     name = plant if isinstance(plant, str) else None
-    _require_one_of("plant", name, PLANTS)
-    _require_one_of("gate mode", gate, get_args(GateModeName))
+    if name is None:
+        require_members("plant", plant, _PLANT_METHODS, "Plant")
+    else:
+        require_one_of("plant", name, PLANTS)
+    require_one_of("gate mode", gate, get_args(GateModeName))
+    require_whole_number("seed", seed)
+    ecms, path = as_path("modules", modules), None if site is None else as_path("site", site)
+    robot = None if state is None else as_path("state", state)
+    output = None if out is None else as_path("out", out)
     with ExitStack() as stack:
         with rendered_errors():
-            path, ecms = None if site is None else Path(site), Path(modules)
             governor: Governor
-            if state is None:
+            if robot is None:
                 configuration, proof = prove_configuration(
                     [ecms], path or reference_site_path(), certified=True
                 )
                 governor = FixedGovernor(configuration)
             else:
-                steered, configuration, proof = open_governor(Path(state), ecms, path)
+                steered, configuration, proof = open_governor(robot, ecms, path)
                 stack.enter_context(steered)
                 for reason in steered.withheld.values():
                     warnings.warn(f"{reason} on this robot", RuntimeWarning, stacklevel=3)
                 governor = steered
-        temporary = None if out is not None else stack.enter_context(temporary_folder())
-        folder = create_output_folder(Path(out or temporary or ""), "")
+        folder = create_output_folder(output or Path(stack.enter_context(temporary_folder())), "")
 
         def make_setup(task: Task, observe: Observer) -> SessionSetup:
             return SessionSetup(
                 configuration=configuration,
                 open_plant=lambda _: _plant_for(plant, task),
                 out=folder,
-                state=None if state is None else Path(state),
+                state=robot,
                 warn=lambda text: warnings.warn(text, RuntimeWarning, stacklevel=2),
                 on_event=observe,
                 gate_mode=GateMode(gate),
-                signing=None if state is None else _signing(Path(state), folder),
+                signing=None if robot is None else _signing(robot, folder),
                 planner=planner,
                 seed=seed,
             )
@@ -290,10 +310,3 @@ def open_session(
 
 def _signing(state: Path, out: Path) -> SigningConfiguration:
     return build_signing(find_signing_key(state), state, out)
-
-
-def _require_one_of(what: str, given: str | None, known: tuple[str, ...]) -> None:
-    if given is not None and given not in known:
-        near = did_you_mean(given, known)
-        hint = f"did you mean `{near}`?" if near else f"there are {', '.join(known)}"
-        raise MisuseError(f"there is no {what} `{given}`; {hint}")

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import nan
 from os import PathLike
-from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.decision import Caller, Decision
@@ -13,6 +13,7 @@ from aeros.runtime.gate.gate import CompiledGate, GateMode
 from aeros.runtime.gate.port import Gate
 from aeros.runtime.ports import Reading
 from aeros.runtime.proving import prove_configuration
+from aeros.session.argument_checks import as_path, require_one_of, require_text
 from aeros.session.rendered_errors import rendered_errors
 from aeros.skill import Action, Observation
 from aeros.spec.diagnostics.codes import did_you_mean
@@ -88,9 +89,16 @@ class SkillGate:
         """
         module, _, name = self._asking(skill).partition(".")
         aged = {} if ages is None else ages
-        readings = {one: Reading(value, time - aged.get(one, 0.0)) for one, value in observation.items()}
+        # The gate denies what has another type than declared; so it is passed on as it is.
+        readings: Any = observation
+        if isinstance(observation, Mapping):
+            readings = {
+                one: Reading(value, _measured_at(time, aged, one)) for one, value in observation.items()
+            }
         caller = Caller(module, name, {} if inputs is None else inputs)
-        used = self._unused if usage is None else {**self._unused, **usage}
+        used: Any = usage
+        if usage is None or isinstance(usage, Mapping):
+            used = {**self._unused, **(usage or {})}
         return self._gate.decide(caller, readings, action, time, used)
 
     def _asking(self, skill: str | None) -> str:
@@ -103,6 +111,7 @@ class SkillGate:
         raise MisuseError(f"several skills may ask: name one as `skill`, of {', '.join(self.skills)}")
 
     def _full_name(self, skill: str) -> str:
+        require_text("skill", skill)
         found = [one for one in self.skills if skill in (one, one.partition(".")[2])]
         if len(found) == 1:
             return found[0]
@@ -137,17 +146,24 @@ def load_gate(
     Raises:
         UserError: A file is rejected or a claim is refuted; its text has file, line, cause and help.
         UndecidedError: A `UserError` whose only reason is that the solver ran out of its budget.
-        MisuseError: There is no such skill or mode.
+        MisuseError: There is no such skill or mode, or an argument has a wrong type.
 
     Example:
         >>> gate = aeros.load_gate("ecms/make_dumplings", skill="wrap")
         >>> gate.decide(aeros.act("look", camera="overhead"), {}).reasons[0].text
         '`estop_pressed` is not measured'
     """
-    modes = {one.value: one for one in GateMode}
-    if mode not in modes:
-        raise MisuseError(f"there is no mode `{mode}`; there are {', '.join(modes)}")
+    require_one_of("mode", mode, get_args(GateModeName))
+    folder = as_path("modules", modules)
+    path = reference_site_path() if site is None else as_path("site", site)
     with rendered_errors():
-        path = reference_site_path() if site is None else Path(site)
-        configuration, _ = prove_configuration([Path(modules)], path, certified=False)
-    return SkillGate(configuration, CompiledGate(configuration, modes[mode]), skill)
+        configuration, _ = prove_configuration([folder], path, certified=False)
+    return SkillGate(configuration, CompiledGate(configuration, GateMode(mode)), skill)
+
+
+def _measured_at(time: float, ages: Mapping[str, float], name: str) -> float:
+    """Return the time of a measurement; NaN, which the gate denies, if time or age is no number."""
+    try:
+        return time - ages.get(name, 0.0)
+    except (AttributeError, TypeError):
+        return nan

@@ -155,7 +155,7 @@ def _in_force_obligation(code: ModuleSource) -> TheoremObligation:
         proving = code.module(
             PROVING,
             verify=lambda *_, **__: report,
-            default_store=lambda: None,
+            open_default_store=nullcontext,
             load_site=lambda *_: SimpleNamespace(with_overrides=lambda _: "site"),
             load_ecm=lambda *_: SimpleNamespace(ecm=ecm),
             certificate_for=lambda *_: certificate if ask("as-proved") else "another",

@@ -81,7 +81,7 @@ def test_an_answer_does_not_depend_on_what_was_asked_before(several: list[Asked]
             assert remembers.decide(*question) == IntervalSolver().decide(*question)
 
 
-def test_what_is_remembered_of_a_real_is_not_said_of_a_whole_number() -> None:
+def test_an_answer_remembered_for_a_real_is_not_used_for_a_whole_number() -> None:
     remembers = IntervalSolver()
     for type_, expected in ((RealType(NUMBER), SatResult.SAT), (IntegerType(), None)) * 2:
         n = t.Variable("n", type_, t.VariableRole.STATE)

@@ -246,7 +246,7 @@ def falsely_proved(rule: str) -> Configuration:
         ("windy-sweep", "sweep", {"wind": 5.0, "pace": 3.0}),
     ],
 )
-def test_an_invariant_falsely_said_to_be_proved_halts_the_checked_gate(
+def test_an_invariant_falsely_claimed_as_proved_halts_the_checked_gate(
     rule: str, kind: str, broken: dict[str, Any]
 ) -> None:
     twin = falsely_proved(rule)
@@ -257,7 +257,7 @@ def test_an_invariant_falsely_said_to_be_proved_halts_the_checked_gate(
 
 
 def test_every_guarded_invariant_has_a_broken_twin() -> None:
-    (marked,) = test_an_invariant_falsely_said_to_be_proved_halts_the_checked_gate.pytestmark
+    (marked,) = test_an_invariant_falsely_claimed_as_proved_halts_the_checked_gate.pytestmark
     tried = {case[0] for case in marked.args[1]}
     obligations = configuration().certificates["handling"].obligations
     assert tried == {one.name_of("invariant") for one, verdict in obligations.items() if verdict == "GUARDED"}

@@ -118,7 +118,7 @@ def timed(trace: Sequence[tuple[float, Mapping[str, Any]]]) -> list[tuple[float,
 
 @examples(60)
 @given(conditions(), traces)
-def test_a_history_of_measured_moments_is_what_the_definition_says(
+def test_a_history_of_measurements_equals_the_definition(
     term: t.Term, trace: list[tuple[float, Mapping[str, Any]]]
 ) -> None:
     flat, site = kept(term)
@@ -135,7 +135,7 @@ def test_a_history_of_measured_moments_is_what_the_definition_says(
 
 @examples(60)
 @given(conditions(2, MEASURED), traces, st.randoms(use_true_random=False), st.booleans())
-def test_a_history_that_is_known_is_so_whatever_was_missed(
+def test_a_known_history_stays_known_if_measurements_are_missed(
     term: t.Term, trace: list[tuple[float, Mapping[str, Any]]], chance: random.Random, slow: bool
 ) -> None:
     _, site = kept(term)
@@ -209,7 +209,7 @@ def test_most_histories_of_a_broken_trace_are_unknown_for_a_while_and_then_known
 
 
 @pytest.mark.parametrize("later", [float("nan"), float("inf"), -1.0, True, None])
-def test_a_clock_that_stands_still_goes_back_or_tells_no_time_leaves_nothing_known(later: Any) -> None:
+def test_a_clock_that_stops_goes_back_or_has_no_time_leaves_nothing_known(later: Any) -> None:
     _, site = kept(t.Since(t.TRUE, A, Fraction(3)))
     histories = HistoryTracker(site)
     readings = {"a": Reading(False, 0.0)}
@@ -252,7 +252,7 @@ def test_a_reading_that_does_not_serve_leaves_unknown_what_reads_it_and_nothing_
         assert known(serves) == {of_x, of_a}
 
 
-def test_memory_is_bounded_whatever_is_counted() -> None:
+def test_memory_is_bounded_for_all_counts() -> None:
     flat, site = kept(t.Compare("<=", _ONE, t.Occurrences(A, Fraction(1_000_000))))
     assert isinstance(flat, t.Compare)
     (history,) = site.histories

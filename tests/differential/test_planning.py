@@ -68,7 +68,7 @@ def test_a_strategy_is_found_exactly_where_there_is_one_and_none_is_shorter() ->
     seen.assert_both("strategy", at_least=15)
 
 
-def test_the_solver_finds_plans_as_short_and_says_where_it_cannot_tell() -> None:
+def test_the_solver_finds_plans_as_short_and_reports_undecided_cases() -> None:
     decided = Counter[bool]()
 
     def compare(problem: Problem) -> None:

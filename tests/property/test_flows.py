@@ -155,7 +155,7 @@ _OUTCOMES = st.lists(
 )
 
 
-def test_a_failure_is_refused_exactly_where_it_can_come_and_nothing_is_said() -> None:
+def test_an_unhandled_failure_is_refused_exactly_where_it_can_occur() -> None:
     _failures_are_judged()
     FAILURES.assert_both("AE854")
 

@@ -78,7 +78,7 @@ def test_a_workflow_may_only_read_and_every_job_ends(name: str) -> None:
 
 
 @pytest.mark.parametrize("path", [*(f".github/workflows/{name}" for name in _WORKFLOWS), "action.yml"])
-def test_actions_are_pinned_by_commit_with_their_version_beside(path: str) -> None:
+def test_actions_are_pinned_by_commit_with_their_version_in_a_comment(path: str) -> None:
     used = re.findall(r"^\s*(?:- )?uses: (.*)$", text_of(path), re.MULTILINE)
     assert used
     for one in used:

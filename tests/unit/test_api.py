@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -80,9 +81,9 @@ def test_a_command_imports_neither_the_public_names_nor_a_session() -> None:
 def test_the_example_shows_what_happens(name: str, example: str) -> None:
     test = doctest.DocTestParser().get_doctest(example, {"aeros": aeros}, name, None, None)
     assert test.examples
-    said: list[str] = []
-    found = doctest.DocTestRunner().run(test, out=said.append)
-    assert found.failed == 0, "".join(said)
+    message: list[str] = []
+    found = doctest.DocTestRunner().run(test, out=message.append)
+    assert found.failed == 0, "".join(message)
 
 
 def test_every_public_name_has_an_example() -> None:
@@ -136,11 +137,11 @@ def test_a_refused_manifest_is_reported_with_file_line_cause_and_cure(tmp_path: 
     manifest.write_text(text)
     with pytest.raises(UserError) as refused:
         aeros.load_gate(tmp_path / "clean_table")
-    said = str(refused.value)
+    message = str(refused.value)
     line = text.splitlines().index("skils:") + 1
-    assert re.search(rf"ecm\.yaml:{line}:1", said)
-    assert "unknown field" in said or "`skils`" in said
-    assert "did you mean `skills`" in said
+    assert re.search(rf"ecm\.yaml:{line}:1", message)
+    assert "unknown field" in message or "`skils`" in message
+    assert "did you mean `skills`" in message
     assert {one.code for one in refused.value.diagnostics}
 
 
@@ -184,7 +185,7 @@ def test_what_there_is_not_is_named_with_what_there_is() -> None:
 # Deciding.
 
 
-def test_whatever_is_wrong_with_a_request_is_a_denial() -> None:
+def test_every_malformed_request_is_denied() -> None:
     gate = aeros.load_gate("ecms/make_dumplings", skill="make_dumplings.wrap")
     look = aeros.act("look", camera="overhead")
     denials = [
@@ -199,12 +200,38 @@ def test_whatever_is_wrong_with_a_request_is_a_denial() -> None:
     assert gate.decide(look, {"estop_pressed": False}, ages={"estop_pressed": 0.01}).action == look
 
 
-def test_quotas_count_what_is_said_of_their_use() -> None:
+def test_quotas_count_their_recorded_use() -> None:
     gate = aeros.load_gate("ecms/make_dumplings", skill="wrap")
     grip = aeros.act("grip", width=0.04, force=8.0)
     unused, used = gate.decide(grip, {}), gate.decide(grip, {}, usage={"grip-rate": 10_000})
     assert "grip-rate" not in {one.rule for one in unused.reasons}
     assert "grip-rate" in {one.rule for one in used.reasons}
+
+
+@pytest.mark.parametrize("wrong", [None, "x", [1]])
+def test_values_of_wrong_types_are_denied_and_raise_nothing(wrong: Any) -> None:
+    gate, grip = (
+        aeros.load_gate("ecms/make_dumplings", skill="wrap"),
+        aeros.act("grip", width=0.04, force=8.0),
+    )
+    readings: dict[str, Any] = {"estop_pressed": False}
+    other: Any = "x" if wrong is None else wrong
+    for decision in (
+        gate.decide(wrong, readings),
+        gate.decide(grip, wrong),
+        gate.decide(grip, readings, time=wrong),
+        gate.decide(grip, readings, ages={"estop_pressed": wrong}),
+        gate.decide(grip, readings, ages=other),
+        gate.decide(grip, readings, usage=other),
+    ):
+        assert decision.kind.value == "DENY"
+
+
+def test_a_closed_session_runs_nothing() -> None:
+    with aeros.open_session("ecms/clean_table") as session:
+        pass
+    with pytest.raises(MisuseError, match="the session is closed"):
+        session.run("clean the table")
 
 
 # Conformance of plants.

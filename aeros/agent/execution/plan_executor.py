@@ -180,7 +180,7 @@ class PlanExecutor:
                     running.remove(branch)
                     if done.value is not None and failure is None:
                         failure = done.value
-                        self._cancel(inner, f"beside it, {failure.reason}")
+                        self._cancel(inner, f"a parallel branch failed: {failure.reason}")
             if running:
                 ended = yield
         scope.children.remove(inner)

@@ -37,7 +37,7 @@ class DeletedRows:
 
 
 DeletionFilter: TypeAlias = Callable[[sqlite3.Connection], None]
-"""Deletes what is to be forgotten."""
+"""Function that deletes the selected rows of a memory."""
 
 _TABLES: Final = ("sessions", "episodes", "events", "facts")
 

@@ -6,7 +6,7 @@ goal according to `check_plan.py`. Problems are reported to the model, for a bou
 bounded time. Then the fallback planner plans, and the remark of its plan says so.
 
 Names and conditions of modules are written by strangers (prompt injection). They reach the model as JSON
-strings that it is instructed to treat as data. Whatever it makes of them is only a plan, which is verified.
+strings that it is instructed to treat as data. Its answer is only a plan, which is verified.
 """
 
 from __future__ import annotations

@@ -124,7 +124,7 @@ def _post(url: str, asked: Mapping[str, Any], headers: Mapping[str, str], by: fl
                     f"its server answers with status {status}", is_transient=status in _TRANSIENT_STATUS_CODES
                 )
             if answer.headers.get("content-encoding", "identity") != "identity":
-                raise LlmError("its answer is compressed, which was not asked for")
+                raise LlmError("its answer is compressed, although the request accepts no compression")
             for chunk in answer.iter_raw():
                 body += chunk
                 if len(body) > MAX_RESPONSE_BYTES:

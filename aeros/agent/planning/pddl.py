@@ -83,7 +83,7 @@ class OptimisticPlanFinder:
             self._asked += 1
             if self._asked > _MAX_ENGINE_CALLS:
                 raise PlanUndecidedError(
-                    f"the engine was asked for {_MAX_ENGINE_CALLS} plans, and more are needed"
+                    f"the engine has made {_MAX_ENGINE_CALLS} plans, the most, and more are needed"
                 )
             try:
                 found = self._engine.solve(*write_pddl(domain, start, excluded))

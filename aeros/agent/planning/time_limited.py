@@ -167,7 +167,7 @@ def _run_in_child(think: Callable[[], Any], writing: int, parent: int) -> None:
         _isolate_child(parent)
         try:
             answer = json.dumps({"answer": think()})
-        except BaseException as error:  # whoever waits hears of it, whatever it is
+        except BaseException as error:  # the waiting process gets every exception
             answer = json.dumps({"failed": describe_exception(error, MOST_REASON, one_line=True)})
         with open(writing, "wb", closefd=False) as pipe:
             pipe.write(answer.encode())

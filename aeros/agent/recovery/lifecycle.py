@@ -122,5 +122,5 @@ class Lifecycle:
         except FormatVersionError as error:
             raise AgentError(str(error)) from error
         except (OSError, ValueError, KeyError, TypeError):
-            # Whatever it was, nobody let it end.
+            # In every other phase the process was killed.
             return Phase.RUNNING

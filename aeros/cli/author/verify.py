@@ -7,6 +7,7 @@ import os
 import sys
 import tempfile
 from collections.abc import Callable
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -24,7 +25,7 @@ from aeros.cli.author.reports.result import LocatedDiagnostic, VerifyResult
 from aeros.cli.author.reports.text import as_text
 from aeros.cli.terminal import print_coloured, show_progress
 from aeros.exit_codes import Exit, exit_for
-from aeros.spec.backends.answer_store import default_store
+from aeros.spec.backends.answer_store import open_default_store
 from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT, QUESTION_SECONDS
 from aeros.spec.diagnostics.codes import Diagnostic, Severity
 from aeros.spec.diagnostics.errors import DisagreementError
@@ -129,18 +130,18 @@ def _command(arguments: argparse.Namespace) -> Exit:
 
 def _verify(arguments: argparse.Namespace) -> Report:
     progress: Progress = _progress if sys.stderr.isatty() else lambda _: None
-    store = None if arguments.no_cache else default_store()
-    return verify(
-        arguments.paths,
-        arguments.site or reference_site_path(),
-        arguments.rlimit,
-        progress,
-        store,
-        second=arguments.second_solver,
-        detail=Detail.BRIEF if arguments.second_solver is None else Detail.FULL,
-        jobs=arguments.jobs or available_cpus(),
-        seconds=arguments.question_timeout,
-    )
+    with nullcontext() if arguments.no_cache else open_default_store() as store:
+        return verify(
+            arguments.paths,
+            arguments.site or reference_site_path(),
+            arguments.rlimit,
+            progress,
+            store,
+            second=arguments.second_solver,
+            detail=Detail.BRIEF if arguments.second_solver is None else Detail.FULL,
+            jobs=arguments.jobs or available_cpus(),
+            seconds=arguments.question_timeout,
+        )
 
 
 def _renderer(name: str) -> Callable[[VerifyResult], str]:

@@ -16,7 +16,7 @@ from aeros.runtime.gate.explain import Explainer
 from aeros.runtime.gate.gate import GateMode
 from aeros.runtime.gate.wire import MAX_LINE, decide_line, decision_json, explain_line, explanation_json
 from aeros.runtime.proving import prove_configuration
-from aeros.spec.backends.answer_store import default_store
+from aeros.spec.backends.answer_store import open_default_store
 from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.verification.verify import verify
 
@@ -92,7 +92,8 @@ def _command(arguments: argparse.Namespace) -> Exit:
         return Exit.USAGE
     explainer = Explainer(configuration, GateMode(arguments.gate))
     if arguments.print_examples:
-        in_full = verify([arguments.ecm], site, store=default_store())
+        with open_default_store() as store:
+            in_full = verify([arguments.ecm], site, store=store)
         for request in example_requests(
             explainer.gate, configuration.site, ecm, ecm.skills[arguments.skill], in_full
         ):

@@ -193,14 +193,14 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument(
         "--report", action="store_true", help="write report.html there too, as `aeros report` does"
     )
-    film = parser.add_mutually_exclusive_group()
-    film.add_argument(
+    video = parser.add_mutually_exclusive_group()
+    video.add_argument(
         "--video",
         type=video_path,
         metavar="FILE",
         help="video to write (physics): *.webp, *.gif or *.mp4 (default: run.webp in the folder of --out)",
     )
-    film.add_argument("--no-video", action="store_true", help="record no video")
+    video.add_argument("--no-video", action="store_true", help="record no video")
     parser.add_argument(
         "--view", action="store_true", help="show the run in a window (physics); needs a display"
     )

@@ -126,8 +126,8 @@ def open_outputs(arguments: argparse.Namespace, task: str) -> Iterator[tuple[Pat
             spectators.append(open_viewer(arguments.plant))
             stack.callback(spectators[0].close)
         out = arguments.out if arguments.serve_plant else create_output_folder(arguments.out, task)
-        is_filmed = arguments.plant == "physics" and not arguments.no_video
-        if is_filmed or arguments.video is not None:
+        is_recorded = arguments.plant == "physics" and not arguments.no_video
+        if is_recorded or arguments.video is not None:
             spectators.append(open_video(arguments.plant, arguments.video or out / "run.webp"))
         yield out, spectators
 

@@ -3,7 +3,7 @@
 A checkpoint is a record that signs the head of the chain before it. Without the key nobody can rewrite what
 comes before a checkpoint. An anchor is a copy of the newest checkpoint, stored where a writer of the log
 has no write access. It proves a minimum length of the log, so no tail can be cut off up to there. A log may
-have several anchors; whoever puts an earlier log and an earlier anchor back must do so with all of them.
+have several anchors; an attacker who puts an earlier log back must put an earlier copy of each anchor back.
 
 A checkpoint is durable before it is anchored, so an anchor is never ahead of its log.
 A writer that opens a closed log signs at once, so after a closing checkpoint only the note of a repair and

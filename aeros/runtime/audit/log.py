@@ -218,7 +218,7 @@ class AuditLog:
         Raises:
             AuditError: the log is not sound, cannot be read, or is in use.
         """
-        watch = self._check_signatures()
+        watch = _signature_check(self._signing, self.path)
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             with os.fdopen(os.dup(self._file), "rb") as file:
@@ -246,21 +246,6 @@ class AuditLog:
                 # Random, so that no other log has the same first record.
                 self._append("log-began", {"nonce": secrets.token_hex(16)})
             self._sign(self._signing, closing=False)
-
-    def _check_signatures(self) -> RecordCheck:
-        """Return a check against key and anchors; without it the next checkpoint would hide tampering.
-
-        Raises:
-            AuditError: key or anchor cannot be read, or disagree with the log.
-        """
-        if self._signing is None:
-            return _refuse_checkpoint
-        key = self._signing.key.public
-        try:
-            found = [read_anchor(anchor, key) for anchor in self._signing.anchors]
-            return CheckpointVerifier(key, [one for one in found if one is not None])
-        except AnchorError as failure:
-            raise AuditError(f"the audit log `{self.path}` cannot be continued: {failure}") from failure
 
     def _append(
         self,
@@ -343,3 +328,19 @@ class AuditLog:
             raise AuditError(f"the audit log `{self.path}` cannot be written: {failure}") from failure
         self._unsynced = 0 if sync or cut else self._unsynced + 1
         self._broken = None
+
+
+def _signature_check(signing: SigningConfiguration | None, path: Path) -> RecordCheck:
+    """Return a check against key and anchors; without it the next checkpoint would hide tampering.
+
+    Raises:
+        AuditError: key or anchor cannot be read, or disagree with the log.
+    """
+    if signing is None:
+        return _refuse_checkpoint
+    key = signing.key.public
+    try:
+        found = [read_anchor(anchor, key) for anchor in signing.anchors]
+        return CheckpointVerifier(key, [one for one in found if one is not None])
+    except AnchorError as failure:
+        raise AuditError(f"the audit log `{path}` cannot be continued: {failure}") from failure

@@ -153,7 +153,7 @@ class DecisionPipeline:
         if decision.kind is DecisionKind.DENY:
             return PipelineDecision(decision, None, plan, is_protective_stop=False, causes=causes)
         if decision.action is None:
-            raise InternalError(f"the gate said {decision.kind.value} and gave no action")
+            raise InternalError(f"the gate decided {decision.kind.value} and returned no action")
         return PipelineDecision(
             decision, ActiveAction(decision.action, readings, now, record_number), plan, is_protective_stop
         )

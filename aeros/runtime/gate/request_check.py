@@ -43,7 +43,7 @@ def request_fault(caller: Any, readings: Any, action: Any, usage: Any) -> Reason
         ("usage", usage),
     ):
         if type(mapping) is not dict or not all(type(key) is str for key in mapping):
-            return Reason("AE701", name, f"the {name} are not a mapping by name")
+            return Reason("AE701", name, f"`{name}` is not a mapping by name")
     return None
 
 

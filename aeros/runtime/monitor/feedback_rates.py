@@ -41,7 +41,7 @@ class FeedbackRates:
         self._window: deque[tuple[float, tuple[float, ...], tuple[float, ...]]] = deque()
 
     def is_broken(self, now: float, measured: Mapping[str, Any]) -> bool:
-        """Add a tick, and compare the way in the last window with the declared speeds.
+        """Add a tick, and compare the distance covered in the last window with the declared speeds.
 
         Args:
             now: plant time, s.

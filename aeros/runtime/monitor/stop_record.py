@@ -23,7 +23,7 @@ class StopQuantities(NamedTuple):
 
     Attributes:
         scales: unit of each real variable, and of each family of them, by name.
-        places: positions, whose way is recorded.
+        places: positions; the record has the distance that each covered.
     """
 
     scales: Mapping[str, str]

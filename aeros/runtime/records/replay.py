@@ -238,7 +238,7 @@ class LogReplay:
         if isinstance(used, ClockError) != (recorded is None):
             raise _IncompleteRecordError("the use of quotas must be recorded exactly if the clock was valid")
         spell = partial(
-            self._outcome, governing.configuration, caller, readings, action, now, "causes" in details
+            _new_outcome, governing.configuration, caller, readings, action, now, "causes" in details
         )
         if isinstance(used, ClockError):
             return spell(clock_denial(used))
@@ -260,24 +260,6 @@ class LogReplay:
         decision = self._decide_motion(governing.motions, gated, readings, details, companions)
         again = spell(decision)
         return again if decision is gated else {**again, "gate": decision_outcome(gated)}
-
-    @staticmethod
-    def _outcome(
-        configuration: Configuration,
-        caller: Caller,
-        readings: Readings,
-        requested_action: Action,
-        now: float,
-        with_causes: bool,
-        decision: Decision,
-    ) -> dict[str, Any]:
-        """Return the outcome as recorded, with causes if the record has them; older records have none."""
-        again = decision_outcome(decision)
-        if with_causes and decision.kind is not DecisionKind.ALLOW:
-            again["causes"] = causes_to_json(
-                denial_causes(configuration, decision, caller, readings, requested_action, now)
-            )
-        return again
 
     def _decide_motion(
         self,
@@ -350,6 +332,24 @@ def _parse_action(encoded_action: Mapping[str, Any]) -> Action:
 def _parse_active_action(number: int, details: Mapping[str, Any]) -> ActiveAction:
     time = decode_value(details["time"])
     return ActiveAction(_parse_action(details["decided"]), parse_readings(details["state"]), time, number)
+
+
+def _new_outcome(
+    configuration: Configuration,
+    caller: Caller,
+    readings: Readings,
+    requested_action: Action,
+    now: float,
+    with_causes: bool,
+    decision: Decision,
+) -> dict[str, Any]:
+    """Return the outcome as recorded, with causes if the record has them; older records have none."""
+    again = decision_outcome(decision)
+    if with_causes and decision.kind is not DecisionKind.ALLOW:
+        again["causes"] = causes_to_json(
+            denial_causes(configuration, decision, caller, readings, requested_action, now)
+        )
+    return again
 
 
 def _outcome(details: Mapping[str, Any]) -> dict[str, Any]:

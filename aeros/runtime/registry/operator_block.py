@@ -58,7 +58,7 @@ class OperatorBlock:
             identity: version and digest that the run has loaded.
 
         Returns:
-            True if module, version and digest match; a version or digest that cannot be told matches.
+            True if module, version and digest match; an unknown version or digest matches.
         """
         return (
             self.module in (None, name)

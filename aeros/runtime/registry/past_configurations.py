@@ -82,7 +82,7 @@ class FolderConfigurations:
         if self._untried:
             self._untried.append(RegistrySnapshot())
         else:
-            # Not tried but loaded: an error in the files is told as it is.
+            # Not tried but loaded: an error in the files is reported as it is.
             self._found.append(self._modules.load(RegistrySnapshot()).configuration)
 
     def __call__(self, digest: str) -> Configuration:

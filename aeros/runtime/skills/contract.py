@@ -60,7 +60,7 @@ def copy_action(yielded: object) -> Action:
     """Copy a yielded action, so that later changes to its parameters do not change the decided action.
 
     Args:
-        yielded: whatever the skill yielded.
+        yielded: the object that the skill yielded.
 
     Returns:
         A copy with lists turned into tuples.
@@ -91,7 +91,7 @@ def check_outputs(value: object) -> dict[str, object] | None:
     """Copy the value that a skill returned.
 
     Args:
-        value: whatever the skill returned.
+        value: the object that the skill returned.
 
     Returns:
         A copy with lists turned into tuples; None if the skill returned None.

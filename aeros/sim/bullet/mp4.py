@@ -23,12 +23,12 @@ def encode_mp4(pictures: Sequence[Picture.Image], per_second: int) -> bytes:
     Returns:
         The bytes of the file.
     """
-    film = BytesIO()
-    with av.open(film, "w", format="mp4") as container:
+    output = BytesIO()
+    with av.open(output, "w", format="mp4") as container:
         stream = container.add_stream("libx264", rate=per_second)
         stream.width, stream.height = pictures[0].size
         stream.pix_fmt = "yuv420p"
         for picture in pictures:
             container.mux(stream.encode(av.VideoFrame.from_ndarray(np.asarray(picture), format="rgb24")))
         container.mux(stream.encode())
-    return film.getvalue()
+    return output.getvalue()

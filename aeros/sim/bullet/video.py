@@ -113,7 +113,7 @@ FORMATS: Final = {".webp": "WEBP", ".gif": "GIF"}
 
 
 def _animated(form: str, frames: Sequence[Picture.Image]) -> bytes:
-    film = BytesIO()
+    output = BytesIO()
     first, *rest = frames
-    first.save(film, form, save_all=True, append_images=rest, duration=1000 // FRAMES_PER_SECOND, loop=0)
-    return film.getvalue()
+    first.save(output, form, save_all=True, append_images=rest, duration=1000 // FRAMES_PER_SECOND, loop=0)
+    return output.getvalue()

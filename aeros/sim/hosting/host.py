@@ -28,6 +28,7 @@ from aeros.sim.hosting.wire import (
     encode_value,
 )
 from aeros.skill import Action
+from aeros.spec.migrations.formats import PLANT_LOG
 
 AGENT_TIMEOUT_S: Final = 5.0
 """Real seconds that an agent has to judge a tick; it takes about a tenth of a millisecond."""
@@ -239,5 +240,6 @@ class HostLog:
         Args:
             event: its values; those that JSON cannot hold must convert to float.
         """
+        line = {"schema": PLANT_LOG.schema, **event}
         with open_private(self._path) as file:
-            file.write((json.dumps(event, default=float) + "\n").encode("ascii"))
+            file.write((json.dumps(line, default=float) + "\n").encode("ascii"))

@@ -97,7 +97,47 @@ class RobotState(NamedTuple):
     base_velocity: Vector3
 
 
-class Robot(ABC):
+class RobotSensors(ABC):
+    """Sensors of the robot, without noise and latency: `aeros.sim.sensors` adds these."""
+
+    @abstractmethod
+    def read_sensors(self) -> RobotState:
+        """Read joint encoders and torques, and the tool's pose and speed, after the last tick.
+
+        Returns:
+            The readings, without noise.
+        """
+
+    @abstractmethod
+    def finger_forces(self) -> tuple[float, float]:
+        """Read the normal contact force on each finger, as tactile pads would.
+
+        Returns:
+            Left and right force, N.
+        """
+
+    @abstractmethod
+    def contact_force(self) -> float:
+        """Read the magnitude of the net force that everything in contact exerts on the robot.
+
+        It is what joint torques would show: a gripped object counts only by its weight.
+
+        Returns:
+            The force, N.
+        """
+
+    @abstractmethod
+    def wrist_vertical_force(self) -> float:
+        """Read the vertical force in W that the hand and what it touches exert on the wrist.
+
+        It may include the weight of hand and load: compare with a reading from before contact.
+
+        Returns:
+            The force, N, up positive.
+        """
+
+
+class Robot(RobotSensors):
     """A Panda with a hand, on a carriage or fixed.
 
     Attributes:
@@ -271,42 +311,6 @@ class Robot(ABC):
         return np.where(is_off, xy, self.base_command), np.where(is_off, speed, self.base_speed_command)
 
     # Sensors.
-
-    @abstractmethod
-    def read_sensors(self) -> RobotState:
-        """Read joint encoders and torques, and the tool's pose and speed, after the last tick.
-
-        Returns:
-            The readings, without noise.
-        """
-
-    @abstractmethod
-    def finger_forces(self) -> tuple[float, float]:
-        """Read the normal contact force on each finger, as tactile pads would.
-
-        Returns:
-            Left and right force, N.
-        """
-
-    @abstractmethod
-    def contact_force(self) -> float:
-        """Read the magnitude of the net force that everything in contact exerts on the robot.
-
-        It is what joint torques would show: a gripped object counts only by its weight.
-
-        Returns:
-            The force, N.
-        """
-
-    @abstractmethod
-    def wrist_vertical_force(self) -> float:
-        """Read the vertical force in W that the hand and what it touches exert on the wrist.
-
-        It may include the weight of hand and load: compare with a reading from before contact.
-
-        Returns:
-            The force, N, up positive.
-        """
 
     @property
     def base_origin(self) -> Vector:

@@ -11,13 +11,22 @@ from __future__ import annotations
 import json
 import os
 import sqlite3
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import closing, contextmanager, nullcontext
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from aeros.files import make_folder
 from aeros.spec.backends.solver_results import SatResult, ScalarValue, SolverAnswer
+
+_SET_UP: Final = (
+    "PRAGMA journal_mode = WAL",
+    "PRAGMA synchronous = OFF",  # a lost answer is asked for again
+    "CREATE TABLE IF NOT EXISTS answers (key TEXT PRIMARY KEY, answer TEXT) STRICT",
+    "CREATE TABLE IF NOT EXISTS proofs (key TEXT PRIMARY KEY, head TEXT, claims BLOB) STRICT",
+)
+"""Statements that prepare a file; they change nothing in one that is prepared."""
 
 
 def default_store() -> AnswerStore | None:
@@ -41,19 +50,29 @@ def default_store() -> AnswerStore | None:
         return None
 
 
+@contextmanager
+def open_default_store() -> Iterator[AnswerStore | None]:
+    """Open the store that `default_store` returns, and close it at the end of the block.
+
+    Yields:
+        The store, or None.
+    """
+    store = default_store()
+    with nullcontext() if store is None else closing(store):
+        yield store
+
+
 class AnswerStore:
     """SQLite file of answers and proofs by key. Several processes may use one file."""
 
     def __init__(self, path: Path) -> None:
         self._database: sqlite3.Connection | None = sqlite3.connect(path, timeout=1.0)
-        self._database.execute("PRAGMA journal_mode = WAL")
-        self._database.execute("PRAGMA synchronous = OFF")  # a lost answer is asked for again
-        self._database.execute(
-            "CREATE TABLE IF NOT EXISTS answers (key TEXT PRIMARY KEY, answer TEXT) STRICT"
-        )
-        self._database.execute(
-            "CREATE TABLE IF NOT EXISTS proofs (key TEXT PRIMARY KEY, head TEXT, claims BLOB) STRICT"
-        )
+        try:
+            for statement in _SET_UP:
+                self._database.execute(statement)
+        except sqlite3.Error:
+            self.close()
+            raise
 
     def get(self, key: str) -> SolverAnswer | None:
         """Look up an answer.

@@ -180,14 +180,22 @@ _TABLE: Final = (
     ),
     DiagnosticCode("AE504", "precondition-never-holds", "safety", "a skill could never start"),
     DiagnosticCode(
-        "AE505", "needless-gate", "safety", "an invariant is listed under `gated` although it is proved"
+        "AE505",
+        "needless-runtime-check",
+        "safety",
+        "an invariant is listed under `gated` although it is proved",
     ),
-    DiagnosticCode("AE506", "never-allowed", "safety", "a rule under `gated` does not depend on the state"),
+    DiagnosticCode(
+        "AE506", "state-independent-rule", "safety", "a rule under `gated` does not depend on the state"
+    ),
     DiagnosticCode("AE507", "goal-never-holds", "safety", "a task could never reach its goal"),
     DiagnosticCode("AE508", "goal-always-holds", "safety", "a task's goal is reached by doing nothing"),
     DiagnosticCode("AE509", "undecided", "safety", "the solver ran out of its budget or its time"),
     DiagnosticCode(
-        "AE510", "hold-excluded", "safety", "a skill's hold-condition contradicts its start or its success"
+        "AE510",
+        "hold-contradiction",
+        "safety",
+        "a skill's hold-condition contradicts its start or its success",
     ),
     # AE6xx: policy
     DiagnosticCode("AE601", "unsatisfiable-policy", "policy", "no action of a kind is ever allowed"),

@@ -127,6 +127,14 @@ MEASURED: Final = Format(
     versions=_FIRST,
     keys=frozenset({"time", "state"}),
 )
+PLANT_LOG: Final = Format(
+    name="plant-log",
+    title="log of the process that serves a plant",
+    files=("plant.jsonl",),
+    kind=Kind.JSON_LINES,
+    versions=(*_FIRST, Version("events have the names below", renamed_names.plant_log_to_2)),
+    keys=frozenset({"time", "event"}),
+)
 MEMORY: Final = Format(
     name="memory-database",
     title="state folder: memory of the agent",
@@ -175,7 +183,7 @@ FORMATS: Final = (
     *(CHECKPOINT, RUN, LATEST_RUN, IDENTITY, PHASE, QUARANTINE, CRASHES, MEMORY),
     REGISTRY,
     *(AUDIT, AUDIT_CHECKPOINT),
-    *(TRACE, MEASURED),
+    *(TRACE, MEASURED, PLANT_LOG),
     *(TRIALS, RESULTS),
 )
 """Every format that has versions."""

@@ -94,11 +94,33 @@ def trace_to_2(text: str) -> str:
         UnmigratableError: a line is not an object with the `kind` of an event.
         ValueError: a line is not JSON.
     """
+    return _renamed_lines(text, "trace", "kind")
+
+
+def plant_log_to_2(text: str) -> str:
+    """Give the events of a plant's log their names of version 2.
+
+    Args:
+        text: log of version 1; lines of version 2 may follow, as a resumed run appends to its log.
+
+    Returns:
+        The log in version 2.
+
+    Raises:
+        UnmigratableError: a line is not an object with the `event`.
+        ValueError: a line is not JSON.
+    """
+    return _renamed_lines(text, "plant-log", "event")
+
+
+def _renamed_lines(text: str, format_name: str, key: str) -> str:
     lines = [json.loads(line) for line in text.splitlines()]
-    if not all(isinstance(line, dict) and isinstance(line.get("kind"), str) for line in lines):
-        raise UnmigratableError("it is damaged: each line of a trace is an object with `kind`")
-    renamed = ({**line, "schema": "aeros/trace/2", "kind": current_event(line["kind"])} for line in lines)
-    return "".join(json.dumps(line) + "\n" for line in renamed)
+    if not all(isinstance(line, dict) and isinstance(line.get(key), str) for line in lines):
+        raise UnmigratableError(f"it is damaged: each line is an object with `{key}`")
+    schema = f"aeros/{format_name}/2"
+    return "".join(
+        json.dumps({**line, "schema": schema, key: current_event(line[key])}) + "\n" for line in lines
+    )
 
 
 def run_options_to_2(text: str) -> str:

@@ -138,7 +138,7 @@ class _Reading:
 
     @cached_property
     def _origins(self) -> Mapping[str, str]:
-        """What an imported name stands for: a module, or `module.member`."""
+        """Module, or `module.member`, that each imported name stands for."""
         found: dict[str, str] = {}
         for node in self._tree.body:
             if isinstance(node, ast.Import):

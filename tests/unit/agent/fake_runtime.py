@@ -55,7 +55,7 @@ class FakeRuntime:
         self.submitted: list[str] = []
         self.requests: list[StepRequest] = []
         self.notes: list[tuple[str, dict[str, Any]]] = []
-        self.said: list[AuditEvent] = []
+        self.reported: list[AuditEvent] = []
         self.clock = 100.0
         self.certificates: dict[str, Certificate] = {}
         self._site = at or site()
@@ -124,10 +124,10 @@ class FakeRuntime:
         self.notes.append((event, dict(details)))
 
     def log_head(self) -> LogHead:
-        return LogHead(len(self.said), str(len(self.said)))
+        return LogHead(len(self.reported), str(len(self.reported)))
 
     def events_since(self, head: LogHead) -> Sequence[AuditEvent] | None:
-        return self.said[head.records :] if head.records <= len(self.said) else None
+        return self.reported[head.records :] if head.records <= len(self.reported) else None
 
     def kinds(self) -> list[str]:
         return [kind for kind, _ in self.notes]

@@ -103,7 +103,7 @@ def test_a_lock_that_is_a_symbolic_link_is_refused(tmp_path: Path) -> None:
         wake(tmp_path)
 
 
-def test_a_holder_that_has_not_said_who_it_is_still_holds(tmp_path: Path) -> None:
+def test_a_holder_that_has_not_written_its_name_still_holds_the_lock(tmp_path: Path) -> None:
     with acquire_identity(tmp_path, "chef"):
         (tmp_path / "agent.lock").write_text("")
         with pytest.raises(AgentError, match="has not identified itself yet"):
@@ -144,11 +144,11 @@ def test_of_many_that_wake_at_once_one_does_and_each_other_learns_which(tmp_path
             assert agent.stdin is not None
             agent.stdin.write("now\n")
             agent.stdin.flush()
-        said = [agent.stdout.readline() for agent in agents if agent.stdout is not None]
-        (winner,) = [number for number, line in enumerate(said) if line.startswith("awake")]
+        message = [agent.stdout.readline() for agent in agents if agent.stdout is not None]
+        (winner,) = [number for number, line in enumerate(message) if line.startswith("awake")]
         who = f"pid {agents[winner].pid} on "
         purpose = f"for “task {winner}”"
-        others = [line for number, line in enumerate(said) if number != winner]
+        others = [line for number, line in enumerate(message) if number != winner]
         assert all(line.startswith("refused this robot has an agent already") for line in others)
         # One that asks before the winner has said who it is learns that it is there, and no more.
         assert all(
@@ -165,7 +165,7 @@ def test_of_many_that_wake_at_once_one_does_and_each_other_learns_which(tmp_path
     assert wake(tmp_path).crashed_holder is None
 
 
-def test_whoever_is_patient_waits_for_the_folder(tmp_path: Path) -> None:
+def test_a_patient_run_waits_for_the_folder(tmp_path: Path) -> None:
     with another_agent(tmp_path) as other:
         ending = Timer(0.3, other.kill)
         ending.start()

@@ -85,8 +85,8 @@ class Mortal(FakeRuntime):
     def say(self, event: str, request: StepRequest, **more: Any) -> None:
         about = {"module": request.module, "skill": request.skill, "inputs": dict(request.inputs)}
         more["time"] = self.clock
-        self.said.append(
-            AuditEvent(len(self.said), event, json.loads(json.dumps({**about, **more}, default=float)))
+        self.reported.append(
+            AuditEvent(len(self.reported), event, json.loads(json.dumps({**about, **more}, default=float)))
         )
         self.live()
 
@@ -173,7 +173,7 @@ def test_by_rules_every_step_happens_once_wherever_the_agent_dies(tmp_path: Path
         assert runtime.done == ["prepare", "recover", "wrap", "boil"]
 
 
-def test_a_plan_without_conditions_is_gone_on_with_where_it_was(tmp_path: Path) -> None:
+def test_a_plan_without_conditions_is_resumed_where_it_was(tmp_path: Path) -> None:
     plan = Given(do("prepare"), do("recover"), do("wrap"), do("boil"))
     for runtime, report in at_every_instant(tmp_path, Mortal, plan):
         assert report.reached
@@ -215,7 +215,7 @@ def test_what_cannot_be_measured_is_not_done_after_a_second_death_either(tmp_pat
         runtime = Mortal(instant, modules)
         with suppress(Killed), start_agent(tmp_path / str(instant), "chef", runtime, plan) as agent:
             agent.run("dumplings")
-        return runtime.done == ["salt"] and runtime.said[-1].event == "step-began"
+        return runtime.done == ["salt"] and runtime.reported[-1].event == "step-began"
 
     first = next(filter(salted_and_dead, count(1)))
     for again in range(1, 20):
@@ -234,7 +234,7 @@ def test_what_may_be_done_twice_is_done_again(tmp_path: Path) -> None:
     assert {runtime.done.count("salt") for runtime, _ in runs} == {1, 2}
 
 
-def test_branches_and_conditions_are_gone_on_with_where_they_were(tmp_path: Path) -> None:
+def test_branches_and_conditions_are_resumed_where_they_were(tmp_path: Path) -> None:
     dough = skill("dough", outcome("there", {"dough_on_workspace": True}))
     filling = skill("filling", outcome("there", {"filling_on_workspace": True}))
     modules = {"dumpling": module("dumpling", (*DUMPLING.skills.values(), dough, filling), MAKE_DUMPLINGS)}
@@ -313,7 +313,7 @@ def test_a_task_that_had_ended_is_reported_as_it_ended_and_nothing_more_is_done(
     assert [kind for kind, _ in runtime.notes[notes:]] == ["task-selected", "run-already-ended"] * 2
 
 
-def test_where_the_end_cannot_be_read_nothing_is_gone_on_with(tmp_path: Path) -> None:
+def test_without_a_readable_end_nothing_is_resumed(tmp_path: Path) -> None:
     runtime = Mortal(inf)
     with start_agent(tmp_path, "chef", runtime) as agent:
         agent.run("dumplings")
@@ -356,7 +356,7 @@ def resume(folder: Path, runtime: Mortal, instruction: str = "dumplings") -> Run
         (lambda text: "[]", "does not have the layout"),
     ],
 )
-def test_after_a_damaged_checkpoint_the_one_before_is_gone_on_from(
+def test_after_a_damaged_checkpoint_the_previous_one_is_resumed(
     left: tuple[Path, Mortal], damage: Callable[[str], str], why: str
 ) -> None:
     folder, runtime = left
@@ -378,7 +378,7 @@ def test_where_no_checkpoint_is_whole_nothing_is_resumed(left: tuple[Path, Morta
     assert runtime.done == ["prepare", "recover"]
 
 
-def test_a_checkpoint_of_an_older_version_is_gone_on_from_once_it_is_migrated(
+def test_a_checkpoint_of_an_older_version_is_resumed_once_it_is_migrated(
     left: tuple[Path, Mortal],
 ) -> None:
     folder, runtime = left
@@ -402,11 +402,11 @@ def left_amid_wrap(tmp_path: Path) -> tuple[Path, Mortal]:
     with pytest.raises(Killed), start_agent(tmp_path, "chef", runtime, plan) as agent:
         agent.run("dumplings")
     assert runtime.done == ["prepare", "recover", "wrap", "recover"]
-    assert runtime.said[-1].event == "step-began"
+    assert runtime.reported[-1].event == "step-began"
     return tmp_path, runtime
 
 
-def test_a_checkpoint_of_version_3_is_gone_on_from_once_it_is_migrated(
+def test_a_checkpoint_of_version_3_is_resumed_once_it_is_migrated(
     left_amid_wrap: tuple[Path, Mortal],
 ) -> None:
     folder, runtime = left_amid_wrap
@@ -446,7 +446,7 @@ def test_a_checkpoint_of_another_robot_is_refused(left: tuple[Path, Mortal]) -> 
 
 def test_a_checkpoint_of_another_record_is_refused(left: tuple[Path, Mortal]) -> None:
     folder, runtime = left
-    runtime.said.clear()
+    runtime.reported.clear()
     with pytest.raises(AgentError, match="does not hold the record"):
         resume(folder, runtime)
 
@@ -463,7 +463,7 @@ def test_a_plant_from_before_the_last_record_is_another_one(tmp_path: Path) -> N
         runtime = Mortal(instant)
         with suppress(Killed), start_agent(tmp_path / str(instant), "chef", runtime) as agent:
             agent.run("dumplings")
-        return runtime if runtime.said[-1:] and runtime.said[-1].event == "step-ended" else None
+        return runtime if runtime.reported[-1:] and runtime.reported[-1].event == "step-ended" else None
 
     # Its checkpoint is from before that step, which takes a second.
     instant, runtime = next((one, runtime) for one in count(1) if (runtime := ended(one)) is not None)
@@ -478,11 +478,11 @@ def test_a_checkpoint_of_another_task_is_refused(left: tuple[Path, Mortal]) -> N
         resume(folder, runtime, "Dumplings, please")
 
 
-def test_where_nothing_was_begun_the_task_begins(tmp_path: Path) -> None:
+def test_without_a_started_step_the_task_starts(tmp_path: Path) -> None:
     assert resume(tmp_path, Mortal(inf)).reached
 
 
-def test_a_plan_whose_skills_have_gone_is_not_gone_on_with(left: tuple[Path, Mortal]) -> None:
+def test_a_plan_whose_skills_were_removed_is_not_resumed(left: tuple[Path, Mortal]) -> None:
     folder, runtime = left
     (wrap,) = [one for one in DUMPLING.skills.values() if one.id == "wrap"]
     rest = tuple(one for one in DUMPLING.skills.values() if one.id not in ("wrap", "boil"))

@@ -90,8 +90,8 @@ def test_an_upgrade_takes_over_in_the_middle_of_a_run(robot: Robot, running: sub
     robot.rewrite("skills.py", "\nSPEED = 0.45", "\nSPEED = 0.12")
     assert "1.1.0 is active" in robot.terminal("install ./make_dumplings")
     robot.terminal("resume")
-    said, _ = running.communicate(timeout=_PATIENCE)
-    assert running.returncode == 0, said
+    message, _ = running.communicate(timeout=_PATIENCE)
+    assert running.returncode == 0, message
     records = robot.records()
     changed = next(n for n, one in enumerate(records) if one["event"] == "configuration-changed")
     assert records[changed]["details"]["modules"]["make_dumplings"]["version"] == "1.1.0"
@@ -102,8 +102,8 @@ def test_an_upgrade_takes_over_in_the_middle_of_a_run(robot: Robot, running: sub
     decisions = [one for one in records if one["event"] == "decision"]
     for command in ("deactivate make_dumplings", "remove make_dumplings"):
         robot.terminal(command)
-    said = robot.terminal("audit replay out/audit.jsonl")
-    assert said == f"{len(decisions)} decisions reproduced; 0 differ\n"
+    message = robot.terminal("audit replay out/audit.jsonl")
+    assert message == f"{len(decisions)} decisions reproduced; 0 differ\n"
 
 
 def test_what_is_withdrawn_in_the_middle_of_a_run_acts_no_more(
@@ -111,8 +111,8 @@ def test_what_is_withdrawn_in_the_middle_of_a_run_acts_no_more(
 ) -> None:
     robot.terminal("deactivate make_dumplings")
     robot.terminal("resume")
-    said, _ = running.communicate(timeout=_PATIENCE)
-    assert running.returncode == 1, said
-    assert "revoked" in said
+    message, _ = running.communicate(timeout=_PATIENCE)
+    assert running.returncode == 1, message
+    assert "revoked" in message
     assert not [one for one in robot.records() if one["event"] == "decision"]
     assert [one["event"] for one in robot.records()].count("step-ended") == 1

@@ -16,9 +16,9 @@ def test_the_latest_run_is_known_by_its_process(tmp_path: Path) -> None:
     assert latest_run(tmp_path) is None
     save_latest_run(tmp_path, tmp_path / "out")
     assert latest_run(tmp_path) == (tmp_path / "out", True)
-    said = json.loads((tmp_path / "latest-run.json").read_text())
+    message = json.loads((tmp_path / "latest-run.json").read_text())
     for process in (2**22 + os.getpid(), 10**30, -1, 0):
-        (tmp_path / "latest-run.json").write_text(json.dumps({**said, "pid": process}))
+        (tmp_path / "latest-run.json").write_text(json.dumps({**message, "pid": process}))
         assert latest_run(tmp_path) == (tmp_path / "out", False)
     for damaged in ("", "[]", "{}", '{"out": 3, "pid": 1}', '{"out": "x", "pid": "y"}'):
         (tmp_path / "latest-run.json").write_text(damaged)
@@ -34,15 +34,15 @@ def test_no_run_fails_for_want_of_a_place_to_say_where_it_is(tmp_path: Path) -> 
 @pytest.mark.parametrize("pid", ["Infinity", "1e999", "NaN", "null", "[]"])
 def test_a_process_that_is_no_number_is_no_record(tmp_path: Path, pid: str) -> None:
     save_latest_run(tmp_path, tmp_path / "out")
-    said = (tmp_path / "latest-run.json").read_text()
-    (tmp_path / "latest-run.json").write_text(said.replace(f'"pid": {os.getpid()}', f'"pid": {pid}'))
+    message = (tmp_path / "latest-run.json").read_text()
+    (tmp_path / "latest-run.json").write_text(message.replace(f'"pid": {os.getpid()}', f'"pid": {pid}'))
     assert latest_run(tmp_path) is None
 
 
 def test_the_first_process_there_is_runs(tmp_path: Path) -> None:
     save_latest_run(tmp_path, tmp_path / "out")
-    said = json.loads((tmp_path / "latest-run.json").read_text())
-    (tmp_path / "latest-run.json").write_text(json.dumps({**said, "pid": 1}))
+    message = json.loads((tmp_path / "latest-run.json").read_text())
+    (tmp_path / "latest-run.json").write_text(json.dumps({**message, "pid": 1}))
     assert latest_run(tmp_path) == (tmp_path / "out", True)
 
 

@@ -82,14 +82,14 @@ def test_an_argument_after_two_dashes_is_no_option(
     with pytest.raises(SystemExit) as ended:
         main(["graph", "--", "--what"])
     assert ended.value.code == Exit.USAGE
-    said = capsys.readouterr().err
-    assert "argument MODULE: `--what`: No such file or directory" in said
-    assert "was renamed" not in said
+    message = capsys.readouterr().err
+    assert "argument MODULE: `--what`: No such file or directory" in message
+    assert "was renamed" not in message
     Path("--what").mkdir()
     assert main(["graph", "--", "--what"]) == Exit.REJECTED
-    said = capsys.readouterr().err
-    assert "--what" in said
-    assert "was renamed" not in said
+    message = capsys.readouterr().err
+    assert "--what" in message
+    assert "was renamed" not in message
 
 
 @pytest.mark.parametrize("arguments", [[], ["proof"], ["--loud"]])
@@ -117,7 +117,7 @@ def test_our_own_bug_is_reported_without_a_traceback_unless_asked_for(
 
 
 @pytest.mark.parametrize(
-    ("error", "said"),
+    ("error", "message"),
     [
         (
             PermissionError(errno.EACCES, "Permission denied", "/srv"),
@@ -127,11 +127,11 @@ def test_our_own_bug_is_reported_without_a_traceback_unless_asked_for(
     ],
 )
 def test_what_the_system_does_not_let_us_is_no_bug(
-    error: OSError, said: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    error: OSError, message: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(decide, "prove_configuration", raising(error))
     assert main(["decide", "--ecm", ".", "--skill", "y"]) == Exit.REJECTED
-    assert capsys.readouterr().err == f"aeros: {said}\n"
+    assert capsys.readouterr().err == f"aeros: {message}\n"
 
 
 def test_an_interrupt_is_reported(
@@ -194,9 +194,9 @@ def test_the_reader_of_a_run_may_go_away(tmp_path: Path) -> None:
         assert process.stdout is not None
         assert process.stderr is not None
         process.stdout.close()
-        said = process.stderr.read()
+        message = process.stderr.read()
     assert process.returncode == Exit.INTERRUPTED
-    assert said == b""
+    assert message == b""
     audited = verify_log(tmp_path / "out" / "audit.jsonl")
     assert audited.bad_record is None
 

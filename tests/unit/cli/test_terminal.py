@@ -36,7 +36,7 @@ def test_every_hidden_character_becomes_an_escape_that_means_the_same_in_json() 
     assert escape_for_terminal("\ud800") == "\\ud800"
 
 
-def test_whatever_is_printed_goes_through_a_safe_stream(capsys: pytest.CaptureFixture[str]) -> None:
+def test_all_output_goes_through_a_safe_stream(capsys: pytest.CaptureFixture[str]) -> None:
     with safe_streams():
         print(HOSTILE)
         print(HOSTILE, file=sys.stderr)

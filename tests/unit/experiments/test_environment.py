@@ -16,8 +16,8 @@ from aeros.experiments.environment import environment, package_versions
 class Git:
     """A `git` with a given output for each command."""
 
-    def __init__(self, monkeypatch: pytest.MonkeyPatch, **said: Any) -> None:
-        self.said = said
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, **message: Any) -> None:
+        self.reported = message
         self.real = subprocess.run
         monkeypatch.setattr(subprocess, "run", self.run)
 
@@ -28,10 +28,10 @@ class Git:
         assert command[:2] == ("git", "-C")
         assert folder.endswith("aeros")
         assert how["check"]  # what fails is to be seen
-        said = self.said[name.replace("-", "_")]
-        if isinstance(said, Exception):
-            raise said
-        return subprocess.CompletedProcess(command, 0, said)
+        message = self.reported[name.replace("-", "_")]
+        if isinstance(message, Exception):
+            raise message
+        return subprocess.CompletedProcess(command, 0, message)
 
 
 def test_machine_and_releases_are_described(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -45,7 +45,7 @@ def test_machine_and_releases_are_described(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 @pytest.mark.parametrize(
-    ("said", "commit"),
+    ("message", "commit"),
     [
         ({"rev_parse": "abc\n", "status": ""}, "abc"),
         ({"rev_parse": "abc\n", "status": " M aeros/x.py\n"}, "abc+"),
@@ -55,9 +55,9 @@ def test_machine_and_releases_are_described(monkeypatch: pytest.MonkeyPatch) -> 
     ],
 )
 def test_a_commit_is_marked_where_files_have_changed_and_none_without_a_checkout(
-    said: dict[str, Any], commit: str | None, monkeypatch: pytest.MonkeyPatch
+    message: dict[str, Any], commit: str | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    Git(monkeypatch, **said)
+    Git(monkeypatch, **message)
     assert environment()["commit"] == commit
 
 

@@ -153,7 +153,7 @@ def test_a_wait_without_end_that_ends_is_a_mistake() -> None:
         Trial(runtime=Silent()).context.run(step("prepare"))
 
 
-def test_readings_of_one_moment_make_one_world() -> None:
+def test_readings_of_one_snapshot_make_one_world() -> None:
     trial = Trial()
     readings = trial.runtime.observe()
     trial.runtime.observe = lambda: readings  # type: ignore[method-assign]

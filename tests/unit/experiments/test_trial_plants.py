@@ -55,7 +55,7 @@ def test_a_seed_draws_the_same_again_and_says_what_it_drew() -> None:
     assert found[0] == found[1] != found[2]
 
 
-def test_what_is_missing_for_physics_is_said() -> None:
+def test_a_missing_dependency_of_physics_is_reported() -> None:
     error = missing_physics_error(ImportError("no", name="pybullet"))
     (problem,) = error.diagnostics
     assert (problem.code, problem.help) == ("AE002", ("or use `--plant symbolic`",))

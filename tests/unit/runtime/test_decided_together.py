@@ -72,9 +72,9 @@ def test_what_each_may_do_alone_is_decided_of_both_together(
     assert (alone.status is FINISHED) == (values.get("charge") is not nan)
     if values.get("charge") is nan:
         return
-    begun, beside = one.start(first), one.start(second)
+    started, beside = one.start(first), one.start(second)
     results = one.ends(2)
-    assert results[begun].status is FINISHED
+    assert results[started].status is FINISHED
     if reason is None:
         assert results[beside].status is FINISHED
     else:
@@ -132,7 +132,7 @@ def test_a_gate_whose_ways_disagree_about_both_halts_everything(
     assert one.calls("skill_ended") == [("cart.reach", False), ("cart.drive", False)]
 
 
-def test_two_actions_on_one_actuator_are_denied_whoever_holds_it(cart: MakeCart) -> None:
+def test_two_actions_on_one_actuator_are_denied_for_every_holder(cart: MakeCart) -> None:
     readings = {"stop_pressed": Reading(False, 1.0)}
     lift = ActiveAction(act("lift", height=1.0), readings, 1.0, 7)
     for mode in GateMode:

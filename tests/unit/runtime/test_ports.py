@@ -15,17 +15,17 @@ from tests.unit.runtime.bench import (
 _ORDER = ColumnNames(STATE)
 
 
-def _moment(values: dict[str, Any], order: ColumnNames = _ORDER, time: Any = NOW) -> Snapshot:
+def _snapshot(values: dict[str, Any], order: ColumnNames = _ORDER, time: Any = NOW) -> Snapshot:
     return Snapshot(order, tuple(values[name] for name in order.names), time)
 
 
 def test_a_snapshot_equals_its_readings() -> None:
     values = dict(STATE)
-    moment = _moment(values)
-    assert moment == measured(values)
-    assert moment["load"] == Reading(0.5, NOW)
-    assert moment.get("mood") is None
-    assert list(moment) == sorted(values)
+    columns = _snapshot(values)
+    assert columns == measured(values)
+    assert columns["load"] == Reading(0.5, NOW)
+    assert columns.get("mood") is None
+    assert list(columns) == sorted(values)
 
 
 @pytest.mark.parametrize("column", [(), tuple(range(len(STATE) + 1)), list(STATE.values())])

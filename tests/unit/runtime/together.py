@@ -99,7 +99,7 @@ class Cart:
             found[ended.step] = ended.result
         return found
 
-    def begun(self) -> list[str]:
+    def started_kinds(self) -> list[str]:
         return [action.kind for action in self.plant.executed]
 
     def calls(self, *methods: str) -> list[Any]:

@@ -48,7 +48,7 @@ def test_what_is_there_is_not_overwritten(tmp_path: Path, ending: str, *, is_fil
 
 
 @pytest.mark.parametrize(("is_file", "option"), [(False, "--bag"), (True, "--mcap")])
-def test_without_the_library_it_is_said_what_to_install(
+def test_without_the_library_the_error_names_what_to_install(
     tmp_path: Path, option: str, monkeypatch: pytest.MonkeyPatch, *, is_file: bool
 ) -> None:
     monkeypatch.setitem(sys.modules, "aeros.runtime.bus.bag", None)

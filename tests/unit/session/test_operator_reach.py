@@ -110,7 +110,7 @@ def started(start: str) -> Iterator[Run]:
         yield Run(Executor(configuration, gate, plant, audit, run_in_process, governor), plant)
 
 
-def tell(*command: str) -> int:
+def run_command(*command: str) -> int:
     return main([*command, "--state", str(_STATE)])
 
 
@@ -125,7 +125,7 @@ def test_nothing_that_is_revoked_moves_after_the_command(start: str, command: st
     with started(start) as run:
         thread = run.begin()
         assert run.plant.moving.wait(_PATIENCE)
-        code = tell(*COMMANDS[command])
+        code = run_command(*COMMANDS[command])
         returned = time.monotonic()
         if is_for_the_installed(command, start):
             assert code == 1
@@ -150,7 +150,7 @@ def test_nothing_that_is_revoked_moves_after_the_command(start: str, command: st
 @pytest.mark.parametrize("start", STARTS, indirect=True)
 @pytest.mark.parametrize("command", [one for one in COMMANDS if one != "stop"])
 def test_a_run_that_starts_after_the_command_is_bound_by_it(start: str, command: str) -> None:
-    code = tell(*COMMANDS[command])
+    code = run_command(*COMMANDS[command])
     if is_for_the_installed(command, start):
         assert code == 1
         return
@@ -176,7 +176,7 @@ def test_a_block_that_is_removed_blocks_no_run(start: str) -> None:
     with started(start) as run:
         run.plant.may_end = True
         for command, allowed in ((COMMANDS["block module"], False), (("unblock", "one"), True)):
-            assert tell(*command) == 0
+            assert run_command(*command) == 0
             status = run.executor.run_step(StepRequest("tidy", "rest", {})).status
             assert (status is StepStatus.FINISHED) == allowed
 
@@ -184,23 +184,23 @@ def test_a_block_that_is_removed_blocks_no_run(start: str) -> None:
 @pytest.mark.parametrize("start", STARTS, indirect=True)
 def test_a_pause_holds_every_run_until_it_is_resumed(start: str) -> None:
     with started(start) as run:
-        assert tell("pause") == 0
+        assert run_command("pause") == 0
         thread = run.begin()
         assert not run.plant.moving.wait(0.05)
         run.plant.may_end = True
-        assert tell("resume") == 0
+        assert run_command("resume") == 0
         thread.join(_PATIENCE)
         assert run.results[0].status is StepStatus.FINISHED
 
 
 @pytest.mark.parametrize("start", ["--ecms", "--ecms --site"], indirect=True)
 def test_a_removed_module_is_used_from_no_folder_until_it_is_active_again(start: str) -> None:
-    assert tell("deactivate", "tidy") == 0
+    assert run_command("deactivate", "tidy") == 0
     for command in (("remove", "tidy"), ("install", "ecms/tidy"), ("configure", "tidy")):
-        assert tell(*command) == 0
+        assert run_command(*command) == 0
         with pytest.raises(UserError, match="`tidy` is no longer active on this robot"):
             open_governor(_STATE, *STARTS[start])
-    assert tell("activate", "tidy") == 0
+    assert run_command("activate", "tidy") == 0
     with started(start) as run:
         run.plant.may_end = True
         assert run.executor.run_step(StepRequest("tidy", "rest", {})).status is StepStatus.FINISHED
@@ -214,7 +214,7 @@ def test_another_version_that_becomes_active_ends_runs_of_the_old_one(start: str
     with started(start) as run:
         thread = run.begin()
         assert run.plant.moving.wait(_PATIENCE)
-        assert tell("install", "newer/tidy") == 0
+        assert run_command("install", "newer/tidy") == 0
         returned = time.monotonic()
         thread.join(_PATIENCE)
         assert run.plant.ticked < returned
@@ -230,7 +230,7 @@ def test_the_first_block_on_a_robot_without_a_registry_reaches_the_run(start: st
     with started(start) as run:
         thread = run.begin()
         assert run.plant.moving.wait(_PATIENCE)
-        assert tell(*COMMANDS["block action"]) == 0
+        assert run_command(*COMMANDS["block action"]) == 0
         returned = time.monotonic()
         thread.join(_PATIENCE)
         assert run.plant.ticked < returned
@@ -241,7 +241,7 @@ def test_the_first_block_on_a_robot_without_a_registry_reaches_the_run(start: st
 @pytest.mark.parametrize("start", ["--ecms"], indirect=True)
 def test_a_block_of_other_versions_and_contents_blocks_nothing(start: str) -> None:
     for number, part in enumerate((("--module", "tidy", "--version", ">1.0.0"), ("--digest", "0" * 64))):
-        assert tell("block", "--id", f"b{number}", "--reason", "why", *part) == 0
+        assert run_command("block", "--id", f"b{number}", "--reason", "why", *part) == 0
     with started(start) as run:
         run.plant.may_end = True
         assert run.executor.run_step(StepRequest("tidy", "rest", {})).status is StepStatus.FINISHED

@@ -71,7 +71,7 @@ def test_the_kinematic_plant_is_opened_in_a_scene_that_it_has() -> None:
 
 
 @pytest.mark.parametrize("scene", [None, "attic"])
-def test_a_scene_that_is_not_there_is_said_with_those_that_are(scene: str | None) -> None:
+def test_an_unknown_scene_is_reported_with_the_known_ones(scene: str | None) -> None:
     with (
         pytest.raises(PlantSetupError, match=f"the task's scene is `{scene}`, but there is only .*bare"),
         open_plant("kinematic", proved()[0], replace(TIDY, scene=scene), 0),
@@ -101,7 +101,7 @@ def test_a_plant_is_closed_however_the_block_ends(monkeypatch: pytest.MonkeyPatc
     assert made.closed == 2
 
 
-def test_a_video_that_cannot_be_written_at_the_end_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_video_that_cannot_be_written_at_the_end_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(plant_factory, "_build_symbolic", lambda *_: Closing(OSError("disk full")))
     with (
         pytest.raises(PlantSetupError, match="the video cannot be written: disk full"),

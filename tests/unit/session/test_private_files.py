@@ -1,4 +1,4 @@
-"""What a run writes is for its owner alone, also under a umask that shares everything."""
+"""Files of a run are readable by their owner alone, also under a umask that shares everything."""
 
 from __future__ import annotations
 

@@ -96,7 +96,7 @@ def test_a_supervisor_that_does_not_listen_is_not_waited_for(notifier: Notifier)
     assert not notifier.is_alone
 
 
-def test_without_a_supervisor_nothing_is_said_and_nothing_stops() -> None:
+def test_without_a_supervisor_nothing_is_reported_and_nothing_stops() -> None:
     with Notifier({}) as notifier:
         attending = RunGovernor(governor(), notifier)
         assert attending.command is OperatorCommand.RUN

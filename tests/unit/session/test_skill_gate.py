@@ -77,7 +77,7 @@ def test_a_single_skill_need_not_be_named() -> None:
         ("", "there is no skill ``; "),
     ],
 )
-def test_a_skill_that_is_not_there_is_said_with_those_that_are(name: str, message: str) -> None:
+def test_an_unknown_skill_is_reported_with_the_known_ones(name: str, message: str) -> None:
     with pytest.raises(MisuseError) as refused:
         by(name)
     assert str(refused.value).startswith(message)
@@ -107,7 +107,7 @@ def test_inputs_are_passed_on() -> None:
     assert recorded(inputs={"limit": 0.1})[0].inputs == {"limit": 0.1}
 
 
-def test_a_quota_is_unused_unless_it_is_said() -> None:
+def test_a_quota_is_unused_unless_a_count_is_given() -> None:
     assert recorded()[4] == {"carry-rate": 0}
     assert recorded(usage={"carry-rate": 2})[4] == {"carry-rate": 2}
     assert recorded(usage={"other": 2})[4] == {"carry-rate": 0, "other": 2}
@@ -138,6 +138,6 @@ def test_a_mode_that_is_none_is_refused_before_anything_is_read() -> None:
         load_gate("nowhere", mode="fast")  # type: ignore[arg-type]
 
 
-def test_what_cannot_be_proved_is_said_in_full() -> None:
+def test_unproved_claims_are_reported_in_full() -> None:
     with pytest.raises(UserError, match=r"^error\[AE130\] no-module: "):
         load_gate("nowhere", site=SITE)

@@ -16,7 +16,7 @@ MOVE, WAIT = act("move"), act("wait")
 DONE, SLIPPED = MotionCompletion(True), MotionCompletion(False, "slipped")
 
 
-def test_values_are_measured_as_old_as_said() -> None:
+def test_values_are_measured_with_the_declared_age() -> None:
     plant = FakePlant({"near": 1.5})
     plant.time, plant.reading_age = 9.0, 0.25
     assert plant.observe() == {"near": Reading(1.5, 8.75)}
@@ -72,7 +72,7 @@ def test_time_goes_on_to_until_where_nothing_ends_before() -> None:
     assert plant.now() == 7.0
 
 
-def test_actions_begin_when_they_are_begun() -> None:
+def test_actions_start_when_they_are_asked_to_and_not_before() -> None:
     plant = FakePlant()
     plant.time = 5.0
     motion = plant.begin(MOVE)

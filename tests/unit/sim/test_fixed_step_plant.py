@@ -82,7 +82,7 @@ def q1(plant: Bench) -> float:
 # Plans.
 
 
-def test_a_plan_is_begun_as_it_was_made() -> None:
+def test_a_plan_starts_as_it_was_made() -> None:
     plant = Bench()
     plan = plant.plan(TURN)
     assert isinstance(plan, Trajectory)
@@ -92,7 +92,7 @@ def test_a_plan_is_begun_as_it_was_made() -> None:
     assert plant.observe()["joint_position"].value == pytest.approx(tuple(JOINTS.values()))
 
 
-def test_only_the_latest_plan_of_this_moment_is_begun_and_once() -> None:
+def test_only_the_latest_plan_of_this_tick_is_started_and_only_once() -> None:
     plant = Bench()
     stale = MotionCompletion(False, "stale: the decided plan does not start at the current state")
     first, second = plant.plan(TURN), plant.plan(TURN)

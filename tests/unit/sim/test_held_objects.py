@@ -1,4 +1,4 @@
-"""What the gripper holds is part of the robot: the reference site, on the physics plant."""
+"""Held objects count as part of the robot: the reference site, on the physics plant."""
 
 from __future__ import annotations
 

@@ -93,7 +93,7 @@ class Provocation:
     """
 
     rule: str
-    said: str
+    message: str
     violated: Callable[[Values], bool]
     rough: Callable[[], NoDisturbance] = NoDisturbance
     people: tuple[Person, ...] = ()
@@ -174,7 +174,7 @@ class Run:
     """
 
     reason: str | None = None
-    said: str = ""
+    message: str = ""
     truths: list[GroundTruth] = field(default_factory=list)
     violated: list[int] = field(default_factory=list)
     stopped: list[int] = field(default_factory=list)
@@ -220,7 +220,7 @@ def run(kind: Provocation, site: Site) -> Run:
 
     plant._come_to_rest, plant._robot.command = stop, spy  # type: ignore[method-assign]
     recorded.reason = execute(plant, kind.action, monitor, FOREVER).reason
-    recorded.said = str(watch.violation)
+    recorded.message = str(watch.violation)
     plant.close()
     return recorded
 
@@ -240,7 +240,7 @@ def test_each_kind_stops_in_the_tick_in_which_it_is_measured(provoked: tuple[Pro
 
 def test_a_stop_message_names_quantity_value_and_bound(provoked: tuple[Provocation, Run]) -> None:
     kind, recorded = provoked
-    one = next(one for one in recorded.said.split(", ") if one.startswith(kind.said))
+    one = next(one for one in recorded.message.split(", ") if one.startswith(kind.message))
     value, bound = re.fullmatch(r".* is (\S+) .*\(at (?:most|least) (\S+) .*\)", one).groups()  # type: ignore[union-attr]
     assert (float(value) < float(bound)) is ("at least" in one)
     assert float(value) != float(bound)

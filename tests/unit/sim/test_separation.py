@@ -42,7 +42,7 @@ def fetch_each_push(rows: Sequence[tuple[Any, ...]], *others: str) -> list[Any]:
     ]
 
 
-BESIDE = (
+NEARBY = (
     ("clean the table", ("at: [3 m, 0 m]", "at: [1.8 m, 0 m], speed: 1.2 m/s"), "-750 mm", 18),
     ("fetch the object", ("at: [0.05 m, 3 m]", "at: [0.05 m, 1.45 m], speed: 1.2 m/s"), "0 m", 6),
     ("make dumplings", ("at: [4 m, 0 m]", "at: [1.85 m, 0 m], speed: 1.2 m/s"), "-750 mm", 10),
@@ -144,7 +144,7 @@ def test_a_robot_with_a_bystander_drives_at_reduced_speed(run: Run) -> None:
     assert 0.9 * of_the_site("reduced_tool_speed") < driving.max() <= of_the_site("reduced_tool_speed")
 
 
-@pytest.mark.parametrize(("instruction", "way", "floor", "until"), fetch_each_push(BESIDE, "clean the table"))
+@pytest.mark.parametrize(("instruction", "way", "floor", "until"), fetch_each_push(NEARBY, "clean the table"))
 def test_the_robot_works_slowly_next_to_a_person_who_stays(
     instruction: str, way: tuple[str, ...], floor: str, until: int, run: Run, tmp_path: Path
 ) -> None:
@@ -170,7 +170,7 @@ def test_a_robot_whose_scanner_sees_nobody_comes_too_near(
 
 
 def test_a_carriage_is_slowed_as_far_as_separation_needs(run: Run, tmp_path: Path) -> None:
-    instruction, way, floor, _ = BESIDE[1]
+    instruction, way, floor, _ = NEARBY[1]
     _, referee, records = run(instruction, staying(tmp_path, way, floor), "--timeout", "9")
     slowed = [
         record["details"]["decided"]["parameters"]["speed"]

@@ -6,11 +6,14 @@ early; the caller then does without its result, or finds the reasons with `value
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import compress, count
+from operator import is_not
+from typing import Any, NamedTuple
 
+from aeros.runtime.gate.request_check import snapshot_columns
 from aeros.runtime.gate.value_check import Scalars, ValueChecker, doubles_in_range
-from aeros.runtime.ports import Reading
+from aeros.runtime.ports import ColumnNames, Reading, Snapshot
 from aeros.spec.backends.compiled import inline_conditions
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType, IntegerType, RealType, VectorType
@@ -187,3 +190,54 @@ class FunctionWriter:
                 self.add_line(f"if type({local}) is not float: {local} = whole({local})")
                 if name not in self.implied:
                     self.write_guard(f"{least!r} <= {local} <= {most!r}{whole}")
+
+
+class _CachedColumn(NamedTuple):
+    """A column of well-formed, immutable values, with the scalars of all of them."""
+
+    order: ColumnNames
+    column: tuple[Any, ...]
+    scalars: Scalars
+
+
+class SnapshotCache:
+    """Cache of the last unpacked snapshot of one site.
+
+    The cached entry is replaced as a whole, so that several threads may use the cache.
+    """
+
+    def __init__(self, checkers: Mapping[str, ValueChecker]) -> None:
+        self._unpackers = {name: FunctionWriter().build_unpacker(form) for name, form in checkers.items()}
+        self._cached: _CachedColumn | None = None
+
+    def scalars(self, snapshot: Snapshot) -> Scalars | None:
+        """Unpack all values of a snapshot.
+
+        Args:
+            snapshot: values that were measured at one time.
+
+        Returns:
+            The scalars by scalar variable, not to be modified; None if a name is no state variable or a value
+            is malformed.
+        """
+        columns = snapshot_columns(snapshot)
+        if columns is None:
+            return None
+        cached, (order, column) = self._cached, columns
+        if cached is None or cached.order is not order:
+            places, scalars = iter(range(len(column))), {}
+        elif cached.column is column:
+            return cached.scalars
+        else:
+            places, scalars = compress(count(), map(is_not, column, cached.column)), dict(cached.scalars)
+        for place in places:
+            name = order.names[place]
+            unpack = self._unpackers.get(name) if type(name) is str else None
+            value = column[place]
+            # A list could be modified before the next call, so it must not be cached.
+            unpacked = None if unpack is None or type(value) is list else unpack(value)
+            if unpacked is None:
+                return None
+            scalars.update(unpacked)
+        self._cached = _CachedColumn(order, column, scalars)
+        return scalars

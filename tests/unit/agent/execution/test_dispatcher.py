@@ -331,7 +331,7 @@ def test_a_plan_is_rejected_for_what_any_provider_would_do(part: Part, problem: 
     assert any(problem in found for found in problems(part)), problems(part)
 
 
-def test_beside_a_step_may_run_whatever_shares_nothing_with_any_provider() -> None:
+def test_steps_that_share_nothing_with_any_provider_may_run_in_parallel() -> None:
     """Steaming reads what washing writes; boiling alone would do."""
     boil_only = replace(BUSY, capabilities={"cooking": ("boil",)})
     branches = Par((PlanStep("kitchen", "wash"), PlanStep("kitchen", "cooking")), SPAN)

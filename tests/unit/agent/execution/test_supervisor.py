@@ -114,7 +114,7 @@ def test_an_outcome_that_is_not_known_is_a_failure_and_breaks_no_assumption(
 
 
 @pytest.mark.parametrize("status", [one for one in StepStatus if one is not StepStatus.FINISHED])
-def test_a_step_that_did_not_finish_has_failed_whatever_is_measured(status: StepStatus) -> None:
+def test_a_step_that_did_not_finish_has_failed_for_every_measurement(status: StepStatus) -> None:
     judged = assess_step("dumpling", WRAP, StepResult(status, ""), world(dumpling_wrapped=True))
     assert judged.failed
     assert judged.reason

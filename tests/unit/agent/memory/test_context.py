@@ -70,9 +70,7 @@ def test_another_version_of_the_code_or_another_task_is_another_context() -> Non
 
 
 @given(st.permutations((ALIGN, PLACE, LOOK)), st.sets(st.sampled_from(PREDICATES)))
-def test_the_text_is_the_same_in_whatever_order_the_skills_are_given(
-    skills: list[Skill], true: set[str]
-) -> None:
+def test_the_text_does_not_depend_on_the_order_of_the_skills(skills: list[Skill], true: set[str]) -> None:
     seen = world(**dict.fromkeys(true, True), area="pot")
     one = evidence_context("t", KITCHEN, skills, seen)
     assert one == evidence_context("t", KITCHEN, sorted(skills, key=lambda skill: skill.id), seen)

@@ -182,7 +182,7 @@ def test_where_nothing_is_remembered_nothing_is_made(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_memory_that_fails_while_it_is_read_is_said(path: Path) -> None:
+def test_a_memory_that_fails_while_it_is_read_is_reported(path: Path) -> None:
     with (
         pytest.raises(
             AgentError, match=r"memory\.sqlite3 is damaged or cannot be used: no such table: songs"

@@ -99,7 +99,7 @@ def decisions(
     return found
 
 
-def test_the_same_requests_are_decided_alike_whatever_is_remembered(
+def test_the_same_requests_are_decided_alike_for_every_memory(
     tmp_path: Path, configuration: Configuration
 ) -> None:
     praised = decisions(tmp_path / "praised", configuration, {"wipe": (200, 0), "wipe_again": (0, 200)})

@@ -65,7 +65,7 @@ def test_an_engine_that_does_not_decide_is_named(monkeypatch: pytest.MonkeyPatch
         solve("(wrapped)")
 
 
-def test_without_the_library_it_is_said_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_the_library_the_error_names_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("aeros.agent.planning.classical.find_spec", lambda _: None)
     with pytest.raises(AgentError, match=r"needs `pip install 'aeros\[pddl\]'`"):
         UnifiedPlanningEngine()

@@ -125,9 +125,9 @@ LIES = {
 
 
 @pytest.mark.parametrize("lie", LIES)
-def test_what_is_wrong_is_said_to_it_and_the_next_try_counts(lie: str) -> None:
-    said, problem = LIES[lie]
-    with stub(says(said), says(GOOD)) as server:
+def test_the_model_is_shown_its_error_and_the_next_try_counts(lie: str) -> None:
+    message, problem = LIES[lie]
+    with stub(says(message), says(GOOD)) as server:
         assert propose(server) == "try 2 of 3"
     *_, answer, why = server.asked[1]["messages"]
     assert answer["role"] == "assistant"
@@ -135,9 +135,9 @@ def test_what_is_wrong_is_said_to_it_and_the_next_try_counts(lie: str) -> None:
 
 
 @pytest.mark.parametrize("lie", LIES)
-def test_who_goes_on_lying_is_not_followed_and_that_is_said(lie: str, tmp_path: Path) -> None:
-    said, problem = LIES[lie]
-    with stub(says(said)) as server:
+def test_a_planner_that_keeps_lying_is_ignored_and_that_is_reported(lie: str, tmp_path: Path) -> None:
+    message, problem = LIES[lie]
+    with stub(says(message)) as server:
         report, runtime = pursue(tmp_path, server)
     assert report.reached
     first = plans_of(runtime)[0]
@@ -147,7 +147,7 @@ def test_who_goes_on_lying_is_not_followed_and_that_is_said(lie: str, tmp_path: 
 
 
 @pytest.mark.parametrize(
-    ("reply", "said", "tries"),
+    ("reply", "message", "tries"),
     [
         (sends(500, b"<h1>oops</h1>"), "its server answers with status 500", MAX_TRIES),
         (sends(429, b"", retry_after="3600"), "its server answers with status 429", MAX_TRIES),
@@ -164,11 +164,11 @@ def test_who_goes_on_lying_is_not_followed_and_that_is_said(lie: str, tmp_path: 
         (floods, f"its answer is longer than {MAX_RESPONSE_BYTES} bytes", 1),
     ],
 )
-def test_however_its_server_behaves_there_is_a_plan(reply: Any, said: str, tries: int) -> None:
+def test_however_its_server_behaves_there_is_a_plan(reply: Any, message: str, tries: int) -> None:
     with stub(reply) as server:
         remark = propose(server)
     assert remark.startswith("planned by rules instead")
-    assert remark.count(said) == tries
+    assert remark.count(message) == tries
     assert len(server.asked) == tries
     assert KEY not in remark
 
@@ -182,7 +182,7 @@ def test_a_server_that_stalls_is_not_waited_for_longer_than_allowed(reply: Any, 
     assert [kind for kind, _ in runtime.notes if kind == "planning-timeout"] == []
 
 
-def test_a_server_that_is_not_there_is_said() -> None:
+def test_a_server_that_does_not_answer_is_reported() -> None:
     with stub(stalls) as server:
         pass
     assert "it could not be reached, or the connection broke (ConnectError)" in propose(server, within=3.0)

@@ -22,7 +22,7 @@ KEY = "sk-secret"
 
 
 @pytest.mark.parametrize(
-    ("url", "key", "said"),
+    ("url", "key", "message"),
     [
         ("http://models.example/v1", KEY, "would go to `models.example` in the clear"),
         ("ftp://models.example/v1", None, "is not of the form"),
@@ -33,10 +33,10 @@ KEY = "sk-secret"
         ("https://models.example/v1", "", "contains an impossible character"),
     ],
 )
-def test_where_no_key_should_go_none_goes(url: str, key: str | None, said: str) -> None:
+def test_where_no_key_should_go_none_goes(url: str, key: str | None, message: str) -> None:
     with pytest.raises(AgentError) as refusal:
         LlmEndpoint(url, "stub", key)
-    assert said in str(refusal.value)
+    assert message in str(refusal.value)
     assert KEY not in str(refusal.value)
     assert KEY not in repr(LlmEndpoint("https://models.example/v1", "stub", KEY))
 
@@ -98,11 +98,11 @@ def test_of_an_error_only_the_status_is_reported(status: int, *, passes: bool) -
 
 
 @pytest.mark.parametrize(
-    ("reply", "said", "passes"),
+    ("reply", "message", "passes"),
     [
         (
             sends(200, b"{}", content_encoding="gzip"),
-            "its answer is compressed, which was not asked for",
+            "its answer is compressed, although the request accepts no compression",
             False,
         ),
         (sends(200, b"{}"), "its answer is not a chat completion", True),
@@ -112,8 +112,8 @@ def test_of_an_error_only_the_status_is_reported(status: int, *, passes: bool) -
         (sends(200, b" " * (MAX_RESPONSE_BYTES + 1)), "its answer is longer than 1048576 bytes", False),
     ],
 )
-def test_an_answer_that_cannot_be_used_is_an_error(reply: Reply, said: str, *, passes: bool) -> None:
-    assert refusal(reply) == (said, passes)
+def test_an_answer_that_cannot_be_used_is_an_error(reply: Reply, message: str, *, passes: bool) -> None:
+    assert refusal(reply) == (message, passes)
 
 
 def test_an_answer_of_the_greatest_length_is_read() -> None:

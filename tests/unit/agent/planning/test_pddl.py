@@ -37,16 +37,16 @@ DO = [
 class Saying:
     """An engine that says the same of every problem, or raises it."""
 
-    def __init__(self, *said: list[str] | Exception | None) -> None:
-        self.said = list(said)
+    def __init__(self, *message: list[str] | Exception | None) -> None:
+        self.reported = list(message)
         self.asked: list[str] = []
 
     def solve(self, domain: str, problem: str) -> list[str] | None:
         self.asked.append(domain)
-        said = self.said[0] if len(self.said) == 1 else self.said.pop(0)
-        if isinstance(said, Exception):
-            raise said
-        return said
+        message = self.reported[0] if len(self.reported) == 1 else self.reported.pop(0)
+        if isinstance(message, Exception):
+            raise message
+        return message
 
 
 SPILT = outcome("spilt", {"dough_on_workspace": False, "dumpling_wrapped": False}, failure=True)
@@ -70,7 +70,7 @@ def test_what_comes_of_failures_is_asked_for_too() -> None:
 
 
 @pytest.mark.parametrize(
-    ("said", "why"),
+    ("message", "why"),
     [
         (["fly"], "the engine's plan has `fly`, which is not an action"),
         ([DO[0], DO[2], DO[3]], "the engine's plan has `dumpling-wrap-wrapped` where that is impossible"),
@@ -80,9 +80,9 @@ def test_what_comes_of_failures_is_asked_for_too() -> None:
         (ClassicalEngineError("it crashed"), "the engine gave no answer: it crashed"),
     ],
 )
-def test_an_engine_that_is_wrong_is_not_followed(said: list[str] | Exception, why: str) -> None:
+def test_an_engine_that_is_wrong_is_not_followed(message: list[str] | Exception, why: str) -> None:
     with pytest.raises(PlanUndecidedError) as undecided:
-        planned(Saying(said))
+        planned(Saying(message))
     assert why in str(undecided.value)
 
 
@@ -133,7 +133,7 @@ def test_a_run_by_a_real_engine_reaches_the_goal(tmp_path: Path) -> None:
     assert run(tmp_path, "--planner", "pddl", "--pddl-engine", "pyperplan") == Exit.SUCCESS
 
 
-def test_an_engine_that_is_not_there_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_missing_engine_is_reported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("unified_planning", reason="needs `pip install 'aeros[pddl]'`")
     assert run(tmp_path, "--planner", "pddl", "--pddl-engine", "oracle") == Exit.REJECTED
     assert "the engine gave no answer: UPNoRequestedEngineAvailableException" in capsys.readouterr().out
@@ -144,7 +144,7 @@ def missing(_: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "find", "code", "said"),
+    ("arguments", "find", "code", "message"),
     [
         (["--pddl-engine", "pyperplan"], None, Exit.USAGE, "--pddl-engine requires --planner pddl"),
         (["--planner", "pddl"], missing, Exit.REJECTED, "--planner pddl needs `pip install 'aeros[pddl]'`"),
@@ -154,7 +154,7 @@ def test_what_cannot_be_is_refused(
     arguments: list[str],
     find: Callable[[str], None] | None,
     code: Exit,
-    said: str,
+    message: str,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
@@ -162,4 +162,4 @@ def test_what_cannot_be_is_refused(
     if find is not None:
         monkeypatch.setattr("aeros.agent.planning.classical.find_spec", find)
     assert run(tmp_path, *arguments) == code
-    assert said in capsys.readouterr().err
+    assert message in capsys.readouterr().err

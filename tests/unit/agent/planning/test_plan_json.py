@@ -36,7 +36,7 @@ STEP = {"skill": "dumpling.prepare"}
 
 
 @pytest.mark.parametrize(
-    ("form", "said"),
+    ("form", "message"),
     [
         ({}, "`plan` is not a list of steps"),
         (["prepare"], "`plan[0]` is not an object"),
@@ -61,14 +61,14 @@ STEP = {"skill": "dumpling.prepare"}
         ([STEP] * (2 * MAX_STEPS + 1), f"it has more than {2 * MAX_STEPS} parts"),
     ],
 )
-def test_another_form_is_refused_with_its_place(form: Any, said: str) -> None:
+def test_another_form_is_refused_with_its_place(form: Any, message: str) -> None:
     with pytest.raises(MalformedPlanError) as refusal:
         plan_from_json(form, site())
-    assert said in str(refusal.value)
+    assert message in str(refusal.value)
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("", "it is not JSON"),
         ('{"plan": [', "it is not JSON"),
@@ -79,6 +79,6 @@ def test_another_form_is_refused_with_its_place(form: Any, said: str) -> None:
         ('{"a": -Infinity}', "-Infinity is not a number"),
     ],
 )
-def test_what_is_no_json_is_refused(text: str | bytes, said: str) -> None:
-    with pytest.raises(MalformedPlanError, match=said):
+def test_what_is_no_json_is_refused(text: str | bytes, message: str) -> None:
+    with pytest.raises(MalformedPlanError, match=message):
         parse_strict_json(text)

@@ -50,7 +50,7 @@ def notes_of(runtime: FakeRuntime, kind: str) -> list[dict[str, object]]:
     return [details for one, details in runtime.notes if one == kind]
 
 
-def test_a_planner_that_thinks_beside_reaches_the_goal_as_in_place(tmp_path: Path) -> None:
+def test_a_planner_in_a_subprocess_reaches_the_goal_as_in_process(tmp_path: Path) -> None:
     planners: list[Planner] = [RulePlanner(), SmtPlanner(site())]
     for planner in planners:
         runtime = FakeRuntime(endings={"wrap": ["misaligned"]})
@@ -78,13 +78,13 @@ class Unable:
         raise LookupError("no idea")
 
 
-def test_a_planner_that_breaks_off_beside_is_refused_as_in_place(tmp_path: Path) -> None:
-    said = []
+def test_a_planner_that_aborts_in_a_subprocess_is_refused_as_in_process(tmp_path: Path) -> None:
+    message = []
     for within in (None, WITHIN):
         runtime = FakeRuntime()
         with start_agent(tmp_path / str(within), "chef", runtime, Unable(), within=within) as agent:
-            said.append(agent.run("Make dumplings!").reason)
-    assert said == ["the plan is rejected: the planner failed: LookupError: no idea"] * 2
+            message.append(agent.run("Make dumplings!").reason)
+    assert message == ["the plan is rejected: the planner failed: LookupError: no idea"] * 2
 
 
 class Broken(FakeRuntime):

@@ -39,14 +39,16 @@ def test_a_declared_word_routes_to_its_task(instruction: str, routed: str) -> No
         ("x" * 5000, "no installed module provides `xxx"),
     ],
 )
-def test_ignorance_is_said_with_what_is_nearest(instruction: str, message: str) -> None:
+def test_an_unknown_instruction_is_reported_with_the_nearest_known_one(
+    instruction: str, message: str
+) -> None:
     with pytest.raises(RoutingError) as refused:
         route(instruction, MODULES)
     assert message in str(refused.value)
     assert len(str(refused.value)) < 400
 
 
-def test_ambiguity_is_said_with_every_candidate() -> None:
+def test_ambiguity_is_reported_with_every_candidate() -> None:
     with pytest.raises(RoutingError) as refused:
         route("clean the dumpling", MODULES)
     assert str(refused.value) == (

@@ -102,7 +102,7 @@ def test_a_recovery_never_waits_for_itself() -> None:
 TWO_WAYS = skill("look", outcome("raw", {DOUGH: True, ALIGNED: True}), outcome("ripe", {DOUGH: True}))
 
 
-def test_two_successes_are_followed_by_an_if_on_what_tells_them_apart() -> None:
+def test_two_successes_are_followed_by_an_if_on_a_value_that_distinguishes_them() -> None:
     skills = (TWO_WAYS, brings("align", ALIGNED, needs=DOUGH), brings("cook", COOKED, needs=ALIGNED))
     look, fork, cook = graph(*skills).parts
     assert isinstance(fork, If)
@@ -120,7 +120,7 @@ def test_two_successes_after_which_the_same_is_to_be_done_need_no_if() -> None:
     assert plan_lines(peek, cook) == ["m.peek", "m.cook"]
 
 
-def test_three_successes_with_three_ways_are_told_apart_one_by_one() -> None:
+def test_three_successes_with_three_ways_are_distinguished_one_by_one() -> None:
     deal = skill(
         "deal",
         outcome("one", {DOUGH: True}),
@@ -197,7 +197,7 @@ def test_a_graph_has_no_more_steps_than_the_limit(monkeypatch: pytest.MonkeyPatc
     assert plan_lines(*SKILLS) == ["m.prepare", "m.recover"]
 
 
-def test_a_success_that_no_single_value_tells_from_the_others_is_recognised_by_several() -> None:
+def test_a_success_that_no_single_value_distinguishes_is_recognised_by_several() -> None:
     deal = skill(
         "deal",
         outcome("half", {ALIGNED: True, DOUGH: True}),

@@ -110,7 +110,7 @@ def is_gone(pid: int) -> bool:
     return False
 
 
-def takes_all_memory() -> int:
+def uses_all_memory() -> int:
     return len(bytearray(2 * MAX_MEMORY_BYTES))
 
 
@@ -119,21 +119,21 @@ def raises() -> None:
 
 
 @pytest.mark.parametrize(
-    ("think", "said"),
+    ("think", "message"),
     [
         (raises, "LookupError: no such thing"),
         (lambda: sys.exit("enough"), "SystemExit: enough"),
         (lambda: os._exit(3), "its process ended without an answer"),
         (lambda: os.kill(os.getpid(), signal.SIGKILL), "its process ended without an answer"),
-        (takes_all_memory, "MemoryError"),
+        (uses_all_memory, "MemoryError"),
         (lambda: "x" * MAX_ANSWER_BYTES, f"its answer is longer than {MAX_ANSWER_BYTES} bytes"),
         (object, "TypeError: Object of type object is not JSON serializable"),
     ],
 )
-def test_however_thinking_breaks_off_it_is_said(think: Callable[[], Any], said: str) -> None:
+def test_every_abort_of_planning_is_reported(think: Callable[[], Any], message: str) -> None:
     with pytest.raises(PlannerProcessError) as failure:
         PlannerProcess(FakeRuntime(), timeout_s=FOREVER)(think)
-    assert str(failure.value).startswith(said)
+    assert str(failure.value).startswith(message)
 
 
 def test_who_thinks_has_no_terminal(capfd: pytest.CaptureFixture[str]) -> None:

@@ -139,7 +139,7 @@ def test_two_generations_are_kept_and_the_newest_comes_first(tmp_path: Path) -> 
     assert sorted(path.name for path in tmp_path.iterdir()) == ["checkpoint.json", "checkpoint.previous.json"]
 
 
-def test_of_a_damaged_checkpoint_the_path_is_said_and_the_one_before_is_read(tmp_path: Path) -> None:
+def test_a_damaged_checkpoint_is_reported_with_its_path_and_the_previous_one_is_read(tmp_path: Path) -> None:
     store = CheckpointStore(tmp_path)
     store.write(FULL)
     store.write(replace(FULL, replans=2))
@@ -184,13 +184,13 @@ def test_nothing_is_left_of_deleted_checkpoints(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_folder_that_cannot_be_written_is_said(tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_written_is_reported(tmp_path: Path) -> None:
     store = CheckpointStore(tmp_path / "gone")
     with pytest.raises(AgentError, match=r"gone/checkpoint\.json cannot be written: No such file"):
         store.write(FULL)
 
 
-def test_a_previous_checkpoint_that_cannot_be_removed_is_said(
+def test_a_previous_checkpoint_that_cannot_be_removed_is_reported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     store = CheckpointStore(tmp_path)

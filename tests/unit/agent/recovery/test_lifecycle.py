@@ -28,7 +28,7 @@ def test_each_phase_is_reached_and_leads_back_to_running() -> None:
     assert nx.descendants(graph, Phase.CREATED) == set(Phase) - {Phase.CREATED}
 
 
-def test_whatever_was_under_way_a_crash_is_known_of_and_nothing_else_is_one() -> None:
+def test_a_crash_is_recognised_in_every_phase_and_nothing_else_is_a_crash() -> None:
     crashes = {before for (before, change) in TRANSITIONS if change is LifecycleEvent.CRASH}
     assert crashes == {Phase.RUNNING, Phase.PAUSED, Phase.RECOVERED}
     assert all(
@@ -40,7 +40,7 @@ def test_whatever_was_under_way_a_crash_is_known_of_and_nothing_else_is_one() ->
 
 @pytest.mark.parametrize("phase", Phase)
 @pytest.mark.parametrize("change", LifecycleEvent)
-def test_what_the_table_does_not_hold_is_refused_and_neither_told_nor_kept(
+def test_a_transition_that_the_table_lacks_is_refused_and_neither_reported_nor_saved(
     tmp_path: Path, phase: Phase, change: LifecycleEvent
 ) -> None:
     life, transitions = lifecycle(tmp_path)

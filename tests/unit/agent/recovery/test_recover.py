@@ -57,8 +57,8 @@ class Case:
         self.progress.start_attempt(AT, UnfinishedAttempt("m", one.id, {}, before or {}, LogHead(5, "")))
         self.recovery = ProgressRecovery({"m": module("m", (one,))}, measured, self.bars, self.notes)
 
-    def recover(self, *said: AuditEvent, known: int = 10) -> None:
-        self.recovery.recover(self.progress, said, known)
+    def recover(self, *message: AuditEvent, known: int = 10) -> None:
+        self.recovery.recover(self.progress, message, known)
 
     @property
     def accounted(self) -> list[str]:
@@ -74,7 +74,7 @@ def test_a_step_that_the_record_does_not_know_never_began() -> None:
     assert case.bars.to_checkpoint == ()
 
 
-def test_a_beginning_before_the_step_was_begun_is_that_of_another() -> None:
+def test_a_begin_record_older_than_the_step_belongs_to_another_step() -> None:
     case = Case(WRAP, world())
     case.recover(began(4, "wrap"))
     assert case.accounted == ["it never began"]
@@ -127,7 +127,7 @@ def test_an_interrupted_step_that_measurably_did_not_succeed_is_tried_again() ->
 
 
 @pytest.mark.parametrize("before", [True, None])
-def test_an_interrupted_step_of_which_nothing_can_be_told_is_barred(before: bool | None) -> None:
+def test_an_interrupted_step_with_an_unknown_outcome_is_barred(before: bool | None) -> None:
     case = Case(WRAP, world(dumpling_wrapped=True), {"dumpling_wrapped": before})
     case.recover(began(5, "wrap"))
     last = case.progress.last_result(AT)
@@ -148,8 +148,8 @@ def test_an_interrupted_step_that_may_be_run_twice_is_not_barred() -> None:
 
 def test_a_step_of_a_module_that_is_gone_has_failed() -> None:
     case = Case(WRAP, world())
-    said = AuditEvent(5, "step-began", {"module": "gone", "skill": "wrap", "inputs": {}})
-    case.recover(said, began(12, "wrap"))
+    message = AuditEvent(5, "step-began", {"module": "gone", "skill": "wrap", "inputs": {}})
+    case.recover(message, began(12, "wrap"))
     # The beginning of another, before the checkpoint, is not that of this step.
     (how,) = case.accounted
     assert how == "it was interrupted, and the measurements do not show if `wrapped` happened"

@@ -180,6 +180,6 @@ def test_the_start_is_on_top_wherever_it_is_listed() -> None:
 
 @examples(15)
 @given(st.text(max_size=20), st.text(max_size=20))
-def test_whatever_the_text_is_the_image_is_well_formed(title: str, text: str) -> None:
+def test_the_image_is_well_formed_for_all_texts(title: str, text: str) -> None:
     tree = shown(Diagram(title, (Node("a", (text,)),), (Edge("a", "a", text),)))
     assert len(tree.findall("{*}path")) == 1

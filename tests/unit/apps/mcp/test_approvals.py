@@ -64,8 +64,8 @@ def test_an_approval_that_is_late_is_void(tmp_path: Path) -> None:
     id_ = approvals.request(WHAT)
     approve(tmp_path, id_)
     path = tmp_path / APPROVALS_FOLDER / f"{id_}.approved"
-    said = json.loads(path.read_text())
-    path.write_text(json.dumps({**said, "at": time.time() - VALIDITY_S - 1}))
+    message = json.loads(path.read_text())
+    path.write_text(json.dumps({**message, "at": time.time() - VALIDITY_S - 1}))
     assert approvals.consume(id_) is None
     approve_again = pytest.raises(ApprovalError, match="no pending approval")
     with approve_again:

@@ -360,7 +360,7 @@ def test_a_stop_voids_what_was_accepted_and_approved(usual: Cell) -> None:
 
 
 @pytest.mark.parametrize("policy", [McpPolicy(), FREE])
-def test_to_resume_needs_the_operator_whatever_the_site_says(
+def test_to_resume_needs_the_operator_on_every_site(
     policy: McpPolicy, configuration: Configuration, tmp_path: Path
 ) -> None:
     with cell(configuration, tmp_path, policy) as one:

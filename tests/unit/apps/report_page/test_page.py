@@ -114,11 +114,11 @@ def test_a_run_is_reported_whole(tmp_path: Path) -> None:
     out = run_symbolic(tmp_path, "--report")
     allowed = verify_log(out / "audit.jsonl").decisions.allowed
     text = " ".join(elements((out / "report.html").read_text()).text)
-    for said in (
+    for message in (
         "goal reached", "make_dumplings.prepare", "2 times, 1 failed", "re-plan 1: `make_dumplings.prepare`",
         "sound", f"{allowed} allowed, 0 attenuated, 0 denied", "human_distance", "arm-separation", "× ALLOW",
     ):  # fmt: skip
-        assert said in text, said
+        assert message in text, message
     head = json.loads((out / "audit.jsonl").read_text().splitlines()[-1])["hash"]
     assert head in text
 

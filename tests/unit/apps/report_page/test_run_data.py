@@ -61,7 +61,7 @@ def test_a_trace_that_says_other_things_than_the_record_is_noticed(tmp_path: Pat
     assert read_run_data(out).problems == ["trace.jsonl disagrees with the audit log"]
 
 
-def test_a_fault_that_the_plant_told_is_no_contradiction(tmp_path: Path) -> None:
+def test_a_fault_that_the_plant_reported_is_no_contradiction(tmp_path: Path) -> None:
     out = run_symbolic(tmp_path)
     fault = {"time": 1.0, "kind": "fault-started", "text": "slips", "details": {}}
     trace = out / "trace.jsonl"

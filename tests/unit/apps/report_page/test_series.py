@@ -75,7 +75,7 @@ def test_what_was_asked_for_is_shown_while_it_is_bounded() -> None:
     assert speed.points == [(1.0, 0.15), (3.0, None)]
 
 
-def test_the_nearest_moment_of_each_rule_is_found_and_a_breach_is_negative() -> None:
+def test_the_smallest_margin_of_each_rule_is_found_and_a_breach_is_negative() -> None:
     left = RunData(
         decisions=[moving(1.0, 0.1, human_distance=3.0)],
         samples=[sample(2.0, human_distance=0.8), sample(2.5, human_distance=2.0)],
@@ -103,7 +103,7 @@ def test_what_was_denied_bounds_nothing_and_so_does_a_site_that_is_not_at_hand()
     assert build_series(allowed, {}).quantities == {}
 
 
-def test_of_a_long_run_some_moments_stand_for_all() -> None:
+def test_a_long_run_is_sampled() -> None:
     samples: list[tuple[float, Mapping[str, Any]]] = [
         sample(0.1 * n, human_distance=3.0) for n in range(3 * MAX_SAMPLES)
     ]

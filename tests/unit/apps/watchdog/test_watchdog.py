@@ -94,8 +94,8 @@ class Watched:
         return [one["after"] for one in self.notes("lifecycle")]
 
     def end(self) -> tuple[int, str]:
-        said, _ = self.process.communicate(timeout=PATIENCE)
-        return self.process.returncode, said
+        message, _ = self.process.communicate(timeout=PATIENCE)
+        return self.process.returncode, message
 
 
 def asked(what: str, state: Path) -> None:
@@ -104,7 +104,7 @@ def asked(what: str, state: Path) -> None:
 
 
 @pytest.mark.parametrize("seed", [4, pytest.param(3, marks=pytest.mark.deep)])
-def test_whoever_is_killed_the_task_ends_and_nothing_is_done_twice_or_lost(seed: int) -> None:
+def test_after_any_kill_the_task_ends_and_nothing_is_done_twice_or_lost(seed: int) -> None:
     modules = premises().configuration.modules
     trial = trial_of(seed, "symbolic", modules, 0.8, WHERE, longest=PATIENCE)
     assert trial.violations == []
@@ -118,9 +118,9 @@ def test_an_agent_that_keeps_crashing_is_left_in_quarantine_and_released(
     first = watched.agent()
     os.kill(first, signal.SIGKILL)
     os.kill(watched.until(lambda: watched.agent(other_than=first)), signal.SIGKILL)
-    code, said = watched.end()
+    code, message = watched.end()
     assert code == Exit.REJECTED
-    assert "agent quarantined: it crashed 2 times within 600 s; the last time, killed by SIGKILL" in said
+    assert "agent quarantined: it crashed 2 times within 600 s; the last time, killed by SIGKILL" in message
     asked("resume", watched.state)
     state = str(watched.state)
     anew = ["run", "make dumplings", "--plant", "symbolic", "--state", state, "--out", str(tmp_path / "anew")]
@@ -143,9 +143,9 @@ def test_an_agent_that_keeps_crashing_is_left_in_quarantine_and_released(
 def test_an_interrupt_stops_the_agent_and_starts_no_other(tmp_path: Path) -> None:
     watched = Watched.paused(tmp_path)
     watched.process.send_signal(signal.SIGINT)
-    code, said = watched.end()
+    code, message = watched.end()
     assert code == Exit.INTERRUPTED
-    assert "crashed" not in said
+    assert "crashed" not in message
     assert watched.phases() == ["running", "paused", "running", "stopped"]
     assert not (watched.state / "run.json").exists()
 
@@ -161,10 +161,10 @@ def test_a_pause_outlasts_a_crash_and_so_does_a_stop(tmp_path: Path) -> None:
     os.kill(second, signal.SIGKILL)
     asked("stop", watched.state)
     os.kill(watched.process.pid, signal.SIGCONT)
-    code, said = watched.end()
+    code, message = watched.end()
     assert code == Exit.REJECTED
-    assert "halted: stopped by the operator" in said
-    assert said.count("crashed") == 2
+    assert "halted: stopped by the operator" in message
+    assert message.count("crashed") == 2
 
 
 def test_an_agent_that_hangs_is_killed_and_the_task_goes_on(tmp_path: Path) -> None:
@@ -173,9 +173,9 @@ def test_an_agent_that_hangs_is_killed_and_the_task_goes_on(tmp_path: Path) -> N
     watched = Watched.paused(tmp_path, "--heartbeat-timeout", "8")
     os.kill(watched.agent(), signal.SIGSTOP)
     asked("resume", watched.state)
-    code, said = watched.end()
-    assert code == Exit.SUCCESS, said
-    assert "no heartbeat for 8 s; killed" in said
+    code, message = watched.end()
+    assert code == Exit.SUCCESS, message
+    assert "no heartbeat for 8 s; killed" in message
     assert verify_log(watched.out / "audit.jsonl").is_sound
 
 
@@ -191,10 +191,10 @@ def test_a_task_that_had_ended_before_the_last_crash_is_reported_as_it_ended(tmp
     watched.end()
     records = len(watched.events())
     watched.process = watched.start("--resume")
-    code, said = watched.end()
-    assert code == Exit.SUCCESS, said
-    assert "The task had already ended.\n" in said
-    assert "steps      3 run" in said
+    code, message = watched.end()
+    assert code == Exit.SUCCESS, message
+    assert "The task had already ended.\n" in message
+    assert "steps      3 run" in message
     # Reading the end signs the log when it is opened and closed, and records nothing else.
     added = watched.events()[records:]
     assert [(one["event"], one["details"].get("closing")) for one in added] == [
@@ -206,14 +206,14 @@ def test_a_task_that_had_ended_before_the_last_crash_is_reported_as_it_ended(tmp
     assert not (watched.state / "run.json").exists()
 
 
-def test_the_end_of_another_run_is_not_told_for_this_one(tmp_path: Path) -> None:
+def test_the_end_of_another_run_is_not_taken_for_that_of_this_one(tmp_path: Path) -> None:
     watched = Watched.killed(tmp_path)
     state = ["--state", str(watched.state)]
     assert main(["run", "make dumplings", "--plant", "symbolic", *state, "--out", str(tmp_path / "o")]) == 0
     watched.process = watched.start("--resume")
-    code, said = watched.end()
+    code, message = watched.end()
     assert code == Exit.REJECTED
-    assert "the audit record does not hold the record at which the checkpoint was made" in said
+    assert "the audit record does not hold the record at which the checkpoint was made" in message
 
 
 def test_an_agent_whose_supervisor_is_gone_leaves_its_task_to_be_resumed(tmp_path: Path) -> None:
@@ -234,9 +234,9 @@ def test_a_second_one_is_refused_with_what_the_first_is_for(
     watched = Watched.paused(tmp_path)
     state = str(watched.state)
     assert main(["run", "clean the table", "--plant", "symbolic", "--watchdog", "--state", state]) == 1
-    said = capsys.readouterr().err
-    assert f"has an agent already: pid {watched.process.pid} on " in said
-    assert "for “make dumplings”" in said
+    message = capsys.readouterr().err
+    assert f"has an agent already: pid {watched.process.pid} on " in message
+    assert "for “make dumplings”" in message
     asked("resume", watched.state)
     assert watched.end()[0] == Exit.SUCCESS
 
@@ -255,28 +255,28 @@ def test_a_bag_does_not_go_with_a_watchdog(tmp_path: Path, capsys: pytest.Captur
     assert "cannot be combined with --watchdog" in capsys.readouterr().err
 
 
-def test_without_its_plant_a_task_ends_and_is_not_gone_on_with_on_another(tmp_path: Path) -> None:
+def test_without_its_plant_a_task_ends_and_is_not_resumed_on_another(tmp_path: Path) -> None:
     # With ticks, over a second of computing lies between the end of the first step and that of the task.
     watched = Watched(tmp_path, "--plant", "kinematic")
     watched.until(lambda: watched.notes("step-ended"))
     plant = json.loads((watched.state / "plant" / "agent.lock").read_text())["pid"]
     os.kill(plant, signal.SIGKILL)
-    code, said = watched.end()
-    assert code == Exit.REJECTED, said
-    assert "the plant has ended" in said
+    code, message = watched.end()
+    assert code == Exit.REJECTED, message
+    assert "the plant has ended" in message
     watched.process = watched.start("--resume")
-    code, said = watched.end()
+    code, message = watched.end()
     assert code == Exit.REJECTED
-    assert "it is another plant" in said, said
+    assert "it is another plant" in message, message
 
 
-def test_a_plant_that_cannot_be_had_is_said_at_once(tmp_path: Path) -> None:
-    code, said = Watched(tmp_path, "--faults", "wrapper_bumped").end()
+def test_a_plant_that_cannot_be_opened_is_reported_at_once(tmp_path: Path) -> None:
+    code, message = Watched(tmp_path, "--faults", "wrapper_bumped").end()
     assert code == Exit.REJECTED
-    assert "the plant has ended: aeros: `--faults` needs `--plant physics`" in said
+    assert "the plant has ended: aeros: `--faults` needs `--plant physics`" in message
 
 
-def test_where_the_plant_is_gone_too_it_is_said_that_the_task_has_to_begin_anew(tmp_path: Path) -> None:
+def test_without_its_plant_the_task_is_reported_as_one_to_start_again(tmp_path: Path) -> None:
     path = tmp_path / "plant.sock"
     with socket.socket(socket.AF_UNIX) as left:
         left.bind(str(path))

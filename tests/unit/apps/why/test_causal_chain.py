@@ -22,12 +22,12 @@ def run_log(events: Events) -> RunLog:
     return RunLog([{"event": event, "details": json.loads(json.dumps(details))} for event, details in events])
 
 
-def said(links: Iterable[CausalLink]) -> list[str]:
+def message(links: Iterable[CausalLink]) -> list[str]:
     return [link.text for link in links]
 
 
 @pytest.mark.parametrize(
-    ("events", "headline", "said", "changes"),
+    ("events", "headline", "message", "changes"),
     [
         (
             [note("plan-rejected", planner="llm", problems=["`fly` is no skill"]), FAILED],
@@ -64,15 +64,15 @@ def said(links: Iterable[CausalLink]) -> list[str]:
     ],
 )  # fmt: skip
 def test_each_way_to_end_is_explained(
-    events: Events, headline: str, said: list[str], changes: list[str]
+    events: Events, headline: str, message: list[str], changes: list[str]
 ) -> None:
     found = run_log(events).explain_end()
     assert found.headline == headline
-    assert [link.text for link in found.chain] == said
+    assert [link.text for link in found.chain] == message
     assert list(found.changes) == changes
 
 
-def test_what_was_cancelled_beside_it_is_not_why_the_plan_failed() -> None:
+def test_a_step_cancelled_in_parallel_is_not_why_the_plan_failed() -> None:
     beside = note("step-ended", skill="tidy.rest", status="cancelled", failed=True, reason="beside it")
     found = run_log([note("step-started", skill="tidy.rest"), *DENIED, beside, FAILED]).explain_end()
     assert found.chain[1].text == "step 2, tidy.wipe: denied"
@@ -92,7 +92,7 @@ def test_a_denial_without_causes_has_its_reasons() -> None:
     ended = ("step-ended", {**SKILL, "status": "denied", "reason": "AE742"})
     reported = note("step-ended", skill="tidy.wipe", status="denied", failed=True, reason="denied")
     found = run_log([STARTED, denial, ended, reported, FAILED]).explain_end()
-    assert said(found.chain)[1:] == [
+    assert message(found.chain)[1:] == [
         "step 1, tidy.wipe: denied",
         "runtime status: ended as denied: AE742",
         "the gate denied `an action`",
@@ -113,7 +113,7 @@ def test_a_step_that_ended_otherwise_has_the_runtimes_word() -> None:
         "step-ended", skill="tidy.wipe", status="timed_out", failed=True, reason="too slow", **WHY
     )
     found = run_log([STARTED, stopped, reported, FAILED]).explain_end()
-    assert said(found.chain)[1:] == [
+    assert message(found.chain)[1:] == [
         "step 1, tidy.wipe: too slow",
         "runtime status: ended as timed out: 60 s are over",
     ]
@@ -147,7 +147,7 @@ def test_steps_of_the_same_skill_end_in_order_and_one_may_not_end() -> None:
     assert (found.chain, found.failed) == ((), (second,))
 
 
-def test_a_step_whose_failure_is_not_said_counts_as_failed() -> None:
+def test_a_step_without_a_recorded_failure_counts_as_failed() -> None:
     (step,) = run_log([STARTED, note("step-ended", skill="tidy.wipe")]).steps
     assert step.failed
 
@@ -195,7 +195,7 @@ def test_an_unfinished_run_ends_with_the_last_step_that_did_not_finish() -> None
     assert run_log([finished]).explain_end().chain == ()
 
 
-def test_what_a_rule_denies_in_every_state_is_said() -> None:
+def test_a_rule_that_denies_in_every_state_is_reported() -> None:
     never = Cause("rule", "no-grip", "false", shortfalls=(UnmetBound("", False, "exactly", True),))
     twice = CausalExplanation("end", (CausalLink(0, "a", (never,)), CausalLink(1, "b", (never,))))
     assert twice.changes == ("`no-grip` denies it in every state",)
@@ -230,7 +230,7 @@ events = st.sampled_from(
         max_size=8,
     )
 )
-def test_whatever_a_log_holds_is_explained_without_a_traceback(
+def test_every_log_is_explained_without_a_traceback(
     listed: list[tuple[str, bool, dict[str, Any]]],
 ) -> None:
     records = [

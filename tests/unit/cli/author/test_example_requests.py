@@ -17,7 +17,7 @@ from aeros.runtime.gate.port import Gate
 from aeros.runtime.ports import Readings
 from aeros.runtime.proving import prove_configuration
 from aeros.skill import Action
-from aeros.spec.backends.answer_store import default_store
+from aeros.spec.backends.answer_store import open_default_store
 from aeros.spec.verification.reports import Report
 from aeros.spec.verification.verify import verify
 from tests.unit.runtime.bench import MODULE, SITE, configuration, gate
@@ -26,7 +26,8 @@ from tests.unit.runtime.bench import MODULE, SITE, configuration, gate
 @cache
 def full() -> Report:
     """The verification of the bench with its witnesses."""
-    return verify([MODULE], SITE, store=default_store())
+    with open_default_store() as store:
+        return verify([MODULE], SITE, store=store)
 
 
 class Refusing(CompiledGate):
@@ -99,7 +100,8 @@ def test_whole_numbers_are_in_the_middle_rounded_down() -> None:
     paths, at = [SITE.parent / "counting"], SITE.parent / "counts.yaml"
     counted, _ = prove_configuration(paths, at, certified=False)
     ecm = counted.modules["counting"]
-    witness = verify(paths, at, store=default_store())
+    with open_default_store() as store:
+        witness = verify(paths, at, store=store)
     blank = replace(witness, modules=())  # no witness names a value
     deny = Denying(counted)
     assert list(example_requests(deny, counted.site, ecm, ecm.skills["feed"], blank)) == []

@@ -22,11 +22,12 @@ def test_a_code_or_its_name_gives_its_page(asked: str, capsys: pytest.CaptureFix
 
 
 @pytest.mark.parametrize(
-    ("asked", "meant"), [("AE5O1", "AE501"), ("AE5011", "AE501"), ("invariant-violatd", "invariant-violated")]
+    ("asked", "suggested"),
+    [("AE5O1", "AE501"), ("AE5011", "AE501"), ("invariant-violatd", "invariant-violated")],
 )
-def test_a_near_miss_is_asked_about(asked: str, meant: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_near_miss_is_asked_about(asked: str, suggested: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["explain", asked]) == Exit.USAGE
-    assert capsys.readouterr().err == f"aeros: there is no code `{asked}`; did you mean `{meant}`?\n"
+    assert capsys.readouterr().err == f"aeros: there is no code `{asked}`; did you mean `{suggested}`?\n"
 
 
 def test_what_is_near_nothing_is_shown_harmlessly(capsys: pytest.CaptureFixture[str]) -> None:

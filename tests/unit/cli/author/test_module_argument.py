@@ -56,7 +56,7 @@ def test_the_one_named_is_selected_or_else_the_first(name: str | None, found: in
         ("\x1b[2J", "`dumpling` has no task `\\x1b[2J`; it has clean_up, serve"),
     ],
 )
-def test_a_name_that_is_not_declared_is_said_with_what_is(name: str, message: str) -> None:
+def test_an_undeclared_name_is_reported_with_the_declared_names(name: str, message: str) -> None:
     with pytest.raises(UsageError) as refused:
         select_declared(DUMPLING, "task", DECLARED, name)
     assert str(refused.value) == message

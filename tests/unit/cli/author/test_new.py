@@ -65,8 +65,8 @@ def test_the_commands_it_names_next_are_those_that_work(
     folder = tmp_path / "my modules"
     folder.mkdir()
     assert _new(folder, "--instruction", "Pick it-up") == Exit.SUCCESS
-    said = capsys.readouterr().out.splitlines()
-    commands = [line.strip() for line in said[said.index("next:") + 1 :]]
+    message = capsys.readouterr().out.splitlines()
+    commands = [line.strip() for line in message[message.index("next:") + 1 :]]
     assert len(commands) == 2
     monkeypatch.setenv("PATH", str(Path(sys.executable).parent), prepend=os.pathsep)
     for command in commands:
@@ -101,7 +101,7 @@ def test_any_name_of_the_right_form_will_do(name: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "said"),
+    ("name", "message"),
     [
         ("Pick-Up", "a lower-case letter, then letters, digits and `_`, as in `move_tool`, or `pick_up`"),
         ("1st", "or `st`"),
@@ -117,10 +117,10 @@ def test_any_name_of_the_right_form_will_do(name: str, tmp_path: Path) -> None:
     ],
 )
 def test_a_bad_name_is_refused_with_a_better_one(
-    name: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    name: str, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert _usage(tmp_path, name=name) == Exit.USAGE
-    assert said in capsys.readouterr().err
+    assert message in capsys.readouterr().err
     assert _below(tmp_path) == []
 
 
@@ -164,8 +164,8 @@ def test_what_is_there_already_stays(
         case _:
             path.symlink_to("nowhere")
     assert _new(tmp_path) == Exit.REJECTED
-    said = capsys.readouterr().err
-    assert f"`{path}` exists already; choose another name, or another folder with --parent" in said
+    message = capsys.readouterr().err
+    assert f"`{path}` exists already; choose another name, or another folder with --parent" in message
     assert _below(tmp_path) == [taken]
 
 
@@ -182,9 +182,9 @@ def test_a_place_that_cannot_be_written_to_is_refused(
     if place == "a file":
         folder.write_text("")
     assert _new(folder) == Exit.REJECTED
-    said = capsys.readouterr().err
-    assert f"cannot write to `{folder}`" in said
-    assert "choose another with --parent" in said
+    message = capsys.readouterr().err
+    assert f"cannot write to `{folder}`" in message
+    assert "choose another with --parent" in message
 
 
 def test_for_a_site_of_ones_own_its_tests_verify_under_that_site(tmp_path: Path) -> None:
@@ -205,10 +205,10 @@ def test_a_site_without_the_words_is_refused_with_those_it_lacks(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert _new(tmp_path, "--site", str(OTHER_SITE)) == Exit.REJECTED
-    said = capsys.readouterr().err
-    assert "lacks vocabulary that the template uses" in said
-    assert "`move_tool` is not an action kind of this site" in said
-    assert "use the reference site" in said
+    message = capsys.readouterr().err
+    assert "lacks vocabulary that the template uses" in message
+    assert "`move_tool` is not an action kind of this site" in message
+    assert "use the reference site" in message
     assert _below(tmp_path) == []
 
 
@@ -227,6 +227,6 @@ def test_help_has_examples_and_exit_codes(capsys: pytest.CaptureFixture[str]) ->
     with pytest.raises(SystemExit) as left:
         main(["new", "--help"])
     assert left.value.code == 0
-    said = capsys.readouterr().out
-    assert "aeros new ecm tidy --parent ecms" in said
-    assert "exit codes:" in said
+    message = capsys.readouterr().out
+    assert "aeros new ecm tidy --parent ecms" in message
+    assert "exit codes:" in message

@@ -42,7 +42,7 @@ def test_any_goal_may_be_planned_for_and_the_plan_be_had_as_json(capsys: pytest.
     assert shown["reason"] is None
 
 
-def test_where_there_is_no_plan_it_is_said_why(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_missing_plan_is_explained(capsys: pytest.CaptureFixture[str]) -> None:
     goal = ["--goal", "table_wiped and not estop_pressed"]
     assert main(["plan", *goal, "--initial", "estop_pressed=unknown", *ECMS]) == Exit.REJECTED
     assert "`estop_pressed` is not measured, and no skill sets it" in capsys.readouterr().out
@@ -56,7 +56,7 @@ def test_a_goal_that_holds_already_needs_no_plan(capsys: pytest.CaptureFixture[s
 
 
 @pytest.mark.parametrize(
-    ("arguments", "code", "said"),
+    ("arguments", "code", "message"),
     [
         ([], Exit.USAGE, "give an instruction or --goal"),
         (["--goal", "table_wipd"], Exit.REJECTED, "did you mean `table_wiped`?"),
@@ -66,11 +66,11 @@ def test_a_goal_that_holds_already_needs_no_plan(capsys: pytest.CaptureFixture[s
         (["clean", "--initial", "table_wiped=3 m"], Exit.REJECTED, "--initial table_wiped:1:1"),
     ],
 )
-def test_what_cannot_be_meant_is_refused(
-    arguments: list[str], code: Exit, said: str, capsys: pytest.CaptureFixture[str]
+def test_contradictory_options_are_refused(
+    arguments: list[str], code: Exit, message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["plan", *arguments, *ECMS]) == code
-    assert said in capsys.readouterr().err
+    assert message in capsys.readouterr().err
 
 
 def _run(folder: Path, *arguments: str) -> int:
@@ -82,19 +82,19 @@ def test_a_run_may_pursue_another_goal_than_the_tasks(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert _run(tmp_path, "--goal", "dumpling_wrapped and not dumpling_cooked") == Exit.SUCCESS
-    said = capsys.readouterr().out
-    assert "goal       dumpling_wrapped and not dumpling_cooked; measured on the symbolic plant" in said
-    assert "step make_dumplings.boil" not in said
+    message = capsys.readouterr().out
+    assert "goal       dumpling_wrapped and not dumpling_cooked; measured on the symbolic plant" in message
+    assert "step make_dumplings.boil" not in message
 
 
 def test_a_plan_may_lead_through_the_skills_of_several_modules(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert _run(tmp_path, "--goal", "dumpling_cooked and table_wiped") == Exit.SUCCESS
-    said = capsys.readouterr().out
-    assert "0 denied" in said
+    message = capsys.readouterr().out
+    assert "0 denied" in message
     for module in ("clean_table", "make_dumplings"):
-        assert f"step {module}." in said
+        assert f"step {module}." in message
 
 
 def test_no_plan_in_time_leaves_the_robot_where_it_is(
@@ -102,13 +102,13 @@ def test_no_plan_in_time_leaves_the_robot_where_it_is(
 ) -> None:
     arguments = ["--planner", "smt", "--planning-timeout", "0.000001", "--timeout", "2"]
     assert _run(tmp_path, *arguments) == Exit.REJECTED
-    said = capsys.readouterr().out
-    assert "there was no plan within 1e-06 s; stands still" in said
-    assert "steps      0 run" in said
+    message = capsys.readouterr().out
+    assert "there was no plan within 1e-06 s; stands still" in message
+    assert "steps      0 run" in message
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (["--goal", "dumpling_cooked", "--planner", "rules"], "--goal requires --planner smt"),
         (["--planning-timeout", "5"], "--planning-timeout requires --planner smt"),
@@ -116,10 +116,10 @@ def test_no_plan_in_time_leaves_the_robot_where_it_is(
     ],
 )
 def test_arguments_that_contradict_each_other_are_refused(
-    arguments: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    arguments: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert _run(tmp_path, *arguments) == Exit.USAGE
-    assert said in capsys.readouterr().err
+    assert message in capsys.readouterr().err
 
 
 def test_the_page_on_planning_shows_what_is_answered(
@@ -137,7 +137,7 @@ def test_the_page_on_planning_shows_what_is_answered(
 
 
 @pytest.mark.parametrize(
-    ("plan", "code", "said"),
+    ("plan", "code", "message"),
     [
         (
             "(make_dumplings.prepare)\n(make_dumplings.recover)\n(MAKE_DUMPLINGS.WRAP)\n(make_dumplings.boil)",
@@ -155,16 +155,16 @@ def test_the_page_on_planning_shows_what_is_answered(
     ],
 )
 def test_a_plan_from_elsewhere_is_judged(
-    plan: str, code: Exit, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    plan: str, code: Exit, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "a.plan").write_text(plan)
     assert main(["plan", "check", str(tmp_path / "a.plan"), "make dumplings", *ECMS]) == code
     printed = capsys.readouterr()
-    assert said in printed.out + printed.err
+    assert message in printed.out + printed.err
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (["check", "no.plan", "make dumplings"], "the plan to check: `no.plan`: No such file or directory"),
         (["check", "ecms"], "give an instruction or --goal"),
@@ -175,15 +175,15 @@ def test_a_plan_from_elsewhere_is_judged(
         ),
     ],
 )
-def test_what_is_to_be_judged_has_to_be_said(
+def test_the_plan_to_check_must_be_named(
     arguments: list[str],
-    said: str,
+    message: str,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(ROOT)
     assert main(["plan", *arguments]) == Exit.USAGE
-    assert said in capsys.readouterr().err
+    assert message in capsys.readouterr().err
 
 
 def test_a_judgement_may_be_had_as_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

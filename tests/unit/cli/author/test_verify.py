@@ -300,7 +300,7 @@ def test_json_of_an_unreadable_module_and_of_a_missing_certificate(
     assert [one["code"] for one in unreadable["diagnostics"]] == ["AE001"]
 
 
-def test_json_is_ascii_whatever_the_files_hold(module: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_json_is_ascii_for_all_contents_of_files(module: Path, capsys: pytest.CaptureFixture[str]) -> None:
     manifest = module / "ecm.yaml"
     manifest.write_text(manifest.read_text().replace("version: 1.0.0", "version: größer"))
     verify(module, "--format", "json")

@@ -39,8 +39,8 @@ def _lies_of(monkeypatch: pytest.MonkeyPatch, truth: SatResult) -> None:
     """A cvc5 that says the opposite wherever `truth` is the answer."""
 
     def solve_script(self: Cvc5, script: str) -> SolverAnswer:
-        said = _honest(self, script)
-        return SolverAnswer(_OPPOSITE[said.result], {}) if said.result is truth else said
+        message = _honest(self, script)
+        return SolverAnswer(_OPPOSITE[message.result], {}) if message.result is truth else message
 
     monkeypatch.setattr(Cvc5, "solve_script", solve_script)
 

@@ -41,8 +41,8 @@ def test_a_run_leaves_trials_and_reports(tmp_path: Path, capsys: pytest.CaptureF
         "results.json",
         TRIALS_FILE,
     }
-    said = capsys.readouterr().out
-    assert "1 conditions, 1 of them different, 4 trials of each" in said
+    message = capsys.readouterr().out
+    assert "1 conditions, 1 of them different, 4 trials of each" in message
     results = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))
     (row,) = results["experiments"][0]["rows"]
     assert row["rerun"].startswith(f"aeros experiment {ONE} --plant symbolic --trials 4")
@@ -66,7 +66,7 @@ def test_sessions_are_reported_in_turn(tmp_path: Path) -> None:
     assert (tmp_path / "figures" / "experiment-11.svg").is_file()
 
 
-def test_scale_is_measured_whatever_the_plant(tmp_path: Path) -> None:
+def test_scale_is_measured_on_every_plant(tmp_path: Path) -> None:
     assert run(tmp_path, "--plant", "physics", "--trials", "1", "10/1") == Exit.SUCCESS
     (one,) = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["experiments"]
     (row,) = one["rows"]
@@ -74,7 +74,7 @@ def test_scale_is_measured_whatever_the_plant(tmp_path: Path) -> None:
     assert row["cells"]["installing_s"]["measured"] > 0
 
 
-def test_trials_that_are_there_are_taken_only_where_that_is_said(
+def test_existing_trials_are_reused_only_on_request(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(tmp_path, ONE) == Exit.SUCCESS
@@ -87,7 +87,7 @@ def test_trials_that_are_there_are_taken_only_where_that_is_said(
     assert after.count(b"\n") == 5
 
 
-def test_correlated_failures_stand_beside_what_independence_would_come_to(tmp_path: Path) -> None:
+def test_correlated_failures_are_compared_with_independent_ones(tmp_path: Path) -> None:
     assert run(tmp_path, "13/behaviour_tree") == Exit.SUCCESS
     (one,) = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["experiments"]
     cells = {row["id"]: row["cells"]["success"] for row in one["rows"]}
@@ -130,7 +130,7 @@ def test_a_bad_sensor_has_a_figure_of_what_it_costs(tmp_path: Path) -> None:
 
 @pytest.mark.physics
 @pytest.mark.deep
-def test_the_reaction_beside_a_slow_planner_is_drawn_along_its_latency(tmp_path: Path) -> None:
+def test_reaction_times_with_a_slow_planner_are_drawn_over_its_latency(tmp_path: Path) -> None:
     options = ("--trials", "1", "--workers", "1", "--ecms", ECMS, "--out", str(tmp_path))
     assert main(["experiment", "15/person/0", "15/person/1.5", *options]) == Exit.SUCCESS
     (one,) = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["experiments"]
@@ -141,7 +141,7 @@ def test_the_reaction_beside_a_slow_planner_is_drawn_along_its_latency(tmp_path:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (["44"], "there is no experiment `44`"),
         (["4", "--architecture", "flatt"], "there is no architecture `flatt`"),
@@ -152,15 +152,15 @@ def test_the_reaction_beside_a_slow_planner_is_drawn_along_its_latency(tmp_path:
     ],
 )
 def test_what_there_is_not_is_refused(
-    arguments: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    arguments: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     common = ("--plant", "symbolic", "--trials", "4", "--ecms", ECMS, "--out", str(tmp_path))
     assert main(["experiment", *common, *arguments]) == Exit.USAGE
-    assert said in capsys.readouterr().err
+    assert message in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
-    ("package", "said"),
+    ("package", "message"),
     [
         ("jinja2", "(jinja2 is missing)"),
         ("markdown_it", "(markdown_it is missing)"),
@@ -169,9 +169,9 @@ def test_what_there_is_not_is_refused(
         ("py_trees.behaviour", "`behaviour_tree` needs `pip install"),
     ],
 )
-def test_what_is_not_installed_is_said_before_anything_is_tried(
+def test_a_missing_dependency_is_reported_before_any_trial(
     package: str,
-    said: str,
+    message: str,
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
@@ -182,7 +182,7 @@ def test_what_is_not_installed_is_said_before_anything_is_tried(
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, package, None)
     assert run(tmp_path, "4/behaviour_tree") == Exit.USAGE
-    assert said in capsys.readouterr().err
+    assert message in capsys.readouterr().err
     assert not (tmp_path / TRIALS_FILE).exists()
 
 

@@ -39,14 +39,14 @@ def test_an_older_manifest_is_refused_until_it_is_migrated(
 ) -> None:
     verify = ["verify", "tidy", "--site", "site.yaml", "--no-lock"]
     assert main(verify) == Exit.REJECTED
-    said = capsys.readouterr().out
-    assert "error[AE114] format-version: `aeros/ecm/0` is an older format" in said
-    assert "help: run `aeros migrate tidy/ecm.yaml`" in said
+    message = capsys.readouterr().out
+    assert "error[AE114] format-version: `aeros/ecm/0` is an older format" in message
+    assert "help: run `aeros migrate tidy/ecm.yaml`" in message
     assert main(["migrate", "tidy", "site.yaml"]) == Exit.SUCCESS
-    said = capsys.readouterr().out
-    assert "tidy/ecm.yaml: migrated: aeros/ecm/0 -> aeros/ecm/1\n  `time_limit` is `timeout`\n" in said
-    assert "1 migrated, 1 current, 0 refused\n" in said
-    assert "run `aeros verify` again" in said
+    message = capsys.readouterr().out
+    assert "tidy/ecm.yaml: migrated: aeros/ecm/0 -> aeros/ecm/1\n  `time_limit` is `timeout`\n" in message
+    assert "1 migrated, 1 current, 0 refused\n" in message
+    assert "run `aeros verify` again" in message
     assert (here / "tidy" / "ecm.yaml").read_bytes() == (BASE / "tidy" / "ecm.yaml").read_bytes()
     assert main(verify) == Exit.SUCCESS
     assert main(["migrate", ".", "--check"]) == Exit.SUCCESS
@@ -58,10 +58,10 @@ def test_nothing_is_written_where_it_is_not_asked_for(
 ) -> None:
     before = (here / "tidy" / "ecm.yaml").read_bytes()
     assert main(["migrate", "tidy", option]) == code
-    said = capsys.readouterr().out
-    assert "tidy/ecm.yaml: is old: aeros/ecm/0 -> aeros/ecm/1" in said
-    assert ("-schema: aeros/ecm/0\n+schema: aeros/ecm/1\n" in said) == (option == "--diff")
-    assert "1 to migrate, 0 current, 0 refused" in said
+    message = capsys.readouterr().out
+    assert "tidy/ecm.yaml: is old: aeros/ecm/0 -> aeros/ecm/1" in message
+    assert ("-schema: aeros/ecm/0\n+schema: aeros/ecm/1\n" in message) == (option == "--diff")
+    assert "1 to migrate, 0 current, 0 refused" in message
     assert (here / "tidy" / "ecm.yaml").read_bytes() == before
 
 
@@ -71,9 +71,9 @@ def test_what_a_registry_keeps_is_not_rewritten(here: Path, capsys: pytest.Captu
     (here / "registry.sqlite3").touch()
     before = (kept / "ecm.yaml").read_bytes()
     assert main(["migrate", "."]) == Exit.REJECTED
-    said = capsys.readouterr()
-    assert "1 migrated" in said.out
-    assert "modules/digest/tidy/ecm.yaml: refused: it is old, and the registry keeps it" in said.err
+    message = capsys.readouterr()
+    assert "1 migrated" in message.out
+    assert "modules/digest/tidy/ecm.yaml: refused: it is old, and the registry keeps it" in message.err
     assert (kept / "ecm.yaml").read_bytes() == before
 
 
@@ -94,9 +94,9 @@ def test_mode_links_marks_and_line_ends_stay(here: Path) -> None:
 def test_for_programs_it_says_all_of_it(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (here / "newer.yaml").write_text("schema: aeros/site/9\n")
     assert main(["migrate", ".", "--diff", "--format", "json"]) == Exit.REJECTED
-    said = json.loads(capsys.readouterr().out)
-    assert (said["schema"], said["written"]) == ("aeros/migration/1", False)
-    files = {Path(one["path"]).name: one for one in said["files"]}
+    message = json.loads(capsys.readouterr().out)
+    assert (message["schema"], message["written"]) == ("aeros/migration/1", False)
+    files = {Path(one["path"]).name: one for one in message["files"]}
     assert files["site.yaml"]["state"] == "current"
     assert files["newer.yaml"]["state"] == "refused"
     assert "`aeros/site/9` was written by a newer AEROS" in files["newer.yaml"]["problem"]
@@ -135,18 +135,18 @@ def test_what_is_named_and_cannot_be_migrated_is_refused(
     path = tmp_path / name
     path.write_bytes(content)
     assert main(["migrate", str(path)]) == Exit.REJECTED
-    said = capsys.readouterr()
-    assert said.out == "0 migrated, 0 current, 1 refused\n"
-    assert said.err.startswith(f"{path}: refused: ")
-    assert re.search(why, said.err)
+    message = capsys.readouterr()
+    assert message.out == "0 migrated, 0 current, 1 refused\n"
+    assert message.err.startswith(f"{path}: refused: ")
+    assert re.search(why, message.err)
     assert path.read_bytes() == content
 
 
 def test_a_state_folder_is_migrated_once(state: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["migrate", str(state)]) == Exit.SUCCESS
-    said = capsys.readouterr().out
-    assert "2 migrated, 2 current, 0 refused\n" in said
-    assert "aeros verify" not in said
+    message = capsys.readouterr().out
+    assert "2 migrated, 2 current, 0 refused\n" in message
+    assert "aeros verify" not in message
     assert main(["migrate", str(state), "--check"]) == Exit.SUCCESS
     kept = json.loads((state / "checkpoint.json").read_text())
     assert kept["schema"] == 4

@@ -116,12 +116,12 @@ def test_several_at_a_time_say_what_each_says_by_itself(
     shutil.copytree(folder, folder.parent / "wrong")
     (folder.parent / "wrong" / "risk.smt2").write_text("", encoding="utf-8")
     capsys.readouterr()
-    said = []
+    message = []
     for jobs in ("1", "2"):
         assert _prove(folder, "--jobs", jobs) == Exit.REJECTED
-        said.append(capsys.readouterr().out)
-    assert said[0] == said[1]
-    assert [line.split()[:2] for line in said[0].splitlines() if line[0] != " "] == [
+        message.append(capsys.readouterr().out)
+    assert message[0] == message[1]
+    assert [line.split()[:2] for line in message[0].splitlines() if line[0] != " "] == [
         ["risk", "proved"],
         ["wrong", "failed"],
     ]
@@ -140,7 +140,7 @@ def test_an_update_that_changes_nothing_but_the_time_writes_nothing(
 
 
 @pytest.mark.parametrize(
-    ("wrong", "verdict", "said"),
+    ("wrong", "verdict", "message"),
     [
         ({"CONCLUSION": "(= nothing (<= kind skill))"}, "REFUTED", "obligation risk is REFUTED"),
         ({"ASSUMPTION": "(< kind kind)"}, "VACUOUS", "obligation risk is VACUOUS"),
@@ -156,11 +156,11 @@ def test_what_is_no_theorem_fails(
     capsys: pytest.CaptureFixture[str],
     wrong: dict[str, str],
     verdict: str,
-    said: str,
+    message: str,
 ) -> None:
     status, found = _report(proofs(**wrong), capsys, "--update")
     assert (status, found["verdict"]) == (Exit.REJECTED, verdict)
-    assert any(problem.startswith(said) for problem in found["problems"])
+    assert any(problem.startswith(message) for problem in found["problems"])
 
 
 def test_a_refutation_shows_the_way_that_the_code_goes(
@@ -219,7 +219,7 @@ def test_what_another_version_of_z3_spent_is_not_compared_but_its_verdicts_are(
     assert _report(folder, capsys)[1]["problems"] == ["expected.json differs in the obligations"]
 
 
-def test_what_cannot_be_meant_is_a_usage_error(
+def test_contradictory_options_are_a_usage_error(
     proofs: Callable[..., Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder = proofs()

@@ -71,19 +71,21 @@ def test_verify_says_what_it_checked_and_what_nobody_could_notice(
 ) -> None:
     count = len(lines_of(ran))
     assert audit("verify", ran) == Exit.SUCCESS
-    said = capsys.readouterr().out
-    assert f"chain        sound, {count} records: {decisions_in(ran)} allowed, 0 attenuated, 0 denied" in said
-    assert "signatures   not checked: no --public-key, though 5 checkpoints are in the log" in said
-    assert "NOT CHECKED  records removed at the end\n" in said
+    message = capsys.readouterr().out
+    assert (
+        f"chain        sound, {count} records: {decisions_in(ran)} allowed, 0 attenuated, 0 denied" in message
+    )
+    assert "signatures   not checked: no --public-key, though 5 checkpoints are in the log" in message
+    assert "NOT CHECKED  records removed at the end\n" in message
     assert audit("verify", ran, *with_key(ran)) == Exit.SUCCESS
-    said = capsys.readouterr().out
-    assert f"signatures   sound, of the first {count} records; the log is closed by its writer" in said
-    assert "NOT CHECKED  records removed right after an earlier checkpoint\n" in said
+    message = capsys.readouterr().out
+    assert f"signatures   sound, of the first {count} records; the log is closed by its writer" in message
+    assert "NOT CHECKED  records removed right after an earlier checkpoint\n" in message
     assert audit("verify", ran, *with_anchor(ran)) == Exit.SUCCESS
-    said = capsys.readouterr().out
-    assert f"anchor       the first {count} records are all there" in said
-    assert said.count("NOT CHECKED") == 1
-    assert "NOT CHECKED  an earlier log and its anchor put back together" in said
+    message = capsys.readouterr().out
+    assert f"anchor       the first {count} records are all there" in message
+    assert message.count("NOT CHECKED") == 1
+    assert "NOT CHECKED  an earlier log and its anchor put back together" in message
     assert audit("verify", ran, *with_anchor(ran), "--anchor", str(ran / "anchor")) == Exit.SUCCESS
     assert "NOT CHECKED" not in capsys.readouterr().out
 
@@ -149,12 +151,12 @@ def test_verify_says_how_much_of_a_log_that_was_not_closed_is_vouched_for(
 ) -> None:
     (folder / "out" / "audit.jsonl").write_bytes(b"".join(lines_of(folder)[:10]))
     assert audit("verify", folder, *with_key(folder)) == Exit.SUCCESS
-    said = capsys.readouterr().out
+    message = capsys.readouterr().out
     assert (
         "sound, of the first 2 records; the log is not closed: the writer is still running or was killed"
-        in said
+        in message
     )
-    assert "NOT CHECKED  changes after the newest checkpoint, which 8 records follow now" in said
+    assert "NOT CHECKED  changes after the newest checkpoint, which 8 records follow now" in message
 
 
 def test_verify_refuses_an_anchor_without_a_key_and_what_is_no_key(
@@ -282,7 +284,7 @@ def test_show_shows_what_was_asked_for(
 
 def test_show_says_why_in_words(decided: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert audit("show", decided, "--site", str(bench.SITE)) == Exit.SUCCESS
-    said = capsys.readouterr().out
+    message = capsys.readouterr().out
     for words in (
         "DENY       handling.quickly asks for move(speed=0.0625, target=[0.25, 0.125, 0.25]) at 100.000 s",
         "AE750 separation: breaks `human_distance >= 500 mm`: nobody is within reach",
@@ -298,7 +300,7 @@ def test_show_says_why_in_words(decided: Path, capsys: pytest.CaptureFixture[str
         "handling.slowly: denied: r",
         r"note            plan\x1b[2J",
     ):
-        assert words in said
+        assert words in message
 
 
 def test_show_says_that_another_site_governed(decided: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -307,7 +309,9 @@ def test_show_says_that_another_site_governed(decided: Path, capsys: pytest.Capt
     assert "record 0 opens a session under a different site file" in capsys.readouterr().err
 
 
-def test_show_takes_whatever_a_sound_chain_holds(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_show_accepts_every_content_of_a_sound_chain(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     (tmp_path / "out").mkdir()
     strange: list[dict[str, Any]] = [
         {"verdict": "DENY"},
@@ -366,10 +370,10 @@ def test_replay_names_what_does_not_come_out_the_same(
         log.append("session-opened", opened["details"])
         log.append("decision", {**record["details"], "verdict": "DENY"})
     assert audit("replay", decided, *own) == Exit.REJECTED
-    said = capsys.readouterr().out
-    assert "record 1 is not reproduced" in said
-    assert '"verdict": "DENY"' in said
-    assert '"verdict": "ALLOW"' in said
+    message = capsys.readouterr().out
+    assert "record 1 is not reproduced" in message
+    assert '"verdict": "DENY"' in message
+    assert '"verdict": "ALLOW"' in message
     assert audit("replay", decided, *own, "--format", "json") == Exit.REJECTED
     assert json.loads(capsys.readouterr().out)["disagreements"][0]["sequence"] == 1
 
@@ -394,16 +398,16 @@ def test_replay_takes_what_was_in_force_on_this_robot(
     shutil.rmtree(tmp_path / "state" / "registry" / "modules")
     capsys.readouterr()
     assert audit("replay", decided, *state) == Exit.REJECTED
-    said = capsys.readouterr().out
-    assert "parts of it are no longer stored: `handling` 1.0.0 sha256:" in said
-    assert "0 decisions reproduced; 9 differ" in said
+    message = capsys.readouterr().out
+    assert "parts of it are no longer stored: `handling` 1.0.0 sha256:" in message
+    assert "0 decisions reproduced; 9 differ" in message
 
 
 def test_replay_requires_the_same_configuration(decided: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert audit("replay", decided, "--ecms", str(REPOSITORY / "ecms" / "clean_table")) == Exit.REJECTED
-    said = capsys.readouterr().out
-    assert "record 1 cannot be replayed: it was decided under the configuration" in said
-    assert "0 decisions reproduced; 9 differ" in said
+    message = capsys.readouterr().out
+    assert "record 1 cannot be replayed: it was decided under the configuration" in message
+    assert "0 decisions reproduced; 9 differ" in message
 
 
 @pytest.mark.parametrize("command", ["", "verify", "show", "replay", "keygen"])
@@ -411,6 +415,6 @@ def test_each_command_explains_itself(command: str, capsys: pytest.CaptureFixtur
     with pytest.raises(SystemExit) as ended:
         main(["audit", *([command] if command else []), "--help"])
     assert ended.value.code == 0
-    said = capsys.readouterr().out
-    assert "examples:\n" in said
-    assert "exit codes:" in said
+    message = capsys.readouterr().out
+    assert "examples:\n" in message
+    assert "exit codes:" in message

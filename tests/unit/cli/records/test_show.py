@@ -154,7 +154,7 @@ def test_what_a_record_lacks_is_left_out(one: Record, ending: str) -> None:
     assert line(one).endswith(ending)
 
 
-def test_a_time_that_no_calendar_has_is_said() -> None:
+def test_a_time_that_no_calendar_has_is_reported() -> None:
     assert "  at no time  " in line(record("note", written=1e300))
 
 
@@ -185,7 +185,7 @@ def test_a_rule_is_explained_with_what_was_asked_and_measured() -> None:
 
 
 @pytest.mark.parametrize(
-    ("state", "said"),
+    ("state", "message"),
     [
         ({}, "`human_distance` was not measured"),
         ("none", "`human_distance` was not measured"),
@@ -196,9 +196,9 @@ def test_a_rule_is_explained_with_what_was_asked_and_measured() -> None:
         ({"human_distance": [1e999, 98.0]}, "`human_distance` was Infinity, measured 2 s before"),
     ],
 )
-def test_a_value_is_shown_as_it_was_recorded(state: Any, said: str) -> None:
+def test_a_value_is_shown_as_it_was_recorded(state: Any, message: str) -> None:
     found = explained(denied("AE750", "separation", asked=MOVE, state=state, time=100.0))
-    assert found[-1] == f"   {said}"
+    assert found[-1] == f"   {message}"
 
 
 def test_vectors_and_families_have_units_in_each_part() -> None:
@@ -279,6 +279,6 @@ _REASONS = st.lists(
 
 @examples(25)
 @given(_DETAILS, _REASONS)
-def test_whatever_a_record_holds_is_shown(details: dict[str, Any], reasons: list[list[str]]) -> None:
+def test_every_record_is_shown(details: dict[str, Any], reasons: list[list[str]]) -> None:
     shown = format_record(record(**{**details, "reasons": reasons}), site())
     assert "\x1b" not in shown

@@ -94,9 +94,9 @@ def test_a_log_that_was_altered_explains_nothing(tmp_path: Path, capsys: pytest.
     path = log(tmp_path, DENIED)
     path.write_bytes(path.read_bytes().replace(b"0.41", b"4.10"))
     assert main(["why", str(path)]) == 1
-    said = capsys.readouterr()
-    assert said.out == ""
-    assert "log is not sound" in said.err
+    message = capsys.readouterr()
+    assert message.out == ""
+    assert "log is not sound" in message.err
 
 
 def test_without_a_name_it_is_the_newest_run(

@@ -74,7 +74,7 @@ def test_an_answer_is_confirmed_and_an_unknown_request_refused(
     assert main(["approve", other, "--reject", *state]) == Exit.SUCCESS
     assert capsys.readouterr().out == f"{other} is rejected\n"
     assert main(["approve", "\x1b[2J", *state]) == Exit.REJECTED
-    said = capsys.readouterr()
-    assert said.out == ""
-    assert said.err.startswith("aeros: ")
-    assert "\x1b" not in said.err
+    message = capsys.readouterr()
+    assert message.out == ""
+    assert message.err.startswith("aeros: ")
+    assert "\x1b" not in message.err

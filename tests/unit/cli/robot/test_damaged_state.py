@@ -146,8 +146,8 @@ def test_a_damaged_state_is_refused_in_words_or_done_without(
         for path in paths_of(name, Path("robot")):
             DAMAGES[damage](path)
         code = main([*command, "--state", "robot"])
-        said = capsys.readouterr()
-        assert code in (0, 1, 2), (command, said.err)
-        assert "Traceback" not in said.err + said.out
+        message = capsys.readouterr()
+        assert code in (0, 1, 2), (command, message.err)
+        assert "Traceback" not in message.err + message.out
         if code:
-            assert said.err.strip() or "goal not reached" in said.out, command
+            assert message.err.strip() or "goal not reached" in message.out, command

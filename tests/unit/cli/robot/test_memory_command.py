@@ -69,7 +69,7 @@ def test_show_as_json_can_be_of_one_skill(state: Path, capsys: pytest.CaptureFix
     assert skill["contexts"][0]["context"] == json.loads(CONTEXT)
 
 
-def test_a_skill_that_nobody_tried_is_said_to_be_unknown(
+def test_a_skill_that_nobody_tried_is_reported_as_unknown(
     state: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     code, _, err = run(capsys, "show", "--skill", "cook.fry", "--state", str(state))
@@ -102,7 +102,7 @@ def test_search_finds_steps_newest_first(
     assert [one["id"] for one in json.loads(out)["episodes"]] == found
 
 
-def test_search_tells_a_step_in_a_line(state: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_search_prints_a_step_in_one_line(state: Path, capsys: pytest.CaptureFixture[str]) -> None:
     _, out, _ = run(capsys, "search", "--limit", "3", "--state", str(state))
     assert out.splitlines() == [
         "5 (session 1, cook.cook) retry cook.steam: end unknown",
@@ -139,7 +139,7 @@ def test_nothing_is_forgotten_without_a_yes(state: Path, capsys: pytest.CaptureF
 
 
 @pytest.mark.parametrize(
-    ("asked", "said"),
+    ("asked", "message"),
     [
         (("--skill", "cook.boil"), "deleted `cook.boil`: 0 sessions, 4 episodes, 0 events, 0 facts"),
         (("--session", "1"), "deleted session 1: 1 sessions, 5 episodes, 0 events, 1 facts"),
@@ -147,10 +147,10 @@ def test_nothing_is_forgotten_without_a_yes(state: Path, capsys: pytest.CaptureF
     ],
 )
 def test_what_is_forgotten_is_counted(
-    state: Path, capsys: pytest.CaptureFixture[str], asked: tuple[str, ...], said: str
+    state: Path, capsys: pytest.CaptureFixture[str], asked: tuple[str, ...], message: str
 ) -> None:
     code, out, _ = run(capsys, "forget", *asked, "--yes", "--state", str(state))
-    assert (code, said in out) == (0, True)
+    assert (code, message in out) == (0, True)
 
 
 @pytest.mark.parametrize("action", ["show", "search", "export"])
@@ -166,7 +166,7 @@ def test_a_folder_without_a_memory_is_refused_and_left_alone(
 @pytest.mark.parametrize(
     "wrong", [("show", "--skill", "boil"), ("search", "--limit", "0"), ("forget", "--yes"), ("dream",)]
 )
-def test_wrong_usage_is_said(capsys: pytest.CaptureFixture[str], wrong: tuple[str, ...]) -> None:
+def test_wrong_usage_is_reported(capsys: pytest.CaptureFixture[str], wrong: tuple[str, ...]) -> None:
     with pytest.raises(SystemExit) as stopped:
         run(capsys, *wrong)
     assert stopped.value.code == 2

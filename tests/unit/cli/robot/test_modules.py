@@ -34,12 +34,12 @@ def run(*arguments: str) -> int:
 @pytest.mark.usefixtures("robot")
 def test_a_module_is_brought_up_listed_and_taken_down(capsys: pytest.CaptureFixture[str]) -> None:
     capsys.readouterr()
-    said = []
+    message = []
     for command in ("install", "configure", "activate", "deactivate", "remove"):
         assert run(command, str(BASE / "tidy") if command == "install" else "tidy") == 0
-        said.append(capsys.readouterr().out)
-    assert said[0].startswith("tidy 1.0.0 is installed; sha256:")
-    assert said[1:] == [
+        message.append(capsys.readouterr().out)
+    assert message[0].startswith("tidy 1.0.0 is installed; sha256:")
+    assert message[1:] == [
         f"tidy 1.0.0 is {state}\n" for state in ("configured", "active", "configured", "absent")
     ]
     assert run("list") == 0
@@ -80,8 +80,8 @@ def test_a_module_that_is_not_active_is_named_to_who_asks_for_its_task(
         pytest.importorskip("mcp", reason="the extra `mcp` is not installed")
     run("install", str(BASE / "tidy"))
     assert run(*command, "clean it") == 1
-    said = "no active module provides `clean it`; installed is `tidy.clean_up` (`aeros activate tidy`)"
-    assert said in capsys.readouterr().err
+    message = "no active module provides `clean it`; installed is `tidy.clean_up` (`aeros activate tidy`)"
+    assert message in capsys.readouterr().err
 
 
 @pytest.mark.usefixtures("robot")
@@ -93,7 +93,7 @@ def test_plans_are_made_with_what_is_active_on_the_robot(capsys: pytest.CaptureF
     assert "tidy.wipe" in capsys.readouterr().out
 
 
-def test_a_broken_assumption_is_listed_beside_the_module_of_that_version(
+def test_a_broken_assumption_is_listed_with_the_module_of_that_version(
     robot: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     run("install", str(BASE / "tidy"))
@@ -125,9 +125,9 @@ def test_a_memory_that_cannot_be_read_keeps_nothing_from_being_listed(
     (robot / MEMORY_FILE).write_text("no database at all, and longer than its header")
     capsys.readouterr()
     assert run("list") == 0
-    said = capsys.readouterr()
-    assert said.out.startswith("tidy 1.0.0")
-    assert "broken assumptions are unknown" in said.err
+    message = capsys.readouterr()
+    assert message.out.startswith("tidy 1.0.0")
+    assert "broken assumptions are unknown" in message.err
 
 
 @pytest.mark.usefixtures("robot")
@@ -141,8 +141,8 @@ def test_a_digest_pins_what_is_installed(capsys: pytest.CaptureFixture[str]) -> 
 @pytest.mark.usefixtures("robot")
 def test_a_bundle_is_pinned_carried_and_installed(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bundle", str(BASE / "tidy")]) == 0
-    said = capsys.readouterr().out
-    name, digest = said.split(":")[0], said[said.index("sha256:") :].strip()
+    message = capsys.readouterr().out
+    name, digest = message.split(":")[0], message[message.index("sha256:") :].strip()
     assert run("install", name, "--digest", "sha256:" + "0" * 64) == 1
     assert run("install", name, "--digest", digest) == 0
     assert digest in capsys.readouterr().out
@@ -165,7 +165,7 @@ def test_a_bundle_that_cannot_be_written_is_reported(
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (("install", "nowhere"), "is not a folder, a file or an entry point"),
         (("activate", "tidy"), "there is no module `tidy` here"),
@@ -174,6 +174,8 @@ def test_a_bundle_that_cannot_be_written_is_reported(
     ],
 )
 @pytest.mark.usefixtures("robot")
-def test_refusals_say_why(arguments: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_refusals_say_why(
+    arguments: tuple[str, ...], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert run(*arguments) == 1
-    assert said in capsys.readouterr().err
+    assert message in capsys.readouterr().err

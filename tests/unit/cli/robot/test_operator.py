@@ -85,7 +85,7 @@ def test_another_policy_is_in_force_once_it_is_set(
 
 
 @pytest.mark.parametrize(
-    ("command", "said", "asked"),
+    ("command", "message", "asked"),
     [
         ("pause", "paused: no action starts until `aeros resume`\n", OperatorCommand.PAUSE),
         ("resume", "resumed\n", OperatorCommand.RUN),
@@ -93,11 +93,11 @@ def test_another_policy_is_in_force_once_it_is_set(
     ],
 )
 def test_a_command_reaches_the_page_that_robots_read(
-    robot: Path, command: str, said: str, asked: OperatorCommand, capsys: pytest.CaptureFixture[str]
+    robot: Path, command: str, message: str, asked: OperatorCommand, capsys: pytest.CaptureFixture[str]
 ) -> None:
     capsys.readouterr()
     assert run(command) == 0
-    assert capsys.readouterr().out == said
+    assert capsys.readouterr().out == message
     with ControlPage(Registry(robot).folder) as page:
         assert page.command is asked
 
@@ -112,15 +112,18 @@ def test_motion_that_does_not_end_sends_to_the_emergency_stop(
     monkeypatch.setattr("aeros.cli.robot.operator.request_command", still_moving)
     capsys.readouterr()
     assert run("stop") == 1
-    said = capsys.readouterr()
-    assert (said.out, said.err) == ("", "aeros: still moving after 10 s; use the robot's emergency stop\n")
+    message = capsys.readouterr()
+    assert (message.out, message.err) == (
+        "",
+        "aeros: still moving after 10 s; use the robot's emergency stop\n",
+    )
 
 
 def test_a_quarantine_is_lifted_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     Quarantine(tmp_path).record_crash("killed", 1000.0, most=1, within=60.0)
-    for said in ("quarantine lifted; the agent can start again\n", "the agent is not quarantined\n"):
+    for message in ("quarantine lifted; the agent can start again\n", "the agent is not quarantined\n"):
         assert main(["release", "--state", str(tmp_path)]) == 0
-        assert capsys.readouterr().out == said
+        assert capsys.readouterr().out == message
     assert Quarantine(tmp_path).reason() is None
 
 
@@ -128,7 +131,7 @@ DIGEST = bundle_digest(module_files(BASE / "tidy"))
 
 
 @pytest.mark.parametrize(
-    ("parts", "said"),
+    ("parts", "message"),
     [
         (("--version", "<1.2"), "--version needs --module"),
         (("--module", "tidy", "--version", "new"), "`new` is neither a version"),
@@ -137,14 +140,14 @@ DIGEST = bundle_digest(module_files(BASE / "tidy"))
 )
 @pytest.mark.usefixtures("robot")
 def test_a_block_of_no_version_or_digest_is_a_mistake(
-    parts: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]
+    parts: tuple[str, ...], message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     try:
         code = run("block", "--id", "x", "--reason", "y", *parts)
     except SystemExit as ended:
         code = int(ended.code or 0)
     assert code == 2
-    assert said in capsys.readouterr().err
+    assert message in capsys.readouterr().err
 
 
 @pytest.mark.usefixtures("robot")
@@ -161,9 +164,9 @@ def test_a_block_of_versions_or_contents_is_shown_wherever_the_module_is(
     for command in (("install", str(BASE / "tidy")), ("configure", "tidy"), ("activate", "tidy"), ("list",)):
         capsys.readouterr()
         assert run(*command) == 0
-        said = capsys.readouterr().out
-        assert all(line in said for line in lines)
-        assert ("blocked: other" in said) == (command == ("list",))
+        message = capsys.readouterr().out
+        assert all(line in message for line in lines)
+        assert ("blocked: other" in message) == (command == ("list",))
     assert run("list", "--format", "json") == 0
     found = json.loads(capsys.readouterr().out)
     assert [(one["id"], one["version"], one["digest"]) for one in found["blocks"]] == [

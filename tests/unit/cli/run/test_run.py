@@ -31,10 +31,10 @@ def test_the_same_seed_ends_the_same_under_every_gate(
     gate: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert _run(tmp_path, "--plant", "symbolic", "--seed", "7", "--gate", gate) == Exit.SUCCESS
-    said = capsys.readouterr().out
-    assert "goal reached" in said
-    assert "steps      6 run, 1 retries, 1 recoveries, 1 re-plans" in said
-    assert "0 denied" in said
+    message = capsys.readouterr().out
+    assert "goal reached" in message
+    assert "steps      6 run, 1 retries, 1 recoveries, 1 re-plans" in message
+    assert "0 denied" in message
 
 
 @pytest.mark.parametrize(
@@ -48,9 +48,9 @@ def test_every_task_is_done_on_the_kinematic_plant(
     instruction: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert _run(tmp_path, "--plant", "kinematic", instruction=instruction) == Exit.SUCCESS
-    said = capsys.readouterr().out
-    assert "measured on the kinematic plant" in said
-    assert "0 attenuated, 0 denied" in said
+    message = capsys.readouterr().out
+    assert "measured on the kinematic plant" in message
+    assert "0 attenuated, 0 denied" in message
 
 
 @pytest.mark.parametrize("plant", ["kinematic", "physics"])
@@ -180,7 +180,7 @@ def _decided(log: Path) -> list[dict[str, object]]:
     return [{name: value for name, value in one.items() if name != "configuration"} for one in details]
 
 
-def test_less_isolation_than_the_site_requires_is_said_loudly(
+def test_less_isolation_than_the_site_requires_is_reported_loudly(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("aeros.runtime.isolation.run_factory.ZygotePool", _lacking_host)
@@ -230,9 +230,9 @@ def test_a_bag_in_a_folder_that_is_there_is_refused_before_anything_moves(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert _run(tmp_path, "--plant", "symbolic", "--bag", str(tmp_path)) == Exit.REJECTED
-    said = capsys.readouterr().err
-    assert "exists already" in said
-    assert "give a new folder with --bag" in said
+    message = capsys.readouterr().err
+    assert "exists already" in message
+    assert "give a new folder with --bag" in message
     assert not (tmp_path / "out" / "audit.jsonl").exists()
 
 
@@ -267,6 +267,6 @@ def test_people_that_cannot_be_are_refused_with_the_line_before_anything_is_writ
     file = tmp_path / "people.yaml"
     file.write_text("schema: aeros/people/1\ndescription: x\npeople: {guest: {path: [{at: [1 m, 2 kg]}]}}\n")
     assert _run(tmp_path, "--people", str(file)) == Exit.REJECTED
-    assert "error[AE204]" in (said := capsys.readouterr().err)
-    assert "people.yaml:3:" in said
+    assert "error[AE204]" in (message := capsys.readouterr().err)
+    assert "people.yaml:3:" in message
     assert not (tmp_path / "out").exists()

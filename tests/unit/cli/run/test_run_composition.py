@@ -180,8 +180,8 @@ def test_an_interrupted_run_leaves_everything_whole(
 
 def test_a_composition_that_is_not_there_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert _run(tmp_path, REPOSITORY / "ecms", "--composition", "fetch_one") == Exit.REJECTED
-    said = capsys.readouterr().err
-    assert "`fetch_object` has no composition `fetch_one`; did you mean `fetch_once`?" in said
+    message = capsys.readouterr().err
+    assert "`fetch_object` has no composition `fetch_one`; did you mean `fetch_once`?" in message
     assert not (tmp_path / "out").exists()
 
 

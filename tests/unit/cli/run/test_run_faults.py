@@ -185,8 +185,8 @@ def test_a_file_that_is_wrong_is_refused_before_anything_is_written(
 ) -> None:
     faults = write(tmp_path, "  it: {at: {look: mast}, rate: 2, bump: {thing: spoon, impulse: 1 N*s}}\n")
     assert main(arguments(tmp_path, "make dumplings", faults)) == Exit.REJECTED
-    said = capsys.readouterr()
-    shown = said.out + said.err
+    message = capsys.readouterr()
+    shown = message.out + message.err
     assert f"{faults}:3:32" in shown
     assert "`2` is outside its bounds" in shown
     assert not (tmp_path / "out").exists()

@@ -76,12 +76,12 @@ def check_against_the_records(
     ]
     decided = [record for record in records if record["event"] == "decision"]
     assert len(decided) > least
-    said = [
+    text = [
         (one.record, one.module, one.skill, one.verdict, json.loads(one.action), json.loads(one.reasons))
         for _, one in received["/aeros/decisions"]
     ]
     names = ("module", "skill", "verdict", "decided", "reasons")
-    assert said == [(record["sequence"], *(record["details"][name] for name in names)) for record in decided]
+    assert text == [(record["sequence"], *(record["details"][name] for name in names)) for record in decided]
     compared = set()
     at: dict[tuple[str, int], list[Any]] = defaultdict(
         list
@@ -170,7 +170,7 @@ def test_the_file_alone_says_how_to_read_it(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("given", "said"),
+    ("given", "text"),
     [
         (["--video", "run.avi"], "`run.avi`: expected a file named *.webp, *.gif, *.mp4"),
         (["--video", "run"], "`run`: expected a file named *.webp, *.gif, *.mp4"),
@@ -179,13 +179,13 @@ def test_the_file_alone_says_how_to_read_it(tmp_path: Path) -> None:
         (["--mcap", "run.mcap", "--bag", "bag"], "not allowed with argument --mcap"),
     ],
 )
-def test_what_cannot_be_meant_is_refused(
-    given: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_contradictory_options_are_refused(
+    given: list[str], text: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(SystemExit) as ended:
         main(arguments(tmp_path, *given))
     assert ended.value.code == Exit.USAGE
-    assert said in capsys.readouterr().err
+    assert text in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
 
@@ -250,8 +250,8 @@ def moving(folder: Path, film: str = "run.gif") -> subprocess.Popen[bytes]:
 def test_an_interrupted_run_leaves_a_film_and_a_file_up_to_there(name: str, tmp_path: Path) -> None:
     run = moving(tmp_path, name)
     run.send_signal(signal.SIGINT)
-    _, said = run.communicate(timeout=120.0)
-    assert b"stopping the robot; press Ctrl-C again to exit at once" in said
+    _, text = run.communicate(timeout=120.0)
+    assert b"stopping the robot; press Ctrl-C again to exit at once" in text
     assert run.returncode == Exit.INTERRUPTED
     assert len(frames_of(tmp_path / name)) > 3
     received = messages_in(tmp_path / "run.mcap")
@@ -270,5 +270,5 @@ def test_a_killed_run_leaves_no_film_and_of_the_messages_what_was_written(
     assert sorted(path.name for path in tmp_path.iterdir()) == ["out", "run.mcap.part", "state"]
     again = ["--plant", "symbolic", "--mcap", str(tmp_path / "run.mcap"), "--out", str(tmp_path / "again")]
     assert main(arguments(tmp_path, *again)) == Exit.REJECTED
-    assert "run.mcap.part" in (said := capsys.readouterr().err)
-    assert "exists already" in said
+    assert "run.mcap.part" in (text := capsys.readouterr().err)
+    assert "exists already" in text

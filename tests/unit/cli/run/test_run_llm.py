@@ -39,14 +39,14 @@ def test_what_a_model_proposes_is_verified_then_decided_by_the_gate_and_the_key_
     hasty = {"plan": [step("boil")]}
     with stub(says(hasty), says(GOOD)) as server:
         assert _run(tmp_path, "--llm-url", server.url, "--llm-model", "stub") == Exit.SUCCESS
-    said = capsys.readouterr()
-    assert "goal reached" in said.out
-    assert "(try 2 of 3)" in said.out
+    message = capsys.readouterr()
+    assert "goal reached" in message.out
+    assert "(try 2 of 3)" in message.out
     assert "its precondition `dumpling_wrapped` does not hold" in json.dumps(server.asked[1])
     assert server.headers[0]["authorization"] == f"Bearer {KEY}"
     assert verify_log(tmp_path / "out" / "audit.jsonl").decisions.allowed > 50
     left = [path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()]
-    assert KEY.encode() not in b"".join([*left, said.out.encode(), said.err.encode()])
+    assert KEY.encode() not in b"".join([*left, message.out.encode(), message.err.encode()])
 
 
 def test_where_a_model_does_not_help_the_rules_do_or_for_another_goal_a_search(
@@ -69,7 +69,7 @@ def test_a_model_needs_a_place_and_a_name(
     assert "--planner llm, --llm-url and --llm-model must be given together" in capsys.readouterr().err
 
 
-def test_without_what_asks_it_is_said_what_to_install(
+def test_without_the_client_library_the_error_names_what_to_install(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setitem(sys.modules, "httpx", None)

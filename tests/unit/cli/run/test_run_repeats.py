@@ -111,7 +111,7 @@ def digest(folder: Path, case: str, seed: int, hashes: int) -> str:
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_a_run_repeats_whatever_the_hashes_and_another_seed_is_another_run(case: str, tmp_path: Path) -> None:
+def test_a_run_repeats_under_any_hash_seed_and_another_seed_is_another_run(case: str, tmp_path: Path) -> None:
     once = digest(tmp_path, case, 3, hashes=1)
     assert digest(tmp_path, case, 3, hashes=2) == once
     assert digest(tmp_path, case, 7, hashes=1) != once

@@ -21,8 +21,8 @@ def report(**changed: Any) -> RunReport:
 def test_the_summary_holds_the_numbers_of_the_report() -> None:
     modules = [SimpleNamespace(claim_count=20, runtime_checked_count=3)] * 2
     proof = cast("Any", SimpleNamespace(modules=modules))
-    said = summary(proof, report(), "symbolic", 12.34, 5.67)
-    assert said.splitlines() == [
+    message = summary(proof, report(), "symbolic", 12.34, 5.67)
+    assert message.splitlines() == [
         "",
         "m.t: goal reached",
         "goal       a and b; measured on the symbolic plant: a = true, b = unknown",
@@ -38,5 +38,7 @@ def test_the_summary_holds_the_numbers_of_the_report() -> None:
 def test_the_reason_is_shown_harmlessly_and_on_one_line() -> None:
     proof = cast("Any", SimpleNamespace(modules=[]))
     hostile = report(reached=False, reason="raised: \x1b[2J\rm.t: goal reached\nm.t: goal reached\u202e")
-    said = summary(proof, hostile, "symbolic", 0.0, 0.0).splitlines()
-    assert said[1] == "m.t: goal not reached: raised: \\x1b[2J\\rm.t: goal reached\\nm.t: goal reached\\u202e"
+    message = summary(proof, hostile, "symbolic", 0.0, 0.0).splitlines()
+    assert (
+        message[1] == "m.t: goal not reached: raised: \\x1b[2J\\rm.t: goal reached\\nm.t: goal reached\\u202e"
+    )

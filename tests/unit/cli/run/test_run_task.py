@@ -65,13 +65,13 @@ def test_a_task_that_is_done_is_a_success_with_a_summary(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(options(tmp_path), goal=HOLDS) is Exit.SUCCESS
-    said = capsys.readouterr().out
-    assert "goal reached" in said
-    assert "bench_clean = false" in said  # of the goal that replaces the task's
+    message = capsys.readouterr().out
+    assert "goal reached" in message
+    assert "bench_clean = false" in message  # of the goal that replaces the task's
     records = verify_log(tmp_path / "out" / "audit.jsonl").records
-    assert f"audit      {records} records, chain sound\n" in said
-    assert "aeros why" not in said
-    assert said.endswith(f"output     {tmp_path / 'out'}/: audit.jsonl, measured.jsonl, trace.jsonl\n")
+    assert f"audit      {records} records, chain sound\n" in message
+    assert "aeros why" not in message
+    assert message.endswith(f"output     {tmp_path / 'out'}/: audit.jsonl, measured.jsonl, trace.jsonl\n")
     assert latest_run(tmp_path / "state") == (tmp_path / "out", True)
 
 
@@ -79,9 +79,9 @@ def test_a_goal_that_is_not_reached_is_a_rejection_that_says_where_to_ask(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(options(tmp_path), Idle()) is Exit.REJECTED
-    said = capsys.readouterr().out
-    assert "goal not reached: " in said
-    assert f"why        aeros why {tmp_path / 'out'}\n" in said
+    message = capsys.readouterr().out
+    assert "goal not reached: " in message
+    assert f"why        aeros why {tmp_path / 'out'}\n" in message
 
 
 def test_a_time_that_is_over_cancels_the_task(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -121,9 +121,9 @@ def test_a_report_and_a_bag_are_named_with_the_outputs(
     assert (
         run(options(tmp_path, "--report", "--mcap", str(tmp_path / "run.mcap")), goal=HOLDS) is Exit.SUCCESS
     )
-    said = capsys.readouterr().out
-    assert f"mcap       {tmp_path / 'run.mcap'}\n" in said
-    assert "report.html" in said.splitlines()[-1]
+    message = capsys.readouterr().out
+    assert f"mcap       {tmp_path / 'run.mcap'}\n" in message
+    assert "report.html" in message.splitlines()[-1]
 
 
 # Resumed.
@@ -140,10 +140,10 @@ def test_a_task_that_had_ended_is_reported_again_and_not_done_again(
     again.plant_at = tmp_path / "plant.sock"
     save_run_options(again)
     assert run(again, goal=HOLDS) is Exit.SUCCESS
-    said = capsys.readouterr().out
-    assert said.startswith("The task had already ended.\n")
+    message = capsys.readouterr().out
+    assert message.startswith("The task had already ended.\n")
     assert "goal reached" in first
-    assert "goal reached" in said
+    assert "goal reached" in message
     assert verify_log(tmp_path / "out" / "audit.jsonl").records == records
     # What is left to resume is for the supervisor to remove, where there is one.
     assert (tmp_path / "state" / "run.json").exists() is is_supervised

@@ -192,10 +192,10 @@ def test_a_withdrawn_module_of_a_folder_is_named_and_not_used(
     shutil.copytree(installed, "robot")
     assert main(["deactivate", _MODULE, "--state", "robot"]) == 0
     assert _run("symbolic", "--ecms") == 1
-    said = capsys.readouterr().err
-    assert f"`{_MODULE}` is no longer active on this robot" in said
+    message = capsys.readouterr().err
+    assert f"`{_MODULE}` is no longer active on this robot" in message
     shutil.copytree(ROOT / "ecms" / "clean_table", "ecms/clean_table")
     assert _run("symbolic", "--ecms") == 1
-    said = capsys.readouterr().err
-    assert f"warning: `{_MODULE}` is no longer active on this robot, so the run does not use it" in said
-    assert f"`aeros activate {_MODULE}`" in said
+    message = capsys.readouterr().err
+    assert f"warning: `{_MODULE}` is no longer active on this robot, so the run does not use it" in message
+    assert f"`aeros activate {_MODULE}`" in message

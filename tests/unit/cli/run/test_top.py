@@ -31,7 +31,7 @@ def test_it_says_how_the_latest_run_of_this_robot_ended(
     capsys.readouterr()
     state = ["--state", str(tmp_path / "state")]
     assert main(["top", *state]) == Exit.SUCCESS
-    said = capsys.readouterr().out
+    message = capsys.readouterr().out
     allowed = verify_log(out / "audit.jsonl").decisions.allowed
     for words in (
         "make_dumplings.make_dumplings  1",
@@ -42,7 +42,7 @@ def test_it_says_how_the_latest_run_of_this_robot_ended(
         "ALLOW     make_dumplings.boil",
         "dumpling_cooked                true  0.00 s ago",
     ):
-        assert words in said
+        assert words in message
     assert main(["top", *state, "--once", "--format", "json"]) == Exit.SUCCESS
     view = json.loads(capsys.readouterr().out)
     assert (view["schema"], view["folder"]) == ("aeros/top/1", str(out))
@@ -55,7 +55,7 @@ def test_where_nothing_was_run_it_says_so(tmp_path: Path, capsys: pytest.Capture
     assert "no runs found" in capsys.readouterr().err
 
 
-def test_a_run_whose_process_is_gone_is_not_said_to_run(
+def test_a_run_whose_process_is_gone_is_not_listed_as_running(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = written_run(tmp_path / "out", [("decision", decision(1.0))])
@@ -71,9 +71,9 @@ def test_what_a_module_says_does_not_reach_the_terminal(
     trace = [{"time": 0.0, "kind": "plan-accepted", "text": hostile, "details": {"steps": [hostile]}}]
     out = written_run(tmp_path / "out", [("decision", denied)], trace)
     assert main(["top", "--run", str(out), "--state", str(tmp_path)]) == Exit.SUCCESS
-    said = capsys.readouterr().out
-    assert "\\x1b[2J" in said
-    assert not {"\x1b", "\x07", "\r"} & set(said)
+    message = capsys.readouterr().out
+    assert "\\x1b[2J" in message
+    assert not {"\x1b", "\x07", "\r"} & set(message)
 
 
 def _read_until(master: int, wanted: bytes, patience: float = 60.0) -> bytes:
@@ -98,8 +98,8 @@ def test_however_it_is_left_the_terminal_is_whole(how: str, tmp_path: Path) -> N
         stdin=slave, stdout=slave, stderr=slave, start_new_session=True,
         preexec_fn=lambda: __import__("fcntl").ioctl(0, termios.TIOCSCTTY, 0),
     ) as top:  # fmt: skip
-        said = _read_until(master, b"1 allowed")
-        assert said.startswith(ENTER)
+        message = _read_until(master, b"1 allowed")
+        assert message.startswith(ENTER)
         if how == "ctrl-c":
             os.write(master, b"\x03")
         else:

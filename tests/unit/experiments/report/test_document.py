@@ -108,7 +108,7 @@ def test_a_value_outside_its_interval_is_marked_and_one_without_interval_stands_
     assert found[3:] == ["65.0", "90.0 ▲", "60.0 [50.0, 70.0]", "2.00"]
 
 
-def test_what_was_said_has_a_column_where_anything_was() -> None:
+def test_messages_have_a_column_if_there_are_any() -> None:
     marked = row("4/a", {"success": share(60.0)}, told=["AE750 x", "AE1 y"])
     head, first, second = table_with(text_of(experiment(marked, SUCCESS_ONLY)), "condition |  | ")
     assert (head[-1], first[-1], second[-1]) == ("what was said", "AE750 x, AE1 y", "")

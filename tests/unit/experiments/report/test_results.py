@@ -291,7 +291,7 @@ def test_the_boundary_is_drawn_of_what_was_measured(tmp_path: Path) -> None:
     assert "flat pipeline" in drawn
 
 
-def test_a_page_of_kept_results_names_their_figures_beside_it(
+def test_a_page_of_saved_results_names_the_figures_in_its_folder(
     results: dict[str, Any], tmp_path: Path
 ) -> None:
     kept = tmp_path / "results" / "symbolic"

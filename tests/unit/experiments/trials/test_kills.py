@@ -60,7 +60,7 @@ def test_times_are_from_a_kill_to_rest_and_to_the_next_skill_after_it(tmp_path: 
     stops, resumes = stamps.stop_and_resume_times(killed)
     assert stamps.stop_and_resume_times([]) == ([], [])
     (stop,), (first, second) = stops, resumes
-    # What began between kill and rest was begun by an agent that had not noticed yet.
+    # The agent that started these had not noticed the kill yet.
     assert 0.12 <= stop < first
     assert first >= 0.18
     assert second >= 0.06
@@ -135,8 +135,8 @@ CRASHED = ("lifecycle", {"change": "crash"})
 
 
 def test_a_task_that_reached_its_goal_breaks_nothing(tmp_path: Path) -> None:
-    begun = ("lifecycle", {"change": "begin"})
-    trial = Ended(tmp_path, begun, CRASHED, ("run-resumed", {}), CRASHED, REACHED).judged(*BOILED)
+    beginning = ("lifecycle", {"change": "begin"})
+    trial = Ended(tmp_path, beginning, CRASHED, ("run-resumed", {}), CRASHED, REACHED).judged(*BOILED)
     assert (trial.reached, trial.failure_reason, trial.violations) == (True, "", [])
     assert (trial.recovered, trial.resumed, trial.kills_in_motion) == (2, 1, 0)
 
@@ -245,7 +245,7 @@ def test_what_is_asked_for_is_passed_on() -> None:
 
 
 @pytest.mark.usefixtures("slept")
-def test_what_broke_is_reported_with_what_the_processes_said(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failure_is_reported_with_the_output_of_the_processes(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(kills, "_judge", lambda trial, *_: trial.violations.append("once: x"))
     assert tried(0).violations == ["once: x", "the agent said this"]
 

@@ -94,9 +94,7 @@ def test_a_log_is_signed_when_it_is_opened_every_so_often_and_when_it_is_closed(
     assert report.anchored == 0
 
 
-def test_a_log_that_was_begun_without_a_key_is_signed_from_the_first_record_on(
-    log: Path, key: SigningKey
-) -> None:
+def test_a_log_started_without_a_key_is_signed_from_its_first_record(log: Path, key: SigningKey) -> None:
     with AuditLog(log) as opened:
         for number in range(2 * CHECKPOINT_INTERVAL):
             opened.append("event", {"number": number})
@@ -104,7 +102,7 @@ def test_a_log_that_was_begun_without_a_key_is_signed_from_the_first_record_on(
     assert verify_signed(log, key.public).signed == 2 * CHECKPOINT_INTERVAL + 2
 
 
-def test_two_logs_begun_at_the_same_time_differ(log: Path, key: SigningKey, tmp_path: Path) -> None:
+def test_two_logs_started_at_the_same_time_differ(log: Path, key: SigningKey, tmp_path: Path) -> None:
     other = tmp_path / "other.jsonl"
     for path in (log, other):
         AuditLog(path, clock=lambda: 1.5, signing=SigningConfiguration(key)).close()
@@ -232,7 +230,7 @@ def test_another_log_of_the_same_key_is_noticed_by_the_anchor(
     assert found.reason == "the anchor is of another log, or this one was rewritten from its first record"
 
 
-def test_whoever_has_the_key_cannot_rewrite_what_is_anchored(
+def test_the_holder_of_the_key_cannot_rewrite_anchored_records(
     log: Path, key: SigningKey, anchor: Path
 ) -> None:
     before = write(log, key, anchor, count=0)

@@ -20,14 +20,14 @@ def log_of(folder: Path, schema: str) -> Path:
 
 def test_a_log_of_a_newer_version_is_called_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     log = log_of(tmp_path, "aeros/audit/2")
-    said = "`aeros/audit/2` was written by a newer AEROS, and this one reads `aeros/audit/1`"
-    assert explain_problem(log, "why").startswith(said)
+    message = "`aeros/audit/2` was written by a newer AEROS, and this one reads `aeros/audit/1`"
+    assert explain_problem(log, "why").startswith(message)
     assert main(["audit", "verify", str(log)]) == Exit.REJECTED
-    assert f"NOT SOUND: {said}; install a newer AEROS\n" in capsys.readouterr().out
+    assert f"NOT SOUND: {message}; install a newer AEROS\n" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("content", [b"", b"[]\n", b"\xff", b"{}\n", b'{"previous": 3}\n'])
-def test_whatever_else_is_wrong_stays_said(tmp_path: Path, content: bytes) -> None:
+def test_other_errors_stay_reported(tmp_path: Path, content: bytes) -> None:
     log = log_of(tmp_path, "aeros/audit/1")
     assert explain_problem(log, "why") == "why"
     log.write_bytes(content)

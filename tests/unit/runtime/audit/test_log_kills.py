@@ -26,12 +26,12 @@ from aeros.runtime.audit.log import AuditLog, verify_log
 LONGEST = 0.08
 PIECE = 60
 ACKNOWLEDGED = struct.Struct("<QQ")
-BEGUN = b"!"
+STARTED = b"!"
 
 
 def append_for_ever(log: Path, signing: SigningConfiguration | None, acknowledge: int, first: int) -> None:
     """Say that it has begun by a byte, then each record that is durable."""
-    os.write(acknowledge, BEGUN)
+    os.write(acknowledge, STARTED)
     pwrite = os.pwrite
 
     def slow(file: int, data: Any, at: int) -> int:
@@ -63,14 +63,14 @@ def acknowledged_until_killed(
     os.close(write)
     with os.fdopen(read, "rb") as pipe:
         # By what it has done and not by the clock: a busy machine may not even start it for long.
-        assert pipe.read(1) == BEGUN
-        said = pipe.read(records * ACKNOWLEDGED.size)
+        assert pipe.read(1) == STARTED
+        message = pipe.read(records * ACKNOWLEDGED.size)
         time.sleep(lives)
         os.kill(child, signal.SIGKILL)
         _, status = os.waitpid(child, 0)
-        said += pipe.read()
+        message += pipe.read()
     assert os.WIFSIGNALED(status), "the writer ended by itself"
-    return dict(ACKNOWLEDGED.iter_unpack(said))
+    return dict(ACKNOWLEDGED.iter_unpack(message))
 
 
 @pytest.mark.parametrize(

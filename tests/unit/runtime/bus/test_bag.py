@@ -94,7 +94,7 @@ def test_a_file_is_not_there_before_it_is_whole(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("there", ["run.mcap", "run.mcap.part"])
-def test_a_file_that_is_there_or_was_begun_is_not_written_to(there: str, tmp_path: Path) -> None:
+def test_an_existing_or_partly_written_file_is_not_overwritten(there: str, tmp_path: Path) -> None:
     (tmp_path / there).mkdir()
     with pytest.raises(BagError, match="exists already"):
         McapFile(tmp_path / "run.mcap")

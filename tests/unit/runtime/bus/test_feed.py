@@ -92,16 +92,16 @@ def test_a_failing_bus_does_not_fail_the_run(site: Site) -> None:
 
 def test_a_complete_feed_makes_the_run_wait(site: Site, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "_MAX_STATES", 2)
-    said: list[Message] = []
+    text: list[Message] = []
 
     def dawdle(message: Message) -> None:
         time.sleep(0.002)
-        said.append(message)
+        text.append(message)
 
     with BusFeed(Odd(dawdle), site, is_whole=True) as feed:
         for number in range(50):
             feed.on_tick(float(number), {"tool_position": (1.0, 0.0, 0.0)}, KNOWN)
-    assert (len(said), feed.lost) == (50, 0)
+    assert (len(text), feed.lost) == (50, 0)
 
 
 def test_a_hanging_bus_delays_nobody_and_states_are_dropped_before_records(
@@ -110,13 +110,13 @@ def test_a_hanging_bus_delays_nobody_and_states_are_dropped_before_records(
     monkeypatch.setattr(module, "_MAX_STATES", 5)
     monkeypatch.setattr(module, "_MAX_RECORDS", 8)
     monkeypatch.setattr(module, "_CLOSE_TIMEOUT_S", 0.05)
-    said: list[Message] = []
+    text: list[Message] = []
     busy, go_on = threading.Event(), threading.Event()
 
     def hang(message: Message) -> None:
         busy.set()
         go_on.wait()
-        said.append(message)
+        text.append(message)
 
     feed = BusFeed(Odd(hang), site)
     feed.on_record(RECORD)
@@ -133,4 +133,4 @@ def test_a_hanging_bus_delays_nobody_and_states_are_dropped_before_records(
     assert feed.lost == 17
     go_on.set()
     feed.close()
-    assert [type(one) for one in said] == [Event] + [PointStamped] * 5 + [Event] * 3
+    assert [type(one) for one in text] == [Event] + [PointStamped] * 5 + [Event] * 3

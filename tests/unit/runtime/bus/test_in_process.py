@@ -75,7 +75,7 @@ def test_who_comes_late_hears_the_last_of_what_is_latched_alone(bus: Bus) -> Non
     ]
 
 
-def test_a_listener_waits_until_something_is_said(bus: Bus) -> None:
+def test_a_listener_waits_until_something_is_published(bus: Bus) -> None:
     heard = bus.subscribe("/a", String)
     threading.Timer(0.05, lambda: bus.publisher("/a", String).publish(String("x"))).start()
     assert heard.receive(_LONG) == String("x")
@@ -195,7 +195,7 @@ def test_goals_wait_in_turn_and_too_many_are_refused(bus: Bus) -> None:
     assert [one.goal.module if one else None for one in taken] == ["a", "b", None]
 
 
-def test_whoever_closes_aborts_what_is_not_over(bus: Bus) -> None:
+def test_closing_aborts_unfinished_goals(bus: Bus) -> None:
     server = bus.serve_action("/do", EXECUTE)
     goals = [bus.send_goal("/do", EXECUTE, ExecuteSkillGoal()) for _ in range(3)]
     ended = server.next_goal()
@@ -231,6 +231,6 @@ def test_many_threads_lose_nothing_unsaid(bus: Bus) -> None:
         thread.join()
     assert got[0] == got[1]  # one order for all
     for who in range(4):
-        said = [one.data for one in got[0] if isinstance(one, String) and one.data.startswith(f"{who} ")]
-        assert said == [f"{who} {number}" for number in range(200)]
+        expected = [one.data for one in got[0] if isinstance(one, String) and one.data.startswith(f"{who} ")]
+        assert expected == [f"{who} {number}" for number in range(200)]
     assert [one.dropped_count for one in heard] == [0, 0]

@@ -68,9 +68,9 @@ class Bench:
         return self.feed.chains[-1]
 
     def begin(self, plan: PlannedMotion | None) -> MotionHandle:
-        begun = self.plant.begin(MOVE, plan)
-        assert not isinstance(begun, MotionCompletion)
-        return begun
+        started = self.plant.begin(MOVE, plan)
+        assert not isinstance(started, MotionCompletion)
+        return started
 
     def plan(self, plan: PlannedMotion) -> PlannedMotion:
         self.real.planned = plan

@@ -46,24 +46,24 @@ def test_each_service_has_the_effect_of_its_command(
         assert live.command is command
 
 
-def test_while_something_moves_it_is_not_said_that_nothing_does(
+def test_while_something_moves_no_rest_is_reported(
     bus: InProcessBus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(module, "_WAIT_TIMEOUT_S", 0.05)
     with ControlPage(tmp_path) as live, live.hold_generation(live.generation):
-        said = ask(bus, "stop")
-        assert not said.success
-        assert said.message == "still moving after 0.05 s; use the robot's emergency stop"
+        response = ask(bus, "stop")
+        assert not response.success
+        assert response.message == "still moving after 0.05 s; use the robot's emergency stop"
         assert ask(bus, "resume").success
 
 
-def test_a_run_that_cannot_be_reached_is_said_to_be(tmp_path: Path) -> None:
+def test_a_run_that_cannot_be_reached_is_reported(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     bus = InProcessBus()
     with serve_operator_commands(bus, tmp_path / "file"):
-        said = ask(bus, "stop")
-    assert not said.success
-    assert said.message.startswith("the run cannot be reached")
+        response = ask(bus, "stop")
+    assert not response.success
+    assert response.message.startswith("the run cannot be reached")
 
 
 def test_services_are_withdrawn_after_the_block(tmp_path: Path) -> None:
@@ -88,10 +88,10 @@ def test_a_run_pauses_resumes_and_stops(tmp_path: Path) -> None:
         thread = threading.Thread(target=lambda: ended.append(cart.ends(1)[step].reason))
         thread.start()
         thread.join(0.1)
-        assert (cart.begun(), ended) == ([], [])
+        assert (cart.started_kinds(), ended) == ([], [])
         assert ask(bus, "stop").success
         thread.join(_LONG)
-        assert (cart.begun(), ended) == ([], ["stopped by the operator"])
+        assert (cart.started_kinds(), ended) == ([], ["stopped by the operator"])
         assert ask(bus, "resume").success
         cart.start("reach")
         assert [one.status.value for one in cart.ends(1).values()] == ["finished"]

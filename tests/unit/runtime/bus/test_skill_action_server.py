@@ -26,11 +26,11 @@ _LONG = 10.0
 class Operated(FixedGovernor):
     """One configuration, and an operator."""
 
-    said = OperatorCommand.RUN
+    current = OperatorCommand.RUN
 
     @property
     def command(self) -> OperatorCommand:
-        return self.said
+        return self.current
 
 
 class Robot(Cart):
@@ -100,7 +100,7 @@ def test_a_goal_is_a_step_and_succeeds_when_its_skill_finishes(make_robot: MakeR
         goal = robot.want("reach")
         assert goal.result(_LONG) == ExecuteSkillResult("finished", "", allowed=2)
     assert goal.status is GoalStatus.SUCCEEDED
-    assert robot.begun() == ["move", "move"]
+    assert robot.started_kinds() == ["move", "move"]
     assert [one["status"] for one in robot.records("step-ended")] == ["finished"]
 
 
@@ -123,7 +123,7 @@ def test_a_goal_whose_action_the_gate_denies_moves_nothing(make_robot: MakeRobot
     assert (result.status, result.allowed, result.denied) == ("denied", 0, 1)
     assert "AE7" in result.reason
     assert goal.status is GoalStatus.ABORTED
-    assert robot.begun() == []
+    assert robot.started_kinds() == []
     assert [one["verdict"] for one in robot.records("decision")] == ["DENY"]
 
 
@@ -187,12 +187,12 @@ def test_a_cancelled_goal_is_halted_once_and_says_so(make_robot: MakeRobot) -> N
 
 def test_a_goal_can_be_cancelled_while_the_operator_pauses(make_robot: MakeRobot) -> None:
     robot = make_robot(reach=asking(move()))
-    robot.operator.said = OperatorCommand.PAUSE
+    robot.operator.current = OperatorCommand.PAUSE
     with robot.pursuing():
         goal = robot.want("reach")
         goal.cancel()
         assert goal.result(_LONG).status == "cancelled"
-    assert robot.begun() == []
+    assert robot.started_kinds() == []
 
 
 def test_feedback_says_what_was_decided_so_far(make_robot: MakeRobot) -> None:
@@ -206,7 +206,7 @@ def test_feedback_says_what_was_decided_so_far(make_robot: MakeRobot) -> None:
         assert goal.result(_LONG).allowed >= counts[1] > counts[0] > 0
 
 
-def test_when_whoever_pursues_ends_every_goal_has_a_result(make_robot: MakeRobot) -> None:
+def test_when_the_server_closes_every_goal_has_a_result(make_robot: MakeRobot) -> None:
     ends: list[str] = []
     robot = make_robot(reach=endless(ends=ends))
     with robot.pursuing():

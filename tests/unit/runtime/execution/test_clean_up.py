@@ -1,4 +1,4 @@
-"""However a step ends, it is cleaned up once."""
+"""A step is cleaned up exactly once, for every way in which it ends."""
 
 from __future__ import annotations
 

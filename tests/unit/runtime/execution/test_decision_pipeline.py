@@ -103,7 +103,7 @@ def test_an_attenuated_action_begins_as_it_was_reduced(desk: Desk) -> None:
 
 
 def test_an_action_that_is_allowed_without_an_action_is_our_own_fault(desk: Desk) -> None:
-    with pytest.raises(InternalError, match="gave no action"):
+    with pytest.raises(InternalError, match="returned no action"):
         desk.decide(MOVE, Decision(DecisionKind.ALLOW, None, ()))
 
 
@@ -128,9 +128,9 @@ def test_a_quota_counts_what_was_executed_and_nothing_else(desk: Desk) -> None:
 
 
 def test_quotas_go_on_under_another_configuration(desk: Desk) -> None:
-    begun = desk.decide().active_action
-    assert begun is not None
-    desk.deciding.count_execution(begun)
+    started = desk.decide().active_action
+    assert started is not None
+    desk.deciding.count_execution(started)
     desk.deciding.switch_configuration(replace(desk.configuration, digest="d" * 64))
     desk.decide()
     other = replace(desk.configuration.site, digest="6" * 64)

@@ -48,11 +48,11 @@ def _failing_sync(log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize(
-    ("failure", "said"), [(_full_disk, "File too large"), (_failing_sync, "Input/output")]
+    ("failure", "message"), [(_full_disk, "File too large"), (_failing_sync, "Input/output")]
 )
 def test_on_a_full_disk_or_a_failing_sync_nothing_moves(
     failure: Callable[[Path, pytest.MonkeyPatch], None],
-    said: str,
+    message: str,
     make_bench: MakeBench,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -63,7 +63,7 @@ def test_on_a_full_disk_or_a_failing_sync_nothing_moves(
     bench = make_bench(body)
     limit = resource.getrlimit(resource.RLIMIT_FSIZE)
     try:
-        with pytest.raises(AuditError, match=said):
+        with pytest.raises(AuditError, match=message):
             bench.submit()
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limit)

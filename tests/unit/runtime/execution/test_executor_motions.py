@@ -57,7 +57,7 @@ def test_a_motion_that_is_not_in_order_is_denied_recorded_and_not_made(
     bench.audit.close()
 
 
-def test_what_the_plant_cannot_do_is_not_begun_and_says_why(
+def test_an_impossible_motion_is_not_started_and_has_a_reason(
     site: Site, make_ecm: Any, tmp_path: Path
 ) -> None:
     bench = _moving_bench(site, make_ecm, tmp_path / "audit.jsonl", 0.0)
@@ -67,7 +67,7 @@ def test_what_the_plant_cannot_do_is_not_begun_and_says_why(
     bench.audit.close()
 
 
-def _beside_what_turns(tmp_path: Path, **bodies: Asking) -> Cart:
+def _with_turning_base(tmp_path: Path, **bodies: Asking) -> Cart:
     """Moves turn the joint."""
     site = governed(configuration().site, "move", "roll")
     one = Cart(tmp_path / "audit.jsonl", bodies, under=replace(configuration(), site=site))
@@ -89,7 +89,7 @@ def _beside_what_turns(tmp_path: Path, **bodies: Asking) -> Cart:
 def test_a_second_motion_of_the_robot_is_decided_together_with_the_first(
     tmp_path: Path, second: Trajectory | NoMotion, reason: str | None
 ) -> None:
-    one = _beside_what_turns(tmp_path, reach=asking(move()), drive=asking(roll()))
+    one = _with_turning_base(tmp_path, reach=asking(move()), drive=asking(roll()))
     reach, drive = one.start("reach"), one.start("drive")
     plan = one.plant.plan
     one.plant.plan = lambda action: plan(action) if action.kind == "move" else second  # type: ignore[method-assign]
@@ -102,8 +102,8 @@ def test_a_second_motion_of_the_robot_is_decided_together_with_the_first(
     one.audit.close()
 
 
-def test_beside_what_comes_to_rest_no_motion_of_the_robot_begins(tmp_path: Path) -> None:
-    one = _beside_what_turns(tmp_path, reach=asking(move()), drive=asking(roll()))
+def test_no_motion_starts_next_to_one_that_comes_to_rest(tmp_path: Path) -> None:
+    one = _with_turning_base(tmp_path, reach=asking(move()), drive=asking(roll()))
     reach = one.start("reach")
     assert one.executor.wait(0.0) is None
     assert one.executor.wait(0.01) is None

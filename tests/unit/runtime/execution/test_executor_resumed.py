@@ -116,7 +116,7 @@ def test_the_record_goes_on_in_one_chain(remembering: Crashing) -> None:
     assert remembering.executor.events_since(LogHead(before.records + 5, before.hash)) is None
 
 
-def test_under_another_site_nothing_is_gone_on_with(remembering: Crashing) -> None:
+def test_under_another_site_nothing_is_resumed(remembering: Crashing) -> None:
     remembering.lift_at(0.0)
     site = replace(remembering.configuration.site, digest="6" * 64)
     remembering.configuration = replace(remembering.configuration, site=site)

@@ -127,7 +127,7 @@ def test_a_generation_is_held_until_nothing_moves() -> None:
     assert one.operator.held == 0
 
 
-def test_a_hold_while_something_moves_tells_of_a_change() -> None:
+def test_a_hold_while_something_moves_reports_a_change() -> None:
     one = _Follower()
     assert one.followed.hold()
     one.is_moving = True

@@ -33,7 +33,7 @@ def bench(site: Site, make_ecm: Any, tmp_path: Path) -> Bench:
     return bench
 
 
-def said(result: StepResult) -> list[str]:
+def message(result: StepResult) -> list[str]:
     (cause,) = result.causes
     assert (cause.kind, cause.rule) == ("hold", "handling.lift")
     return [str(one) for one in cause.shortfalls]
@@ -65,7 +65,7 @@ def test_a_tick_at_which_it_does_not_hold_halts_the_motion_and_the_skill(
     bench.plant.during = [{}, tick]
     result = bench.submit()
     assert result.status is StepStatus.HOLD_LOST
-    assert said(result) == why
+    assert message(result) == why
     assert bench.plant.call_count("halt") == 1
     bench.assert_cleaned_up(finished=False)
     (ended,) = bench.records("step-ended")
@@ -92,7 +92,7 @@ def test_a_condition_on_other_variables_observes_them_at_the_tick(
     one.plant.advance = monitored  # type: ignore[method-assign]
     result = one.submit()
     assert result.status is StepStatus.HOLD_LOST
-    assert said(result) == ["holding is false"]
+    assert message(result) == ["holding is false"]
 
 
 def test_a_skill_whose_condition_does_not_hold_at_its_beginning_asks_for_nothing(bench: Bench) -> None:
@@ -118,7 +118,7 @@ def test_a_condition_that_breaks_while_the_skill_computes_lets_no_action_begin(
 def test_a_silent_sensor_is_no_condition_that_holds(bench: Bench) -> None:
     del bench.plant.values["holding"]
     result = bench.submit()
-    assert said(result) == ["`holding` is not measured"]
+    assert message(result) == ["`holding` is not measured"]
 
 
 def test_a_halted_skill_runs_its_own_clean_up_once(site: Site, make_ecm: Any, tmp_path: Path) -> None:

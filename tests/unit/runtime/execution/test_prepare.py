@@ -73,7 +73,7 @@ def test_defaults_are_filled_in_inside_their_range(make_bench: MakeBench) -> Non
 
 
 @pytest.mark.parametrize(
-    ("returned", "status", "said"),
+    ("returned", "status", "message"),
     [
         (None, StepStatus.FINISHED, {}),
         ({"amount": 0.5}, StepStatus.FINISHED, {"amount": 0.5}),
@@ -88,7 +88,7 @@ def test_defaults_are_filled_in_inside_their_range(make_bench: MakeBench) -> Non
     ],
 )
 def test_what_a_skill_gives_is_what_it_declares(
-    cart: MakeCart, returned: Any, status: StepStatus, said: Any
+    cart: MakeCart, returned: Any, status: StepStatus, message: Any
 ) -> None:
     def giving(observed: Observation, inputs: Inputs) -> SkillBody:
         yield act("wait", duration=1.0)
@@ -98,10 +98,10 @@ def test_what_a_skill_gives_is_what_it_declares(
     result = one.executor.run_step(StepRequest("cart", "look", {}))
     assert result.status is status
     if status is StepStatus.FINISHED:
-        assert result.outputs == said
-        assert [end.get("outputs", {}) for end in one.records("step-ended")] == [said]
+        assert result.outputs == message
+        assert [end.get("outputs", {}) for end in one.records("step-ended")] == [message]
     else:
-        assert said in result.reason
+        assert message in result.reason
         assert result.outputs == {}
 
 

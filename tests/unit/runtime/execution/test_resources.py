@@ -117,7 +117,7 @@ def test_what_there_is_less_of_is_granted_again_once_it_is_free() -> None:
     assert manager.grant_ready() == [2]
 
 
-def test_what_there_is_none_of_is_said() -> None:
+def test_the_first_missing_part_is_named() -> None:
     manager = ResourceQueue({"arm": 1, "camera": 0})
     assert manager.never_available({"arm"}) is None
     assert manager.never_available({"arm", "camera"}) == "camera"

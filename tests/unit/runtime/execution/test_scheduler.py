@@ -35,7 +35,7 @@ def test_two_skills_act_in_turn_as_their_motions_end(cart: MakeCart) -> None:
     assert one.executor.wait() == EndedStep(reach, StepResult(FINISHED, "", allowed=3))
     assert one.plant.time == 3.0
     assert one.executor.wait() == EndedStep(drive, StepResult(FINISHED, "", allowed=2))
-    assert one.begun() == ["move", "roll", "move", "roll", "move"]
+    assert one.started_kinds() == ["move", "roll", "move", "roll", "move"]
     assert one.plant.call_count("stop") == 0
     assert one.calls("skill_ended") == [("cart.reach", True), ("cart.drive", True)]
 
@@ -81,8 +81,8 @@ def test_what_both_obeyed_and_break_at_a_tick_is_a_protective_stop_of_both(cart:
     )
     reach, drive = one.start("reach"), one.start("drive")
     one.plant.during = [{"charge": 0.3}, {"charge": 0.1}]
-    said = "monitor:charge-for-both: charge is 0.1 (at least 0.2)"
-    expected = StepResult(StepStatus.STOPPED, said, allowed=1)
+    message = "monitor:charge-for-both: charge is 0.1 (at least 0.2)"
+    expected = StepResult(StepStatus.STOPPED, message, allowed=1)
     ended = one.ends(2)
     assert {who: replace(result, causes=()) for who, result in ended.items()} == {
         reach: expected,
@@ -305,7 +305,7 @@ def test_while_the_operator_pauses_what_moves_ends_and_nothing_begins(cart: Make
     assert one.executor.wait(0.5) is None
     operator.command = OperatorCommand.PAUSE
     assert one.executor.wait(3.0) is None
-    assert one.begun() == ["move", "roll"]
+    assert one.started_kinds() == ["move", "roll"]
     operator.command = OperatorCommand.RUN
     assert {result.status for result in one.ends(2).values()} == {StepStatus.FINISHED}
     assert [len(one.records(event)) for event in ("paused", "resumed")] == [1, 1]

@@ -151,8 +151,8 @@ def test_a_complaint_of_the_skill_is_added_to_its_result(step: ActiveStep, has_r
     step.run.resume({}, 1.0)
     step.result = SkillRunResult(StepStatus.DENIED, "too fast") if has_result else None
     step.close_skill()
-    said = "too fast; and its own clean-up raised ValueError: mine"
-    assert step.result == (SkillRunResult(StepStatus.DENIED, said) if has_result else None)
+    message = "too fast; and its own clean-up raised ValueError: mine"
+    assert step.result == (SkillRunResult(StepStatus.DENIED, message) if has_result else None)
 
 
 def test_a_skill_that_closes_quietly_keeps_its_result(step: ActiveStep) -> None:

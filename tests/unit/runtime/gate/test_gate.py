@@ -200,7 +200,7 @@ def test_proved_rules_are_evaluated_once_anything_objects() -> None:
     ]
 
 
-def test_the_protective_stop_is_allowed_whatever_the_state() -> None:
+def test_the_protective_stop_is_allowed_in_every_state() -> None:
     state = {"stop_pressed": True, "human_distance": 0.0}
     assert request("slowly", "stop", **state).decided_by(gate()).kind is DecisionKind.ALLOW
     blind = replace(request("slowly", "stop"), readings={}, usage={})

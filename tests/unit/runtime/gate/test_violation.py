@@ -24,7 +24,7 @@ SAFE: dict[str, Any] = {
 
 
 @pytest.mark.parametrize(
-    ("rule", "measured", "said"),
+    ("rule", "measured", "message"),
     [
         ("emergency-stop", {"estop_pressed": True}, "estop_pressed is true"),
         ("collision-force", {"contact_force": 80.0}, "contact_force is 80 N (at most 65 N)"),
@@ -62,8 +62,10 @@ SAFE: dict[str, Any] = {
         ),
     ],
 )  # fmt: skip
-def test_each_part_that_does_not_hold_is_named(rule: str, measured: dict[str, Any], said: str | None) -> None:
+def test_each_part_that_does_not_hold_is_named(
+    rule: str, measured: dict[str, Any], message: str | None
+) -> None:
     assert SITE is not None
     term = next(one for one in SITE.rules if one.id == rule).terms["move_tool"]
     text = str(RuleViolation(rule, term, {**SAFE, **measured}))
-    assert text == said if said else "target.x" in text
+    assert text == message if message else "target.x" in text

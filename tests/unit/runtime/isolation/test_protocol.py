@@ -202,10 +202,10 @@ def test_an_answer_before_the_question_is_a_violation(worker: Worker) -> None:
 
 
 def test_a_worker_that_says_nothing_or_half_of_it_is_late(worker: Worker) -> None:
-    for said in (b"", b"\x00", b"\x00\x00\x00\x09half"):
+    for expected in (b"", b"\x00", b"\x00\x00\x00\x09half"):
         began = time.monotonic()
         with pytest.raises(ResponseTimeoutError, match="it does not answer"):
-            worker.ask(partial(_say, said), 0.02)
+            worker.ask(partial(_say, expected), 0.02)
         assert 0.02 <= time.monotonic() - began < 10.0
 
 

@@ -32,11 +32,11 @@ def monitors() -> RuntimeMonitor:
 
 def watching(action: Action, readings: Readings) -> RuntimeMonitor:
     """Return a monitor of one action, which has watched an equal one before."""
-    monitor, begun = monitors(), ActiveAction(action, readings, NOW, 0)
-    monitor.add(begun)
+    monitor, started = monitors(), ActiveAction(action, readings, NOW, 0)
+    monitor.add(started)
     monitor(NOW, STATE)
-    monitor.remove(begun)
-    monitor.add(begun)
+    monitor.remove(started)
+    monitor.add(started)
     return monitor
 
 
@@ -88,10 +88,10 @@ def test_one_monitor_watches_each_motion_with_its_own_parameters() -> None:
     monitor, near = monitors(), {"human_distance": 1.2}
     for speed, tripped in ((0.25, None), (0.5, "near-person"), (0.25, None)):
         asked = request(speed=speed)
-        begun = ActiveAction(asked.action, asked.readings, NOW, 0)
-        monitor.add(begun)
+        started = ActiveAction(asked.action, asked.readings, NOW, 0)
+        monitor.add(started)
         assert monitor(NOW, near) == tripped
-        monitor.remove(begun)
+        monitor.remove(started)
 
 
 def test_an_attenuated_motion_is_watched_with_its_reduced_parameters() -> None:
@@ -212,14 +212,14 @@ def test_nothing_is_compiled_in_a_tick() -> None:
         asked = request("quickly", kind)
         decision = asked.decided_by(gate())
         assert decision.action is not None
-        begun = ActiveAction(decision.action, asked.readings, NOW, 0)
-        monitor.add(begun)
+        started = ActiveAction(decision.action, asked.readings, NOW, 0)
+        monitor.add(started)
         compiled.append(list(watched.compiled))
         for _ in range(2):
             assert monitor(NOW, STATE) is None
         assert watched.compiled == compiled[-1]
         quickly.append(monitor._holds is not None)
-        monitor.remove(begun)
+        monitor.remove(started)
     # Of the first motion nobody knows yet what its ticks measure.
     assert compiled == [[], ["carry"], ["carry", "move"], ["carry", "move"]]
     assert quickly == [False, True, True, True]
@@ -240,11 +240,11 @@ def test_a_rule_of_bounds_alone_stops_the_motion(distance: Any, rule: str | None
     assert site is not None
     monitor = RuntimeMonitor(MonitorRules(site), HistoryTracker(site))
     for _ in range(2):
-        begun = ActiveAction(Action("move", {"speed": 3.0}), measured({"human_distance": 2.0}), NOW, 0)
-        monitor.add(begun)
+        started = ActiveAction(Action("move", {"speed": 3.0}), measured({"human_distance": 2.0}), NOW, 0)
+        monitor.add(started)
         assert monitor(NOW, {"human_distance": 2.0}) is None
-        monitor.remove(begun)
-    monitor.add(begun)
+        monitor.remove(started)
+    monitor.add(started)
     for _ in range(2):
         assert monitor(NOW, {"human_distance": 2.0}) is None
         assert monitor._holds is not None
@@ -266,9 +266,9 @@ def test_the_fast_check_of_a_tick_agrees_with_the_slow_one(kind: str) -> None:
         if action % 4 == 0:  # what a monitor has seen outlasts an action
             quick, slow = (RuntimeMonitor(watched, HistoryTracker(site)) for watched in compiled)
             names = chance.sample(sorted(STATE), chance.randint(0, len(STATE)))
-        begun = ActiveAction(decision.action, asked.readings, NOW, 0)
+        started = ActiveAction(decision.action, asked.readings, NOW, 0)
         for monitor in (quick, slow):
-            monitor.add(begun)
+            monitor.add(started)
         measured = {name: STATE[name] for name in names}
         for _ in range(6):
             name, drawn = chance.choice(sorted(STATE)), chance.random()
@@ -293,6 +293,6 @@ def test_the_fast_check_of_a_tick_agrees_with_the_slow_one(kind: str) -> None:
             answers.add(answer)
             quickly += quick._holds is not None
         for monitor in (quick, slow):
-            monitor.remove(begun)
+            monitor.remove(started)
     assert {None, "stop-button", "input:human_distance"} <= answers
     assert quickly > 400

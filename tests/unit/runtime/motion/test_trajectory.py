@@ -451,8 +451,8 @@ def test_the_base_keeps_to_its_limits() -> None:
     policy = replace(POLICY, base_limits=(Fraction(1, 2), Fraction(9, 10)))
     for way, found in ((0.5, []), (0.55, ["base-speed"]), (0.9, ["base-speed", "base-acceleration"])):
         drive = motion(0.0, duration=2.0, base_path=(way, 0.0, 0.0))
-        said = decided(drive, "drive", policy, x=way, speed=1.0)
-        assert [rule for code, rule in said if code == "AE762"] == found
+        message = decided(drive, "drive", policy, x=way, speed=1.0)
+        assert [rule for code, rule in message if code == "AE762"] == found
         assert decided(drive, "drive", x=way, speed=1.0) == []
 
 
@@ -491,7 +491,7 @@ def test_the_completed_part_of_a_motion_under_way_is_not_decided_again() -> None
 
 
 @pytest.mark.parametrize("since", [nan, -inf, -1.0])
-def test_a_motion_with_an_invalid_clock_counts_as_not_begun(since: float) -> None:
+def test_a_motion_with_an_invalid_clock_counts_as_not_started(since: float) -> None:
     away = motion(0.0, 4.0, base=(0.5, 0.6, 0.0), base_path=(0.0, -0.6, 0.0))
     companion = ConcurrentMotion(act("drive", x=0.5, y=0.0, speed=0.3), away, since)
     reach = act("move", target=(0.938791280945, 0.239712769302, 0.5), speed=0.6)

@@ -59,7 +59,7 @@ def _decision(chance: Random, asked: Action) -> Decision:
             return Decision(DecisionKind.ALLOW, Action(asked.kind, _mapping(chance)), ())
 
 
-def _said(
+def _encoded(
     now: float, readings: Readings, caller: Caller, asked: Action, usage: Any, beside: list[int]
 ) -> dict[str, Any]:
     return {
@@ -104,11 +104,11 @@ def test_incremental_encoding_equals_decision_details(tmp_path: Path) -> None:
             before = Decision(DecisionKind.ALLOW, asked, ()) if chance.random() < 0.2 else decision
             motion = encoder.encode_motion(plan, "", before, decision) if moved else {}
             same = motion_details(before, decision, motion_to_json(plan, "")) if moved else {}
-            said = _said(time, readings, caller, asked, usage, beside)
-            details = encoder.encode(DecisionRecord(decision, **said, motion=motion))
+            message = _encoded(time, readings, caller, asked, usage, beside)
+            details = encoder.encode(DecisionRecord(decision, **message, motion=motion))
             as_text += type(details) is Encoded
             incremental.append("decision", details)
-            usually = DecisionRecord(decision, **said, motion=same)
+            usually = DecisionRecord(decision, **message, motion=same)
             usual.append("decision", decision_details(usually, one_by_one.encode))
     assert (tmp_path / "incremental").read_bytes() == (tmp_path / "usual").read_bytes()
     assert verify_log(tmp_path / "incremental").is_sound
@@ -118,9 +118,9 @@ def test_incremental_encoding_equals_decision_details(tmp_path: Path) -> None:
 def test_an_encoded_decision_takes_as_much_room_as_it_needs_at_most() -> None:
     asked = Action("move", {"aim": (0.1, 0.2), "speed": 0.25})
     readings = {"lid": Reading(True, 1.0), "pot": Reading((0.1, 0.2), 1.0)}
-    said = _said(1.0, readings, Caller("dumplings", "wrap", {}), asked, {"grip": 1}, [])
+    message = _encoded(1.0, readings, Caller("dumplings", "wrap", {}), asked, {"grip": 1}, [])
     decision = Decision(DecisionKind.ALLOW, asked, ())
-    made = DecisionRecord(decision, **said)
+    made = DecisionRecord(decision, **message)
     incremental = IncrementalDecisionEncoder().encode(made)
     assert type(incremental) is Encoded
     assert (

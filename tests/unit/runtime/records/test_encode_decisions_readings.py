@@ -20,32 +20,32 @@ _VALUES = (
 _TIMES: tuple[Any, ...] = (0.0, -0.0, 0.1, 0.1, 3, nan, "noon")
 
 
-def _moment(chance: Random, before: Readings) -> dict[str, Reading]:
+def _snapshot(chance: Random, before: Readings) -> dict[str, Reading]:
     """Readings of which some are the same objects as before, at a time that most of them share."""
     time = chance.choice(_TIMES[: chance.choice((5, 7))])
-    moment = {}
+    snapshot = {}
     for name in chance.sample(["lid", "pot", "float", "é", "aim", "tool"], chance.randint(0, 6)):
         kept = before.get(name)
         value = kept.value if kept is not None and chance.random() < 0.7 else chance.choice(_VALUES)
-        moment[name] = Reading(value, time if chance.random() < 0.95 else chance.choice(_TIMES))
-    return moment
+        snapshot[name] = Reading(value, time if chance.random() < 0.95 else chance.choice(_TIMES))
+    return snapshot
 
 
 def test_incremental_encoding_of_readings_equals_encode_readings() -> None:
     chance = Random(5)  # noqa: S311 - a test, the same every time
     encoder = IncrementalReadingsEncoder()
-    moment: dict[str, Reading] = {}
+    snapshot: dict[str, Reading] = {}
     for _ in range(3000):
-        moment = _moment(chance, moment)
-        assert encoder.encode(moment) == encode_readings(moment)
+        snapshot = _snapshot(chance, snapshot)
+        assert encoder.encode(snapshot) == encode_readings(snapshot)
 
 
 def test_a_changed_list_is_encoded_anew() -> None:
     encoder, place = IncrementalReadingsEncoder(), [1.0]
-    moment = {"place": Reading(place, 0.0), "lid": Reading(True, 0.0)}
-    first = encoder.encode(moment)
+    snapshot = {"place": Reading(place, 0.0), "lid": Reading(True, 0.0)}
+    first = encoder.encode(snapshot)
     place[0] = 2.0
-    assert encoder.encode(moment) == encode_readings(moment) != first
+    assert encoder.encode(snapshot) == encode_readings(snapshot) != first
 
 
 @pytest.mark.parametrize(
@@ -56,10 +56,10 @@ def test_readings_with_odd_names_are_encoded_by_the_definition(strange: Any) -> 
 
 
 def test_readings_larger_than_a_record_are_marked_as_too_large() -> None:
-    moment = {name: Reading(name * (MAX_SIZE // 2), 0.0) for name in "abc"}
+    snapshot = {name: Reading(name * (MAX_SIZE // 2), 0.0) for name in "abc"}
     encoder = IncrementalReadingsEncoder()
-    assert encoder.encode(moment) == encoder.encode(moment) == encode_readings(moment)
-    assert "too large" in encoder.encode(moment).text
+    assert encoder.encode(snapshot) == encoder.encode(snapshot) == encode_readings(snapshot)
+    assert "too large" in encoder.encode(snapshot).text
 
 
 def test_names_without_end_leave_no_more_behind_than_is_needed() -> None:

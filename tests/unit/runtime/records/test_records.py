@@ -32,8 +32,8 @@ def servo() -> ServoBounds:
 def encoded(plan: Any) -> tuple[Any, dict[str, Any]]:
     """Return the JSON of a plan in a log, and the bodies in the log by digest."""
     held = body_to_json(plan.body) if type(plan) is Trajectory else None
-    said = motion_to_json(plan, digest_of(held))
-    return json.loads(to_canonical_json(said)), {digest_of(held): json.loads(to_canonical_json(held))}
+    message = motion_to_json(plan, digest_of(held))
+    return json.loads(to_canonical_json(message)), {digest_of(held): json.loads(to_canonical_json(held))}
 
 
 def read(plan: Any) -> Any:
@@ -143,19 +143,19 @@ def test_any_planned_motion_can_be_encoded() -> None:
     ],
     ids=str,
 )
-def test_what_nobody_tells_is_no_motion_or_a_malformed_one(changed: dict[str, Any]) -> None:
-    said, bodies = encoded(motion())
+def test_a_changed_motion_is_another_motion_or_malformed(changed: dict[str, Any]) -> None:
+    message, bodies = encoded(motion())
     try:
-        found = motion_from_json({**said, **changed}, bodies)
+        found = motion_from_json({**message, **changed}, bodies)
     except (KeyError, TypeError, ValueError):
         return
     assert found != motion()
 
 
-@pytest.mark.parametrize("said", [None, [], {}, {"body": "x"}, "motion"])
-def test_what_is_not_even_like_one_is_refused(said: Any) -> None:
+@pytest.mark.parametrize("message", [None, [], {}, {"body": "x"}, "motion"])
+def test_what_is_not_even_like_one_is_refused(message: Any) -> None:
     with pytest.raises(ValueError, match="it is not a motion"):
-        motion_from_json(said, {})
+        motion_from_json(message, {})
 
 
 def test_a_path_takes_eleven_characters_for_each_number() -> None:

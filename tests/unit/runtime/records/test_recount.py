@@ -55,17 +55,17 @@ def test_what_an_earlier_decision_saw_cannot_be_forgotten(made: tuple[Bench, Pat
     for tick, distance in enumerate((FAR, NEAR, FAR)):
         bench.lift_at(tick * STEP, distance)
     assert (replayed(made).mismatches, replayed(made).matching_count) == ([], 3)
-    for history, said in ((False, "False"), (None, "unknown")):
+    for history, message in ((False, "False"), (None, "unknown")):
         (found,) = replayed(
             made,
             lambda records, history=history: forgetting(records, 2, history),  # type: ignore[misc]
         ).mismatches
         assert found.reason == (
-            f"the history `{NAME}` is recorded as {said}, but the earlier decisions give True"
+            f"the history `{NAME}` is recorded as {message}, but the earlier decisions give True"
         )
 
 
-def test_before_anything_has_begun_nothing_can_have_been_seen_but_by_decisions(
+def test_before_a_motion_starts_only_decisions_have_measured(
     made: tuple[Bench, Path],
 ) -> None:
     bench, _ = made

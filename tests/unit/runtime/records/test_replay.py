@@ -90,7 +90,7 @@ def requests() -> list[tuple[dict[str, Any], dict[str, Any]]]:
     ]
 
 
-def test_whatever_was_asked_for_is_decided_the_same_again(log: Path) -> None:
+def test_every_request_is_decided_the_same_again(log: Path) -> None:
     made = [decided(parameters, **state) for parameters, state in requests()]
     verdicts = [decision.kind for decision, _ in made]
     assert {DecisionKind.ALLOW, DecisionKind.DENY} <= set(verdicts)

@@ -206,7 +206,7 @@ def a_speed_never_stated(records: list[dict[str, Any]]) -> None:
     decisions(records)[0]["decided"]["parameters"]["speed"] = 0.125
 
 
-def said_to_be_impossible(records: list[dict[str, Any]]) -> None:
+def stated_as_impossible(records: list[dict[str, Any]]) -> None:
     encoded = {"completed": False, "reason": "too far"}
     decisions(records)[1].update(motion=encoded, motion_digest=digest_of(encoded))
 
@@ -233,7 +233,7 @@ WITHOUT = "a motion must be recorded exactly if one was to be decided"
         (another_body, [LACKS, LACKS]),
         (a_body_recorded_later, [LACKS, LACKS]),
         (a_speed_never_stated, [""]),
-        (said_to_be_impossible, [""]),
+        (stated_as_impossible, [""]),
     ],
 )
 def test_altered_records_are_found(change: Change, found: list[str], tmp_path: Path) -> None:
@@ -301,7 +301,7 @@ def with_change(
     return [*records[:number], changed, *records[number + 1 :]]
 
 
-def test_whatever_else_is_altered_anywhere_in_a_record_is_found(tmp_path: Path) -> None:
+def test_every_other_change_of_a_record_is_found(tmp_path: Path) -> None:
     log = written(tmp_path, PLAN, AWAY)
     records = [json.loads(line) for line in log.read_bytes().splitlines()]
     replay, unfound, count = LogReplay(single_configuration(with_motions())), set(), 0

@@ -234,7 +234,7 @@ def test_configurations_of_a_folder_are_found_under_every_state_of_the_registry(
         known("0" * 64)
 
 
-def test_without_a_registry_an_error_in_the_folder_is_told(tmp_path: Path, write: Author) -> None:
+def test_without_a_registry_an_error_in_the_folder_is_reported(tmp_path: Path, write: Author) -> None:
     registry = Registry(tmp_path / "none")
     with pytest.raises(UserError, match="AE130"):
         FolderConfigurations(tmp_path / "absent", BASE / "site.yaml", registry)

@@ -59,7 +59,7 @@ def _cut_latest_change(registry: Registry) -> None:
 
 
 Damage = tuple[Callable[[Registry], object], str]
-"""What is done to a registry, and a part of what is then said of it."""
+"""Damage to a registry, and a part of the message that reports it."""
 
 REPAIRABLE: dict[str, Damage] = {
     "an older database": (_put_back, "an older one"),
@@ -105,10 +105,10 @@ def _refusals(registry: Registry) -> list[str]:
 @pytest.mark.parametrize("damage", REPAIRABLE)
 def test_the_last_recorded_change_is_put_in_force_again(blocked: Registry, damage: str) -> None:
     before = blocked.snapshot()
-    change, said = REPAIRABLE[damage]
+    change, message = REPAIRABLE[damage]
     change(blocked)
     for refusal in _refusals(blocked):
-        assert said in refusal
+        assert message in refusal
         assert "`aeros repair`" in refusal
     repaired = blocked.repair()
     assert repaired is not None
@@ -121,12 +121,12 @@ def test_the_last_recorded_change_is_put_in_force_again(blocked: Registry, damag
 
 @pytest.mark.parametrize("damage", UNREPAIRABLE)
 def test_a_record_that_lost_changes_is_not_believed(blocked: Registry, damage: str) -> None:
-    change, said = UNREPAIRABLE[damage]
+    change, message = UNREPAIRABLE[damage]
     change(blocked)
     for refusal in _refusals(blocked):
-        assert said in refusal
+        assert message in refusal
         assert "restore the folder from a backup" in refusal
-    with pytest.raises(UserError, match=said):
+    with pytest.raises(UserError, match=message):
         blocked.repair()
 
 
@@ -172,7 +172,7 @@ def test_a_change_that_was_killed_before_its_mark_is_made(
         blocked.snapshot()
 
 
-def test_a_mark_that_cannot_be_recorded_is_told_and_the_change_is_in_force(
+def test_a_mark_that_cannot_be_recorded_is_reported_and_the_change_is_in_force(
     blocked: Registry, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     replace = RegistryStore.replace

@@ -159,17 +159,17 @@ def test_a_database_of_something_else_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("statement", "said"),
+    ("statement", "message"),
     [
         ("DELETE FROM policy", "it holds no policy"),
         ("UPDATE modules SET state = 'asleep'", "asleep"),
         ("DROP TABLE blocks", "no such table"),
     ],
 )
-def test_a_damaged_database_is_refused(tmp_path: Path, statement: str, said: str) -> None:
+def test_a_damaged_database_is_refused(tmp_path: Path, statement: str, message: str) -> None:
     RegistryStore(tmp_path).replace(FULL)
     _execute(tmp_path, statement)
-    assert said in _refusal(tmp_path)
+    assert message in _refusal(tmp_path)
 
 
 def test_a_folder_for_a_database_is_refused(tmp_path: Path) -> None:

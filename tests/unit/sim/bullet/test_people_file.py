@@ -46,7 +46,7 @@ def test_a_file_says_all_of_a_person(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("path", "more", "code", "said"),
+    ("path", "more", "code", "message"),
     [
         ("[{at: [1 m, 0 m], speed: 1 m/s}]", "", "AE208", "the first waypoint is the start"),
         ("[{at: [1 m, 0 m]}, {at: [2 m, 0 m]}]", "", "AE208", "either `speed` or `arrive`"),
@@ -83,13 +83,13 @@ def test_a_file_says_all_of_a_person(tmp_path: Path) -> None:
     ],
 )
 def test_an_impossible_walk_is_reported_at_its_place(
-    path: str, more: str, code: str, said: str, tmp_path: Path
+    path: str, more: str, code: str, message: str, tmp_path: Path
 ) -> None:
     with pytest.raises(UserError) as refused:
         read_people(write(tmp_path, f"    path: {path}\n" + (f"    {more}\n" if more else "")))
     (found,) = refused.value.diagnostics
     assert found.code == code
-    assert said in found.headline
+    assert message in found.headline
     assert found.primary is not None
 
 

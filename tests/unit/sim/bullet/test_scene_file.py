@@ -56,7 +56,7 @@ def test_a_file_says_all_of_a_body(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("body", "code", "said"),
+    ("body", "code", "message"),
     [
         ("{at: [1 m, 1 m, 1 m]}", "AE208", "exactly one of"),
         ("{box: [1 m, 1 m, 1 m], urdf: vase.urdf, at: [1 m, 1 m, 1 m]}", "AE208", "`box` and `urdf`"),
@@ -72,10 +72,10 @@ def test_a_file_says_all_of_a_body(tmp_path: Path) -> None:
         ("{box: [1 m, 1 m, 1 m], at: [1 m, 1 m, 1 m], weight: 1 kg}", "AE101", "unknown field `weight`"),
     ],
 )
-def test_an_invalid_body_is_reported_at_its_place(body: str, code: str, said: str, tmp_path: Path) -> None:
+def test_an_invalid_body_is_reported_at_its_place(body: str, code: str, message: str, tmp_path: Path) -> None:
     found = refused(write(tmp_path, f"  it: {body}\n"))
     assert found.code == code
-    assert said in found.headline
+    assert message in found.headline
     assert found.primary is not None
     assert found.primary.span.line == 4
 

@@ -152,7 +152,7 @@ def test_a_joint_and_the_frame_of_its_link_are_read(world: PhysicsWorld) -> None
     assert world.pose(press).position != world.pose(press, 0).position
 
 
-def test_forces_are_told_apart_by_the_link_of_the_first_body(world: PhysicsWorld) -> None:
+def test_forces_are_distinguished_by_the_link_of_the_first_body(world: PhysicsWorld) -> None:
     floor = _floor(world)
     wrapper = world.bodies.add_urdf(str(MODELS / "wrapper.urdf"), (0.0, 0.0, 0.004))
     _settle(world)

@@ -48,7 +48,7 @@ class ReadingsOfTheFuture(Twin):
         return {name: Reading(one.value, one.time + TICK) for name, one in super().observe().items()}
 
 
-class ReadingsThatAreNeverTakenAnew(Twin):
+class ReadingsThatAreNeverRenewed(Twin):
     def observe(self) -> Readings:
         return {name: Reading(one.value, 0.0) for name, one in super().observe().items()}
 
@@ -124,15 +124,19 @@ class PlanFromElsewhere(Twin):
 
 class BeginThatMoves(Twin):
     def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
-        begun = super().begin(action, decided)
+        started = super().begin(action, decided)
         self.creep()
-        return begun
+        return started
 
 
-class StalePlansAreTaken(Twin):
+class StalePlansAreAccepted(Twin):
     def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
-        begun = super().begin(action, decided)
-        return super().begin(action) if isinstance(begun, MotionCompletion) and decided is not None else begun
+        started = super().begin(action, decided)
+        return (
+            super().begin(action)
+            if isinstance(started, MotionCompletion) and decided is not None
+            else started
+        )
 
 
 class BadInputRaises(Twin):
@@ -311,7 +315,7 @@ class FeedbackLeavesItsPaths(Twin):
 
 
 class FeedbackIsFasterThanStated(Twin):
-    """What the plan states of the tool's speed is a quarter of it."""
+    """A quarter of the tool's true speed is stated in the plan."""
 
     def plan(self, action: Action) -> PlannedMotion:
         plan = super().plan(action)
@@ -361,7 +365,7 @@ class RulesEndTheArmAlone(OnItsCarriage):
 
 
 class CarriageStandsAtOnce(OnItsCarriage):
-    """However fast it drives."""
+    """A state of the base that is correct for every speed."""
 
     def _come_to_rest(self, ask: Callable[[], str | None]) -> None:
         self._robot.hold_base()
@@ -387,7 +391,7 @@ BROKEN: Final[Mapping[str, Mapping[type[Twin], str]]] = {
     },
     "readings_are_fresh_and_never_in_the_future": {
         ReadingsOfTheFuture: "which is in the future",
-        ReadingsThatAreNeverTakenAnew: "was moved, but its reading is still of 0",
+        ReadingsThatAreNeverRenewed: "was moved, but its reading is still of 0",
         ReadingsThatStandStillAtRest: "though nothing moved",
     },
     "readings_are_of_the_types_that_the_port_has": {
@@ -408,7 +412,7 @@ BROKEN: Final[Mapping[str, Mapping[type[Twin], str]]] = {
         BeginThatMoves: "after `begin`: `joint_position` went",
     },
     "a_stale_plan_is_refused": {
-        StalePlansAreTaken: "no longer is was begun",
+        StalePlansAreAccepted: "no longer is was begun",
     },
     "invalid_input_is_rejected_with_a_reason_before_any_motion": {
         BadInputRaises: "makes it raise OverflowError",

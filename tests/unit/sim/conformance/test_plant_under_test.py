@@ -27,7 +27,7 @@ def subject(**more: Any) -> PlantUnderTest:
     return PlantUnderTest(make_plant=FakePlant, motion_action=MOVE, parallel_action=act("wait"), **more)
 
 
-def test_each_plant_is_closed_whatever_happens() -> None:
+def test_each_plant_is_closed_also_after_an_error() -> None:
     with subject().plant() as first:
         assert isinstance(first, FakePlant)
         assert first.calls == []
@@ -84,7 +84,7 @@ def test_values_are_readings_without_times() -> None:
     assert values_of({}) == {}
 
 
-def test_a_motion_is_begun_with_its_plan() -> None:
+def test_a_motion_starts_with_its_plan() -> None:
     plant = FakePlant()
     assert begin_motion(plant, MOVE) == MotionHandle(1)
     assert plant.decided == [plant.planned]

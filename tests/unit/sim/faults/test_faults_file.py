@@ -80,7 +80,7 @@ def test_every_kind_is_read_into_si_and_ticks() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "code", "said"),
+    ("text", "code", "message"),
     [
         (one(rest="teleport: {}"), "AE101", "unknown field `teleport` in `it`"),
         (one(rest="description: nothing"), "AE208", "`it` needs exactly one of `bump`"),
@@ -130,9 +130,9 @@ def test_every_kind_is_read_into_si_and_ticks() -> None:
         (one() + "  it: {}\n", "AE001", "the key `it` is written twice"),
     ],
 )
-def test_an_invalid_declaration_is_reported_at_its_place(text: str, code: str, said: str) -> None:
+def test_an_invalid_declaration_is_reported_at_its_place(text: str, code: str, message: str) -> None:
     problems = read(text)
-    assert any(found == code and said in headline for found, headline in problems), problems
+    assert any(found == code and message in headline for found, headline in problems), problems
 
 
 def test_all_problems_of_a_file_are_reported_together() -> None:

@@ -111,7 +111,7 @@ def test_a_fault_may_wait_until_something_is_held() -> None:
     assert run.reported() == [(12, "fault-started", "it", 1)]
 
 
-def test_a_fault_that_has_not_begun_passes_with_its_skill() -> None:
+def test_a_fault_that_has_not_started_ends_with_its_skill() -> None:
     run = Run(fault(SLIP, on_skill(5)), fault(SLIP, SkillOpportunity("test.other", 5, False), "other"))
     run.injector.skill_began(SKILL)
     run.injector.skill_began("test.other")
@@ -126,7 +126,7 @@ def test_a_fault_that_has_not_begun_passes_with_its_skill() -> None:
     assert run.events[0].text == "fault `it` not triggered: `test.carry` ended first (opportunity 1)"
 
 
-def test_a_fault_that_has_begun_goes_on_after_its_skill() -> None:
+def test_a_fault_that_has_started_continues_after_its_skill() -> None:
     run = Run(fault(SLIP, on_skill()))
     run.injector.skill_began(SKILL)
     run.ticks(1)

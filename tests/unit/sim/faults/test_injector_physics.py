@@ -118,7 +118,7 @@ def fault(
     return Fault(name, SkillOpportunity(SKILL, 0, from_first_grip=False) if on is None else on, process, kind)
 
 
-def begun(one: FaultyPlant) -> list[float]:
+def started(one: FaultyPlant) -> list[float]:
     return [happening.time for happening in one.happened if happening.event == "fault-started"]
 
 
@@ -313,7 +313,7 @@ def test_a_rate_of_p_bumps_in_a_share_p_of_the_runs(runs: int, faulty_plant: Mak
         one.do("wait", duration=0.25)
         away = dist(one.value("cube_position"), before)
         one.plant.close()
-        assert (away > 0.005) is bool(begun(one))
+        assert (away > 0.005) is bool(started(one))
         moved += away > 0.005
     assert abs(moved / runs - rate) < 1.96 * sqrt(rate * (1.0 - rate) / runs)
 

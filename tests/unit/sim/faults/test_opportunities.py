@@ -57,8 +57,8 @@ def test_bursts_keep_the_rate_and_last_as_long_as_declared(rate: float, length: 
     kept = 1.0 - process.good_to_bad - process.bad_to_good
     spread = sqrt(rate * (1.0 - rate) / DRAWS * (1.0 + kept) / (1.0 - kept))
     assert abs(sum(drawn) / DRAWS - rate) < 1.96 * spread
-    begun = sum(now and not before for before, now in pairwise([False, *drawn]))
-    assert sum(drawn) / begun == pytest.approx(length, rel=0.1)
+    started = sum(now and not before for before, now in pairwise([False, *drawn]))
+    assert sum(drawn) / started == pytest.approx(length, rel=0.1)
 
 
 def test_the_first_opportunity_is_taken_as_often_as_any_other() -> None:

@@ -223,8 +223,8 @@ def test_a_log_is_a_line_of_json_for_each_event(tmp_path: Path) -> None:
     log({"event": "host-ended"})
     lines = (tmp_path / "host.jsonl").read_text().splitlines()
     assert [json.loads(line) for line in lines] == [
-        {"event": "agent-connected", "measured": {"q": [1.0, 0.5]}},
-        {"event": "host-ended"},
+        {"schema": "aeros/plant-log/2", "event": "agent-connected", "measured": {"q": [1.0, 0.5]}},
+        {"schema": "aeros/plant-log/2", "event": "host-ended"},
     ]
 
 

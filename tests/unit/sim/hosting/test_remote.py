@@ -100,7 +100,7 @@ def test_every_call_is_forwarded(hosted: Ends) -> None:
     ]
 
 
-def test_only_the_latest_plan_can_be_begun(hosted: Ends) -> None:
+def test_only_the_latest_plan_can_be_started(hosted: Ends) -> None:
     remote, plant = hosted
     first = remote.plan(REACH)
     assert first == plant.planned

@@ -71,7 +71,7 @@ def test_a_closed_wrapper_shows_its_upper_plate(yaw: float) -> None:
     assert wrapper(upper, edge).hinge == pytest.approx(HINGE, abs=0.003)
 
 
-def test_of_a_wrapper_whose_upper_plate_is_hidden_the_lower_one_tells() -> None:
+def test_a_wrapper_with_a_hidden_upper_plate_is_detected_by_the_lower_one() -> None:
     found = wrapper(plate(HINGE_TO_PLATE, DOUGH, 0.3))
     assert found.hinge == pytest.approx(HINGE, abs=0.003)
     assert found.yaw == pytest.approx(0.3, abs=0.04)

@@ -58,8 +58,8 @@ def test_a_sound_model_has_no_problems(tmp_path: Path) -> None:
 def test_bad_numbers_are_reported_at_their_tag(
     element: str, code: str, headline: str, tmp_path: Path
 ) -> None:
-    ((found, said, line, underlined),) = problems(tmp_path, with_element(element))
-    assert (found, said, line, underlined) == (code, headline, 3, element)
+    ((found, message, line, underlined),) = problems(tmp_path, with_element(element))
+    assert (found, message, line, underlined) == (code, headline, 3, element)
 
 
 @pytest.mark.parametrize(
@@ -99,7 +99,7 @@ def test_a_missing_mesh_is_reported(written: str, tmp_path: Path) -> None:
 )
 def test_what_is_no_model_is_reported(text: str, headline: str, line: int, tmp_path: Path) -> None:
     found = problems(tmp_path, text)
-    assert [(code, said, at) for code, said, at, _ in found] == [("AE141", headline, line)]
+    assert [(code, message, at) for code, message, at, _ in found] == [("AE141", headline, line)]
 
 
 def test_a_document_type_is_underlined_from_its_start(tmp_path: Path) -> None:

@@ -30,7 +30,7 @@ def test_the_models_of_the_scenes_are_there() -> None:
     assert {"press.urdf", "sponge.urdf", "wrapper.urdf"} <= {path.name for path in MODELS.iterdir()}
 
 
-def test_a_table_is_fixed_and_ends_where_it_is_said_to(world: PhysicsWorld) -> None:
+def test_a_table_is_fixed_and_ends_where_it_is_declared_to(world: PhysicsWorld) -> None:
     table = add_table(world)
     for x, y, is_table in (
         (0.4, 0.0, True),
@@ -75,7 +75,7 @@ def test_an_open_box_has_a_floor_and_four_walls(world: PhysicsWorld) -> None:
     assert place[2] == pytest.approx(0.29, abs=1e-6)
 
 
-def test_a_box_has_walls_of_5_mm_unless_it_is_said(world: PhysicsWorld) -> None:
+def test_a_box_has_walls_of_5_mm_by_default(world: PhysicsWorld) -> None:
     add_open_box(world, (0.2, 0.1, 0.05), (0.0, 0.0, 0.0))
     assert _height_at(world, 0.104, 0.0) == pytest.approx(0.05, abs=1e-6)
     assert _height_at(world, 0.106, 0.0) is None

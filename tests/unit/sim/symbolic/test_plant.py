@@ -407,7 +407,7 @@ def test_it_needs_no_simulator() -> None:
     assert plant.now() == 0.0
 
 
-def _begun(plant: SymbolicPlant, action: Action) -> MotionHandle:
+def _started(plant: SymbolicPlant, action: Action) -> MotionHandle:
     motion = plant.begin(action)
     assert not isinstance(motion, MotionCompletion)
     return motion
@@ -421,8 +421,8 @@ def test_parallel_motions_end_in_the_order_of_their_end_times() -> None:
         seen.append(values["tool_speed"])
         return None
 
-    move = _begun(plant, act("move_tool", target=(0.3, 0.5, 0.4), yaw=0.0, speed=0.25))
-    wait = _begun(plant, act("wait", duration=0.1))
+    move = _started(plant, act("move_tool", target=(0.3, 0.5, 0.4), yaw=0.0, speed=0.25))
+    wait = _started(plant, act("wait", duration=0.1))
     assert plant.advance(monitor, 0.05) == {}
     assert plant.now() == 0.05
     assert plant.advance(monitor, 100.0) == {wait: MotionCompletion(True)}
@@ -451,8 +451,8 @@ def test_a_tool_that_the_base_carries_is_at_its_target_once_the_base_has_come_to
 def test_a_halted_motion_ends_without_effect_and_the_other_goes_on() -> None:
     plant = SymbolicPlant(site(), {}, 0)
     before = plant.observe()["tool_position"].value
-    move = _begun(plant, act("move_tool", target=(0.3, 0.5, 0.4), yaw=0.0, speed=0.25))
-    wait = _begun(plant, act("wait", duration=9.0))
+    move = _started(plant, act("move_tool", target=(0.3, 0.5, 0.4), yaw=0.0, speed=0.25))
+    wait = _started(plant, act("wait", duration=9.0))
     plant.halt(move)
     assert plant.advance(watch, 100.0) == {move: MotionCompletion(False, "halted")}
     assert plant.observe()["tool_position"].value == before
@@ -461,7 +461,7 @@ def test_a_halted_motion_ends_without_effect_and_the_other_goes_on() -> None:
 
 def test_a_rule_that_breaks_ends_everything_under_way() -> None:
     plant = SymbolicPlant(site(), {}, 0)
-    motions = [_begun(plant, act("wait", duration=seconds)) for seconds in (1.0, 2.0)]
+    motions = [_started(plant, act("wait", duration=seconds)) for seconds in (1.0, 2.0)]
     broken = MotionCompletion(False, "monitor:rule")
     assert plant.advance(lambda now, values: "rule", 100.0) == dict.fromkeys(motions, broken)
 

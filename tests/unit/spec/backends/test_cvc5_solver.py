@@ -23,9 +23,9 @@ def test_sat_and_unsat_are_distinguished() -> None:
 
 
 def test_a_budget_that_runs_out_is_undecided_with_a_reason() -> None:
-    said = Cvc5(rlimit=10_000).solve_script(_HARD)
-    assert said.result is SatResult.UNKNOWN
-    assert "RESOURCEOUT" in said.reason
+    message = Cvc5(rlimit=10_000).solve_script(_HARD)
+    assert message.result is SatResult.UNKNOWN
+    assert "RESOURCEOUT" in message.reason
 
 
 @pytest.mark.parametrize("script", ["", "(assert", "(assert (< y 0))(check-sat)", "(set-logic ALL)"])

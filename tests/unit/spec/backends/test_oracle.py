@@ -3,6 +3,8 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing
 from fractions import Fraction
 from pathlib import Path
 
@@ -93,61 +95,69 @@ def test_a_question_that_differs_is_another_question(
         oracle.check_sat(*other)
 
 
+@pytest.fixture
+def open_store(tmp_path: Path) -> Iterator[Callable[[], AnswerStore]]:
+    with ExitStack() as stack:
+        yield lambda: stack.enter_context(closing(AnswerStore(tmp_path / "answers")))
+
+
 def test_a_later_run_finds_the_same_answer_in_the_store(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    open_store: Callable[[], AnswerStore], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     question = [_above(Fraction(1, 3)), B, t.Compare("==", E, t.Literal("right", E.type))]  # type: ignore[arg-type]
-    first = Oracle(store=AnswerStore(tmp_path / "answers"))
+    first = Oracle(store=open_store())
     answer = first.check_sat([X, B, E], RANGES, question)
     never = first.check_sat([X], RANGES, [_above(Fraction(10))])
     first.save_answers()
     _forbid_solving(monkeypatch)
-    second = Oracle(store=AnswerStore(tmp_path / "answers"))
+    second = Oracle(store=open_store())
     assert second.check_sat([X, B, E], RANGES, question) == answer
     assert answer.model["b"] is True
     assert answer.model["e"] == "right"
     assert second.check_sat([X], RANGES, [_above(Fraction(10))]) == never == SolverAnswer(SatResult.UNSAT, {})
 
 
-def test_questions_asked_after_saving_are_saved_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    first = Oracle(store=AnswerStore(tmp_path / "answers"))
+def test_questions_asked_after_saving_are_saved_too(
+    open_store: Callable[[], AnswerStore], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = Oracle(store=open_store())
     for bound in (3, 4):
         first.check_sat([X], RANGES, [_above(Fraction(bound))])
         first.save_answers()
     _forbid_solving(monkeypatch)
-    second = Oracle(store=AnswerStore(tmp_path / "answers"))
+    second = Oracle(store=open_store())
     assert second.check_sat([X], RANGES, [_above(Fraction(4))]).result is SatResult.SAT
 
 
 def test_another_budget_another_solver_or_other_code_asks_again(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    open_store: Callable[[], AnswerStore], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    first = Oracle(store=AnswerStore(tmp_path / "answers"))
+    first = Oracle(store=open_store())
     first.check_sat([X], RANGES, [_above(Fraction(3))])
     first.save_answers()
     _forbid_solving(monkeypatch)
     with pytest.raises(AssertionError, match="was asked"):
-        Oracle(7_000_000, AnswerStore(tmp_path / "answers")).check_sat([X], RANGES, [_above(Fraction(3))])
+        Oracle(7_000_000, open_store()).check_sat([X], RANGES, [_above(Fraction(3))])
     monkeypatch.setattr(oracle_module, "_solver_fingerprint", lambda: "another solver")
     with pytest.raises(AssertionError, match="was asked"):
-        Oracle(store=AnswerStore(tmp_path / "answers")).check_sat([X], RANGES, [_above(Fraction(3))])
+        Oracle(store=open_store()).check_sat([X], RANGES, [_above(Fraction(3))])
 
 
-def test_unknown_is_not_stored(tmp_path: Path) -> None:
-    store = AnswerStore(tmp_path / "answers")
+def test_unknown_is_not_stored(open_store: Callable[[], AnswerStore]) -> None:
+    store = open_store()
     store.put({"k": SolverAnswer(SatResult.UNKNOWN, {}, "out of budget")})
     assert store.get("k") is None
 
 
 @pytest.mark.parametrize("content", ["", "null", "{}", '{"result": "maybe", "model": {}}', "[1", "0"])
-def test_an_unreadable_entry_counts_as_missing(content: str, tmp_path: Path) -> None:
-    store = AnswerStore(tmp_path / "answers")
+def test_an_unreadable_entry_counts_as_missing(content: str, open_store: Callable[[], AnswerStore]) -> None:
+    store = open_store()
     store._connection.execute("INSERT INTO answers VALUES ('k', ?)", (content,))
     assert store.get("k") is None
 
 
-def test_a_deleted_store_changes_no_answer(tmp_path: Path) -> None:
-    store = AnswerStore(tmp_path / "answers")
+def test_a_deleted_store_changes_no_answer(open_store: Callable[[], AnswerStore]) -> None:
+    store = open_store()
     store.close()
     store.close()
     oracle = Oracle(store=store)

@@ -19,7 +19,7 @@ def _install(folder: Path, package: str, *versions: str) -> None:
         (folder / f"Made_Up-{version}.dist-info" / "METADATA").write_text(text)
 
 
-def test_the_version_is_in_the_name_of_the_folder_beside_the_package(
+def test_the_version_is_in_the_name_of_the_folder_next_to_the_package(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     _install(tmp_path, "made_up_once", "1.2.3")

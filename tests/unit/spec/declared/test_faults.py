@@ -40,7 +40,7 @@ class _Blink:
     lasts: Annotated[int, Duration("duration of the fault")] = 12
 
 
-def _said_of(text: str, schema: type) -> tuple[Any, list[str]]:
+def _messages_of(text: str, schema: type) -> tuple[Any, list[str]]:
     sink = Diagnostics()
     return decode(accepted(text), schema, sink), [one.code for one in sink]
 
@@ -80,30 +80,30 @@ def test_a_file_writes_a_place_and_the_fields_of_the_kind() -> None:
 def test_fields_with_a_default_are_optional_and_absent_is_none() -> None:
     rate, lasts = fields(written_form(_Blink))[1:]
     assert (rate.default, lasts.default) == (MISSING, None)
-    found, said = _said_of("rate: 0.5\n", written_form(_Blink))
-    assert (said, found.lasts) == ([], None)
-    assert _said_of("lasts: 1 s\n", written_form(_Blink))[0] is None
+    found, message = _messages_of("rate: 0.5\n", written_form(_Blink))
+    assert (message, found.lasts) == ([], None)
+    assert _messages_of("lasts: 1 s\n", written_form(_Blink))[0] is None
 
 
 def test_a_duration_is_text_until_its_unit_is_known() -> None:
-    found, said = _said_of("rate: 0.5\nlasts: 2 fortnights\n", written_form(_Blink))
-    assert said == []
+    found, message = _messages_of("rate: 0.5\nlasts: 2 fortnights\n", written_form(_Blink))
+    assert message == []
     assert isinstance(found.lasts, TextField)
     assert found.lasts.value == "2 fortnights"
 
 
 @pytest.mark.parametrize(("rate", "is_read"), [("0", True), ("1", True), ("1.01", False), ("-0.1", False)])
 def test_a_share_is_from_none_to_all(rate: str, is_read: bool) -> None:
-    found, said = _said_of(f"rate: {rate}\n", written_form(_Blink))
+    found, message = _messages_of(f"rate: {rate}\n", written_form(_Blink))
     assert (found is not None) is is_read
-    assert (said == []) is is_read
+    assert (message == []) is is_read
 
 
 @pytest.mark.parametrize(
     ("direction", "is_read"), [("[0, 1, 0]", True), ("[0, 1]", False), ("[0, 1, 0, 0]", False)]
 )
 def test_a_direction_is_three_numbers(direction: str, is_read: bool) -> None:
-    found, _ = _said_of(f"by: 60 mm\ndirection: {direction}\n", written_form(DisplacedDetectionFault))
+    found, _ = _messages_of(f"by: 60 mm\ndirection: {direction}\n", written_form(DisplacedDetectionFault))
     assert (found is not None) is is_read
 
 
@@ -138,7 +138,7 @@ faults:
     "edit", [("rate: 0.5", "rate: 1.5"), ("lasts: 1 s", "last: 1 s"), ("every: 1 s", "each: 1 s")]
 )
 def test_a_file_of_another_form_is_refused(edit: tuple[str, str]) -> None:
-    assert _said_of(_FILE, Faults)[1] == []
-    found, said = _said_of(_FILE.replace(*edit), Faults)
+    assert _messages_of(_FILE, Faults)[1] == []
+    found, message = _messages_of(_FILE.replace(*edit), Faults)
     assert found is None
-    assert said != []
+    assert message != []

@@ -21,8 +21,8 @@ def barrier(text: str) -> tuple[Barrier | None, list[str]]:
 
 
 def test_a_barrier_is_in_the_world_frame_and_for_all_links_unless_it_says_so() -> None:
-    fence, said = barrier(_FENCE)
-    assert said == []
+    fence, message = barrier(_FENCE)
+    assert message == []
     assert fence is not None
     assert (fence.keep.value, fence.frame, fence.links) == ("in", None, None)
 
@@ -31,6 +31,6 @@ def test_a_barrier_is_in_the_world_frame_and_for_all_links_unless_it_says_so() -
     ("old", "new"), [("keep: in", "keep: near"), ("id: fence", "id: My Fence"), (", rationale: people", "")]
 )
 def test_a_barrier_of_another_form_is_refused(old: str, new: str) -> None:
-    fence, said = barrier(_FENCE.replace(old, new))
+    fence, message = barrier(_FENCE.replace(old, new))
     assert fence is None
-    assert len(said) == 1
+    assert len(message) == 1

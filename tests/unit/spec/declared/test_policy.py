@@ -25,8 +25,8 @@ def policy(text: str) -> tuple[Policy | None, list[str]]:
 
 
 def test_what_a_policy_may_leave_out_is_empty_or_absent() -> None:
-    found, said = policy(_LEAST)
-    assert said == []
+    found, message = policy(_LEAST)
+    assert message == []
     assert found is not None
     assert len(found.grants) == len(found.blocks) == len(found.quotas) == 0
     assert (found.audit, found.isolation, found.mcp, found.undeclared_outcome) == (None,) * 4
@@ -43,6 +43,6 @@ def test_what_a_policy_may_leave_out_is_empty_or_absent() -> None:
     ],
 )
 def test_a_policy_of_another_form_is_refused(text: str) -> None:
-    found, said = policy(text)
+    found, message = policy(text)
     assert found is None
-    assert len(said) == 1
+    assert len(message) == 1

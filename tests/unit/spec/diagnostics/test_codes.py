@@ -81,7 +81,7 @@ def test_two_hundred_problems_of_a_severity_are_kept() -> None:
     assert (len(sink), sink.dropped) == (200, 1)
 
 
-def test_an_error_is_reported_with_all_that_is_said_of_it() -> None:
+def test_an_error_is_reported_with_its_notes_and_help() -> None:
     sink = Diagnostics()
     other = SpanLabel(B.span(0, 1), "the other")
     sink.error("AE101", "first", A.span(3, 4), "here", secondary=[other], notes=["why"], help=["do"])

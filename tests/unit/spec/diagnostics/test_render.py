@@ -184,13 +184,13 @@ def test_colour_appears_only_when_asked_for_and_changes_nothing_else() -> None:
 
 @given(st.text(max_size=300), st.text(max_size=30), st.data())
 def test_nothing_from_a_file_reaches_the_terminal_as_control(
-    text: str, said: str, data: st.DataObject
+    text: str, message: str, data: st.DataObject
 ) -> None:
-    source = Source(said, text)
+    source = Source(message, text)
     start = data.draw(st.integers(0, len(text)))
     end = data.draw(st.integers(start, len(text)))
     found = error(
-        SpanLabel(source.span(start, end), said), SpanLabel(source.span(0, end), said), headline=said
+        SpanLabel(source.span(start, end), message), SpanLabel(source.span(0, end), message), headline=message
     )
     shown = render_text(found)
     assert all(character == "\n" or escape_invisible(character) == character for character in shown)

@@ -61,7 +61,7 @@ def test_a_warning_does_not_stop_the_comparison(old: Path, new: Path) -> None:
     ]
 
 
-def test_two_single_modules_are_compared_whatever_their_names(old: Path, new: Path) -> None:
+def test_two_single_modules_are_compared_under_any_names(old: Path, new: Path) -> None:
     change(new / "tidy" / "ecm.yaml", "id: tidy", "id: neat")
     change(new / "tidy" / "ecm.yaml", "force <= 10 N", "force <= 11 N")
     assert changed(modules(old, new)) == {"neat/pick_cloth/grip": "newly allowed"}

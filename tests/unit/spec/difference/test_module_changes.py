@@ -63,7 +63,7 @@ def test_what_no_rule_allows_is_not_newly_allowed(old: Path, new: Path) -> None:
     assert changed(modules(old, new)) == {}
 
 
-def test_a_new_skill_is_newly_allowed_whatever_its_inputs(old: Path, new: Path) -> None:
+def test_a_new_skill_is_newly_allowed_for_all_its_inputs(old: Path, new: Path) -> None:
     manifest = old / "tidy" / "ecm.yaml"
     text = manifest.read_text()
     start, end = text.index("  rest:\n"), text.index("tasks:\n")

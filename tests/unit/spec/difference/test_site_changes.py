@@ -71,7 +71,7 @@ def test_a_limit_is_shown_as_it_was_and_as_it_is(old: Path, new: Path) -> None:
     ]
 
 
-def test_what_is_new_in_the_vocabulary_is_said_and_may_have_any_value(old: Path, new: Path) -> None:
+def test_new_vocabulary_is_reported_and_may_have_any_value(old: Path, new: Path) -> None:
     line = "  bench_clean: {type: bool, sensor: camera, max_age: 1 s}"
     change(new / "site.yaml", line, f"{line}\n  lid_open: {{type: bool, sensor: camera, max_age: 1 s}}")
     change(new / "site.yaml", "require: force <= 30 N", "require: force <= 30 N and not lid_open")

@@ -13,7 +13,7 @@ CORPUS = Path(__file__).parents[3] / "corpus"
 TABLE = CORPUS / "site" / "table.yaml"
 
 
-def said_of_site(tmp_path: Path, *edits: tuple[str, str]) -> list[str]:
+def messages_of_site(tmp_path: Path, *edits: tuple[str, str]) -> list[str]:
     """The first line of each diagnostic of the table's site after `edits`."""
     path = tmp_path / "site.yaml"
     path.write_text(_edited(TABLE.read_text(), edits))
@@ -23,7 +23,7 @@ def said_of_site(tmp_path: Path, *edits: tuple[str, str]) -> list[str]:
     return [render_text(one).splitlines()[0] for one in sink]
 
 
-def said_of_module(
+def messages_of_module(
     tmp_path: Path, *edits: tuple[str, str], case: str = "waits_less_than_allowed"
 ) -> list[str]:
     """The first line of each diagnostic of a module that is accepted without `edits`."""

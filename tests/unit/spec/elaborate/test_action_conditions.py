@@ -6,7 +6,7 @@ from pathlib import Path
 
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
-from tests.unit.spec.elaborate.faults import CORPUS, TABLE, said_of_module
+from tests.unit.spec.elaborate.faults import CORPUS, TABLE, messages_of_module
 
 
 def test_a_condition_keeps_its_text_and_the_parts_that_are_explained() -> None:
@@ -22,10 +22,10 @@ def test_a_condition_keeps_its_text_and_the_parts_that_are_explained() -> None:
 
 
 def test_an_unknown_action_kind_of_an_envelope_is_reported(tmp_path: Path) -> None:
-    (said,) = said_of_module(tmp_path, ("wait: duration <= 10 s", "weight: duration <= 10 s"))
-    assert "`weight` is not an action kind of this site" in said
+    (message,) = messages_of_module(tmp_path, ("wait: duration <= 10 s", "weight: duration <= 10 s"))
+    assert "`weight` is not an action kind of this site" in message
 
 
 def test_a_permission_may_not_read_inputs(tmp_path: Path) -> None:
-    (said,) = said_of_module(tmp_path, ("wait: true", "wait: duration <= inputs.pace"))
-    assert "this skill has no input `pace`" in said
+    (message,) = messages_of_module(tmp_path, ("wait: true", "wait: duration <= inputs.pace"))
+    assert "this skill has no input `pace`" in message

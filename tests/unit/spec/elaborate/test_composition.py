@@ -59,15 +59,15 @@ def _elaborated(text: str, name: str = "all") -> tuple[dict[str, Composition], l
 
 
 def _composed(text: str) -> Composition:
-    found, said = _elaborated(text)
-    assert said == []
+    found, message = _elaborated(text)
+    assert message == []
     return found["all"]
 
 
 def _refused(text: str) -> list[tuple[str, str]]:
-    found, said = _elaborated(text)
+    found, message = _elaborated(text)
     assert found == {}
-    return [(one.code, one.headline) for one in said]
+    return [(one.code, one.headline) for one in message]
 
 
 def _step(part: object) -> Step:
@@ -162,7 +162,7 @@ def test_a_failure_that_stops_needs_no_handler_and_no_retry() -> None:
 
 
 @pytest.mark.parametrize(
-    ("do", "said"),
+    ("do", "message"),
     [
         ("{}", ("AE102", "a part has exactly one of `seq`, `par`, `if` and `skill`; found none of them")),
         (
@@ -195,12 +195,12 @@ def test_a_failure_that_stops_needs_no_handler_and_no_retry() -> None:
         ("{skill: use}", ("AE102", "`use` needs the input `gain`")),
     ],
 )
-def test_a_fault_of_a_part_is_reported(do: str, said: tuple[str, str]) -> None:
-    assert _refused(f"do: {do}") == [said]
+def test_a_fault_of_a_part_is_reported(do: str, message: tuple[str, str]) -> None:
+    assert _refused(f"do: {do}") == [message]
 
 
 @pytest.mark.parametrize(
-    ("do", "said"),
+    ("do", "message"),
     [
         ("{skill: fech}", "`fech` is not a skill of this module"),
         ("{skill: fetch, retry: 1, on_failure: prk}", "`prk` is not a handler or a skill of this module"),
@@ -214,13 +214,13 @@ def test_a_fault_of_a_part_is_reported(do: str, said: tuple[str, str]) -> None:
         ("{if: tidy, then: {skill: park}}", "tidy"),
     ],
 )
-def test_a_name_without_meaning_is_reported(do: str, said: str) -> None:
-    assert said in _refused(f"do: {do}")[0][1]
+def test_a_name_without_meaning_is_reported(do: str, message: str) -> None:
+    assert message in _refused(f"do: {do}")[0][1]
 
 
 def test_a_composition_is_not_named_like_a_skill() -> None:
-    _, (said,) = _elaborated("do: {skill: park}", name="fetch")
-    assert (said.code, said.headline) == ("AE121", "`fetch` is a skill already")
+    _, (message,) = _elaborated("do: {skill: park}", name="fetch")
+    assert (message.code, message.headline) == ("AE121", "`fetch` is a skill already")
 
 
 def test_a_handler_is_not_named_stop() -> None:
@@ -229,14 +229,14 @@ def test_a_handler_is_not_named_stop() -> None:
 
 
 def test_every_fault_of_a_composition_is_reported_and_it_is_left_out() -> None:
-    said = _refused(
+    message = _refused(
         "do:\n  seq:\n    - {skill: fetch, retry: 9}\n    - {skill: use}\n    - par: [{skill: park}]\n"
         "precondition: table_tdy\n"
     )
-    assert [code for code, _ in said] == ["AE129", "AE102", "AE112", "AE202"]
+    assert [code for code, _ in message] == ["AE129", "AE102", "AE112", "AE202"]
 
 
 def test_a_fault_of_a_whole_part_underlines_its_first_line() -> None:
-    _, (said,) = _elaborated("do:\n  seq:\n    - skill: fetch\n      then: {skill: park}\n")
-    assert said.primary is not None
-    assert said.primary.span.text == "skill: fetch"
+    _, (message,) = _elaborated("do:\n  seq:\n    - skill: fetch\n      then: {skill: park}\n")
+    assert message.primary is not None
+    assert message.primary.span.text == "skill: fetch"

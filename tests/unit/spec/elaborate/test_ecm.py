@@ -6,22 +6,22 @@ from pathlib import Path
 
 import pytest
 
-from tests.unit.spec.elaborate.faults import said_of_module
+from tests.unit.spec.elaborate.faults import messages_of_module
 
 
 def test_a_module_without_faults_gives_no_diagnostics(tmp_path: Path) -> None:
-    assert said_of_module(tmp_path) == []
+    assert messages_of_module(tmp_path) == []
 
 
 @pytest.mark.parametrize("name", ["a" * 300, "/etc/hostname", "..", "../module/skills.py", ".", ""])
 def test_a_file_of_a_tool_is_inside_the_module(tmp_path: Path, name: str) -> None:
     tool = f'\nmodels:\n  finder: {{description: finds dirt, kind: model, file: "{name}"}}\n\npermissions:'
-    (said,) = said_of_module(tmp_path, ("\npermissions:", tool))
-    assert said.startswith("error[AE131] missing-file: ")
+    (message,) = messages_of_module(tmp_path, ("\npermissions:", tool))
+    assert message.startswith("error[AE131] missing-file: ")
 
 
 def test_every_fault_of_a_module_is_reported_at_once(tmp_path: Path) -> None:
-    said = said_of_module(
+    message = messages_of_module(
         tmp_path,
         ("version: 1.0.0", "version: one"),
         ("license: Apache-2.0", "license: none"),
@@ -30,7 +30,7 @@ def test_every_fault_of_a_module_is_reported_at_once(tmp_path: Path) -> None:
         ("timeout: 30 s", "timeout: 30 m"),
         ('aeros: ">=0.1"', 'aeros: "0.1 or so"'),
     )
-    assert sorted(line.partition("]")[0].partition("[")[2] for line in said) == [
+    assert sorted(line.partition("]")[0].partition("[")[2] for line in message) == [
         "AE122",
         "AE125",
         "AE125",
@@ -41,7 +41,7 @@ def test_every_fault_of_a_module_is_reported_at_once(tmp_path: Path) -> None:
 
 
 def test_a_capability_is_provided_by_skills_of_the_module(tmp_path: Path) -> None:
-    (said,) = said_of_module(tmp_path, ("provided_by: [tidy]", "provided_by: []"))
-    assert said == "error[AE112] wrong-length: a capability is provided by at least one skill"
-    (said,) = said_of_module(tmp_path / "again", ("provided_by: [tidy]", "provided_by: [tidi]"))
-    assert said.endswith("`tidi` is not a skill or composition of this module")
+    (message,) = messages_of_module(tmp_path, ("provided_by: [tidy]", "provided_by: []"))
+    assert message == "error[AE112] wrong-length: a capability is provided by at least one skill"
+    (message,) = messages_of_module(tmp_path / "again", ("provided_by: [tidy]", "provided_by: [tidi]"))
+    assert message.endswith("`tidi` is not a skill or composition of this module")

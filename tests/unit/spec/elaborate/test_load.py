@@ -172,10 +172,10 @@ def test_equal_texts_share_a_site_and_changed_texts_do_not(tmp_path: Path, site:
 def test_faults_of_a_cached_site_are_reported_every_time(tmp_path: Path) -> None:
     path = tmp_path / "site.yaml"
     path.write_text("schema: aeros/site/1\nid: s\n" + "".join(f"k{n}: 1\n" for n in range(300)))
-    said = []
+    message = []
     for _ in range(2):
         sink = Diagnostics()
         assert load_site(path, sink) is None
-        said.append(codes(sink))
-    assert said[0] == said[1]
-    assert len(said[0]) == 200
+        message.append(codes(sink))
+    assert message[0] == message[1]
+    assert len(message[0]) == 200

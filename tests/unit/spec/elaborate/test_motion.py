@@ -28,8 +28,8 @@ def _loaded(tmp_path: Path, *edits: tuple[str, str]) -> tuple[Site | None, list[
 
 
 def test_names_and_units_are_settled(tmp_path: Path) -> None:
-    site, said = _loaded(tmp_path)
-    assert said == []
+    site, message = _loaded(tmp_path)
+    assert message == []
     assert site is not None
     motion = site.motion
     assert motion is not None
@@ -55,7 +55,7 @@ def test_names_and_units_are_settled(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("edit", "said"),
+    ("edit", "message"),
     [
         (
             ("within: 10 mm, levers", "within: 16 mm, levers"),
@@ -141,11 +141,11 @@ def test_names_and_units_are_settled(tmp_path: Path) -> None:
         (("keep: in", "keep: near"), "error[AE"),
     ],
 )
-def test_each_fault_is_reported_where_it_is(tmp_path: Path, edit: tuple[str, str], said: str) -> None:
+def test_each_fault_is_reported_where_it_is(tmp_path: Path, edit: tuple[str, str], message: str) -> None:
     site, found = _loaded(tmp_path, edit)
     assert site is None
     assert len(found) == 1
-    assert found[0].startswith(said), found[0]
+    assert found[0].startswith(message), found[0]
 
 
 def test_reduced_speed_keeps_every_contact_below_its_transient_force() -> None:

@@ -22,7 +22,7 @@ A = "#.##..#....#"
 READY = ("#...#.", ".#..#.", "......")
 
 
-def _moments() -> list[dict[str, Any]]:
+def _snapshots() -> list[dict[str, Any]]:
     return [
         {
             "a": A[second] == "#",
@@ -63,7 +63,7 @@ def test_a_condition_with_histories_agrees_with_the_trace(text: str) -> None:
     assert len(set(names)) == len(names)
     measured: list[TimedState] = []
     kept: list[TimedState] = []
-    for second, values in enumerate(_moments()):
+    for second, values in enumerate(_snapshots()):
         measured.append(TimedState(Fraction(second), values))
         now = dict(values)
         kept.append(TimedState(Fraction(second), now))

@@ -6,24 +6,24 @@ from pathlib import Path
 
 import pytest
 
-from tests.unit.spec.elaborate.faults import said_of_site
+from tests.unit.spec.elaborate.faults import messages_of_site
 
 
 def test_a_limit_beyond_every_double_is_refused(tmp_path: Path) -> None:
-    (said,) = said_of_site(tmp_path, ("skill_timeout: 60 s", "skill_timeout: 1e400 s"))
-    assert said.startswith("error[AE129] beyond-limits: a timeout must be above 0 s and at most 1 h")
+    (message,) = messages_of_site(tmp_path, ("skill_timeout: 60 s", "skill_timeout: 1e400 s"))
+    assert message.startswith("error[AE129] beyond-limits: a timeout must be above 0 s and at most 1 h")
 
 
 @pytest.mark.parametrize("planning", ["0 s", "3601 s"])
 def test_a_planner_has_some_time_and_no_more_than_an_hour(tmp_path: Path, planning: str) -> None:
-    (said,) = said_of_site(tmp_path, ("replans: 5}", f"replans: 5, planning: {planning}}}"))
-    assert said.startswith(
+    (message,) = messages_of_site(tmp_path, ("replans: 5}", f"replans: 5, planning: {planning}}}"))
+    assert message.startswith(
         "error[AE129] beyond-limits: the time for a plan must be above 0 s and at most 1 h"
     )
 
 
 @pytest.mark.parametrize(
-    ("edit", "said"),
+    ("edit", "message"),
     [
         (("actuators: [arm, turntable]", "actuators: [arm, crane]"), "`crane` is not an actuator of any"),
         (("sensors: [panel, scanner,", "sensors: [pannel, scanner,"), "`pannel` is not a sensor of any"),
@@ -33,6 +33,6 @@ def test_a_planner_has_some_time_and_no_more_than_an_hour(tmp_path: Path, planni
         (("within: 60 s", "within: 0 s"), "a quota's window must be above 0 s"),
     ],
 )
-def test_a_fault_of_the_policy_is_reported(tmp_path: Path, edit: tuple[str, str], said: str) -> None:
-    found = said_of_site(tmp_path, edit)
-    assert any(said in line for line in found), found
+def test_a_fault_of_the_policy_is_reported(tmp_path: Path, edit: tuple[str, str], message: str) -> None:
+    found = messages_of_site(tmp_path, edit)
+    assert any(message in line for line in found), found

@@ -32,8 +32,8 @@ def loaded(folder: Path, section: str) -> tuple[Site | None, list[str]]:
 def test_a_missing_mcp_setting_has_the_stricter_default(
     section: str, policy: McpPolicy, tmp_path: Path
 ) -> None:
-    site, said = loaded(tmp_path, section)
-    assert said == []
+    site, message = loaded(tmp_path, section)
+    assert message == []
     assert site is not None
     assert site.mcp == policy
 
@@ -42,6 +42,6 @@ def test_a_missing_mcp_setting_has_the_stricter_default(
     "section", ["  mcp: {execute: maybe}\n", "  mcp: {most_steps: 0}\n", "  mcp: {approve: never}\n"]
 )
 def test_an_unknown_mcp_setting_is_refused(section: str, tmp_path: Path) -> None:
-    site, said = loaded(tmp_path, section)
+    site, message = loaded(tmp_path, section)
     assert site is None
-    assert len(said) == 1
+    assert len(message) == 1

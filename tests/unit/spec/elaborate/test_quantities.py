@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from tests.unit.spec.elaborate.faults import said_of_site
+from tests.unit.spec.elaborate.faults import messages_of_site
 
 _LOAD = "load: {type: real, unit: kg, range: [0, 5], "
 
 
 @pytest.mark.parametrize(
-    ("declaration", "said"),
+    ("declaration", "message"),
     [
         ("type: real, unit: kg, range: [5, 0]", "a range is two numbers, the lower one first"),
         ("type: real, unit: kg", "a number needs a range"),
@@ -25,6 +25,6 @@ _LOAD = "load: {type: real, unit: kg, range: [0, 5], "
         ("type: bool, index: jonts", "`jonts` is not a declared enum"),
     ],
 )
-def test_a_fault_of_a_quantity_is_reported(tmp_path: Path, declaration: str, said: str) -> None:
-    (found,) = said_of_site(tmp_path, (_LOAD, f"load: {{{declaration}, "))
-    assert said in found
+def test_a_fault_of_a_quantity_is_reported(tmp_path: Path, declaration: str, message: str) -> None:
+    (found,) = messages_of_site(tmp_path, (_LOAD, f"load: {{{declaration}, "))
+    assert message in found

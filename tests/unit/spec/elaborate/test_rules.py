@@ -8,16 +8,16 @@ import pytest
 
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
-from tests.unit.spec.elaborate.faults import TABLE, said_of_site
+from tests.unit.spec.elaborate.faults import TABLE, messages_of_site
 
 
 def test_a_rule_that_governs_no_action_kind_is_refused(tmp_path: Path) -> None:
-    (said,) = said_of_site(tmp_path, ("on: [throw]", "on: []"))
-    assert said == "error[AE112] wrong-length: the rule `soft-throw` governs no action kind"
+    (message,) = messages_of_site(tmp_path, ("on: [throw]", "on: []"))
+    assert message == "error[AE112] wrong-length: the rule `soft-throw` governs no action kind"
 
 
 @pytest.mark.parametrize(
-    ("edit", "said"),
+    ("edit", "message"),
     [
         (("on: [throw]", "on: [trow]"), "`trow` is not an action kind"),
         (("id: soft-throw", "id: soft-knock"), "the rule `soft-knock` is declared twice"),
@@ -27,9 +27,9 @@ def test_a_rule_that_governs_no_action_kind_is_refused(tmp_path: Path) -> None:
         (("on: {a: sweep, b: spin}", "on: {a: sweep, slow: spin}"), "`slow` is already a constant"),
     ],
 )
-def test_a_fault_of_a_rule_is_reported(tmp_path: Path, edit: tuple[str, str], said: str) -> None:
-    (found,) = said_of_site(tmp_path, edit)
-    assert said in found
+def test_a_fault_of_a_rule_is_reported(tmp_path: Path, edit: tuple[str, str], message: str) -> None:
+    (found,) = messages_of_site(tmp_path, edit)
+    assert message in found
 
 
 def test_a_rule_without_kinds_governs_all_but_the_protective_stop() -> None:

@@ -59,7 +59,7 @@ def test_a_condition_on_actions_reads_the_parameters_too() -> None:
     assert dict(action_scope(SITE, ROLL).variables) == {"load": LOAD.variable}
 
 
-def test_given_variables_are_told_apart_by_their_role() -> None:
+def test_given_variables_are_distinguished_by_their_role() -> None:
     scope = scope_over(SITE, [LOAD, PACE, SPEED])
     assert scope.variables == {"load": LOAD.variable, "speed": SPEED.variable}
     assert scope.inputs == {"pace": PACE.variable}

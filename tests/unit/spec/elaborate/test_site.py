@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.unit.spec.elaborate.faults import said_of_site
+from tests.unit.spec.elaborate.faults import messages_of_site
 
 
 def test_a_site_without_faults_gives_no_diagnostics(tmp_path: Path) -> None:
-    assert said_of_site(tmp_path) == []
+    assert messages_of_site(tmp_path) == []
 
 
 @pytest.mark.parametrize(
@@ -28,14 +28,14 @@ def test_a_site_without_faults_gives_no_diagnostics(tmp_path: Path) -> None:
 def test_a_name_whose_declaration_is_at_fault_is_not_called_undeclared(
     tmp_path: Path, old: str, new: str, code: str
 ) -> None:
-    said = said_of_site(tmp_path, (old, new))
-    assert [line.partition("]")[0] for line in said] == [f"error[{code}"]
+    message = messages_of_site(tmp_path, (old, new))
+    assert [line.partition("]")[0] for line in message] == [f"error[{code}"]
 
 
-def test_faults_of_the_policy_are_reported_beside_faults_of_the_vocabulary(tmp_path: Path) -> None:
-    said = said_of_site(
+def test_faults_of_policy_and_vocabulary_are_reported_together(tmp_path: Path) -> None:
+    message = messages_of_site(
         tmp_path,
         ("unit: kg, range: [0, 5]", "unit: kilo, range: [0, 5]"),
         ("skill_timeout: 60 s", "skill_timeout: 0 s"),
     )
-    assert [line.partition("]")[0] for line in said] == ["error[AE207", "error[AE129"]
+    assert [line.partition("]")[0] for line in message] == ["error[AE207", "error[AE129"]

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from tests.unit.spec.elaborate.faults import said_of_module
+from tests.unit.spec.elaborate.faults import messages_of_module
 
 
 def test_an_input_hides_no_variable_of_the_state(tmp_path: Path) -> None:
     # `load` is a state variable; the input is `inputs.load` and clashes with nothing.
-    said = said_of_module(
+    message = messages_of_module(
         tmp_path,
         (
             "    outcomes:",
@@ -19,7 +19,7 @@ def test_an_input_hides_no_variable_of_the_state(tmp_path: Path) -> None:
         ),
         ("      wait: duration <= 10 s", "      wait: duration <= inputs.load"),
     )
-    assert said == []
+    assert message == []
 
 
 def test_a_hold_condition_over_too_many_combinations_is_refused(
@@ -27,19 +27,20 @@ def test_a_hold_condition_over_too_many_combinations_is_refused(
 ) -> None:
     monkeypatch.setattr("aeros.spec.elaborate.skills.MAX_COMBINATIONS", 5)
     edit = ("dirt <= 50 % and not person_near", "fetched == sponge and not person_near")
-    (said,) = said_of_module(tmp_path, edit, case="hold_at_the_edge")
+    (message,) = messages_of_module(tmp_path, edit, case="hold_at_the_edge")
     assert (
-        said == "error[AE111] out-of-bounds: `hold` reads predicates with more than 5 combinations of values"
+        message
+        == "error[AE111] out-of-bounds: `hold` reads predicates with more than 5 combinations of values"
     )
     monkeypatch.setattr("aeros.spec.elaborate.skills.MAX_COMBINATIONS", 6)
-    assert said_of_module(tmp_path / "again", edit, case="hold_at_the_edge") == []
+    assert messages_of_module(tmp_path / "again", edit, case="hold_at_the_edge") == []
 
 
 _OUTCOME = "tidied: {effects: {table_tidy: true}}"
 
 
 @pytest.mark.parametrize(
-    ("edit", "said"),
+    ("edit", "message"),
     [
         ((_OUTCOME, "tidied: {failure: true}"), "`tidy` has no outcome that is a success"),
         ((_OUTCOME, "tidied: {probability: 0.5}"), "the probabilities of `tidy` add up to 0.5, not 1"),
@@ -50,6 +51,6 @@ _OUTCOME = "tidied: {effects: {table_tidy: true}}"
         (("resources: [arm]", "resources: [leg]"), "`leg` is not a resource of this site"),
     ],
 )
-def test_a_fault_of_a_skill_is_reported(tmp_path: Path, edit: tuple[str, str], said: str) -> None:
-    (found,) = said_of_module(tmp_path, edit)
-    assert said in found
+def test_a_fault_of_a_skill_is_reported(tmp_path: Path, edit: tuple[str, str], message: str) -> None:
+    (found,) = messages_of_module(tmp_path, edit)
+    assert message in found

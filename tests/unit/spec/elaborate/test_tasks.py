@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.unit.spec.elaborate.faults import said_of_module
+from tests.unit.spec.elaborate.faults import messages_of_module
 
 _TASK = """
 tasks:
@@ -21,7 +21,7 @@ permissions:"""
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("old", "new", "message"),
     [
         ("", "", None),
         ("words: [tidy]", "words: []", "no word routes to the task `tidy_up`"),
@@ -36,6 +36,6 @@ permissions:"""
         ),
     ],
 )
-def test_a_fault_of_a_task_is_reported(tmp_path: Path, old: str, new: str, said: str | None) -> None:
-    found = said_of_module(tmp_path, ("\npermissions:", _TASK.replace(old, new, 1)))
-    assert found == [] if said is None else any(said in line for line in found), found
+def test_a_fault_of_a_task_is_reported(tmp_path: Path, old: str, new: str, message: str | None) -> None:
+    found = messages_of_module(tmp_path, ("\npermissions:", _TASK.replace(old, new, 1)))
+    assert found == [] if message is None else any(message in line for line in found), found

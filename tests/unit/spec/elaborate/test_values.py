@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.unit.spec.elaborate.faults import said_of_module
+from tests.unit.spec.elaborate.faults import messages_of_module
 
 
 @pytest.mark.parametrize(
-    ("effects", "said"),
+    ("effects", "message"),
     [
         ("dirt: 100 %, table_tidy: true", None),
         ("dirt: 101 %", "error[AE111] out-of-bounds: this value is outside the declared range"),
@@ -20,7 +20,7 @@ from tests.unit.spec.elaborate.faults import said_of_module
     ],
 )
 def test_the_value_of_a_state_variable_fits_its_declaration(
-    tmp_path: Path, effects: str, said: str | None
+    tmp_path: Path, effects: str, message: str | None
 ) -> None:
-    found = said_of_module(tmp_path, ("effects: {table_tidy: true}", f"effects: {{{effects}}}"))
-    assert found == [] if said is None else said in found[0]
+    found = messages_of_module(tmp_path, ("effects: {table_tidy: true}", f"effects: {{{effects}}}"))
+    assert found == [] if message is None else message in found[0]

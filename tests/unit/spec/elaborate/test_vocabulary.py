@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.unit.spec.elaborate.faults import said_of_site
+from tests.unit.spec.elaborate.faults import messages_of_site
 
 
 @pytest.mark.parametrize(
-    ("edit", "said"),
+    ("edit", "message"),
     [
         (
             ("joints: [shoulder, elbow]", "joints: [shoulder, shoulder]"),
@@ -30,6 +30,6 @@ from tests.unit.spec.elaborate.faults import said_of_site
         (("{angle: {type: real", "{slow: {type: real"), "`slow` is already a constant"),
     ],
 )
-def test_a_fault_of_the_vocabulary_is_reported(tmp_path: Path, edit: tuple[str, str], said: str) -> None:
-    found = said_of_site(tmp_path, edit)
-    assert any(said in line for line in found), found
+def test_a_fault_of_the_vocabulary_is_reported(tmp_path: Path, edit: tuple[str, str], message: str) -> None:
+    found = messages_of_site(tmp_path, edit)
+    assert any(message in line for line in found), found

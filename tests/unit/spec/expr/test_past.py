@@ -27,11 +27,11 @@ def condition(text: str) -> t.Term:
 def along(text: str, **series: str) -> str:
     """Evaluate `text` in each state, one a second: `#` where it holds and `.` where not."""
     term, length = condition(text), len(next(iter(series.values())))
-    moments: Sequence[TimedState] = [
+    snapshots: Sequence[TimedState] = [
         TimedState(Fraction(second), {name: marks[second] == "#" for name, marks in series.items()})
         for second in range(length)
     ]
-    held = [evaluate(term, moments[end].values, moments[: end + 1]) for end in range(length)]
+    held = [evaluate(term, snapshots[end].values, snapshots[: end + 1]) for end in range(length)]
     return "".join("#" if one else "." for one in held)
 
 
@@ -72,8 +72,8 @@ def test_since_requires_its_condition_in_every_later_state(text: str, a: str, b:
 def test_a_quantifier_index_keeps_its_member_in_past_states() -> None:
     term = condition("all(once ready[j] for j in Joint)")
     seen = [(True, False, False), (False, True, False), (False, False, True)]
-    moments = [TimedState(Fraction(second), {"ready": one}) for second, one in enumerate(seen)]
-    assert [evaluate(term, moments[end].values, moments[: end + 1]) for end in range(3)] == [
+    snapshots = [TimedState(Fraction(second), {"ready": one}) for second, one in enumerate(seen)]
+    assert [evaluate(term, snapshots[end].values, snapshots[: end + 1]) for end in range(3)] == [
         False,
         False,
         True,

@@ -91,7 +91,7 @@ def test_a_measured_quantity_is_reported_before_a_requested_one_and_that_before_
     )
 
 
-def test_a_constant_beside_the_measured_quantity_is_moved_to_the_bound() -> None:
+def test_a_constant_added_to_the_measured_quantity_is_moved_to_the_bound() -> None:
     assert lines_of("x + 1 m <= 1.2 m") == ["x is 0.5 m (at most 0.2 m)"]
     assert lines_of("1.2 m >= x + 1 m - 25 cm") == ["x is 0.5 m (at most 0.45 m)"]
 

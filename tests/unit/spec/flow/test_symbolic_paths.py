@@ -160,7 +160,7 @@ def test_branches_begin_alike_and_end_with_what_all_have_set() -> None:
     assert list(known(paths.final_states)) == [f"{COOKED}=True, {WRAPPED}=True"]
 
 
-def test_beside_another_branch_a_measurement_is_not_even_known_at_once() -> None:
+def test_in_parallel_branches_a_measurement_is_not_known_at_once() -> None:
     paths = explored(Seq((choice(FULL, par(choice(FULL, step("boil"), at=7), step("wrap"))), step("look"))))
     for name in ("boil", "wrap"):
         (state,) = paths.states_at_steps[name]

@@ -41,7 +41,7 @@ def test_a_file_that_must_state_its_version_has_none_without_schema() -> None:
 
 
 @pytest.mark.parametrize(
-    ("format_", "schema", "said"),
+    ("format_", "schema", "message"),
     [
         (formats.RUN, "aeros/run/3", "was written by a newer AEROS.+; install a newer AEROS"),
         (formats.CRASHES, "aeros/crashes/1", "is an older format.+; run `aeros migrate state/it.json`"),
@@ -50,9 +50,9 @@ def test_a_file_that_must_state_its_version_has_none_without_schema() -> None:
     ],
 )
 def test_a_file_of_another_version_is_refused_with_cause_and_cure(
-    format_: Format, schema: str, said: str
+    format_: Format, schema: str, message: str
 ) -> None:
-    with pytest.raises(FormatVersionError, match=f"`state/it.json` cannot be read: .*{said}"):
+    with pytest.raises(FormatVersionError, match=f"`state/it.json` cannot be read: .*{message}"):
         format_.require_current({"schema": schema}, "state/it.json")
 
 

@@ -60,6 +60,7 @@ def test_a_program_of_today_writes_these_versions() -> None:
         "checkpoint": 4,
         "run": 2,
         "crashes": 2,
+        "plant-log": 2,
         "memory-database": 4,
         "registry-database": 3,
         "trace": 2,

@@ -8,11 +8,12 @@ from pathlib import PurePath
 import pytest
 
 from aeros.spec.migrations import formats
-from aeros.spec.migrations.format import UnmigratableError
+from aeros.spec.migrations.format import Step, UnmigratableError
 from aeros.spec.migrations.renamed_names import (
     RENAMED_EVENTS,
     RENAMED_OPTIONS,
     current_event,
+    plant_log_to_2,
     run_options_to_2,
     trace_to_2,
 )
@@ -47,10 +48,24 @@ def test_a_trace_gets_the_current_names_line_by_line() -> None:
     assert rewrite(path, rewritten.text, formats.TRACE).text == rewritten.text
 
 
-@pytest.mark.parametrize("text", ["[]\n", "{}\n", '{"kind": 3}\n'])
-def test_a_damaged_trace_is_not_migrated(text: str) -> None:
+def test_a_log_of_a_plant_gets_the_current_names_line_by_line() -> None:
+    path, line = PurePath("plant.jsonl"), {"event": "let-go", "time": 2.0, "measured": {}}
+    text = json.dumps(line) + "\n"
+    assert format_of(path, text) is formats.PLANT_LOG
+    rewritten = rewrite(path, text, formats.PLANT_LOG)
+    assert json.loads(rewritten.text) == {
+        **line,
+        "schema": formats.PLANT_LOG.schema,
+        "event": "agent-disconnected",
+    }
+    assert rewrite(path, rewritten.text, formats.PLANT_LOG).text == rewritten.text
+
+
+@pytest.mark.parametrize("text", ["[]\n", "{}\n", '{"kind": 3, "event": 3}\n'])
+@pytest.mark.parametrize("step", [trace_to_2, plant_log_to_2])
+def test_a_damaged_log_is_not_migrated(step: Step, text: str) -> None:
     with pytest.raises(UnmigratableError, match="it is damaged"):
-        trace_to_2(text)
+        step(text)
 
 
 def test_the_options_of_a_watched_run_get_their_current_names() -> None:

@@ -232,7 +232,7 @@ def test_an_invariant_holds_where_the_goal_is_reached_too() -> None:
     )
 
 
-def test_an_invariant_holds_at_every_start_whatever_initial_leaves_open() -> None:
+def test_an_invariant_holds_at_every_start_that_initial_leaves_open() -> None:
     rules = (rule(WRAPPED, "wrap"), rule(COOKED, "boil"))
     kept = f"{WRAPPED} or not {COOKED}"
     found = claims((WRAP, BOIL), *rules, initial={WRAPPED: False}, kept=kept)

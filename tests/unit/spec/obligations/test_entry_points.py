@@ -49,7 +49,7 @@ def test_a_generator_of_two_arguments_is_an_entry_point(ecm: Ecm, code: bytes) -
 
 
 @pytest.mark.parametrize(
-    ("code", "said"),
+    ("code", "message"),
     [
         # Code that is no Python stands here and not in the corpus, where it would trip linters.
         (
@@ -65,8 +65,8 @@ def test_a_generator_of_two_arguments_is_an_entry_point(ecm: Ecm, code: bytes) -
     ],
     ids=["bracket", "indent", "bytes", "NUL", "deep", "encoding", "mark"],
 )
-def test_a_file_that_is_not_python_is_reported(ecm: Ecm, code: bytes, said: str) -> None:
-    assert (fault(ecm, code) or "").startswith(f"error[AE123] missing-entry-point: {said}")
+def test_a_file_that_is_not_python_is_reported(ecm: Ecm, code: bytes, message: str) -> None:
+    assert (fault(ecm, code) or "").startswith(f"error[AE123] missing-entry-point: {message}")
 
 
 @pytest.mark.parametrize(
@@ -81,8 +81,8 @@ def test_a_file_that_is_not_python_is_reported(ecm: Ecm, code: bytes, said: str)
     ids=["empty", "lambda", "class", "nested", "imported"],
 )
 def test_only_a_function_at_the_top_is_an_entry_point(ecm: Ecm, code: bytes) -> None:
-    said = "error[AE123] missing-entry-point: `skills.py` has no function `tidy`"
-    assert fault(ecm, code) == said
+    message = "error[AE123] missing-entry-point: `skills.py` has no function `tidy`"
+    assert fault(ecm, code) == message
 
 
 @pytest.mark.parametrize(
@@ -110,16 +110,16 @@ def test_only_a_name_that_is_nearly_the_same_is_offered(
     ids=["returns", "lambda", "inner", "async", "text", "defined again"],
 )
 def test_a_function_without_a_yield_of_its_own_is_no_generator(ecm: Ecm, code: bytes) -> None:
-    said = "error[AE124] not-a-generator: `tidy` is not a generator, so it could ask for no action"
-    assert fault(ecm, code) == said
+    message = "error[AE124] not-a-generator: `tidy` is not a generator, so it could ask for no action"
+    assert fault(ecm, code) == message
 
 
 @pytest.mark.parametrize(
     "arguments", ["", "observed", "observed, inputs, more", "observed, *, inputs", "a, b, *, c", "*arguments"]
 )
 def test_any_other_arguments_are_refused(ecm: Ecm, arguments: str) -> None:
-    said = "error[AE124] not-a-generator: `tidy` does not take the observation and the inputs"
-    assert fault(ecm, f"def tidy({arguments}):\n    yield\n".encode()) == said
+    message = "error[AE124] not-a-generator: `tidy` does not take the observation and the inputs"
+    assert fault(ecm, f"def tidy({arguments}):\n    yield\n".encode()) == message
 
 
 def test_no_code_is_run(ecm: Ecm, tmp_path: Path) -> None:

@@ -152,8 +152,8 @@ def test_forbidden_access_in_code_is_refused(loaded: tuple[Ecm, Site], reach: st
 )
 def test_code_in_another_encoding_is_refused(loaded: tuple[Ecm, Site], content: bytes) -> None:
     settled = _claims(loaded, content)
-    said = [(one.diagnostic.code, one.diagnostic.help) for one in settled if one.diagnostic is not None]
-    assert said == [("AE134", ("write it as plain UTF-8",))]
+    message = [(one.diagnostic.code, one.diagnostic.help) for one in settled if one.diagnostic is not None]
+    assert message == [("AE134", ("write it as plain UTF-8",))]
 
 
 GRIP = "def wipe(o, i):\n    yield act('grip', width=0.0, force=1.0)\n"
@@ -242,10 +242,10 @@ def test_an_unreadable_request_is_underlined_with_a_remedy(
 )
 def test_a_refusal_names_the_forbidden_access(loaded: tuple[Ecm, Site], code: str, what: str) -> None:
     settled = _claims(loaded, (HEAD + code + GRIP).encode())
-    said = [
+    message = [
         one.diagnostic for one in settled if one.diagnostic is not None and one.diagnostic.code == "AE134"
     ]
-    assert [one.headline for one in said] == [f"skill code of `clean_table` {what}"]
+    assert [one.headline for one in message] == [f"skill code of `clean_table` {what}"]
 
 
 @pytest.mark.parametrize(

@@ -44,8 +44,8 @@ def test_a_condition_on_measured_numbers_is_as_measured() -> None:
     empty: dict[str, Any] = {**UNTOUCHED, "fill_level": Fraction(4, 10)}
     domain = domain_of(fill, known=full)
     assert StrongCyclicStrategy(domain).solves(domain.state(full))
-    said = reason(domain_of(fill, known=empty), empty)
-    assert said.endswith("needs `0.5 < fill_level`, which does not hold now, and no skill changes it")
+    message = reason(domain_of(fill, known=empty), empty)
+    assert message.endswith("needs `0.5 < fill_level`, which does not hold now, and no skill changes it")
 
 
 def test_an_input_without_default_has_each_of_few_values_and_else_keeps_the_skill_out() -> None:
@@ -199,7 +199,7 @@ def test_what_bears_on_an_invariant_and_what_is_asked_for_by_name_is_in_the_doma
     assert names(extra_variables={"kitchen.tidy"}) == ["kitchen.boil", "kitchen.wrap", "kitchen.tidy"]
 
 
-def test_an_outcome_that_never_happens_bears_on_nothing_but_counts_where_outcomes_are_told_apart() -> None:
+def test_an_outcome_that_never_happens_matters_only_where_outcomes_are_distinguished() -> None:
     never = Outcome("never", {"dumpling_cooked": True}, False, Fraction(0), None)
     assert domain_of(skill("boil", outcome("seen", {}), never)).choices == ()
     cook = skill("boil", outcome("cooked", {"dumpling_cooked": True}),

@@ -46,8 +46,8 @@ def test_a_plan_is_the_steps_with_the_states_they_start_in() -> None:
 
 
 def test_no_plan_counts_on_a_failure() -> None:
-    lucky = skill("boil", outcome("cold", {}), outcome("odd", {"dumpling_cooked": True}, failure=True))
-    assert breadth_first_plan(domain_of(lucky), (False,), AvoidSet(), 10) is None
+    found_early = skill("boil", outcome("cold", {}), outcome("odd", {"dumpling_cooked": True}, failure=True))
+    assert breadth_first_plan(domain_of(found_early), (False,), AvoidSet(), 10) is None
 
 
 def test_nothing_that_is_to_be_avoided_is_in_a_plan() -> None:

@@ -25,8 +25,10 @@ def test_what_no_skill_brings_about_is_followed_from_the_goal_backwards() -> Non
 
 def test_what_is_not_measured_satisfies_nothing() -> None:
     known = {name: value for name, value in UNTOUCHED.items() if name != "dough_on_workspace"}
-    said = reason(domain_of(BOIL, WRAP, known=known), known)
-    assert said.endswith("`dough_on_workspace`: `dough_on_workspace` is not measured, and no skill sets it")
+    message = reason(domain_of(BOIL, WRAP, known=known), known)
+    assert message.endswith(
+        "`dough_on_workspace`: `dough_on_workspace` is not measured, and no skill sets it"
+    )
 
 
 def test_a_broken_invariant_is_reported_first() -> None:

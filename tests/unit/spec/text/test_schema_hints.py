@@ -70,7 +70,7 @@ def test_a_schema_without_its_place_is_refused() -> None:
 @pytest.mark.parametrize(
     "hint", [TextField | NumberField, Inner | Whole, tuple[Inner, ...] | tuple[TextField, ...]]
 )
-def test_forms_that_yaml_cannot_tell_apart_are_refused(hint: Any) -> None:
+def test_forms_that_yaml_cannot_distinguish_are_refused(hint: Any) -> None:
     bad = make_dataclass("Bad", [("span", SourceSpan), ("it", hint)])
     with pytest.raises(MisuseError, match=r"Bad.it: YAML cannot tell the options"):
         fields_of(bad)

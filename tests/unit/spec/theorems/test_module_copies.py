@@ -41,13 +41,13 @@ def test_a_mutant_is_broken_where_it_says_and_nowhere_else() -> None:
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("old", "new", "message"),
     [
         ("used >= 1", "True", "found 0 times"),
         ("if ecm is None", "if ecm", "found 2 times"),
         ("used >= 0", "(used >= 0)", "changes nothing"),
     ],
 )
-def test_a_mutant_that_does_not_apply_exactly_is_an_error(old: str, new: str, said: str) -> None:
-    with pytest.raises(InternalError, match=said):
+def test_a_mutant_that_does_not_apply_exactly_is_an_error(old: str, new: str, message: str) -> None:
+    with pytest.raises(InternalError, match=message):
         ModuleSource(Mutant("wrong", "counts", _LAYERS, old, new)).module(_LAYERS)

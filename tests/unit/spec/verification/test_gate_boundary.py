@@ -32,8 +32,8 @@ def site_of(report: SubjectReport) -> Site:
 def means_the_rule(finding: ObligationResult, text: str, site: Site) -> bool:
     """Check that `text` and the rule agree on every action of the envelope in every state."""
     space, rule = finding.obligation.space, finding.obligation.conclusion
-    meant = check(parse(text), scope_over(site, space.variables), BOOL)
-    differ = t.Or((t.And((meant, t.Not(rule))), t.And((rule, t.Not(meant)))))
+    suggested = check(parse(text), scope_over(site, space.variables), BOOL)
+    differ = t.Or((t.And((suggested, t.Not(rule))), t.And((rule, t.Not(suggested)))))
     return is_unsatisfiable((*space.assumptions, differ), space.variables, Oracle())
 
 
@@ -143,12 +143,12 @@ def test_each_boundary_of_a_rule_is_listed_once(judge: Judge) -> None:
 
 
 def test_a_boundary_does_not_depend_on_earlier_queries(judge: Judge) -> None:
-    def said() -> object:
+    def message() -> object:
         return judge("approach", "pace <= 410 mm/s", gated="slow-near-person").boundaries
 
-    first = said()
+    first = message()
     x = z3.Real("pace")
     solver = z3.Solver()
     solver.add(x * x == 2)
     assert solver.check() == z3.sat
-    assert said() == first
+    assert message() == first

@@ -183,17 +183,17 @@ def test_nothing_is_offered_where_the_budget_runs_out(judge: Judge, monkeypatch:
 
 
 def test_a_repair_does_not_depend_on_earlier_queries(judge: Judge) -> None:
-    def said() -> list[object]:
+    def message() -> list[object]:
         report = judge("carry", "gait <= 137 mm/s and gait > 1 mm/s", permission="gait < 120 mm/s")
         return [report.diagnostics, [one.repair for one in report.findings]]
 
-    first = said()
+    first = message()
     solver = z3.Solver()
     x, y = z3.Reals("gait load")
     solver.add(x * y > 3, x + y < 10)
     assert solver.check() == z3.sat
     judge("turn", "abs(angle) <= 2 rad")
-    assert said() == first
+    assert message() == first
 
 
 @pytest.mark.parametrize(

@@ -69,12 +69,12 @@ def test_the_verdict_does_not_depend_on_neighbouring_folders(tmp_path: Path) -> 
 
 
 def test_the_same_files_give_the_same_verdicts_and_witnesses() -> None:
-    def said() -> list[tuple[str, Verdict, object]]:
+    def message() -> list[tuple[str, Verdict, object]]:
         report = report_of("rejected/safety/distance_measured_along_an_axis")
         found = [*report.site.findings, *report.modules[0].findings]
         return [(str(one.obligation.id), one.verdict, one.witness and one.witness.values) for one in found]
 
-    assert said() == said()
+    assert message() == message()
 
 
 def test_a_smaller_budget_never_proves_more(tmp_path: Path) -> None:

@@ -136,7 +136,7 @@ def test_there_are_no_times_and_the_same_run_gives_the_same_bytes() -> None:
 
 
 @given(st.text(st.characters(codec=None, categories=None)), st.text(st.characters(codec=None)))
-def test_it_is_well_formed_whatever_the_names(name: str, headline: str) -> None:
+def test_the_report_is_well_formed_for_all_names(name: str, headline: str) -> None:
     found = Diagnostic("AE101", headline + "]]>", notes=(name,), help=(headline,))
     path = Path(name.replace("\x00", "") or "m")
     _, suite = suites_of(as_junit(result_with(found, name=name, path=path)))

@@ -42,7 +42,7 @@ def fingerprints(*diagnostics: Diagnostic) -> list[str]:
 
 
 @pytest.mark.parametrize("name", RUNS)
-def test_the_log_is_valid_and_tells_every_diagnostic(name: str) -> None:
+def test_the_log_is_valid_and_holds_every_diagnostic(name: str) -> None:
     result = result_of(name)
     run = run_of(result)
     problems = [problem.diagnostic for problem in result.problems]
@@ -109,7 +109,7 @@ def test_a_fingerprint_stays_when_lines_move_and_numbers_of_a_witness_change() -
     assert fingerprints(before) == fingerprints(after)
 
 
-def test_a_fingerprint_tells_code_file_headline_text_and_repetition_apart() -> None:
+def test_a_fingerprint_depends_on_code_file_headline_text_and_repetition() -> None:
     one = diagnostic_at("a: b\n", "a")
     others = [
         replace(one, code="AE102"),

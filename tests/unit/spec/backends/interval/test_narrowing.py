@@ -34,7 +34,7 @@ LOW, HIGH = Fraction(-9), Fraction(9)
         ("<=", False, False, Interval(LOW, FOUR, high_open=True)),
     ],
 )
-def test_of_a_variable_beside_something_bounded_nothing_more_is_left(
+def test_a_variable_compared_with_an_opaque_term_is_narrowed_to_its_range(
     op: Literal["<", "<="], is_left: bool, is_true: bool, left: Interval
 ) -> None:
     term = t.Compare(op, X, SQUARE) if is_left else t.Compare(op, SQUARE, X)

@@ -33,7 +33,7 @@ _TIMES: tuple[Any, ...] = (NOW, NOW, NOW, NOW - 0.01, NOW - 1000.0, NOW + 1.0, 1
 _ORDER = ColumnNames(STATE)
 
 
-def _moment(values: dict[str, Any], order: ColumnNames = _ORDER, time: Any = NOW) -> Snapshot:
+def _snapshot(values: dict[str, Any], order: ColumnNames = _ORDER, time: Any = NOW) -> Snapshot:
     return Snapshot(order, tuple(values[name] for name in order.names), time)
 
 
@@ -52,7 +52,7 @@ def test_the_gate_decides_snapshots_like_individual_readings() -> None:
         order, time = chance.choice((_ORDER, _ORDER, _ORDER, fewer, more)), chance.choice(_TIMES)
         one_by_one = measured({name: values[name] for name in order.names}, time)
         asked = request(*chance.choice(ALLOWED))
-        together = replace(asked, readings=_moment(values, order, time)).decided_by(afresh)
+        together = replace(asked, readings=_snapshot(values, order, time)).decided_by(afresh)
         assert together == replace(asked, readings=one_by_one).decided_by(gate())
         allowed += not codes(together)
     assert 200 < allowed < 3800
@@ -69,10 +69,10 @@ def test_snapshots_are_encoded_like_individual_readings() -> None:
     orders = (_ORDER, ColumnNames(set(STATE) - {"wind"}), ColumnNames(["load"]))
     for _ in range(3000):
         values[chance.choice(list(STATE))] = chance.choice(_VALUES)
-        moment = _moment(values, chance.choice(orders), chance.choice(_TIMES))
+        snapshot = _snapshot(values, chance.choice(orders), chance.choice(_TIMES))
         if chance.random() < 0.2:
-            assert encoder.encode(dict(moment)) == encode_readings(dict(moment))
-        assert encoder.encode(moment) == encode_readings(dict(moment))
+            assert encoder.encode(dict(snapshot)) == encode_readings(dict(snapshot))
+        assert encoder.encode(snapshot) == encode_readings(dict(snapshot))
 
 
 def test_a_skill_sees_the_same_of_snapshots_and_individual_readings() -> None:
@@ -86,5 +86,5 @@ def test_a_skill_sees_the_same_of_snapshots_and_individual_readings() -> None:
         order, time = chance.choice((_ORDER, ColumnNames(set(STATE) - {"wind"}))), chance.choice(_TIMES[:-1])
         # Whatever was done to what it saw before.
         seen.clear()
-        seen = sensed.observe(_moment(values, order, time), NOW)
-        assert seen == other.observe(dict(_moment(values, order, time)), NOW)
+        seen = sensed.observe(_snapshot(values, order, time), NOW)
+        assert seen == other.observe(dict(_snapshot(values, order, time)), NOW)
