@@ -12,12 +12,11 @@ from typing import TYPE_CHECKING, Final
 
 from aeros.cli.arguments import (
     add_command,
+    add_solver_limits,
     available_cpus,
     existing_path,
     process_count,
     second_solver,
-    seconds_from,
-    solver_budget,
     writable_path,
 )
 from aeros.cli.author.reports.result import LocatedDiagnostic, VerifyResult
@@ -25,7 +24,6 @@ from aeros.cli.author.reports.text import as_text
 from aeros.cli.terminal import print_coloured, show_progress
 from aeros.exit_codes import Exit, exit_for
 from aeros.spec.backends.answer_store import default_store
-from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT, QUESTION_SECONDS
 from aeros.spec.diagnostics.codes import Diagnostic, Severity
 from aeros.spec.diagnostics.errors import DisagreementError
 from aeros.spec.diagnostics.render import escape_invisible
@@ -76,19 +74,7 @@ def add_to(commands: Subparsers) -> None:
         "--check", action="store_true", help=f"do not write {LOCK}, but require it to be current"
     )
     parser.add_argument("--no-lock", action="store_true", help=f"neither write nor require {LOCK}")
-    parser.add_argument(
-        "--rlimit",
-        type=solver_budget,
-        default=DEFAULT_RLIMIT,
-        help="solver budget for one query, in Z3 resource units (default: %(default)s)",
-    )
-    parser.add_argument(
-        "--question-timeout",
-        type=seconds_from(0.1),
-        default=QUESTION_SECONDS,
-        metavar="SECONDS",
-        help="time limit for one query; without an answer it is undecided (default: %(default)g)",
-    )
+    add_solver_limits(parser)
     parser.add_argument("--no-cache", action="store_true", help="do not use cached solver answers")
     parser.add_argument(
         "--jobs",
