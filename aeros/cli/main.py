@@ -66,7 +66,9 @@ _COMMANDS: Final[dict[str, tuple[str, str]]] = {
 _SHARED_MODULES: Final = frozenset(("robot.modules", "robot.operator"))
 """Modules with several commands; their `add_to` also gets the command's name."""
 
-_DISK_ERRNOS: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EROFS})
+_STDERR: Final = 2  # file descriptor
+
+_DISK_ERRNOS: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS})
 """Error numbers of writes to an open file, whose errors lack the file's name."""
 
 
@@ -79,6 +81,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         The exit code.
     """
+    _replace_closed_streams()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(
@@ -97,6 +100,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 with suppress(OSError):
                     os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
             return Exit.INTERRUPTED
+
+
+def _replace_closed_streams() -> None:
+    """Put the null device in place of standard streams that are closed, for which Python has None."""
+    closed = [name for name in ("stdin", "stdout", "stderr") if getattr(sys, name) is None]
+    if closed:
+        while (descriptor := os.open(os.devnull, os.O_RDWR)) <= _STDERR:
+            pass  # so that no file gets the number of a standard stream
+        os.close(descriptor)
+    for name in closed:
+        mode = "r" if name == "stdin" else "w"
+        setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115  until the program ends
 
 
 def _run_command(given: Sequence[str]) -> int:
