@@ -15,7 +15,7 @@ from itertools import takewhile
 from typing import Final
 
 import aeros
-from aeros.cli.terminal import safe_streams
+from aeros.cli.terminal import print_diagnostics, safe_streams
 from aeros.exit_codes import EXIT_CODES, Exit, UsageError
 from aeros.spec.diagnostics.errors import UndecidedError, UserError
 from aeros.spec.diagnostics.render import escape_invisible, render_all
@@ -122,7 +122,7 @@ def _run_command(given: Sequence[str]) -> int:
     try:
         return int(parsed.command(parsed))
     except UserError as error:
-        print(render_all(error.diagnostics), file=sys.stderr)
+        print_diagnostics(render_all(error.diagnostics))
         return Exit.UNDECIDED if isinstance(error, UndecidedError) else Exit.REJECTED
     except UsageError as error:
         print(f"aeros: {error}", file=sys.stderr)

@@ -21,7 +21,7 @@ from aeros.cli.arguments import (
 )
 from aeros.cli.author.reports.result import LocatedDiagnostic, VerifyResult
 from aeros.cli.author.reports.text import as_text
-from aeros.cli.terminal import print_coloured, show_progress
+from aeros.cli.terminal import print_coloured, print_diagnostics, show_progress
 from aeros.exit_codes import Exit, exit_for
 from aeros.spec.backends.answer_store import default_store
 from aeros.spec.diagnostics.codes import Diagnostic, Severity
@@ -95,7 +95,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
     try:
         report = _verify(arguments)
     except DisagreementError as error:
-        print(_disagreement(error), file=sys.stderr)
+        print_diagnostics(_disagreement(error))
         return Exit.INTERNAL_ERROR
     locks = [] if arguments.no_lock else _update_certificates(report, write=not arguments.check)
     result = VerifyResult(report, tuple(locks))
