@@ -218,9 +218,9 @@ def _act_calls(function: str, file: SkillFile) -> Iterator[ast.Call]:
     """
     seen: set[str] = set()
     pending: list[ast.AST] = []
-    for node in file.tree.body:
-        is_function = isinstance(node, ast.FunctionDef)
-        pending += parts_in_same_scope(node) if is_function else [node]
+    for statement in file.tree.body:
+        is_function = isinstance(statement, ast.FunctionDef)
+        pending += parts_in_same_scope(statement) if is_function else [statement]
     pending += [file.functions[function]] if function in file.functions else []
     while pending:
         for node in ast.walk(pending.pop()):
