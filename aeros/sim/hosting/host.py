@@ -117,6 +117,9 @@ class PlantHost:
         """Wait for the agent's next request, for as long as it likes to think: nothing moves meanwhile.
 
         A watchdog kills an agent that hangs.  Without one, an agent that hangs would keep the plant for ever.
+
+        Raises:
+            ConnectionLostError: nobody watches the agent, and it was silent for too long.
         """
         while not select.select([self._connection], [], [], self._idle_timeout_s)[0]:
             if not self._is_watched():

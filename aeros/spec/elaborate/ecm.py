@@ -100,7 +100,11 @@ def _check_metadata(ecm: declared.Ecm, diagnostics: Diagnostics) -> None:
 
 
 def _require_short_line(text: str) -> None:
-    """Raise ValueError for text that is longer than any version, or that goes on after its line."""
+    """Check that text can be a version.
+
+    Raises:
+        ValueError: it is longer than any version, or more than a line.
+    """
     if len(text) > _MAX_VERSION_CHARS or text != text.strip():
         raise ValueError
 
