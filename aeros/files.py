@@ -168,7 +168,9 @@ def temporary_root(within: Path | None = None) -> Path | None:
     Returns:
         The folder; None if somebody else made it, or may change it.
     """
-    root = (within or Path(tempfile.gettempdir())) / f"aeros-{os.geteuid()}"
+    # Hidden where it stands beside somebody's files.
+    hidden = "" if within is None else "."
+    root = (within or Path(tempfile.gettempdir())) / f"{hidden}aeros-{os.geteuid()}"
     try:
         root.mkdir(mode=0o700, exist_ok=True)
     except FileExistsError:
@@ -183,7 +185,7 @@ def temporary_folder(within: Path | None = None) -> Iterator[Path]:
     """Make a temporary folder that is deleted after the block.
 
     Its process locks it. So folders that nobody locks belonged to processes that were killed; they are
-    deleted as well.
+    deleted as well. Nothing stays in `within`, except after a kill until the next call.
 
     Args:
         within: an existing folder; by default the system's folder for temporary files.
@@ -191,21 +193,25 @@ def temporary_folder(within: Path | None = None) -> Iterator[Path]:
     Yields:
         The folder, empty and private.
     """
-    root = temporary_root(within)
-    if root is None:
+    made, lock = None, None
+    while (root := temporary_root(within)) is not None and made is None:
+        with suppress(FileNotFoundError), _locked_folder(root, fcntl.LOCK_EX):  # deleted meanwhile: once more
+            for other in root.iterdir():
+                _delete_if_abandoned(other)
+            made = Path(tempfile.mkdtemp(dir=root))
+            lock = _lock_folder(made, fcntl.LOCK_SH)
+    if root is None or made is None or lock is None:
         with tempfile.TemporaryDirectory(prefix="aeros-", dir=within) as folder:
             yield Path(folder)
         return
-    with _locked_folder(root, fcntl.LOCK_EX):
-        for other in root.iterdir():
-            _delete_if_abandoned(other)
-        made = Path(tempfile.mkdtemp(dir=root))
-        lock = _lock_folder(made, fcntl.LOCK_SH)
     try:
         yield made
     finally:
         shutil.rmtree(made, ignore_errors=True)
         os.close(lock)
+        if within is not None:
+            with suppress(OSError), _locked_folder(root, fcntl.LOCK_EX):
+                root.rmdir()  # unless another process has a folder in it
 
 
 @contextmanager

@@ -61,6 +61,22 @@ def new_identity(name: str) -> Identity:
     return Identity(uuid4(), name, _utc_now(), 1)
 
 
+def earlier_sessions(folder: Path) -> int:
+    """Count the sessions of the agent whose identity is in a folder.
+
+    Args:
+        folder: state folder of the robot.
+
+    Returns:
+        The number of sessions that have begun; 0 without an identity.
+
+    Raises:
+        AgentError: the identity cannot be read.
+    """
+    kept = _read(folder / _IDENTITY)
+    return 0 if kept is None else kept.sessions
+
+
 @contextmanager
 def acquire_identity(folder: Path, name: str, purpose: str = "") -> Iterator[Identity]:
     """Lock `folder` and yield the agent's identity kept there; create one if there is none.

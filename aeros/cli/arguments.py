@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from aeros.exit_codes import EXIT_CODES, UsageError
+from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT, QUESTION_SECONDS
 
 if TYPE_CHECKING:
     from aeros.runtime.registry.registry_governor import RegistryGovernor
@@ -76,6 +77,27 @@ def solver_budget(text: str) -> int:
     if not text.isascii() or not text.isdigit() or not 0 < int(text) < 2**32:
         raise argparse.ArgumentTypeError("expected a whole number between 1 and 4294967295")
     return int(text)
+
+
+def add_solver_limits(parser: argparse.ArgumentParser) -> None:
+    """Add the options that limit the solver.
+
+    Args:
+        parser: Parser of the command.
+    """
+    parser.add_argument(
+        "--rlimit",
+        type=solver_budget,
+        default=DEFAULT_RLIMIT,
+        help="solver budget for one query, in Z3 resource units (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--question-timeout",
+        type=seconds_from(0.1),
+        default=QUESTION_SECONDS,
+        metavar="SECONDS",
+        help="time limit for one query; without an answer it is undecided (default: %(default)g)",
+    )
 
 
 def process_count(text: str) -> int:

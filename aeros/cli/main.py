@@ -15,7 +15,7 @@ from itertools import takewhile
 from typing import Final
 
 import aeros
-from aeros.cli.terminal import safe_streams
+from aeros.cli.terminal import print_diagnostics, safe_streams
 from aeros.exit_codes import EXIT_CODES, Exit, UsageError
 from aeros.spec.diagnostics.errors import UndecidedError, UserError
 from aeros.spec.diagnostics.render import escape_invisible, render_all
@@ -66,7 +66,9 @@ _COMMANDS: Final[dict[str, tuple[str, str]]] = {
 _SHARED_MODULES: Final = frozenset(("robot.modules", "robot.operator"))
 """Modules with several commands; their `add_to` also gets the command's name."""
 
-_DISK_ERRNOS: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EROFS})
+_STDERR: Final = 2  # file descriptor
+
+_DISK_ERRNOS: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS})
 """Error numbers of writes to an open file, whose errors lack the file's name."""
 
 
@@ -79,6 +81,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         The exit code.
     """
+    _replace_closed_streams()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(
@@ -99,6 +102,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return Exit.INTERRUPTED
 
 
+def _replace_closed_streams() -> None:
+    """Put the null device in place of standard streams that are closed, for which Python has None."""
+    closed = [name for name in ("stdin", "stdout", "stderr") if getattr(sys, name) is None]
+    if closed:
+        while (descriptor := os.open(os.devnull, os.O_RDWR)) <= _STDERR:
+            pass  # so that no file gets the number of a standard stream
+        os.close(descriptor)
+    for name in closed:
+        mode = "r" if name == "stdin" else "w"
+        setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115  until the program ends
+
+
 def _run_command(given: Sequence[str]) -> int:
     if (renamed := _renamed_option(given)) is not None:
         print(f"aeros: option `{renamed[0]}` was renamed; use `{renamed[1]}`", file=sys.stderr)
@@ -107,7 +122,7 @@ def _run_command(given: Sequence[str]) -> int:
     try:
         return int(parsed.command(parsed))
     except UserError as error:
-        print(render_all(error.diagnostics), file=sys.stderr)
+        print_diagnostics(render_all(error.diagnostics))
         return Exit.UNDECIDED if isinstance(error, UndecidedError) else Exit.REJECTED
     except UsageError as error:
         print(f"aeros: {error}", file=sys.stderr)

@@ -15,6 +15,7 @@ from typing import IO, Any, Final
 
 from aeros.spec.diagnostics.characters import find_hidden, is_hidden
 
+_INNER_LINE: Final = re.compile(r"\n(?=[^\n])")
 _ERASE_LINE: Final = "\r\x1b[K"
 _COLOUR: Final = re.compile(r"(\x1b\[[0-9;]*m)")  # SGR sequences: colours and boldness
 
@@ -42,10 +43,16 @@ class SafeStream:
     """A text stream that writes no control character but line feed and tab.
 
     All else is that of the stream behind it, so bytes written to its `buffer` are the caller's matter.
+
+    Args:
+        stream: the stream behind it.
+        is_of_messages: each text is a message: what follows a line feed in it is indented, so that the text
+            of others in it cannot pass for a message of its own.
     """
 
-    def __init__(self, stream: IO[str]) -> None:
+    def __init__(self, stream: IO[str], *, is_of_messages: bool = False) -> None:
         self._stream = stream
+        self._is_of_messages = is_of_messages
 
     def write(self, text: str) -> int:
         """Write text harmlessly.
@@ -56,7 +63,11 @@ class SafeStream:
         Returns:
             Number of characters of `text`.
         """
-        self._stream.write(escape_for_terminal(text))
+        shown = escape_for_terminal(text)
+        if self._is_of_messages:
+            start = len(shown) - len(shown.lstrip("\n"))
+            shown = shown[:start] + _INNER_LINE.sub("\n  ", shown[start:])
+        self._stream.write(shown)
         return len(text)
 
     def writelines(self, lines: Iterator[str]) -> None:
@@ -88,7 +99,8 @@ def safe_streams() -> Iterator[None]:
     """Put safe streams in place of standard output and standard error, and take them back at the end."""
     before = sys.stdout, sys.stderr
     sys.stdout, sys.stderr = (
-        one if one is None or isinstance(one, SafeStream) else SafeStream(one) for one in before
+        one if one is None or isinstance(one, SafeStream) else SafeStream(one, is_of_messages=is_of_messages)
+        for one, is_of_messages in zip(before, (False, True), strict=True)
     )
     try:
         yield
@@ -108,6 +120,25 @@ def write_control(sequence: str, stream: Any = None) -> None:
         into.write_control(sequence)
     else:
         into.write(sequence)
+
+
+def print_line(text: str) -> None:
+    """Print text on one line of standard output, whatever is in it.
+
+    Args:
+        text: text with names, paths and words of others.
+    """
+    sys.stdout.write(escape_for_terminal(text).replace("\n", "\\n") + "\n")
+
+
+def print_diagnostics(text: str) -> None:
+    """Print rendered diagnostics to standard error; what a renderer shows it has escaped.
+
+    Args:
+        text: lines of text.
+    """
+    for line in text.split("\n"):
+        sys.stderr.write(f"{line}\n")
 
 
 def print_coloured(text: str) -> None:

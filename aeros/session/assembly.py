@@ -19,8 +19,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple, TextIO
 
-from aeros.agent.agent import Agent, open_temporary_agent, start_agent
+from aeros.agent.agent import MEMORY_FILE, Agent, open_temporary_agent, start_agent
 from aeros.agent.execution.journal import AgentEvent, Observer
+from aeros.agent.identity import earlier_sessions
 from aeros.agent.planning.base import Planner
 from aeros.runtime.audit.checkpoints import SigningConfiguration
 from aeros.runtime.audit.log import AuditLog
@@ -224,6 +225,7 @@ def open_agent(setup: SessionSetup, recorded: RecordedPlant, governor: Governor)
         is_resumed=setup.is_resumed,
     ) as executor:
         recorded.audit.append("isolation", recorded.skills.audit_details())
+        _warn_of_lost_memory(setup)
         name, timeout, planner = configuration.site.id, setup.planning_timeout, setup.planner
         opened = (
             open_temporary_agent(name, executor, planner, observe, setup.seed, timeout)
@@ -238,6 +240,16 @@ def open_agent(setup: SessionSetup, recorded: RecordedPlant, governor: Governor)
     recorded.audit.append(
         "gate-closed", {"mode": gate.mode.value, "decided": tally.decided, "confirmed": tally.confirmed}
     )
+
+
+def _warn_of_lost_memory(setup: SessionSetup) -> None:
+    if setup.state is None or (path := setup.state / MEMORY_FILE).exists():
+        return
+    if sessions := earlier_sessions(setup.state):
+        lost = "session" if sessions == 1 else f"{sessions} sessions"
+        setup.warn(
+            f"the agent's memory {path} is gone, with what it learned in its earlier {lost}: a new one begins"
+        )
 
 
 def _observer(setup: SessionSetup, trace: TraceWriter) -> Observer:

@@ -9,6 +9,7 @@ import socket
 import stat
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -186,7 +187,6 @@ def test_temporary_folders_are_made_in_one_place() -> None:
     }
     assert makers == {
         "aeros/files.py",
-        "aeros/cli/author/new.py",  # beside the new module, so that it can be renamed
         "aeros/cli/author/verify.py",  # a file that the user is to keep
         "aeros/experiments/trials/sessions.py",  # within another temporary folder
     }
@@ -209,7 +209,7 @@ with temporary_folder(at) as folder, hold_temporary_folder(folder.parent / "chos
 
 def test_a_temporary_folder_is_private_and_deleted(tmp_path: Path) -> None:
     with temporary_folder(tmp_path) as folder:
-        assert folder.parent == temporary_root(tmp_path) == tmp_path / f"aeros-{os.geteuid()}"
+        assert folder.parent == temporary_root(tmp_path) == tmp_path / f".aeros-{os.geteuid()}"
         assert folder.stat().st_mode & 0o777 == 0o700
         assert list(folder.iterdir()) == []
         (folder / "file").touch()
@@ -217,7 +217,33 @@ def test_a_temporary_folder_is_private_and_deleted(tmp_path: Path) -> None:
             assert other != folder
         assert (folder / "file").exists()
         assert not other.exists()
-    assert list(folder.parent.iterdir()) == []
+    assert list(tmp_path.iterdir()) == []  # nothing stays beside anybody's files
+    shared = temporary_root()
+    assert shared is not None
+    assert shared.name == f"aeros-{os.geteuid()}"
+    with temporary_folder() as folder:
+        assert folder.parent == shared
+    assert shared.exists()
+
+
+def test_a_folder_whose_root_another_process_deletes_is_made_all_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[Path] = []
+
+    def make(dir: Path) -> str:  # noqa: A002  as its caller calls it
+        made.append(dir)
+        if len(made) == 1:
+            dir.rmdir()  # between the look for the root and the lock on it
+        folder = dir / "own"
+        folder.mkdir()
+        return str(folder)
+
+    monkeypatch.setattr(tempfile, "mkdtemp", make)
+    with temporary_folder(tmp_path) as folder:
+        assert folder == tmp_path / f".aeros-{os.geteuid()}" / "own"
+    assert len(made) == 2
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_folders_of_a_killed_process_are_deleted_by_the_next(tmp_path: Path) -> None:
@@ -248,7 +274,7 @@ def test_a_chosen_folder_is_kept_while_it_is_held(tmp_path: Path) -> None:
 
 
 def test_a_root_that_others_may_change_is_not_used(tmp_path: Path) -> None:
-    root = tmp_path / f"aeros-{os.geteuid()}"
+    root = tmp_path / f".aeros-{os.geteuid()}"
     root.mkdir()
     root.chmod(0o777)
     assert temporary_root(tmp_path) is None

@@ -7,10 +7,11 @@ import json
 import sys
 from typing import TYPE_CHECKING, Any
 
-from aeros.cli.arguments import add_command, existing_path, solver_budget
+from aeros.cli.arguments import add_command, add_solver_limits, existing_path
 from aeros.cli.terminal import print_coloured
 from aeros.exit_codes import Exit
-from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT
+from aeros.spec.backends.oracle import Oracle
+from aeros.spec.backends.resource_limit import MAX_TIMEOUTS
 from aeros.spec.diagnostics.codes import Severity
 from aeros.spec.diagnostics.render import escape_invisible, render_all, render_json
 from aeros.spec.difference.compare import PolicyDifference, compare, is_site
@@ -56,12 +57,7 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument(
         "--fail-on", choices=("newly-allowed",), help="exit with 1 if anything is newly allowed"
     )
-    parser.add_argument(
-        "--rlimit",
-        type=solver_budget,
-        default=DEFAULT_RLIMIT,
-        help="solver budget for one query, in Z3 resource units (default: %(default)s)",
-    )
+    add_solver_limits(parser)
     parser.set_defaults(command=_command)
 
 
@@ -73,7 +69,8 @@ def _command(arguments: argparse.Namespace) -> Exit:
     if is_site(old) and arguments.site is not None:
         print("aeros: `--site` is for comparing modules; these are site files", file=sys.stderr)
         return Exit.USAGE
-    difference = compare(old, new, arguments.site or reference_site_path(), arguments.rlimit)
+    oracle = Oracle(arguments.rlimit, seconds=arguments.question_timeout, max_timeouts=MAX_TIMEOUTS)
+    difference = compare(old, new, arguments.site or reference_site_path(), oracle)
     if arguments.format == "json":
         print(json.dumps(_as_json(difference), indent=1, ensure_ascii=True))
     else:

@@ -8,7 +8,6 @@ import os
 import re
 import shlex
 import sys
-import tempfile
 from importlib import resources
 from pathlib import Path
 from string import Template
@@ -19,6 +18,7 @@ from packaging.version import Version
 import aeros
 from aeros.cli.arguments import add_command, existing_path
 from aeros.exit_codes import Exit
+from aeros.files import temporary_folder
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.elaborate.load import load_ecm, load_site
@@ -175,8 +175,7 @@ def _relative_path(place: Path, site: Path) -> str:
 
 def _write_module(name: str, place: Path, files: dict[str, str], site: Site) -> None:
     """Write `files` into `place`, all or none, if `site` declares the vocabulary that they use."""
-    with tempfile.TemporaryDirectory(prefix=".aeros-new-", dir=place) as stage:
-        staged = Path(stage)
+    with temporary_folder(place) as staged:
         (staged / name).mkdir()
         for path, text in files.items():
             (staged / path).write_text(text, encoding="utf-8")

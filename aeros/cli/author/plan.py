@@ -17,6 +17,7 @@ from aeros.agent.planning.task_graph import verify_plan
 from aeros.agent.world.values import to_exact, to_json_value
 from aeros.apps.goal import parse_goal, parse_value
 from aeros.cli.arguments import add_command, existing_path
+from aeros.cli.terminal import print_line
 from aeros.exit_codes import Exit, UsageError
 from aeros.files import make_folder
 from aeros.runtime.registry.folder_modules import uses_installed_modules
@@ -195,7 +196,7 @@ def _export_pddl(folder: Path, domain: PlanningDomain, start: State) -> Exit:
     except OSError as error:
         print(f"aeros: cannot write to `{folder}`: {error.strerror}", file=sys.stderr)
         return Exit.REJECTED
-    print(f"written  {', '.join(str(folder / name) for name in files)}")
+    print_line(f"written  {', '.join(str(folder / name) for name in files)}")
     return Exit.SUCCESS
 
 

@@ -13,20 +13,18 @@ from typing import TYPE_CHECKING, Final
 
 from aeros.cli.arguments import (
     add_command,
+    add_solver_limits,
     available_cpus,
     existing_path,
     process_count,
     second_solver,
-    seconds_from,
-    solver_budget,
     writable_path,
 )
 from aeros.cli.author.reports.result import LocatedDiagnostic, VerifyResult
 from aeros.cli.author.reports.text import as_text
-from aeros.cli.terminal import print_coloured, show_progress
+from aeros.cli.terminal import print_coloured, print_diagnostics, show_progress
 from aeros.exit_codes import Exit, exit_for
 from aeros.spec.backends.answer_store import open_default_store
-from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT, QUESTION_SECONDS
 from aeros.spec.diagnostics.codes import Diagnostic, Severity
 from aeros.spec.diagnostics.errors import DisagreementError
 from aeros.spec.diagnostics.render import escape_invisible
@@ -77,19 +75,7 @@ def add_to(commands: Subparsers) -> None:
         "--check", action="store_true", help=f"do not write {LOCK}, but require it to be current"
     )
     parser.add_argument("--no-lock", action="store_true", help=f"neither write nor require {LOCK}")
-    parser.add_argument(
-        "--rlimit",
-        type=solver_budget,
-        default=DEFAULT_RLIMIT,
-        help="solver budget for one query, in Z3 resource units (default: %(default)s)",
-    )
-    parser.add_argument(
-        "--question-timeout",
-        type=seconds_from(0.1),
-        default=QUESTION_SECONDS,
-        metavar="SECONDS",
-        help="time limit for one query; without an answer it is undecided (default: %(default)g)",
-    )
+    add_solver_limits(parser)
     parser.add_argument("--no-cache", action="store_true", help="do not use cached solver answers")
     parser.add_argument(
         "--jobs",
@@ -110,7 +96,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
     try:
         report = _verify(arguments)
     except DisagreementError as error:
-        print(_disagreement(error), file=sys.stderr)
+        print_diagnostics(_disagreement(error))
         return Exit.INTERNAL_ERROR
     locks = [] if arguments.no_lock else _update_certificates(report, write=not arguments.check)
     result = VerifyResult(report, tuple(locks))

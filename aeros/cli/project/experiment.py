@@ -13,7 +13,7 @@ from shlex import quote
 from typing import TYPE_CHECKING, Any, Final
 
 from aeros.cli.arguments import add_command, available_cpus, existing_path, process_count
-from aeros.cli.terminal import show_progress
+from aeros.cli.terminal import print_line, show_progress
 from aeros.exit_codes import Exit, UsageError
 from aeros.experiments.architecture import load_class
 from aeros.experiments.catalogue import PLANTS, EnteredArchitecture, Experiment, catalogue, select_rows
@@ -171,8 +171,10 @@ def _run(arguments: argparse.Namespace, experiments: list[Experiment]) -> Exit:
     print(
         f"{rows} conditions, {len(dict.fromkeys(conditions))} of them different, {len(seeds)} trials of each"
     )
-    print(f"{len(off)} with intervals that exclude the exact value" + (f": {', '.join(off)}" if off else ""))
-    print(f"output     {out}/: " + ", ".join(sorted(path.name for path in out.iterdir())))
+    print_line(
+        f"{len(off)} with intervals that exclude the exact value" + (f": {', '.join(off)}" if off else "")
+    )
+    print_line(f"output     {out}/: " + ", ".join(sorted(path.name for path in out.iterdir())))
     return Exit.SUCCESS
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from aeros.cli.arguments import add_command, existing_path, writable_path
 from aeros.cli.records.show import add_filters, explain_record, format_record, matches_filters
+from aeros.cli.terminal import print_line
 from aeros.exit_codes import EXIT_CODES, Exit
 from aeros.runtime.audit.check import AuditReport, Record, RecordCheck, verify_log
 from aeros.runtime.audit.checkpoints import CHECKPOINT, AnchorError, SignatureReport, verify_signed
@@ -380,6 +381,8 @@ def _keygen(arguments: argparse.Namespace) -> Exit:
     except InvalidKeyError as refusal:
         print(f"aeros: {refusal}", file=sys.stderr)
         return Exit.REJECTED
-    print(f"private key  {arguments.out}: `aeros run --audit-key` signs with it; keep it secret")
-    print(f"public key   {public}: `aeros audit verify --public-key` checks with it; keep a copy elsewhere")
+    print_line(f"private key  {arguments.out}: `aeros run --audit-key` signs with it; keep it secret")
+    print_line(
+        f"public key   {public}: `aeros audit verify --public-key` checks with it; keep a copy elsewhere"
+    )
     return Exit.SUCCESS

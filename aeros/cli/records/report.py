@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from aeros.apps.report_page.page import page_of
 from aeros.apps.report_page.run_data import AUDIT, RunData, read_run_data
 from aeros.cli.arguments import add_command, existing_path, writable_path
+from aeros.cli.terminal import print_line
 from aeros.exit_codes import Exit
 from aeros.files import replace_durably
 from aeros.runtime.audit.checkpoints import AnchorError, verify_signed
@@ -110,7 +111,7 @@ def write_report(left: RunData, path: Path, sites: Mapping[str, Site], signed: s
         print(f"aeros: cannot write `{path}`: {error.strerror}", file=sys.stderr)
         return Exit.REJECTED
     sound = "chain sound" if left.chain.is_sound else f"NOT SOUND: {left.chain.reason}"
-    print(f"report     {path}, {len(page) // 1024} KB, {left.chain.records} records, {sound}")
+    print_line(f"report     {path}, {len(page) // 1024} KB, {left.chain.records} records, {sound}")
     return Exit.SUCCESS if left.chain.is_sound else Exit.REJECTED
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from aeros.apps.mcp.approvals import ApprovalError, approve, pending_requests, reject
 from aeros.cli.arguments import add_command
+from aeros.cli.terminal import print_line
 from aeros.exit_codes import Exit
 from aeros.spec.diagnostics.render import escape_invisible
 
@@ -60,7 +61,9 @@ def _command(arguments: argparse.Namespace) -> Exit:
     except (ApprovalError, OSError) as error:
         print(f"aeros: {escape_invisible(str(error))}", file=sys.stderr)
         return Exit.REJECTED
-    print(f"{arguments.id} is {'rejected' if arguments.reject else 'approved, once and within ten minutes'}")
+    print_line(
+        f"{arguments.id} is {'rejected' if arguments.reject else 'approved, once and within ten minutes'}"
+    )
     return Exit.SUCCESS
 
 

@@ -18,6 +18,7 @@ from aeros.agent.memory.deletion import filter_before, filter_by_session, filter
 from aeros.agent.memory.posterior import SuccessRecord
 from aeros.agent.memory.queries import EpisodeFilter, SkillSummary, open_memory_reader
 from aeros.cli.arguments import add_command
+from aeros.cli.terminal import print_line
 from aeros.exit_codes import EXIT_CODES, Exit, UsageError
 from aeros.spec.diagnostics.render import escape_invisible
 
@@ -228,5 +229,5 @@ def _forget(arguments: argparse.Namespace) -> Exit:
         raise UsageError(f"{what} would be deleted permanently; add --yes to confirm")
     deleted = forget(arguments.state, arguments.state / MEMORY_FILE, which)
     counts = ", ".join(f"{count} {table}" for table, count in asdict(deleted).items())
-    print(f"deleted {what}: {counts}")
+    print_line(f"deleted {what}: {counts}")
     return Exit.SUCCESS

@@ -15,6 +15,7 @@ from aeros.agent.errors import AgentError
 from aeros.agent.memory.queries import open_memory_reader
 from aeros.cli.arguments import add_command, existing_path, writable_path
 from aeros.cli.robot.module_source import BUNDLE, module_source
+from aeros.cli.terminal import print_line
 from aeros.exit_codes import Exit
 from aeros.files import replace_durably
 from aeros.runtime.registry.archive import pack
@@ -25,6 +26,7 @@ from aeros.runtime.registry.registry import Registry
 from aeros.runtime.registry.store import InstalledModule, RegistrySnapshot
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.text.discovery import MANIFEST
 
 if TYPE_CHECKING:
@@ -117,7 +119,7 @@ def _bundle(arguments: argparse.Namespace) -> Exit:
         replace_durably(out, pack(files), is_private=False)
     except OSError as failure:
         raise UserError([Diagnostic("AE961", f"`{out}` cannot be written: {failure.strerror}")]) from failure
-    print(f"{out}: {len(files)} files, sha256:{bundle_digest(files)}")
+    print_line(f"{out}: {len(files)} files, sha256:{bundle_digest(files)}")
     return Exit.SUCCESS
 
 
@@ -125,7 +127,7 @@ def _install(arguments: argparse.Namespace) -> Exit:
     with module_source(arguments.module) as source:
         registry = Registry(arguments.state)
         one = registry.install(source, arguments.digest, allows_downgrade=arguments.allow_downgrade)
-    print(f"{one.name} {one.version} is {one.state.value}; sha256:{one.digest}")
+    print_line(f"{one.name} {one.version} is {one.state.value}; sha256:{one.digest}")
     _print_blocks(registry.snapshot(), one)
     return Exit.SUCCESS
 
@@ -134,7 +136,7 @@ def _lifecycle_command(verb: str) -> Callable[[argparse.Namespace], Exit]:
     def command(arguments: argparse.Namespace) -> Exit:
         registry = Registry(arguments.state)
         one: InstalledModule = getattr(registry, verb)(arguments.module)
-        print(f"{one.name} {one.version} is {one.state.value}")
+        print_line(f"{one.name} {one.version} is {one.state.value}")
         if one.state is not ModuleState.ABSENT:
             _print_blocks(registry.snapshot(), one)
         return Exit.SUCCESS
@@ -151,7 +153,7 @@ def _print_blocks(snapshot: RegistrySnapshot, module: InstalledModule) -> None:
 
 
 def _block_line(block: OperatorBlock) -> str:
-    return f"blocked: {block.id}: {block.reason} ({block.scope})"
+    return escape_invisible(f"blocked: {block.id}: {block.reason} ({block.scope})")
 
 
 def _list(arguments: argparse.Namespace) -> Exit:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 from aeros.agent.recovery.quarantine import Quarantine
 from aeros.cli.arguments import add_command, existing_path
+from aeros.cli.terminal import print_line
 from aeros.exit_codes import Exit
 from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.registry.control_page import MotionTimeoutError, request_command
@@ -93,15 +94,17 @@ def _block(arguments: argparse.Namespace) -> Exit:
     parts = (arguments.module, arguments.skill, arguments.action, arguments.version, arguments.digest)
     registry = Registry(arguments.state)
     registry.add_block(OperatorBlock(arguments.id, arguments.reason, *parts))
-    print(f"{arguments.id} is in force")
+    print_line(f"{arguments.id} is in force")
     if arguments.module not in (None, *registry.snapshot().modules):
-        print(f"`{arguments.module}` is not installed; the block holds for runs that load it from a folder")
+        print_line(
+            f"`{arguments.module}` is not installed; the block holds for runs that load it from a folder"
+        )
     return Exit.SUCCESS
 
 
 def _unblock(arguments: argparse.Namespace) -> Exit:
     Registry(arguments.state).remove_block(arguments.id)
-    print(f"block {arguments.id} removed")
+    print_line(f"block {arguments.id} removed")
     return Exit.SUCCESS
 
 
@@ -110,7 +113,7 @@ def _policy(arguments: argparse.Namespace) -> Exit:
     if arguments.site is not None:
         registry.set_policy(arguments.site)
     configuration, _ = registry.configuration()
-    print(f"{configuration.site.id} is in force; sha256:{configuration.site.digest}")
+    print_line(f"{configuration.site.id} is in force; sha256:{configuration.site.digest}")
     return Exit.SUCCESS
 
 

@@ -21,6 +21,7 @@ from aeros.cli.records.report import write_report
 from aeros.cli.run.planners import planning_timeout
 from aeros.cli.run.run_plant import PlantSetup, open_run_plant
 from aeros.cli.run.run_report import summary
+from aeros.cli.terminal import print_line
 from aeros.exit_codes import Exit
 from aeros.runtime.audit.checkpoints import SigningConfiguration, verify_signed
 from aeros.runtime.audit.log import AuditLog, AuditReport, verify_log
@@ -159,7 +160,7 @@ def _report_run(
     audited, sound = _check_log(out / AUDIT, request.signing)
     print(f"audit      {audited.records} records, {sound}")
     if not report.reached:
-        print(f"why        aeros why {out}")
+        print_line(f"why        aeros why {out}")
     _report_outputs(staged, feed, sound)
     return Exit.SUCCESS if report.reached and audited.bad_record is None else Exit.REJECTED
 
@@ -168,14 +169,14 @@ def _report_outputs(staged: PlantSetup, feed: BusFeed | None, sound: str) -> Non
     """Write the report page if requested, and print the outputs of the run."""
     arguments, out = staged.arguments, staged.out
     if arguments.video is not None and arguments.video.exists():
-        print(f"video      {arguments.video}")
+        print_line(f"video      {arguments.video}")
     if feed is not None:
         kept = f"bag        {arguments.bag}/" if arguments.mcap is None else f"mcap       {arguments.mcap}"
         print(kept + (f", {feed.lost} messages lost: {feed.trouble}" if feed.lost else ""))
     if arguments.report:
         site = staged.configuration.site
         write_report(read_run_data(out), out / "report.html", {site.digest: site}, sound)
-    print(f"output     {out}/: " + ", ".join(sorted(path.name for path in out.iterdir())))
+    print_line(f"output     {out}/: " + ", ".join(sorted(path.name for path in out.iterdir())))
 
 
 def _fault_event(one: FaultEvent) -> AgentEvent:

@@ -284,6 +284,9 @@ def _alternate_screen() -> Iterator[None]:
 def _draw(view: dict[str, Any] | None) -> None:
     columns, rows = shutil.get_terminal_size()
     lines = ["no runs found"] if view is None else list(_lines(view))
-    shown = [escape_for_terminal(line)[: columns - 1] + _END_OF_LINE for line in lines[: rows - 1]]
+    shown = [
+        escape_for_terminal(line).replace("\n", "\\n")[: columns - 1] + _END_OF_LINE
+        for line in lines[: rows - 1]
+    ]
     write_control(_HOME + "\n".join(shown) + "\n" + _BELOW)
     sys.stdout.flush()

@@ -11,6 +11,8 @@ Not modelled: changes of the world meanwhile. The plant's clock stands still whi
 from __future__ import annotations
 
 import json
+import os
+import select
 import socket
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -34,7 +36,8 @@ AGENT_TIMEOUT_S: Final = 5.0
 """Real seconds that an agent has to judge a tick; it takes about a tenth of a millisecond."""
 
 IDLE_TIMEOUT_S: Final = 600.0
-"""Real time without any agent after which a hosted plant ends by itself, s."""
+"""Real time without any agent after which a hosted plant ends by itself, s; a silent agent that no watchdog
+watches is given up after the same time."""
 
 DEAD_MAN_RULE: Final = "dead-man"
 """Name of the rule that counts as broken when the agent is gone."""
@@ -48,7 +51,9 @@ class PlantHost:
         log: called with each event that helps to judge a crash: agents that come and go, skills that begin
             and end, with what was measured then.
         patience: real seconds that an agent has to judge a tick.
-        linger: real seconds without any agent after which `serve` returns.
+        linger: real seconds without any agent, or with a silent one that no watchdog watches, after which
+            `serve` ends or gives it up.
+        is_watched: tells if the watchdog lives; None to ask for the process that started this one.
     """
 
     def __init__(
@@ -57,7 +62,10 @@ class PlantHost:
         log: Callable[[Mapping[str, Any]], None],
         patience: float = AGENT_TIMEOUT_S,
         linger: float = IDLE_TIMEOUT_S,
+        is_watched: Callable[[], bool] | None = None,
     ) -> None:
+        parent = os.getppid()
+        self._is_watched = is_watched or (lambda: os.getppid() == parent)
         self._plant = plant
         self._write_event = log
         self._agent_timeout_s = patience
@@ -93,17 +101,31 @@ class PlantHost:
     # Connection to one agent.
 
     def _serve_connection(self, connection: socket.socket) -> None:
-        # An agent may think for as long as it likes: nothing moves meanwhile.
-        self._channel, self._is_agent_lost = MessageChannel(connection, None), False
+        self._channel = MessageChannel(connection, self._idle_timeout_s)
+        self._is_agent_lost = False
         self._body, self._connection = None, connection
         self._log("agent-connected")
         try:
             while not self._is_shut_down:
+                self._await_request()
                 self._answer(self._channel.receive())
         except ConnectionLostError as lost:
             self._on_disconnect(str(lost))
         finally:
             self._channel.close()
+
+    def _await_request(self) -> None:
+        """Wait for the agent's next request, for as long as it likes to think: nothing moves meanwhile.
+
+        A watchdog kills an agent that hangs.  Without one, an agent that hangs would keep the plant for ever.
+
+        Raises:
+            ConnectionLostError: nobody watches the agent, and it was silent for too long.
+        """
+        while not select.select([self._connection], [], [], self._idle_timeout_s)[0]:
+            if not self._is_watched():
+                silence = f"the agent was silent for {self._idle_timeout_s:g} s"
+                raise ConnectionLostError(f"{silence}, and no watchdog is left to end it")
 
     def _on_disconnect(self, why: str) -> None:
         """Bring everything to rest after the agent is gone, if it has not come to rest already."""
@@ -173,7 +195,7 @@ class PlantHost:
             return DEAD_MAN_RULE
         finally:
             with suppress(OSError):
-                self._connection.settimeout(None)
+                self._connection.settimeout(self._idle_timeout_s)
         rule: str | None = message["rule"]
         return rule
 

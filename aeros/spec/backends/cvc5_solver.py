@@ -10,12 +10,13 @@ from typing import Final
 
 import cvc5
 
+from aeros.spec.backends.solver_process import SOLVER_PROCESS, NoAnswerError
 from aeros.spec.backends.solver_results import SatResult, SolverAnswer
 
 RLIMIT: Final = 1_000_000
 """cvc5 resource units for one question, the same on every machine: one to three seconds of work."""
 
-_BACKSTOP_MS: Final = 60_000  # for work that cvc5 counts no resources for
+_SECONDS: Final = 60  # time limit of one question, s, for work that cvc5 counts no resources for
 
 
 class Cvc5:
@@ -38,18 +39,25 @@ class Cvc5:
         Returns:
             SAT (without a model), UNSAT, or UNKNOWN with the reason.
         """
-        terms = cvc5.TermManager()
-        solver = cvc5.Solver(terms)
-        solver.setOption("rlimit-per", str(self._rlimit))
-        solver.setOption("tlimit-per", str(_BACKSTOP_MS))
-        parser = cvc5.InputParser(solver)
-        parser.setStringInput(cvc5.InputLanguage.SMT_LIB_2_6, script, "question")
-        output = ""
         try:
-            while not (command := parser.nextCommand()).isNull():
-                output = str(command.invoke(solver, parser.getSymbolManager())).strip() or output
-        except RuntimeError as error:  # anything that cvc5 cannot read or do
-            return SolverAnswer(SatResult.UNKNOWN, {}, str(error))
-        if output in (SatResult.SAT.value, SatResult.UNSAT.value):
-            return SolverAnswer(SatResult(output), {})
-        return SolverAnswer(SatResult.UNKNOWN, {}, output)
+            return SOLVER_PROCESS.ask(_solve_script, script, self._rlimit, seconds=_SECONDS)
+        except NoAnswerError as why:
+            return SolverAnswer(SatResult.UNKNOWN, {}, str(why))
+
+
+def _solve_script(script: str, rlimit: int) -> SolverAnswer:
+    terms = cvc5.TermManager()
+    solver = cvc5.Solver(terms)
+    solver.setOption("rlimit-per", str(rlimit))
+    solver.setOption("tlimit-per", str(1000 * _SECONDS))
+    parser = cvc5.InputParser(solver)
+    parser.setStringInput(cvc5.InputLanguage.SMT_LIB_2_6, script, "question")
+    output = ""
+    try:
+        while not (command := parser.nextCommand()).isNull():
+            output = str(command.invoke(solver, parser.getSymbolManager())).strip() or output
+    except RuntimeError as error:  # anything that cvc5 cannot read or do
+        return SolverAnswer(SatResult.UNKNOWN, {}, str(error))
+    if output in (SatResult.SAT.value, SatResult.UNSAT.value):
+        return SolverAnswer(SatResult(output), {})
+    return SolverAnswer(SatResult.UNKNOWN, {}, output)

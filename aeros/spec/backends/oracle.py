@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
@@ -19,7 +18,7 @@ from aeros.spec.backends.interval_solver import IntervalSolver
 from aeros.spec.backends.package_versions import z3_version
 from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT, QUESTION_SECONDS
 from aeros.spec.backends.solver_process import SOLVER_PROCESS
-from aeros.spec.backends.solver_results import SatResult, SolverAnswer
+from aeros.spec.backends.solver_results import SatResult, SolverAnswer, timeout_answer
 from aeros.spec.expr import terms as t
 
 _SPEC_FOLDER = Path(__file__).parents[1]
@@ -46,6 +45,13 @@ class SolverQuery:
     by_intervals: bool = False
 
 
+@dataclass
+class _Timeouts:
+    """Number of questions without an answer in time, shared by oracles of one run."""
+
+    used: int = 0
+
+
 class Oracle:
     """Source of answers under one budget: memory, the store, or Z3.
 
@@ -54,6 +60,8 @@ class Oracle:
         store: answers of earlier runs; None to ask everything.
         recording: keep the questions in `asked`.
         seconds: time limit for one question, s.
+        max_timeouts: questions that may have no answer within `seconds`, after which no other is asked;
+            None for any number.
 
     Attributes:
         asked: questions by key, wherever the answer came from; empty unless `recording`.
@@ -66,9 +74,12 @@ class Oracle:
         *,
         recording: bool = False,
         seconds: float = QUESTION_SECONDS,
+        max_timeouts: int | None = None,
     ) -> None:
         self.rlimit = rlimit
         self._seconds = seconds
+        self._max_timeouts = max_timeouts
+        self._timeouts = _Timeouts()
         self.asked: dict[str, SolverQuery] = {}
         self._recording = recording
         self._store = store
@@ -126,8 +137,13 @@ class Oracle:
             The oracle.
         """
         other = Oracle(
-            max(self.rlimit // times, 1), self._store, recording=self._recording, seconds=self._seconds
+            max(self.rlimit // times, 1),
+            self._store,
+            recording=self._recording,
+            seconds=self._seconds,
+            max_timeouts=self._max_timeouts,
         )
+        other._timeouts = self._timeouts
         other._known, other._new, other.asked = self._known, self._new, self.asked
         other._boxes = self._boxes
         return other
@@ -144,14 +160,13 @@ class Oracle:
         ranges: Mapping[str, tuple[Fraction, Fraction]],
         terms: Sequence[t.Term],
     ) -> SolverAnswer:
-        if not all(map(_is_linear, terms)):
-            # Products of variables can take any time, and Z3 may not look at its limits meanwhile.
-            with suppress(RecursionError):  # nested too deeply to be sent, which no written condition is
-                return SOLVER_PROCESS.check_sat(variables, ranges, terms, self.rlimit, self._seconds)
-        # Importing z3 takes 80 ms; a run that finds every answer in the store does without.
-        from aeros.spec.backends.z3_solver import IncrementalSolver
-
-        return IncrementalSolver(variables, ranges, self.rlimit, seconds=self._seconds).check_sat(*terms)
+        if self._timeouts.used == self._max_timeouts:
+            late = f"{self._timeouts.used} questions had no answer within {self._seconds:g} s"
+            why = f"not asked, as {late}"
+            return SolverAnswer(SatResult.UNKNOWN, {}, why)
+        answer = SOLVER_PROCESS.check_sat(variables, ranges, terms, self.rlimit, self._seconds)
+        self._timeouts.used += answer == timeout_answer(self._seconds)
+        return answer
 
     def _key(
         self,
@@ -162,20 +177,6 @@ class Oracle:
         bounds = [(name, str(low), str(high)) for name, (low, high) in ranges.items()]
         question = repr((_solver_fingerprint(), self.rlimit, tuple(variables), bounds, tuple(terms)))
         return hashlib.sha256(question.encode()).hexdigest()
-
-
-def _is_linear(term: t.Term) -> bool:
-    """Tell if no two factors in a term both depend on variables."""
-    pending, seen = [term], set[int]()
-    while pending:
-        one = pending.pop()
-        if id(one) in seen:
-            continue
-        seen.add(id(one))
-        if isinstance(one, t.Multiply) and t.variables_of(one.left) and t.variables_of(one.right):
-            return False
-        pending.extend(t.children(one))
-    return True
 
 
 @cache

@@ -5,3 +5,6 @@ DEFAULT_RLIMIT = 1_000_000
 
 QUESTION_SECONDS = 10.0
 """Time limit of one question, s: ten times what `DEFAULT_RLIMIT` takes, for work that Z3 does not count."""
+
+MAX_TIMEOUTS = 6
+"""Questions of one run that may have no answer in time, so that a run waits for a minute of them at most."""

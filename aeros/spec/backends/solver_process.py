@@ -1,8 +1,8 @@
-"""Z3 in a process of its own, which the kernel ends if a question takes too long.
+"""Solvers in a process of their own, which the kernel ends if a question takes too long.
 
 Z3 looks at its own time limit now and then, and its resource units do not count all of its work: a question
-with products of ten variables took minutes for a budget of a second. So it is put to another process, which
-sets an alarm before each question and dies by it, whatever code it is in.
+with products of ten variables took minutes for a budget of a second. So every question is put to another
+process, which sets an alarm before it answers and dies by it, whatever code it is in.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import json
 import math
 import os
 import pickle
+import resource
 import select
 import signal
 import struct
@@ -20,13 +21,21 @@ import sys
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
-from typing import IO, Final, cast
+from itertools import count
+from typing import IO, TYPE_CHECKING, Final, TypeVar, cast
 
-from aeros.spec.backends.solver_results import SatResult, SolverAnswer, timeout_answer
+from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT, QUESTION_SECONDS
+from aeros.spec.backends.solver_results import SatResult, ScriptAnswer, SolverAnswer, timeout_answer
 from aeros.spec.expr import terms as t
 
+if TYPE_CHECKING:
+    from aeros.spec.backends.z3_solver import IncrementalSolver
+
 GRACE_S: Final = 2
-"""Seconds after the time limit for which Z3 may go on before its process ends."""
+"""Seconds after the time limit for which a solver may go on before its process ends."""
+
+MAX_MEMORY_BYTES: Final = 4 << 30
+"""Memory that a solver may use, bytes; the shipped modules and theorems need a twentieth."""
 
 _START_S: Final = 120  # s; Python and Z3 start within 0.3 s on an idle processor
 _LENGTH: Final = struct.Struct(">Q")
@@ -34,6 +43,13 @@ _PROGRAM: Final = (
     "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
     "from aeros.spec.backends.solver_process import answer_questions; answer_questions()"
 )
+
+_T = TypeVar("_T")
+_Ranges = Mapping[str, tuple[Fraction, Fraction]]
+
+
+class NoAnswerError(Exception):
+    """A question without an answer; the message is the reason."""
 
 
 class SolverProcess:
@@ -50,11 +66,53 @@ class SolverProcess:
         self._lock = threading.Lock()
         self._process: subprocess.Popen[bytes] | None = None
         self._owner = 0
+        os.register_at_fork(after_in_child=self._leave_to_parent)
+
+    def ask(self, answer: Callable[..., _T], *arguments: object, seconds: float) -> _T:
+        """Have a question answered.
+
+        Args:
+            answer: function of a module that answers it.
+            arguments: its arguments; they and the answer can be pickled.
+            seconds: time limit, s.
+
+        Returns:
+            The answer.
+
+        Raises:
+            NoAnswerError: there is none `seconds` and at most a few seconds later, or it cannot be had.
+        """
+        try:
+            question = pickle.dumps((answer, arguments, seconds))
+        except RecursionError as error:
+            raise NoAnswerError("the question is nested too deeply") from error
+        with self._lock:
+            process = self._running()
+            if process is None:
+                raise NoAnswerError("the solver does not start")
+            content = b""
+            try:
+                _send(cast("IO[bytes]", process.stdin), question)
+                content = _receive(cast("IO[bytes]", process.stdout), seconds + 2 * GRACE_S)
+            except OSError:
+                pass  # it has ended, as below
+            except BaseException:
+                self._end()  # its answer would be taken for that to the next question
+                raise
+            if content:
+                found, reason = pickle.loads(content)  # noqa: S301  our own process wrote it
+                if reason:
+                    raise NoAnswerError(reason)
+                return cast("_T", found)
+            self._end()
+            if process.returncode in (-signal.SIGALRM, -signal.SIGKILL):
+                raise NoAnswerError(timeout_answer(seconds).reason)
+            raise NoAnswerError(f"the solver's process has ended ({process.returncode})")
 
     def check_sat(
         self,
         variables: Sequence[t.Variable],
-        ranges: Mapping[str, tuple[Fraction, Fraction]],
+        ranges: _Ranges,
         terms: Sequence[t.Term],
         rlimit: int,
         seconds: float,
@@ -69,34 +127,33 @@ class SolverProcess:
             seconds: time limit, s.
 
         Returns:
-            The answer; UNKNOWN `seconds` and at most a few seconds later if there is none.
+            The answer; UNKNOWN if there is none in time.
         """
-        question = pickle.dumps((tuple(variables), dict(ranges), tuple(terms), rlimit, seconds))
-        with self._lock:
-            process = self._running()
-            if process is None:
-                return SolverAnswer(SatResult.UNKNOWN, {}, "the solver does not start")
-            content = b""
-            try:
-                _send(cast("IO[bytes]", process.stdin), question)
-                content = _receive(cast("IO[bytes]", process.stdout), seconds + 2 * GRACE_S)
-            except OSError:
-                pass  # it has ended, as below
-            except BaseException:
-                self._end()  # its answer would be taken for that to the next question
-                raise
-            if content:
-                answer: SolverAnswer = pickle.loads(content)  # noqa: S301  our own process wrote it
-                return answer
-            self._end()
-            if process.returncode in (-signal.SIGALRM, -signal.SIGKILL):
-                return timeout_answer(seconds)
-            why = f"the solver's process has ended ({process.returncode})"
-            return SolverAnswer(SatResult.UNKNOWN, {}, why)
+        given = (tuple(variables), dict(ranges), tuple(terms), rlimit, seconds)
+        try:
+            return self.ask(_solve_terms, *given, seconds=seconds)
+        except NoAnswerError as why:
+            return SolverAnswer(SatResult.UNKNOWN, {}, str(why))
+
+    def solve_script(self, script: str, rlimit: int, seconds: float) -> ScriptAnswer:
+        """Solve a script by Z3.
+
+        Args:
+            script: SMT-LIB text with one `check-sat`.
+            rlimit: budget in Z3's resource units.
+            seconds: time limit, s.
+
+        Returns:
+            The answer; UNKNOWN if there is none in time.
+        """
+        try:
+            return self.ask(_solve_script, script, rlimit, seconds=seconds)
+        except NoAnswerError as why:
+            return ScriptAnswer(SatResult.UNKNOWN, {}, 0, 0, str(why))
 
     def _running(self) -> subprocess.Popen[bytes] | None:
         """Return the process, started if need be; None if it does not start."""
-        if self._process is not None and self._owner == os.getpid() and self._process.poll() is None:
+        if self._process is not None and self._process.poll() is None:
             return self._process
         self._end()
         if self._owner == 0:
@@ -114,9 +171,14 @@ class SolverProcess:
             return None
         return self._process
 
+    def _leave_to_parent(self) -> None:
+        """After a fork: the process is the parent's, and so is whoever holds the lock."""
+        self._lock = threading.Lock()
+        self._process = None
+
     def _end(self) -> None:
-        """Kill the process and wait for its end; after a fork it is the parent's, and left alone."""
-        if self._process is not None and self._owner == os.getpid():
+        """Kill the process and wait for its end."""
+        if self._process is not None:
             self._process.kill()
             self._process.communicate()
         self._process = None
@@ -125,38 +187,116 @@ class SolverProcess:
 SOLVER_PROCESS: Final = SolverProcess()
 """The solver process of this process; it starts with the first question."""
 
+_SESSION_IDS = count(1)
 
-def answer_questions(solve: Callable[..., SolverAnswer] | None = None) -> None:
-    """Answer questions from standard input until it ends; the program of the solver process.
+
+class SolverSession:
+    """Questions on growing assumptions, which the solver process keeps from one question to the next.
 
     Args:
-        solve: answers one question, given as the arguments of `SolverProcess.check_sat`; None for Z3.
+        variables: every free variable of assumptions and questions.
+        seconds: time limit of one question, s.
     """
-    answer_question = _load_z3() if solve is None else solve
+
+    def __init__(self, variables: Sequence[t.Variable], seconds: float = QUESTION_SECONDS) -> None:
+        self._key = f"{os.getpid()} {next(_SESSION_IDS)}"
+        self._variables = tuple(variables)
+        self._seconds = seconds
+        self._assumed: list[t.Term] = []
+        self._sent = 0
+
+    def assume(self, term: t.Term) -> None:
+        """Add an assumption for all later questions.
+
+        Args:
+            term: boolean term without past-time operators.
+        """
+        self._assumed.append(term)
+
+    def check_sat(self, term: t.Term) -> SolverAnswer:
+        """Check if the assumptions and a term can hold together.
+
+        Args:
+            term: boolean term without past-time operators; it is forgotten afterwards.
+
+        Returns:
+            The answer; UNKNOWN if there is none in time.
+        """
+        try:
+            answer = self._ask(None, self._assumed[self._sent :], term) if self._sent else None
+            if answer is None:  # not open yet, or the process was ended over another question
+                answer = self._ask(self._variables, self._assumed, term)
+        except NoAnswerError as why:
+            return SolverAnswer(SatResult.UNKNOWN, {}, str(why))
+        self._sent = len(self._assumed)
+        return cast("SolverAnswer", answer)
+
+    def _ask(
+        self, variables: tuple[t.Variable, ...] | None, assumptions: Sequence[t.Term], term: t.Term
+    ) -> SolverAnswer | None:
+        given = (self._key, variables, tuple(assumptions), term, self._seconds)
+        return SOLVER_PROCESS.ask(_solve_in_session, *given, seconds=self._seconds)
+
+
+def answer_questions() -> None:
+    """Answer questions from standard input until it ends; the program of the solver process."""
+    # Importing Z3 takes 80 ms, which is not part of any question.
+    import aeros.spec.backends.z3_solver  # noqa: F401
+
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that asks
-    signal.signal(signal.SIGALRM, signal.SIG_DFL)  # ends this process, also amid Z3's code
+    signal.signal(signal.SIGALRM, signal.SIG_DFL)  # ends this process, also amid the code of a solver
+    hard = resource.getrlimit(resource.RLIMIT_AS)[1]
+    most = MAX_MEMORY_BYTES if hard == resource.RLIM_INFINITY else min(hard, MAX_MEMORY_BYTES)
+    resource.setrlimit(resource.RLIMIT_AS, (most, hard))
     _send(sys.stdout.buffer, b"ready")
     while question := _receive(sys.stdin.buffer, None):
-        arguments = pickle.loads(question)  # noqa: S301  from our parent process
-        signal.alarm(math.ceil(arguments[-1]) + GRACE_S)
-        content = pickle.dumps(answer_question(*arguments))
+        answer, arguments, seconds = pickle.loads(question)  # noqa: S301  from our parent process
+        signal.alarm(math.ceil(seconds) + GRACE_S)
+        try:
+            content = pickle.dumps((answer(*arguments), ""))
+        except (MemoryError, RecursionError) as error:
+            content = pickle.dumps((None, f"the solver gave up: {type(error).__name__}"))
         signal.alarm(0)
         _send(sys.stdout.buffer, content)
 
 
-def _load_z3() -> Callable[..., SolverAnswer]:
+def _solve_terms(
+    variables: Sequence[t.Variable], ranges: _Ranges, terms: Sequence[t.Term], rlimit: int, seconds: float
+) -> SolverAnswer:
     from aeros.spec.backends.z3_solver import IncrementalSolver
 
-    def solve(
-        variables: Sequence[t.Variable],
-        ranges: Mapping[str, tuple[Fraction, Fraction]],
-        terms: Sequence[t.Term],
-        rlimit: int,
-        seconds: float,
-    ) -> SolverAnswer:
-        return IncrementalSolver(variables, ranges, rlimit, seconds=seconds).check_sat(*terms)
+    return IncrementalSolver(variables, ranges, rlimit, seconds=seconds).check_sat(*terms)
 
-    return solve
+
+def _solve_script(script: str, rlimit: int) -> ScriptAnswer:
+    from aeros.spec.backends.z3_solver import solve_script
+
+    return solve_script(script, rlimit)
+
+
+_sessions: dict[str, IncrementalSolver] = {}
+"""The latest session of the solver process."""
+
+
+def _solve_in_session(
+    key: str,
+    variables: Sequence[t.Variable] | None,
+    assumptions: Sequence[t.Term],
+    term: t.Term,
+    seconds: float,
+) -> SolverAnswer | None:
+    """Answer a question of a session; None if the session is not open and its variables are not given."""
+    from aeros.spec.backends.z3_solver import IncrementalSolver
+
+    if variables is not None:
+        _sessions.clear()
+        _sessions[key] = IncrementalSolver(variables, {}, DEFAULT_RLIMIT, seconds=seconds)
+    solver = _sessions.get(key)
+    if solver is None:
+        return None
+    for one in assumptions:
+        solver.assume(one)
+    return solver.check_sat(term)
 
 
 def _send(stream: IO[bytes], content: bytes) -> None:

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT
+from aeros.spec.backends.oracle import Oracle
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, SpanLabel
 from aeros.spec.difference.module_changes import module_changes
 from aeros.spec.difference.policy_change import PolicyChange, Relation
@@ -59,29 +59,30 @@ def is_site(path: Path) -> bool:
     return path.is_file() and path.name != MANIFEST
 
 
-def compare(old: Path, new: Path, site_path: Path, rlimit: int = DEFAULT_RLIMIT) -> PolicyDifference:
+def compare(old: Path, new: Path, site_path: Path, oracle: Oracle | None = None) -> PolicyDifference:
     """Compare two site files, or two modules or folders of modules.
 
     Args:
         old: path of the old side.
         new: path of the new side, which decides what is compared.
         site_path: site under which modules are compared; unused for sites.
-        rlimit: solver budget for each question (Z3 resource units).
+        oracle: answers the questions; None for one of the default budget.
 
     Returns:
         What going from `old` to `new` newly allows and denies.
     """
+    oracle = oracle or Oracle()
     sink = Diagnostics()
     if is_site(new):
         before, after = load_site(old, sink), load_site(new, sink)
         if before is None or after is None:
             return PolicyDifference(problems=tuple(sink))
-        return PolicyDifference(tuple(site_changes(before, after, rlimit)), tuple(sink))
+        return PolicyDifference(tuple(site_changes(before, after, oracle)), tuple(sink))
     site = load_site(site_path, sink)
     modules = [] if site is None else [_modules(path, site, sink) for path in (old, new)]
     if site is None or sink.has_errors:
         return PolicyDifference(problems=tuple(sink))
-    return PolicyDifference(tuple(_compare_modules(modules[0], modules[1], site, rlimit)), tuple(sink))
+    return PolicyDifference(tuple(_compare_modules(modules[0], modules[1], site, oracle)), tuple(sink))
 
 
 def _modules(path: Path, site: Site, sink: Diagnostics) -> dict[str, Ecm]:
@@ -103,12 +104,12 @@ def _modules(path: Path, site: Site, sink: Diagnostics) -> dict[str, Ecm]:
 
 
 def _compare_modules(
-    old: dict[str, Ecm], new: dict[str, Ecm], site: Site, rlimit: int
+    old: dict[str, Ecm], new: dict[str, Ecm], site: Site, oracle: Oracle
 ) -> Iterator[PolicyChange]:
     """Compare modules of the same id; if each side has one module, these two."""
     if len(old) == len(new) == 1:
         ((before,), (after,)) = (old.values(), new.values())
-        yield from module_changes(after.id, before, after, site, rlimit)
+        yield from module_changes(after.id, before, after, site, oracle)
         return
     for name in dict.fromkeys([*old, *new]):
-        yield from module_changes(name, old.get(name), new.get(name), site, rlimit)
+        yield from module_changes(name, old.get(name), new.get(name), site, oracle)

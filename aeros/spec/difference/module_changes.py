@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from aeros.spec.backends.oracle import Oracle
 from aeros.spec.difference.policy_change import (
     PolicyChange,
     Relation,
@@ -42,7 +43,7 @@ class _SkillVersion:
 
 
 def module_changes(
-    module: str, old: Ecm | None, new: Ecm | None, site: Site, rlimit: int
+    module: str, old: Ecm | None, new: Ecm | None, site: Site, oracle: Oracle
 ) -> Iterator[PolicyChange]:
     """Compare two versions of a module.
 
@@ -51,7 +52,7 @@ def module_changes(
         old: old version; None if there is none.
         new: new version; None if there is none.
         site: site under which they are compared.
-        rlimit: solver budget for each question (Z3 resource units).
+        oracle: answers the questions.
 
     Yields:
         The change of each subject of either version.
@@ -65,10 +66,10 @@ def module_changes(
                 f"a `{kind}` of `{name}`",
                 _allowed(before, site, site.kinds[kind]),
                 _allowed(after, site, site.kinds[kind]),
-                rlimit,
+                oracle,
             )
         if before.skill is not None and after.skill is not None:
-            yield from _skill_changes(f"{module}/{name}", before.skill, after.skill, site, rlimit)
+            yield from _skill_changes(f"{module}/{name}", before.skill, after.skill, site, oracle)
     if old is not None and new is not None:
         yield from _module_changes(old, new)
 
@@ -102,13 +103,15 @@ def _is_denied_by_finite_layers(ecm: Ecm, site: Site, skill: Skill, kind: Action
     return blocked or not kind.actuators <= usable or not kind.risk <= skill.risk <= site.risk_ceiling
 
 
-def _skill_changes(subject: str, old: Skill, new: Skill, site: Site, rlimit: int) -> Iterator[PolicyChange]:
+def _skill_changes(
+    subject: str, old: Skill, new: Skill, site: Site, oracle: Oracle
+) -> Iterator[PolicyChange]:
     yield compare_sets(
         f"{subject}/precondition",
         f"a start of `{new.id}`",
         _condition_location(old, old.precondition, site),
         _condition_location(new, new.precondition, site),
-        rlimit,
+        oracle,
     )
     if old.hold_condition is not None or new.hold_condition is not None:
         yield compare_sets(
@@ -116,7 +119,7 @@ def _skill_changes(subject: str, old: Skill, new: Skill, site: Site, rlimit: int
             f"a state in which `{new.id}` goes on",
             _condition_location(old, old.hold_condition, site),
             _condition_location(new, new.hold_condition, site),
-            rlimit,
+            oracle,
         )
     risk = bounds_relation(new.risk > old.risk, new.risk < old.risk)
     words = (old.risk.name.lower(), new.risk.name.lower())

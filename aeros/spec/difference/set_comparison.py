@@ -67,7 +67,7 @@ class ComparedSet:
         return tuple(SpanLabel(span, word) for span in dict.fromkeys(spans))
 
 
-def compare_sets(subject: str, what: str, old: ComparedSet, new: ComparedSet, rlimit: int) -> PolicyChange:
+def compare_sets(subject: str, what: str, old: ComparedSet, new: ComparedSet, oracle: Oracle) -> PolicyChange:
     """Compare two sets.
 
     Args:
@@ -75,7 +75,7 @@ def compare_sets(subject: str, what: str, old: ComparedSet, new: ComparedSet, rl
         what: name of a member for people, as in ``a `grip` of `wrap` ``.
         old: set before.
         new: set now.
-        rlimit: solver budget for each question (Z3 resource units).
+        oracle: answers the questions.
 
     Returns:
         The relation of new to old, with diagnostics and witnesses.
@@ -90,9 +90,9 @@ def compare_sets(subject: str, what: str, old: ComparedSet, new: ComparedSet, rl
     before, after = _add_range_conditions(old, declared), _add_range_conditions(new, declared)
     found = {
         Relation.NEWLY_ALLOWED: _subset_check(
-            subject, Relation.NEWLY_ALLOWED, declared, after, before, rlimit
+            subject, Relation.NEWLY_ALLOWED, declared, after, before, oracle
         ),
-        Relation.NEWLY_DENIED: _subset_check(subject, Relation.NEWLY_DENIED, declared, before, after, rlimit),
+        Relation.NEWLY_DENIED: _subset_check(subject, Relation.NEWLY_DENIED, declared, before, after, oracle),
     }
     shown = {
         relation: one.witness
@@ -123,7 +123,7 @@ def _subset_check(
     declared: tuple[Declared, ...],
     more: tuple[SetCondition, ...],
     less: tuple[SetCondition, ...],
-    rlimit: int,
+    oracle: Oracle,
 ) -> ObligationResult | None:
     """Decide if every member of `more` is one of `less`; None if `less` has no further condition."""
     assumed = tuple(one.term for one in more)
@@ -139,7 +139,7 @@ def _subset_check(
         headline=relation.value,
         primary=SpanLabel(declared[0].span),
     )
-    (finding,) = discharge_obligations([claim], Oracle(rlimit))
+    (finding,) = discharge_obligations([claim], oracle)
     return finding
 
 

@@ -13,6 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
+from aeros.spec.backends.oracle import Oracle
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.difference.module_changes import ACCESS
 from aeros.spec.difference.policy_change import (
@@ -33,23 +34,23 @@ from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.joint import joint_variables
 
 
-def site_changes(old: Site, new: Site, rlimit: int) -> Iterator[PolicyChange]:
+def site_changes(old: Site, new: Site, oracle: Oracle) -> Iterator[PolicyChange]:
     """Compare two versions of a site.
 
     Args:
         old: site before.
         new: site now.
-        rlimit: solver budget for each question (Z3 resource units).
+        oracle: answers the questions.
 
     Yields:
         The change of each subject of either site.
     """
     for name in dict.fromkeys([*old.kinds, *new.kinds]):
         before, after = _allowed(old, name), _allowed(new, name)
-        yield compare_sets(f"actions/{name}", f"a `{name}`", before, after, rlimit)
+        yield compare_sets(f"actions/{name}", f"a `{name}`", before, after, oracle)
         if name in old.kinds and name in new.kinds:
             yield from _kind_changes(old, new, old.kinds[name], new.kinds[name])
-    yield from _joint_changes(old, new, rlimit)
+    yield from _joint_changes(old, new, oracle)
     yield from _vocabulary_changes(old.state, new.state)
     places = (old.policy_spans.get("policy/access"), new.policy_spans.get("policy/access"))
     yield from _access_changes("policy/access", "every module", old.access, new.access, places)
@@ -122,14 +123,14 @@ def _kind_changes(old: Site, new: Site, before: ActionKind, after: ActionKind) -
         yield finite_change(f"{subject}/attenuation", Relation.CHANGED_OTHERWISE, headline, *places)
 
 
-def _joint_changes(old: Site, new: Site, rlimit: int) -> Iterator[PolicyChange]:
+def _joint_changes(old: Site, new: Site, oracle: Oracle) -> Iterator[PolicyChange]:
     """Compare the pairs of actions that each joint rule allows."""
     before, after = ({rule.id: rule for rule in site.joint_rules} for site in (old, new))
     for name in dict.fromkeys([*before, *after]):
         one, other = _pairs(old, before.get(name)), _pairs(new, after.get(name))
         one = replace(one, variables=one.variables or other.variables)
         other = replace(other, variables=other.variables or one.variables)
-        yield compare_sets(f"joint/{name}", f"a pair of actions under `{name}`", one, other, rlimit)
+        yield compare_sets(f"joint/{name}", f"a pair of actions under `{name}`", one, other, oracle)
 
 
 def _pairs(site: Site, rule: JointRule | None) -> ComparedSet:

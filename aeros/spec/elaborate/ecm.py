@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Final
 
 from packaging.licenses import InvalidLicenseExpression, canonicalize_license_expression
-from packaging.specifiers import InvalidSpecifier, SpecifierSet
-from packaging.version import InvalidVersion, Version
+from packaging.specifiers import SpecifierSet
+from packaging.version import Version
 
 from aeros.spec.declared import ecm as declared
 from aeros.spec.diagnostics.codes import Diagnostics
@@ -20,6 +21,8 @@ from aeros.spec.elaborate.tasks import elaborate_tasks
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.site import Site
 from aeros.spec.text.digests import MAX_MODELS, model_digest
+
+_MAX_VERSION_CHARS: Final = 200  # numbers of more than 4300 digits are no numbers to Python
 
 
 def elaborate_ecm(
@@ -68,8 +71,9 @@ def elaborate_ecm(
 def _check_metadata(ecm: declared.Ecm, diagnostics: Diagnostics) -> None:
     """Check the forms of the version, the licence and the version ranges."""
     try:
+        _require_short_line(ecm.version.value)
         Version(ecm.version.value)
-    except InvalidVersion:
+    except ValueError:  # such as `InvalidVersion`
         diagnostics.error(
             "AE125", f"`{ecm.version.value}` is not a version", ecm.version.span, help=("as in `1.0.0`",)
         )
@@ -84,14 +88,25 @@ def _check_metadata(ecm: declared.Ecm, diagnostics: Diagnostics) -> None:
         )
     for specifier in (ecm.dependencies.aeros, *(text for _, text in ecm.dependencies.modules)):
         try:
+            _require_short_line(specifier.value)
             SpecifierSet(specifier.value)
-        except InvalidSpecifier:
+        except ValueError:  # such as `InvalidSpecifier`
             diagnostics.error(
                 "AE125",
                 f"`{specifier.value}` is not a version range",
                 specifier.span,
                 help=('as in `">=1.0,<2"`',),
             )
+
+
+def _require_short_line(text: str) -> None:
+    """Check that text can be a version.
+
+    Raises:
+        ValueError: it is longer than any version, or more than a line.
+    """
+    if len(text) > _MAX_VERSION_CHARS or text != text.strip():
+        raise ValueError
 
 
 def _model_digests(ecm: declared.Ecm, folder: Path, diagnostics: Diagnostics) -> dict[str, str]:

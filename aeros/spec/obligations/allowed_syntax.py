@@ -94,6 +94,9 @@ _DATACLASS_HELP: Final = (
 )
 
 
+_ENUMERATION_HELP: Final = "write a member such as `OPEN = 1`"
+
+
 @dataclass(frozen=True)
 class Refusal:
     """Place in skill code that is not on the allow-list.
@@ -292,6 +295,15 @@ class _Reading:
             help_ = f"did you mean `{near}`?" if near else "read attributes of the code's own dataclasses"
             yield f"reads the attribute `{name}`, which no plain value has", help_
 
+    def _is_member(self, part: ast.stmt) -> bool:
+        """Tell if a statement in an enumeration surely makes a member."""
+        match part:
+            case ast.Assign(value=ast.Call(func=func)) | ast.AnnAssign(value=ast.Call(func=func)):
+                return self._origin(func) == "enum.auto"
+            case ast.Assign(value=value) | ast.AnnAssign(value=value):
+                return isinstance(value, ast.Constant | ast.UnaryOp | ast.BinOp | ast.Tuple)
+        return False
+
     def _decorator_refusals(
         self, node: ast.FunctionDef | ast.ClassDef, allowed: frozenset[str]
     ) -> Iterator[Refusal]:
@@ -310,6 +322,10 @@ class _Reading:
             is_own = isinstance(base, ast.Name) and base.id in self._classes
             if not is_own and self._origin(base) not in names.BASE_CLASSES:
                 yield Refusal(base, f"derives `{node.name}` from `{ast.unparse(base)}`", _DATACLASS_HELP)
+        is_enumeration = any((self._origin(base) or "").startswith("enum.") for base in node.bases)
+        if is_enumeration and not any(map(self._is_member, node.body)):
+            # Called with a name and members, an enumeration without members makes another class.
+            yield Refusal(node, f"defines the enumeration `{node.name}` without members", _ENUMERATION_HELP)
         for keyword in node.keywords:
             yield Refusal(keyword, f"gives the class `{node.name}` keywords", _DATACLASS_HELP)
         for part in node.body:

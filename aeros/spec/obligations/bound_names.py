@@ -53,7 +53,7 @@ def bound_names(node: ast.AST, *, nested: bool = False) -> Iterator[str]:
         if nested:
             pending.extend(ast.iter_child_nodes(one))
         else:
-            pending.extend(_parts_in_same_scope(one))
+            pending.extend(parts_in_same_scope(one))
 
 
 def names_bound_by(node: ast.AST) -> Iterator[str]:
@@ -80,8 +80,15 @@ def names_bound_by(node: ast.AST) -> Iterator[str]:
             yield from names
 
 
-def _parts_in_same_scope(node: ast.AST) -> Iterator[ast.AST]:
-    """Yield the parts of a node that bind names in the scope of the node."""
+def parts_in_same_scope(node: ast.AST) -> Iterator[ast.AST]:
+    """Yield the parts of a node that are evaluated in the scope of the node.
+
+    Args:
+        node: node of a syntax tree.
+
+    Yields:
+        Of a function its decorators, defaults and annotations; of other nodes all parts but inner scopes.
+    """
     match node:
         case ast.FunctionDef() | ast.AsyncFunctionDef():
             yield from (*node.decorator_list, *_defaults(node.args), *_annotations(node.args))

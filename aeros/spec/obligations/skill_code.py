@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import ast
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel, did_you_mean
@@ -17,12 +17,18 @@ from aeros.spec.model.ecm import Ecm, Skill
 from aeros.spec.model.site import Site
 from aeros.spec.obligations.allowed_names import GENERIC_TYPES, SKILL_INTERFACE
 from aeros.spec.obligations.allowed_syntax import first_refusal
-from aeros.spec.obligations.bound_names import bound_names, names_bound_by
+from aeros.spec.obligations.bound_names import bound_names, names_bound_by, parts_in_same_scope
+from aeros.spec.obligations.changed_values import first_change_of_actions
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.skill_source import Located, SkillFile, UnreadableCodeError
 from aeros.spec.obligations.verdicts import StaticClaim
 
 _ACTION_NAMES = ("act", "Action")
+
+_CHANGE_HELP = (
+    "yield each action where it is made, or change only what the code itself assigned to a name, "
+    "as in `counts = {}`"
+)
 
 
 def skill_code_obligations(
@@ -77,7 +83,7 @@ def _action_calls_are_readable(file: SkillFile) -> Diagnostic | None:
     twice.
     """
     placed = {id(node.func) for node in file.nodes if isinstance(node, ast.Call)}
-    placed |= {id(name) for hint in _types(file) for name in _names_in_type(hint) if name.id == "Action"}
+    placed |= {id(name) for name in _names_in_types(file) if name.id == "Action"}
     for node in file.nodes:
         if isinstance(node, ast.ImportFrom) and node.module == SKILL_INTERFACE and not node.level:
             renamed = [alias.name for alias in node.names if alias.asname not in (None, alias.name)]
@@ -100,11 +106,15 @@ def _action_calls_are_readable(file: SkillFile) -> Diagnostic | None:
             if name in bound:
                 return _unreadable_call(file, statement, f"`{name}` is bound a second time")
             bound.add(name)
+    changed = first_change_of_actions(file)
+    if changed is not None:
+        what = f"`{ast.unparse(changed)}` may be the parameters of an action, which was made before"
+        return _unreadable_call(file, changed, what, _CHANGE_HELP)
     return None
 
 
-def _types(file: SkillFile) -> Iterator[ast.expr]:
-    """Yield the expressions that stand for a type: annotations, and what is in brackets after a type."""
+def _names_in_types(file: SkillFile) -> Iterator[ast.Name]:
+    """Yield the names that stand for a type: in annotations, and in brackets after a type."""
     bound = Counter(bound_names(file.tree, nested=True))
     imported = {
         alias.asname or alias.name: alias.name
@@ -115,34 +125,45 @@ def _types(file: SkillFile) -> Iterator[ast.expr]:
     # A name that is bound elsewhere too may stand for anything, such as `Union`, whose `Union[X]` is `X`.
     generic = {name for name in GENERIC_TYPES if bound[name] == 0}
     generic |= {name for name, origin in imported.items() if origin in GENERIC_TYPES and bound[name] == 1}
+    # An annotation is evaluated too: `x[Action]` asks any other `x` for an item, and its error tells of it.
+    hints = generic | {name for name in imported if bound[name] == 1}
     for node in file.nodes:
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) and node.returns is not None:
-            yield node.returns
+            yield from _names_in_type(node.returns, hints)
         elif isinstance(node, ast.arg | ast.AnnAssign) and node.annotation is not None:
-            yield node.annotation
-        elif isinstance(node, ast.Subscript) and isinstance(node.ctx, ast.Load):
-            yield from [node.slice] if isinstance(node.value, ast.Name) and node.value.id in generic else []
+            yield from _names_in_type(node.annotation, hints)
+        elif isinstance(node, ast.Subscript) and isinstance(node.ctx, ast.Load) and _is(node.value, generic):
+            yield from _names_in_type(node.slice, generic)
 
 
-def _names_in_type(hint: ast.expr) -> Iterator[ast.Name]:
+def _is(node: ast.expr, names: Collection[str]) -> bool:
+    return isinstance(node, ast.Name) and node.id in names
+
+
+def _names_in_type(hint: ast.expr, generic: Collection[str]) -> Iterator[ast.Name]:
     """Yield the names in a type, as far as it is written like one: nothing in it is called or bound."""
     match hint:
         case ast.Name(ctx=ast.Load()):
             yield hint
-        case ast.Subscript(value=value, slice=inside):
-            yield from (*_names_in_type(value), *_names_in_type(inside))
+        case ast.Subscript(value=ast.Name(id=name), slice=inside) if name in generic:
+            yield from _names_in_type(inside, generic)
         case ast.Tuple(elts=parts) | ast.List(elts=parts):
-            yield from (name for part in parts for name in _names_in_type(part))
+            yield from (name for part in parts for name in _names_in_type(part, generic))
         case ast.BinOp(left=left, op=ast.BitOr(), right=right):
-            yield from (*_names_in_type(left), *_names_in_type(right))
+            yield from (*_names_in_type(left, generic), *_names_in_type(right, generic))
 
 
-def _unreadable_call(file: SkillFile, node: Located, what: str) -> Diagnostic:
+def _unreadable_call(
+    file: SkillFile,
+    node: Located,
+    what: str,
+    help_: str = "call `act(KIND, ...)` directly, and bind every name once",
+) -> Diagnostic:
     return Diagnostic(
         "AE133",
         f"the actions that this code asks for cannot be determined: {what}",
         SpanLabel(file.span(node)),
-        help=("call `act(KIND, ...)` directly, and bind every name once",),
+        help=(help_,),
     )
 
 
@@ -193,9 +214,13 @@ def _act_calls(function: str, file: SkillFile) -> Iterator[ast.Call]:
     """Yield every call of `act` or `Action` that the skill may reach.
 
     These are in its function, in the functions that it leads to, and everywhere outside of functions.
+    Defaults, annotations and decorators of a function are outside of it: they run when the file is loaded.
     """
     seen: set[str] = set()
-    pending: list[ast.AST] = [node for node in file.tree.body if not isinstance(node, ast.FunctionDef)]
+    pending: list[ast.AST] = []
+    for statement in file.tree.body:
+        is_function = isinstance(statement, ast.FunctionDef)
+        pending += parts_in_same_scope(statement) if is_function else [statement]
     pending += [file.functions[function]] if function in file.functions else []
     while pending:
         for node in ast.walk(pending.pop()):

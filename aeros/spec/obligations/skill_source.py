@@ -14,6 +14,7 @@ import unicodedata
 import warnings
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Final
 
 from aeros.spec.diagnostics.characters import find_hidden
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
@@ -22,6 +23,9 @@ from aeros.spec.text.files import hidden_character_error, hidden_path_error
 
 _COOKIE = re.compile(rb"^[ \t\f]*#.*?coding[:=]")  # PEP 263, looked for in the first two lines
 
+
+MAX_DEPTH: Final = 100
+"""Limit on the depth of a syntax tree, so that functions that call themselves can read it."""
 
 Located = ast.expr | ast.stmt | ast.excepthandler | ast.pattern | ast.arg | ast.keyword | ast.alias
 """Nodes of a syntax tree that have a place in the file."""
@@ -57,6 +61,7 @@ class SkillFile:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # Python's advice on style is not ours to pass on
                 self.tree = ast.parse(self.source.text)
+                _require_flat(self.tree)
                 compile(self.tree, path, "exec", dont_inherit=True)  # finds what the parser leaves
                 _require_ascii_names(self.source)
         except (SyntaxError, ValueError, RecursionError, MemoryError, tokenize.TokenError) as error:
@@ -89,6 +94,17 @@ def _nodes_in_order(tree: ast.Module) -> Iterator[ast.AST]:
         node = pending.pop()
         yield node
         pending.extend(reversed(list(ast.iter_child_nodes(node))))
+
+
+def _require_flat(tree: ast.Module) -> None:
+    layer, depth = list[ast.AST]([tree]), 0
+    while layer:
+        if depth == MAX_DEPTH:
+            place = next((one for one in layer if isinstance(one, Located)), None)
+            where = "" if place is None else f"line {place.lineno}: "
+            raise UnreadableCodeError(f"{where}it is nested more than {MAX_DEPTH} deep")
+        layer = [child for one in layer for child in ast.iter_child_nodes(one)]
+        depth += 1
 
 
 def _column(line: str, byte: int) -> int:

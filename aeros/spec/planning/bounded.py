@@ -7,8 +7,9 @@ found is simulated in the domain before it is returned.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
+from aeros.spec.backends.solver_process import SolverSession
 from aeros.spec.backends.solver_results import SatResult
 from aeros.spec.closed_loop.invocation import State
 from aeros.spec.diagnostics.errors import InternalError
@@ -24,9 +25,6 @@ from aeros.spec.planning.domain import (
     literal_term,
 )
 from aeros.spec.planning.search_result import AvoidSet, PlanPath, PlanUndecidedError
-
-if TYPE_CHECKING:
-    from aeros.spec.backends.z3_solver import IncrementalSolver
 
 MAX_PLAN_LENGTH: Final = 40
 """Maximum length of a plan, steps."""
@@ -64,9 +62,6 @@ class _Encoding:
     """Encoding of the first steps of all plans from a start, as assumptions of one solver session."""
 
     def __init__(self, domain: PlanningDomain, start: State) -> None:
-        # Importing z3 takes 80 ms, which small domains do not need.
-        from aeros.spec.backends.z3_solver import IncrementalSolver
-
         self._domain = domain
         self._start = start
         self._edges = list(_edges(domain))
@@ -75,7 +70,7 @@ class _Encoding:
             t.Variable(f"step {at}", EnumType("edge", members), t.VariableRole.STATE)
             for at in range(MAX_PLAN_LENGTH + 1)
         ]
-        self._session: IncrementalSolver = IncrementalSolver(self._all_variables(), {})
+        self._session = SolverSession(tuple(self._all_variables()))
         for name, value in zip(domain.names, start, strict=True):
             if value is None:
                 self._session.assume(t.Not(self._is_known(name, 0)))

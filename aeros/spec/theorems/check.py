@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
+from aeros.spec.backends.solver_process import SOLVER_PROCESS
 from aeros.spec.backends.solver_results import SatResult, ScriptAnswer, SecondSolver
 from aeros.spec.diagnostics.errors import DisagreementError, InternalError
 from aeros.spec.obligations.verdicts import Verdict
@@ -14,6 +15,9 @@ from aeros.spec.theorems.theorem import Theorem, TheoremObligation
 
 RLIMIT = 20_000_000
 """z3 resource units for one question; no theorem needs a tenth."""
+
+_QUESTION_SECONDS = 60.0
+"""Time limit of one question, s; no question of a theorem takes longer than a second."""
 
 
 @dataclass(frozen=True)
@@ -149,10 +153,7 @@ _PREMISE_VERDICTS: Mapping[SatResult, Verdict] = {
 
 
 def _solve_with_z3(script: str) -> ScriptAnswer:
-    # Importing z3 takes 80 ms, which a check with another solver does not need.
-    from aeros.spec.backends.z3_solver import solve_script
-
-    return solve_script(script, RLIMIT)
+    return SOLVER_PROCESS.solve_script(script, RLIMIT, _QUESTION_SECONDS)
 
 
 def _witness(name: str, obligation: TheoremObligation) -> Counterexample:

@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from aeros.spec.backends.oracle import Oracle
-from aeros.spec.backends.resource_limit import QUESTION_SECONDS
+from aeros.spec.backends.resource_limit import MAX_TIMEOUTS, QUESTION_SECONDS
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, Fix, Severity, SpanLabel
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.elaborate.load import elaborate_source, load_ecm
@@ -170,7 +170,10 @@ def _init_worker(source: Source, blocks: Sequence[OperatorOverride], rlimit: int
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent process gets the signal and stops the others
     site = elaborate_source(source, Diagnostics())
     if site is not None:
-        _WORKER_STATE["site"] = (site.with_overrides(blocks), Oracle(rlimit, seconds=seconds))
+        _WORKER_STATE["site"] = (
+            site.with_overrides(blocks),
+            Oracle(rlimit, seconds=seconds, max_timeouts=MAX_TIMEOUTS),
+        )
     # Proofs make almost no reference cycles, and this process ends with the run: garbage collection would
     # take some hundredths of its time and free almost nothing.
     gc.disable()

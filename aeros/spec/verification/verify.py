@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from aeros.spec.backends.answer_store import AnswerStore
-from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT, QUESTION_SECONDS
+from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT, MAX_TIMEOUTS, QUESTION_SECONDS
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.errors import InternalError, MisuseError, UserError
 from aeros.spec.diagnostics.source import Source
@@ -174,7 +174,13 @@ class _LazyProver:
     def _oracle(self) -> Oracle:
         from aeros.spec.backends.oracle import Oracle
 
-        return Oracle(self._rlimit, self._store, recording=self._second is not None, seconds=self._seconds)
+        return Oracle(
+            self._rlimit,
+            self._store,
+            recording=self._second is not None,
+            seconds=self._seconds,
+            max_timeouts=MAX_TIMEOUTS,
+        )
 
     @cached_property
     def _site(self) -> Site:

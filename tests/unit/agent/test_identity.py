@@ -14,7 +14,7 @@ from uuid import UUID
 import pytest
 
 from aeros.agent.errors import AgentError
-from aeros.agent.identity import Identity, acquire_identity, lock_folder
+from aeros.agent.identity import Identity, acquire_identity, earlier_sessions, lock_folder
 
 HOLD = """
 import sys, time
@@ -50,6 +50,8 @@ def test_the_identity_persists_and_counts_its_sessions(tmp_path: Path) -> None:
         assert (second.id, second.name, second.created) == (first.id, "chef", first.created)
     assert isinstance(first.id, UUID)
     assert (first.sessions, second.sessions) == (1, 2)
+    assert earlier_sessions(tmp_path / "state") == 2
+    assert earlier_sessions(tmp_path / "another") == 0
 
 
 def test_a_second_agent_in_another_process_is_refused_with_who_holds_it(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import io
 import json
 import shutil
@@ -11,12 +12,12 @@ from pathlib import Path
 
 import pytest
 
-from aeros.cli.main import main
+from aeros.cli.main import _COMMANDS, _parser, main
 from aeros.exit_codes import Exit
 from aeros.spec.diagnostics.characters import is_hidden
 
 REPOSITORY = Path(__file__).parents[3]
-ESCAPES = r"\x1b[2J\x1b]0;title\x07\rclean_table.clean_table: goal reached\x9b1m\u202e\u2066\u200b"
+ESCAPES = r"\x1b[2J\x1b]0;title\x07\nforged: goal reached\rclean_table: goal reached\x9b1m\u202e\u2066\u200b"
 ASKING = f'''
     yield act("look", camera="{ESCAPES}")
 '''
@@ -81,6 +82,11 @@ COMMANDS = [
 ]
 
 
+def forged(text: str) -> bool:
+    """Tell if a line of `HOSTILE` stands where a message of AEROS would begin."""
+    return any(line.startswith("forged") for line in text.split("\n"))
+
+
 def hidden(text: str) -> Iterator[str]:
     return (one for one in text if one not in "\n\t" and is_hidden(one))
 
@@ -93,6 +99,7 @@ def test_no_command_writes_a_hidden_character(
     assert "\\x1b[2J" in shown.out
     assert not list(hidden(shown.out + shown.err))
     assert "goal       reached" not in shown.out.splitlines()  # no line of its own
+    assert not forged(shown.out + shown.err)
     names = {"out": f"{folder}/out", "state": f"{folder}/state", "ecms": f"{folder}/ecms", "hostile": HOSTILE}
     seen = 0
     for command in COMMANDS:
@@ -104,6 +111,7 @@ def test_no_command_writes_a_hidden_character(
         assert "Traceback" not in text, command
         assert "this is a bug in aeros" not in text, command
         assert not list(hidden(text)), command
+        assert not forged(text), command
         seen += "1b[2J" in text
     assert seen >= 12
     assert not list(hidden((folder / "out" / "report.html").read_text(encoding="utf-8")))
@@ -129,3 +137,58 @@ def test_a_request_with_hostile_text_is_denied_in_plain_text(
         )
         shown = capfd.readouterr()
         assert not list(hidden(shown.out + shown.err))
+
+
+def commands() -> Iterator[tuple[list[str], argparse.ArgumentParser]]:
+    """Yield every command and subcommand with its parser."""
+    for name in _COMMANDS:
+        parser = subparsers(_parser([name]))[name]
+        inner = subparsers(parser)
+        yield from (([name, word], one) for word, one in inner.items()) if inner else [([name], parser)]
+
+
+def subparsers(parser: argparse.ArgumentParser) -> dict[str, argparse.ArgumentParser]:
+    found = [one for one in parser._actions if isinstance(one, argparse._SubParsersAction)]
+    return dict(found[0].choices) if found else {}
+
+
+def command_line(
+    words: list[str], parser: argparse.ArgumentParser, hostile: argparse.Action, given: dict[str, str]
+) -> list[str]:
+    """Return a command whose every needed argument is harmless but one."""
+    line = list(words)
+    for one in parser._actions:
+        value = HOSTILE if one is hostile else given.get(one.dest, next(iter(one.choices or ["x"])))
+        if one.option_strings:
+            if one is hostile or one.required or one.dest in given:
+                line += [f"{one.option_strings[-1]}={value}"]
+        elif one is hostile or one.nargs not in ("?", "*"):
+            line += [value]
+    return line
+
+
+def test_no_argument_of_any_command_is_written_as_it_is(
+    folder: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("time.sleep", lambda _: None)
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO()))
+    (tmp_path / "ecms").mkdir()
+    given = dict.fromkeys(("module", "old", "new", "ecm", "paths"), f"{folder}/ecms/clean_table")
+    given |= {"ecms": "ecms", "skill": "wipe"}
+    tried, shown = 0, 0
+    for words, parser in commands():
+        for hostile in parser._actions:
+            if hostile.nargs == 0 or hostile.dest == argparse.SUPPRESS:
+                continue
+            line = command_line(words, parser, hostile, given)
+            with suppress(SystemExit):
+                assert main(line) != Exit.INTERNAL_ERROR, line
+            said = capfd.readouterr()
+            text = said.out + said.err
+            assert "Traceback" not in text, line
+            assert not list(hidden(text)), line
+            assert not forged(text), line
+            tried, shown = tried + 1, shown + ("goal reached" in text)
+    assert tried >= 180
+    assert shown >= 60

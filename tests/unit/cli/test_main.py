@@ -134,6 +134,18 @@ def test_what_the_system_does_not_let_us_is_no_bug(
     assert capsys.readouterr().err == f"aeros: {message}\n"
 
 
+def test_streams_that_are_closed_are_no_bug() -> None:
+    script = (
+        "import os; [os.close(one) for one in (0, 1, 2)]; "
+        "import sys; sys.stdin = sys.stdout = sys.stderr = None; "  # as Python finds it
+        "from aeros.cli.main import main; "
+        "code = main(['explain', 'AE509']); file = os.open(os.devnull, os.O_RDONLY); "
+        "os._exit(10 * code + file)"
+    )
+    done = subprocess.run([sys.executable, "-c", script], check=False)
+    assert 3 <= done.returncode < 10  # success, and no file has the number of a standard stream
+
+
 def test_an_interrupt_is_reported(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -14,6 +14,8 @@ from aeros.cli.terminal import (
     SafeStream,
     escape_for_terminal,
     print_coloured,
+    print_diagnostics,
+    print_line,
     safe_streams,
     show_progress,
     write_control,
@@ -69,3 +71,16 @@ def test_progress_stays_on_its_line(capsys: pytest.CaptureFixture[str]) -> None:
         show_progress("half\n\x1b[2J")
         show_progress("done", is_last=True)
     assert capsys.readouterr().err == "\r\x1b[Khalf \\u001b[2J\r\r\x1b[Kdone\n"
+
+
+def test_a_message_has_one_line_of_its_own(capsys: pytest.CaptureFixture[str]) -> None:
+    with safe_streams():
+        print("aeros: `a\nforged\n\nforged`", file=sys.stderr)
+        print("\naeros: after an empty line\n", file=sys.stderr)
+        print_diagnostics("error: one\n  |\n\nhelp: two")
+        print("a\nb")
+        print_line("a\nb")
+    shown = capsys.readouterr()
+    said = "aeros: `a\n  forged\n\n  forged`\n\naeros: after an empty line\n\nerror: one\n  |\n\nhelp: two\n"
+    assert shown.err == said
+    assert shown.out == "a\nb\na\\nb\n"

@@ -78,3 +78,31 @@ def test_every_listener_hears_the_same_and_all_is_closed_in_order(
     report = verify_log(tmp_path / "audit.jsonl")
     assert report.is_sound
     assert '"event":"isolation"' in (tmp_path / "audit.jsonl").read_text()
+
+
+def test_a_memory_that_is_gone_is_told(configuration: Configuration, tmp_path: Path) -> None:
+    said: list[str] = []
+    state = tmp_path / "state"
+    for number in range(4):
+        setup = SessionSetup(
+            configuration=configuration,
+            open_plant=lambda _: open_plant(
+                "symbolic", configuration, configuration.modules["clean_table"].tasks["clean_table"], 0
+            ),
+            out=tmp_path / str(number),
+            state=state,
+            warn=said.append,
+        )
+        setup.out.mkdir()
+        with (
+            open_recorded_plant(setup) as recorded,
+            open_agent(setup, recorded, FixedGovernor(configuration)),
+        ):
+            pass
+        if number != 1:
+            (state / "memory.sqlite3").unlink()
+    assert said == [
+        f"the agent's memory {state}/memory.sqlite3 is gone, with what it learned in its earlier {lost}: "
+        "a new one begins"
+        for lost in ("session", "3 sessions")
+    ]

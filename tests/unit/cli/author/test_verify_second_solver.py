@@ -12,8 +12,8 @@ from aeros.cli.main import main
 from aeros.exit_codes import Exit
 from aeros.spec.backends import cvc5_solver
 from aeros.spec.backends.cvc5_solver import Cvc5
+from aeros.spec.backends.solver_process import SolverProcess
 from aeros.spec.backends.solver_results import SatResult, SolverAnswer
-from aeros.spec.backends.z3_solver import IncrementalSolver
 from aeros.spec.verification.certificate import LOCK
 
 CORPUS = Path(__file__).parents[3] / "corpus"
@@ -72,7 +72,7 @@ def test_kept_answers_are_examined_too(
     lock = (module / LOCK).read_bytes()
 
     _lies_of(monkeypatch, SatResult.SAT)
-    monkeypatch.setattr(IncrementalSolver, "check_sat", None)  # Z3 is not asked again
+    monkeypatch.setattr(SolverProcess, "check_sat", None)  # Z3 is not asked again
     assert verify(module) == Exit.INTERNAL_ERROR
     assert f"about policy/wait/satisfiable ({SITE}):" in capsys.readouterr().err
     assert (module / LOCK).read_bytes() == lock

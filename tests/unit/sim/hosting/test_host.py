@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -22,7 +23,7 @@ from aeros.sim.hosting.remote import RemotePlant
 from aeros.sim.hosting.wire import ConnectionLostError
 from aeros.sim.kinematic.plant import make_plant
 from aeros.skill import act
-from tests.unit.sim.hosting.hosted import Hosting
+from tests.unit.sim.hosting.hosted import Hosting, once_it_listens
 
 REACH = act("move_tool", target=(0.5, -0.35, 0.25), yaw=0.5, speed=0.5)
 
@@ -112,6 +113,30 @@ def test_between_two_actions_an_agent_may_think() -> None:
     time.sleep(0.3)
     assert plant.now() == before
     plant.shut_down_host()
+
+
+def test_an_agent_that_hangs_without_a_watchdog_is_given_up_and_the_host_ends(tmp_path: Path) -> None:
+    events: list[Mapping[str, Any]] = []
+    watched = [True, True, False]
+    host = PlantHost(FakePlant(), events.append, 5.0, 0.05, lambda: watched.pop(0))
+    serving = threading.Thread(target=host.serve, args=(tmp_path / "plant",))
+    serving.start()
+    plant = once_it_listens(lambda: RemotePlant(tmp_path / "plant"))
+    serving.join(20.0)
+    assert not serving.is_alive()
+    assert watched == []
+    whys = [one["why"] for one in events if one["event"] == "agent-disconnected"]
+    assert whys == ["the agent was silent for 0.05 s, and no watchdog is left to end it"]
+    plant.close()
+
+
+def test_a_host_is_watched_as_long_as_the_process_that_started_it_lives(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    host = PlantHost(FakePlant(), lambda _: None)
+    assert host._is_watched()
+    monkeypatch.setattr(os, "getppid", lambda: 1)
+    assert not host._is_watched()
 
 
 def test_a_malformed_message_ends_the_connection_and_not_the_plant() -> None:

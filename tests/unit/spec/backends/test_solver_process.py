@@ -6,24 +6,19 @@ import os
 import signal
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from fractions import Fraction
 
 import pytest
 
-from aeros.spec.backends.solver_process import SolverProcess
-from aeros.spec.backends.solver_results import SatResult
+from aeros.spec.backends.solver_process import SOLVER_PROCESS, NoAnswerError, SolverProcess, SolverSession
+from aeros.spec.backends.solver_results import SatResult, SolverAnswer
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import RealType
 from aeros.spec.expr.units import NUMBER
 
 X, Y = (t.Variable(name, RealType(NUMBER), t.VariableRole.STATE) for name in "xy")
 RANGES = {name: (Fraction(-9), Fraction(9)) for name in "xy"}
-START = (
-    "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
-    "from aeros.spec.backends.solver_process import *; "
-)
-DEAF = START + "answer_questions(lambda *_: 10 ** 10 ** 8)"  # one call of C, which no handler interrupts
-CRASHING = START + "import os; answer_questions(lambda *_: os._exit(7))"
 SILENT = "import sys; sys.exit(3)"
 
 
@@ -57,12 +52,11 @@ def test_questions_are_answered_one_after_the_other_by_one_process(solver: Solve
 def test_a_solver_that_does_not_listen_is_ended_and_the_next_question_is_answered(
     solver: SolverProcess,
 ) -> None:
-    deaf = SolverProcess(DEAF)
     started = time.monotonic()
-    found = deaf.check_sat([X], RANGES, [], 1, 0.1)
-    assert (found.result, found.reason) == (SatResult.UNKNOWN, "no answer within 0.1 s")
+    with pytest.raises(NoAnswerError, match=r"^no answer within 0\.1 s$"):
+        solver.ask(pow, 7, 10**9, seconds=0.1)  # one call of C, which no handler interrupts
     assert time.monotonic() - started < 20
-    assert deaf._process is None
+    assert solver._process is None
     assert ask(solver, 80) is SatResult.SAT
 
 
@@ -74,10 +68,58 @@ def test_a_process_that_was_killed_is_started_anew(solver: SolverProcess) -> Non
     assert ask(solver, 81) is SatResult.UNSAT
 
 
-@pytest.mark.parametrize(
-    ("program", "reason"),
-    [(CRASHING, "the solver's process has ended (7)"), (SILENT, "the solver does not start")],
-)
-def test_a_process_that_ends_by_itself_leaves_the_question_undecided(program: str, reason: str) -> None:
-    found = SolverProcess(program).check_sat([X], RANGES, [], 1, 5.0)
-    assert (found.result, found.reason) == (SatResult.UNKNOWN, reason)
+def test_a_solver_that_ends_by_itself_leaves_the_question_undecided(solver: SolverProcess) -> None:
+    with pytest.raises(NoAnswerError, match=r"^the solver's process has ended \(7\)$"):
+        solver.ask(os._exit, 7, seconds=5.0)
+    found = SolverProcess(SILENT).check_sat([X], RANGES, [], 1, 5.0)
+    assert (found.result, found.reason) == (SatResult.UNKNOWN, "the solver does not start")
+
+
+def test_a_solver_that_takes_all_memory_leaves_the_question_undecided(solver: SolverProcess) -> None:
+    with pytest.raises(NoAnswerError, match=r"^the solver gave up: MemoryError$"):
+        solver.ask(bytes, 5 << 30, seconds=5.0)
+    assert ask(solver, 80) is SatResult.SAT
+
+
+def test_a_question_that_is_nested_too_deeply_is_undecided(solver: SolverProcess) -> None:
+    term: t.Term = product_above(80)
+    for _ in range(100_000):
+        term = t.Not(term)
+    found = solver.check_sat([X, Y], RANGES, [term], 1_000_000, 5.0)
+    assert (found.result, found.reason) == (SatResult.UNKNOWN, "the question is nested too deeply")
+
+
+def test_a_child_of_a_fork_asks_a_process_of_its_own(solver: SolverProcess) -> None:
+    assert ask(solver, 80) is SatResult.SAT
+    child = os.fork()
+    if child == 0:
+        with suppress(BaseException):
+            os._exit(0 if ask(solver, 81) is SatResult.UNSAT else 1)
+        os._exit(2)
+    assert os.waitpid(child, 0)[1] == 0
+    assert ask(solver, 81) is SatResult.UNSAT
+
+
+def test_a_session_goes_on_with_its_assumptions_also_in_a_new_process() -> None:
+    session = SolverSession([X, Y])
+    session.assume(product_above(80))
+    negative = t.Compare("<", X, t.Literal(Fraction(0), RealType(NUMBER)))
+    assert session.check_sat(negative).result is SatResult.SAT
+    session.assume(t.Not(negative))
+    assert session.check_sat(negative).result is SatResult.UNSAT
+    assert session.check_sat(t.TRUE).result is SatResult.SAT
+    SOLVER_PROCESS._end()
+    assert session.check_sat(negative).result is SatResult.UNSAT
+    other = SolverSession([X])
+    assert other.check_sat(negative).result is SatResult.SAT
+    assert session.check_sat(negative).result is SatResult.UNSAT
+
+
+def test_a_question_of_a_session_has_a_time_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    def late(*_: object, seconds: float) -> SolverAnswer:
+        raise NoAnswerError(f"no answer within {seconds:g} s")
+
+    monkeypatch.setattr(SolverProcess, "ask", late)
+    found = SolverSession([X], seconds=2.5).check_sat(t.TRUE)
+    assert (found.result, found.reason) == (SatResult.UNKNOWN, "no answer within 2.5 s")
+    assert SOLVER_PROCESS.solve_script("(check-sat)", 1, 2.5).reason == "no answer within 2.5 s"

@@ -9,6 +9,7 @@ from fractions import Fraction
 from hypothesis import given
 from hypothesis import strategies as st
 
+from aeros.spec.backends.oracle import Oracle
 from aeros.spec.diagnostics.codes import SpanLabel
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.difference.policy_change import Relation
@@ -78,7 +79,7 @@ def test_the_relation_of_two_sets_is_that_of_enumeration(
     other_range: tuple[Fraction, Fraction],
 ) -> None:
     before, after = _side(one, one_range), _side(other, other_range)
-    found = compare_sets("test", "a test", before, after, LIMIT)
+    found = compare_sets("test", "a test", before, after, Oracle(LIMIT))
     old, new = set(_members(before)), set(_members(after))
     assert ("newly allowed" in found.witnesses, "newly denied" in found.witnesses) == (
         bool(new - old),
@@ -120,7 +121,7 @@ def _set(
 
 
 def _compared(old: ComparedSet, new: ComparedSet) -> tuple[str, list[str]]:
-    found = compare_sets("x", "a `grip`", old, new, LIMIT)
+    found = compare_sets("x", "a `grip`", old, new, Oracle(LIMIT))
     return found.relation.value, [one.headline for one in found.diagnostics]
 
 
@@ -198,7 +199,7 @@ def test_a_difference_is_shown_at_the_conditions_that_changed_with_the_values_th
     kept = _below(_DISTANCE, 3)
     old = _set(_FORCE, _DISTANCE, conditions=(kept, _below(_FORCE, 1)))
     new = _set(_FORCE, _DISTANCE, conditions=(kept, _below(_FORCE, 2, _NEW)), source=_NEW)
-    (diagnostic,) = compare_sets("x", "a `grip`", old, new, LIMIT).diagnostics
+    (diagnostic,) = compare_sets("x", "a `grip`", old, new, Oracle(LIMIT)).diagnostics
     assert diagnostic.primary == SpanLabel(_NEW.span(2, 3), "new")
     assert diagnostic.secondary == (SpanLabel(_OLD.span(1, 2), "old"),)
     first, second = diagnostic.notes
@@ -210,7 +211,7 @@ def test_a_difference_is_shown_at_the_conditions_that_changed_with_the_values_th
 
 def test_a_side_whose_conditions_are_all_kept_is_shown_as_a_whole() -> None:
     old, new = _set(_FORCE), _set(_FORCE, conditions=(_below(_FORCE, 2, _NEW),), source=_NEW)
-    (diagnostic,) = compare_sets("x", "a `grip`", old, new, LIMIT).diagnostics
+    (diagnostic,) = compare_sets("x", "a `grip`", old, new, Oracle(LIMIT)).diagnostics
     assert diagnostic.secondary == (SpanLabel(_OLD.span(9, 10), "old"),)
     assert len(diagnostic.notes) == 1
 
@@ -231,7 +232,7 @@ def test_a_question_beyond_the_budget_is_undecided() -> None:
         _set(_one("x", _NUMBERS, _ROLES.PARAMETER, (0, 9))),
         _set(_one("x", _NUMBERS, _ROLES.PARAMETER, (0, 9)), conditions=(hard,)),
     )
-    found = compare_sets("x", "a `grip`", *sides, 1)
+    found = compare_sets("x", "a `grip`", *sides, Oracle(1))
     assert found.relation is Relation.UNDECIDED
     assert [one.headline for one in found.diagnostics] == ["undecided: the solver could not compare a `grip`"]
     assert found.diagnostics[0].notes[0].startswith("the solver said: ")

@@ -40,6 +40,17 @@ def test_every_fault_of_a_module_is_reported_at_once(tmp_path: Path) -> None:
     ]
 
 
+@pytest.mark.parametrize("version", ["9" * 5000 + ".0", "1.0.0+" + "a" * 200, '"1.0.0\\n"', '" 1.0.0"'])
+def test_a_version_is_one_short_line(tmp_path: Path, version: str) -> None:
+    messages = messages_of_module(tmp_path, ("version: 1.0.0", f"version: {version}"))
+    assert [line.partition(":")[0] for line in messages] == ["error[AE125] malformed-version"]
+
+
+def test_a_range_of_versions_has_numbers_that_python_reads(tmp_path: Path) -> None:
+    messages = messages_of_module(tmp_path, ('aeros: ">=0.1"', f'aeros: ">=0.1,<{"1" * 5000}"'))
+    assert [line.partition(":")[0] for line in messages] == ["error[AE125] malformed-version"]
+
+
 def test_a_capability_is_provided_by_skills_of_the_module(tmp_path: Path) -> None:
     (message,) = messages_of_module(tmp_path, ("provided_by: [tidy]", "provided_by: []"))
     assert message == "error[AE112] wrong-length: a capability is provided by at least one skill"
