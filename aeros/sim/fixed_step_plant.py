@@ -24,6 +24,7 @@ from aeros.runtime.ports import (
     Reading,
     Readings,
     Trajectory,
+    announce_stop,
 )
 from aeros.sim.clock import TICK
 from aeros.sim.robot.errors import ActionRejectedError, BlockedError
@@ -166,6 +167,7 @@ class FixedStepPlant(ABC):
         except BlockedError as obstacle:
             if not any(running.is_commanded for running in self._running_motions()):
                 monitor(self.now(), self._monitor_values())  # of the tick in which it was noticed
+            announce_stop(monitor, str(obstacle), self.now())
             return self._end_all(str(obstacle), monitor)
         return self._end_all(f"monitor:{rule}", monitor)
 

@@ -204,7 +204,7 @@ class Executor:
             if until == inf:
                 raise MisuseError("no step was started, so none can end")
             with self._clean_up.on_error:
-                self._plant.advance(self._scheduler.monitor_tick, until)
+                self._plant.advance(self._scheduler.tick_monitor, until)
             return None
         return self._table.next_ended() if self._scheduler.run_until_one_ends(until) else None
 

@@ -25,7 +25,7 @@ from aeros.runtime.execution.step import (
 )
 from aeros.runtime.gate.causes import stop_cause
 from aeros.runtime.gate.transient import is_transient_denial
-from aeros.runtime.ports import MotionCompletion, StepHandle, StepStatus
+from aeros.runtime.ports import MotionCompletion, MotionHandle, StepHandle, StepStatus
 from aeros.runtime.records.records import caller_details, format_reasons
 from aeros.runtime.skills.in_process_run import SkillRunResult
 from aeros.skill import Action
@@ -171,13 +171,80 @@ class StepControl:
         return None
 
 
+class TickMonitor:
+    """The monitor of the active motions, as the plant calls it (`ports.Monitor`).
+
+    It halts steps that are revoked or lost their condition, and stops everything for the operator.
+    """
+
+    def __init__(self, context: ExecutionContext, clean_up: CleanUp) -> None:
+        self._steps = context.table.steps
+        self._hold_conditions = context.table.hold_conditions
+        self._plant = context.plant
+        self._pipeline = context.pipeline
+        self._governor = context.governor
+        self._followed = context.followed
+        self._clean_up = clean_up
+
+    def __call__(self, now: float, measured: Mapping[str, Any]) -> str | None:
+        """Monitor the active motions at a control tick.
+
+        Args:
+            now: plant seconds.
+            measured: values measured at this tick, as `ports.Monitor` defines them.
+
+        Returns:
+            The violated rule, upon which the plant makes a protective stop; None if no rule is violated.
+        """
+        monitors = self._pipeline.monitors
+        if self._governor.command is _STOP:
+            if monitors.stops.stop is None:
+                monitors.begin_stop(HALTED.reason, now)
+            monitors.stops.add(measured)
+            return HALTED.reason
+        if monitors.stops.stop is not None:
+            return monitors(now, measured)  # every motion ends already
+        if self._governor.generation != self._followed.generation:
+            for handle, step in self._steps.items():
+                objection = self._revocation_reason(step)
+                if objection is not None:
+                    self._clean_up.halt_step(
+                        handle, SkillRunResult(StepStatus.STOPPED, f"revoked: {objection}")
+                    )
+        for handle, hold in self._hold_conditions.items():
+            step = self._steps[handle]
+            if step.active_motion is not None and step.result is None:
+                ending = ending_unheld(hold.violation_at_tick(measured, now, self._plant.observe))
+                if ending is not None:
+                    self._clean_up.halt_step(handle, ending)
+        return monitors(now, measured)
+
+    def begin_stop(self, reason: str, now: float) -> None:
+        """Record that the plant begins to stop the robot by itself; see `ports.announce_stop`.
+
+        Args:
+            reason: the plant's reason.
+            now: plant seconds.
+        """
+        monitors = self._pipeline.monitors
+        if monitors.stops.stop is None:
+            monitors.begin_stop(reason, now)
+            monitors.stops.add(self._plant.observe())
+
+    def _revocation_reason(self, step: ActiveStep) -> str | None:
+        """Return why the step's active motion may not go on, or None."""
+        if step.active_motion is None:
+            return None
+        caller, kind = step.caller, step.active_motion.active_action.action.kind
+        return self._governor.revocation_reason(caller.module, caller.skill, kind)
+
+
 class Scheduler:
     """Scheduler of steps: begins them, lets due skills act, and advances time while any motion is active."""
 
     def __init__(self, context: ExecutionContext, clean_up: CleanUp, control: StepControl) -> None:
         self._table = context.table
         self._steps = context.table.steps
-        self._hold_conditions = context.table.hold_conditions
         self._plant = context.plant
         self._audit = context.audit
         self._resources = context.resources
@@ -186,6 +253,7 @@ class Scheduler:
         self._followed = context.followed
         self._clean_up = clean_up
         self._control = control
+        self.tick_monitor = TickMonitor(context, clean_up)
 
     def enqueue(self, step: ActiveStep) -> StepHandle:
         """Start a step; it begins once the resources it needs are free.
@@ -237,39 +305,6 @@ class Scheduler:
                     return False
         return True
 
-    def monitor_tick(self, now: float, measured: Mapping[str, Any]) -> str | None:
-        """Monitor the active motions at a control tick; halt steps that are revoked or lost their condition.
-
-        Args:
-            now: plant seconds.
-            measured: values measured at this tick, as `ports.Monitor` defines them.
-
-        Returns:
-            The violated rule, upon which the plant makes a protective stop; None if no rule is violated.
-        """
-        monitors = self._pipeline.monitors
-        if self._governor.command is _STOP:
-            if monitors.stops.stop is None:
-                monitors.begin_stop(HALTED.reason, now)
-            monitors.stops.add(measured)
-            return HALTED.reason
-        if monitors.stops.stop is not None:
-            return monitors(now, measured)  # every motion ends already
-        if self._governor.generation != self._followed.generation:
-            for handle, step in self._steps.items():
-                objection = self._revocation_reason(step)
-                if objection is not None:
-                    self._clean_up.halt_step(
-                        handle, SkillRunResult(StepStatus.STOPPED, f"revoked: {objection}")
-                    )
-        for handle, hold in self._hold_conditions.items():
-            step = self._steps[handle]
-            if step.active_motion is not None and step.result is None:
-                ending = ending_unheld(hold.violation_at_tick(measured, now, self._plant.observe))
-                if ending is not None:
-                    self._clean_up.halt_step(handle, ending)
-        return monitors(now, measured)
-
     def _run_once(self, until: float) -> bool:
         """Do what `run_until` does, without clean-up on errors."""
         self._begin_ready_steps()
@@ -311,7 +346,8 @@ class Scheduler:
         """
         moving = {handle: step for handle, step in self._steps.items() if step.active_motion is not None}
         latest = min([until, *(step.deadline for step in moving.values() if step.result is None)])
-        ended = self._plant.advance(self.monitor_tick, latest)
+        ended = self._plant.advance(self.tick_monitor, latest)
+        self._note_unannounced_stop(moving, ended)
         is_stopped = self._pipeline.monitors.stops.are_open
         if is_stopped:
             self._clean_up.record_stop()
@@ -336,6 +372,16 @@ class Scheduler:
                 self._clean_up.halt_step(handle, SkillRunResult(StepStatus.TIMED_OUT, reason))
         return latest == until
 
+    def _note_unannounced_stop(
+        self, moving: Mapping[StepHandle, ActiveStep], ended: Mapping[MotionHandle, MotionCompletion]
+    ) -> None:
+        """Begin the record of a stop that the plant made without a word; it is over, so it has one tick."""
+        for step in moving.values():
+            motion = step.active_motion
+            completion = None if motion is None or motion.is_halting else ended.get(motion.handle)
+            if completion is not None and not completion.completed:
+                self.tick_monitor.begin_stop(completion.reason or "", self._plant.now())
+
     def _ending_broken(self, completion: MotionCompletion) -> SkillRunResult:
         """Return how a step ends whose motion broke off; for a violated rule, with the measured values."""
         if self._governor.command is _STOP:
@@ -349,10 +395,3 @@ class Scheduler:
         if violation is None or violation.rule != rule:
             return ending
         return ending._replace(reason=f"{ending.reason}: {violation}")
-
-    def _revocation_reason(self, step: ActiveStep) -> str | None:
-        """Return why the step's active motion may not go on, or None."""
-        if step.active_motion is None:
-            return None
-        caller, kind = step.caller, step.active_motion.active_action.action.kind
-        return self._governor.revocation_reason(caller.module, caller.skill, kind)
