@@ -287,6 +287,9 @@ class Plant(Protocol):
     motion) and does not raise for them, and it stops when `monitor` names a rule. Several actions may be
     under way at a time; the caller makes sure that they share no actuator.
 
+    A plant that does not wait for the monitor, as a robot, has an attribute `runs_in_real_time` that is True.
+    The runtime then counts ticks that come late, and bounds them as the site says.
+
     Example:
         >>> from aeros.sim.kinematic.plant import make_plant
         >>> plant: aeros.Plant = make_plant("bare", 0)

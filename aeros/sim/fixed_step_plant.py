@@ -39,7 +39,7 @@ from aeros.sim.robot.motions import (
     plan_stop,
     plan_wait,
 )
-from aeros.sim.robot.robot import BRAKED_PARTS, Robot, RobotState, max_link_speed
+from aeros.sim.robot.robot import BRAKED_PARTS, Robot, RobotState, braking_link_speed
 from aeros.sim.robot.slide import plan_slide
 from aeros.skill import Action
 
@@ -325,7 +325,7 @@ class FixedStepPlant(ABC):
             "joint_torque": state.torque,
             "tool_position": state.tool_position,
             "tool_speed": state.tool_speed,
-            "link_speed": max_link_speed(state.q, state.qd, state.base_velocity),
+            "link_speed": braking_link_speed(state.q, state.qd, state.base_velocity),
             "tracking_error": self._robot.tracking_distance(state),
             "contact_force": self._robot.contact_force(),
             "finger_gap": state.finger_gap,

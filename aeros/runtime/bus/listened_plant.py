@@ -95,6 +95,11 @@ class ListenedPlant:
         self._travelling.difference_update(ended)
         return ended
 
+    @property
+    def runs_in_real_time(self) -> bool:
+        """True if the plant does not wait for the monitor."""
+        return bool(getattr(self._plant, "runs_in_real_time", False))
+
     def halt(self, motion: MotionHandle) -> None:
         """Implements `Plant.halt`."""
         self._plant.halt(motion)

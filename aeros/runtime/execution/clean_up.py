@@ -157,6 +157,8 @@ class CleanUp:
         # A skill's reason may contain surrogates, which files, databases and terminals reject.
         reason = words.encode("utf-8", "backslashreplace").decode()
         outcome = {"time": self._plant.now(), "status": status.value, "reason": reason}
+        if self._pipeline.monitors.stops.late_ticks:
+            outcome["late_ticks"] = self._pipeline.monitors.stops.late_ticks
         event = "step-ended" if step.is_running else "step-refused"
         output_details = {} if outputs is None else {"outputs": dict(outputs)}
         cause_details = {"causes": causes_to_json(causes)} if causes else {}

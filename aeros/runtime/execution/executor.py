@@ -61,7 +61,6 @@ from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.site import Site
 from aeros.spec.verification.certificate import Certificate
 
-
 LOST_AGENT: Final = "the agent was lost; the plant stopped by itself, unseen"
 """Reason of the stop that a resumed session records if steps were under way when the last one broke off."""
 

@@ -25,10 +25,13 @@ from aeros.runtime.execution.step import (
 )
 from aeros.runtime.gate.causes import stop_cause
 from aeros.runtime.gate.transient import is_transient_denial
-from aeros.runtime.ports import MotionCompletion, MotionHandle, StepHandle, StepStatus
+from aeros.runtime.monitor.late_ticks import LATE_TICKS, LateTickCounter
+from aeros.runtime.ports import MotionCompletion, MotionHandle, Plant, StepHandle, StepStatus
 from aeros.runtime.records.records import caller_details, format_reasons
 from aeros.runtime.skills.in_process_run import SkillRunResult
 from aeros.skill import Action
+from aeros.spec.diagnostics.errors import MisuseError
+from aeros.spec.model.site import Site
 
 MAX_ACTIONS: Final = 100
 """Actions that any step may ask for; without a limit, actions that take no time would fill the disk."""
@@ -178,9 +181,11 @@ class TickMonitor:
     """
 
     def __init__(self, context: ExecutionContext, clean_up: CleanUp) -> None:
+        self._table = context.table
         self._steps = context.table.steps
         self._hold_conditions = context.table.hold_conditions
         self._plant = context.plant
+        self._late_ticks = _late_tick_counter(context.plant, context.followed.configuration.site)
         self._pipeline = context.pipeline
         self._governor = context.governor
         self._followed = context.followed
@@ -197,6 +202,10 @@ class TickMonitor:
             The violated rule, upon which the plant makes a protective stop; None if no rule is violated.
         """
         monitors = self._pipeline.monitors
+        if self._late_ticks is not None and self._is_too_late() and monitors.stops.stop is None:
+            monitors.begin_stop(LATE_TICKS, now)
+            monitors.stops.add(measured)
+            return LATE_TICKS
         if self._governor.command is _STOP:
             if monitors.stops.stop is None:
                 monitors.begin_stop(HALTED.reason, now)
@@ -219,6 +228,21 @@ class TickMonitor:
                     self._clean_up.halt_step(handle, ending)
         return monitors(now, measured)
 
+    def restart_if_idle(self) -> None:
+        """Let the time between ticks count from the next motion on, if nothing moves now."""
+        if self._late_ticks is not None and not self._table.is_moving():
+            self._late_ticks.restart()
+
+    def _is_too_late(self) -> bool:
+        """Note a tick; return True if it came later than the site allows."""
+        assert self._late_ticks is not None  # noqa: S101  for the type checker
+        if not self._table.is_moving():
+            self._late_ticks.restart()
+            return False
+        is_too_late = self._late_ticks.tick()
+        self._pipeline.monitors.stops.late_ticks = self._late_ticks.count
+        return is_too_late
+
     def begin_stop(self, reason: str, now: float) -> None:
         """Record that the plant begins to stop the robot by itself; see `ports.announce_stop`.
 
@@ -237,6 +261,22 @@ class TickMonitor:
             return None
         caller, kind = step.caller, step.active_motion.active_action.action.kind
         return self._governor.revocation_reason(caller.module, caller.skill, kind)
+
+
+def _late_tick_counter(plant: Plant, site: Site) -> LateTickCounter | None:
+    """Make the counter for a plant that runs in real time; None for any other.
+
+    Raises:
+        MisuseError: the site has no limits for it.
+    """
+    if not getattr(plant, "runs_in_real_time", False):
+        return None
+    if site.motion is None or site.motion.late_ticks is None:
+        raise MisuseError(
+            f"the plant runs in real time, and the site `{site.id}` does not bound late ticks: "
+            "add `motion.late_ticks`"
+        )
+    return LateTickCounter(site.motion.late_ticks)
 
 
 class Scheduler:
@@ -307,6 +347,7 @@ class Scheduler:
 
     def _run_once(self, until: float) -> bool:
         """Do what `run_until` does, without clean-up on errors."""
+        self.tick_monitor.restart_if_idle()
         self._begin_ready_steps()
         due = next((handle for handle, step in self._steps.items() if step.is_due), None)
         if due is not None and not self._control.actions_are_paused():

@@ -184,6 +184,9 @@ class PlantHost:
         rule: str | None = message["rule"]
         return rule
 
+    def _runs_in_real_time(self, message: Mapping[str, Any]) -> Any:
+        return bool(getattr(self._plant, "runs_in_real_time", False))
+
     def _halt(self, message: Mapping[str, Any]) -> Any:
         self._plant.halt(MotionHandle(message["motion"]))
 
@@ -223,6 +226,7 @@ _HANDLERS: Final[Mapping[str, Callable[[PlantHost, Mapping[str, Any]], Any]]] = 
     "plan": PlantHost._plan,
     "begin": PlantHost._begin,
     "advance": PlantHost._advance,
+    "runs-in-real-time": PlantHost._runs_in_real_time,
     "halt": PlantHost._halt,
     "stop": PlantHost._stop,
     "skill-began": PlantHost._skill_began,

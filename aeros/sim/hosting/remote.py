@@ -109,6 +109,11 @@ class RemotePlant:
             for motion, how in message["is"]
         }
 
+    @property
+    def runs_in_real_time(self) -> bool:
+        """True if the hosted plant does not wait for the monitor."""
+        return bool(self._call("runs-in-real-time"))
+
     def halt(self, motion: MotionHandle) -> None:
         """Implement `Plant.halt`."""
         self._call("halt", motion=motion)

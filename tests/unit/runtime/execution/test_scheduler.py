@@ -5,7 +5,9 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from fractions import Fraction
 from math import nan
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -15,6 +17,7 @@ from aeros.runtime.audit.log import AuditError
 from aeros.runtime.execution import scheduler as module
 from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.gate.decision import Decision, DecisionKind
+from aeros.runtime.monitor.late_ticks import LateTickCounter
 from aeros.runtime.ports import (
     EndedStep,
     MotionCompletion,
@@ -26,10 +29,12 @@ from aeros.runtime.ports import (
     announce_stop,
 )
 from aeros.runtime.skills.in_process_run import InProcessRun, SkillRunResult
+from aeros.sim.fake import FakePlant
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
-from aeros.spec.diagnostics.errors import InternalError
+from aeros.spec.diagnostics.errors import InternalError, MisuseError
+from aeros.spec.model.motion import LateTicks
 from tests.unit.runtime.one_step import DENIAL, MakeBench, watched
-from tests.unit.runtime.together import Cart, MakeCart, Operator, asking, move, roll
+from tests.unit.runtime.together import VALUES, Cart, MakeCart, Operator, asking, move, roll
 
 FINISHED = StepStatus.FINISHED
 
@@ -418,3 +423,46 @@ def test_whatever_cuts_a_motion_short_leaves_one_record_of_the_stop(cart: MakeCa
         "greatest": 0.75 if "says" in name else 0.0,
         "unit": "m",
     }
+
+
+class _RealTime(FakePlant):
+    """A plant that does not wait, whose every tick comes after a time in ms."""
+
+    runs_in_real_time = True
+    gaps: tuple[float, ...] = ()
+    clock = 0.0
+
+    def advance(self, monitor: Any, until: float) -> Any:
+        def late(now: float, values: Any) -> Any:
+            gap, *rest = self.gaps or (0.0,)
+            self.gaps, self.clock = tuple(rest), self.clock + gap / 1000.0
+            return monitor(now, values)
+
+        return super().advance(late, until)
+
+
+@pytest.mark.parametrize(
+    ("gaps", "status", "count"),
+    [((1, 1, 1, 1), StepStatus.FINISHED, 0), ((1, 9, 1), FINISHED, 1), ((1, 30, 1), StepStatus.STOPPED, 1)],
+)
+def test_late_ticks_of_a_plant_in_real_time_are_counted_and_stop_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, gaps: tuple[float, ...], status: StepStatus, count: int
+) -> None:
+    plant = _RealTime(VALUES)
+    plant.gaps, plant.during = gaps, [{}] * len(gaps)
+    monkeypatch.setattr("aeros.runtime.monitor.late_ticks.time.monotonic", lambda: plant.clock)
+    limits = LateTicks(Fraction(5, 1000), 2, Fraction(20, 1000))
+    monkeypatch.setattr(module, "_late_tick_counter", lambda plant, site: LateTickCounter(limits))
+    one = Cart(tmp_path / "log", {"reach": asking(move())}, plant=plant)
+    one.start("reach")
+    (result,) = one.ends(1).values()
+    assert result.status is status
+    (ended,) = one.records("step-ended")
+    assert ended.get("late_ticks", 0) == count
+    stops = [(stop["reason"], stop["late_ticks"]) for stop in one.records("stopped")]
+    assert stops == ([("late-ticks", count)] if status is StepStatus.STOPPED else [])
+
+
+def test_a_plant_in_real_time_needs_a_site_that_bounds_late_ticks(tmp_path: Path) -> None:
+    with pytest.raises(MisuseError, match=r"motion\.late_ticks"):
+        Cart(tmp_path / "log", {}, plant=_RealTime(VALUES))
