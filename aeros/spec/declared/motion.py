@@ -160,7 +160,7 @@ class Tracking:
 
 
 @dataclass(frozen=True)
-class Contact:
+class ContactLimits:
     """Limits of a contact with a person: v <= F/√(m·k) for every region of the body.
 
     Attributes:
@@ -243,7 +243,7 @@ class MotionPolicy:
     tracking: Tracking | None = field(
         default=None, metadata={"doc": "bound on the distance of the robot from its commands"}
     )
-    contact: Contact | None = field(
+    contact: ContactLimits | None = field(
         default=None, metadata={"doc": "limits of a contact with a person; not checked if absent"}
     )
     late_ticks: LateTicks | None = field(

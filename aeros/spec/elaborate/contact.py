@@ -17,7 +17,7 @@ from aeros.spec.elaborate.vocabulary import SiteVocabulary
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import RealType
 from aeros.spec.expr.units import FORCE, LENGTH, MASS, TIME, Dimension
-from aeros.spec.model.motion import Contact
+from aeros.spec.model.motion import ContactLimits
 from aeros.spec.text.fields import TextField
 
 _SPEED = LENGTH * TIME**-1
@@ -25,8 +25,8 @@ _STIFFNESS = FORCE * LENGTH**-1
 
 
 def elaborate_contact(
-    contact: declared.Contact, vocabulary: SiteVocabulary, diagnostics: Diagnostics
-) -> Contact | None:
+    contact: declared.ContactLimits, vocabulary: SiteVocabulary, diagnostics: Diagnostics
+) -> ContactLimits | None:
     """Elaborate the limits of contact, and check the speed against the transient force of every region.
 
     Args:
@@ -59,7 +59,7 @@ class _ContactElaborator:
         self._vocabulary = vocabulary
         self._diagnostics = diagnostics
 
-    def contact(self, contact: declared.Contact) -> Contact | None:
+    def contact(self, contact: declared.ContactLimits) -> ContactLimits | None:
         before = len(self._diagnostics)
         self._state(contact.distance, LENGTH)
         self._state(contact.measured_by, _SPEED)
@@ -91,11 +91,11 @@ class _ContactElaborator:
             )
             return None
         self._check_speed(contact, speed, mass, force, stiffness)
-        return Contact(contact.distance.value, within, contact.measured_by.value, speed)
+        return ContactLimits(contact.distance.value, within, contact.measured_by.value, speed)
 
     def _check_speed(
         self,
-        contact: declared.Contact,
+        contact: declared.ContactLimits,
         speed: Fraction,
         mass: Fraction,
         force: t.ConstantTable,

@@ -91,7 +91,7 @@ class Tracking:
 
 
 @dataclass(frozen=True)
-class Contact:
+class ContactLimits:
     """Greatest speed of the robot where it may touch a person.
 
     Attributes:
@@ -162,5 +162,5 @@ class MotionPolicy:
     held: HeldObject | None = None
     back_off: str | None = None
     tracking: Tracking | None = None
-    contact: Contact | None = None
+    contact: ContactLimits | None = None
     late_ticks: LateTicks | None = None

@@ -90,7 +90,7 @@ class Provocation:
     """A disturbance, the rule that the true values then violate, and the reason expected for the stop.
 
     posture: where the arm begins, rad.
-    load: mass of the hand with what it carries, known to the model of the drives, kg; None for the hand's own.
+    load: mass of hand and load together, known to the drives' model, kg; None for the hand alone.
     """
 
     rule: str

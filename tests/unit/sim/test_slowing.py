@@ -36,7 +36,7 @@ TOWARDS = Person("walks", (Waypoint((5.0, 0.0)), Waypoint((0.0, 0.0), speed=1.6)
 def seen(site: Site, monkeypatch: pytest.MonkeyPatch) -> tuple[str | None, float, float]:
     """Drive towards a walking person: reason of the end, and fastest link in all and near them, m/s."""
     plant = make_plant("fetch", 0, people=(TOWARDS,))
-    robot, client = plant._robot.body, plant._world.client
+    robot, client = plant._people._robot, plant._world.client
     links = range(bullet.getNumJoints(robot, physicsClientId=client))
     (person,) = (one._body for one in plant._people._walkers)
     fastest: list[tuple[float, bool]] = []

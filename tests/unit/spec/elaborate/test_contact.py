@@ -13,7 +13,7 @@ from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.render import render_text
 from aeros.spec.elaborate.contact import transient_speed
 from aeros.spec.elaborate.load import load_site
-from aeros.spec.model.motion import Contact, LateTicks
+from aeros.spec.model.motion import ContactLimits, LateTicks
 from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
 
@@ -47,7 +47,7 @@ def test_the_reference_site_names_its_contact_and_late_ticks(tmp_path: Path) -> 
     assert said == []
     assert site is not None
     assert site.motion is not None
-    assert site.motion.contact == Contact(
+    assert site.motion.contact == ContactLimits(
         "human_distance", Fraction(12, 10), "link_speed", Fraction(318, 1000)
     )
     assert site.motion.late_ticks == LateTicks(Fraction(5, 1000), 3, Fraction(20, 1000))
