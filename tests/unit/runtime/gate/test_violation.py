@@ -41,7 +41,7 @@ SAFE: dict[str, Any] = {
         (
             "link-speeds-near-person",
             {"human_distance": 1.0, "link_speed": 0.3},
-            "human_distance is 1 m (at least 1.2 m), link_speed is 0.3 m/s (at most 0.25 m/s)",
+            "human_distance is 1 m (at least 2.3 m), link_speed is 0.3 m/s (at most 0.25 m/s)",
         ),
         (
             "reduced-speed-towards-person",
