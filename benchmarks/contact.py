@@ -48,7 +48,7 @@ WAYS: Final[dict[str, tuple[Vector3, Vector3]]] = {
 }
 """Start and target of the tool in W, m; the obstacle is half-way."""
 
-SPEEDS: Final = (0.05, 0.1, 0.2, 0.3, 0.45)
+SPEEDS: Final = (0.05, 0.1, 0.2, 0.25, 0.3, 0.45)
 """Peak speeds of the tool, m/s."""
 
 _RADIUS: Final = 0.05

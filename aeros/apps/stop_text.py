@@ -26,6 +26,9 @@ def stop_text(details: Mapping[str, Any]) -> str:
     ways = details.get("ways")
     if isinstance(ways, dict):
         parts += [f"{name} moved {way:.3f} m" for name, way in ways.items() if _is_number(way)]
+    late = details.get("late_ticks")
+    if type(late) is int and late > 0:
+        parts.append(f"{late} late tick{'s' if late > 1 else ''} so far")
     return "; ".join([*parts, *_extremes(details.get("quantities"))])
 
 

@@ -94,6 +94,52 @@ Called with the plant time (s) and the values by vocabulary name (SI); a value t
 `Reading`. Returns None, or the id of the violated rule; the plant then makes a protective stop in that tick.
 """
 
+
+def announce_stop(monitor: Monitor, reason: str, now: float) -> None:
+    """Tell a monitor that the plant begins to stop the robot by itself, for example as something blocks it.
+
+    A monitor that records stops has the method `begin_stop`; any other callable is not told.
+
+    Args:
+        monitor: as given to `Plant.advance`.
+        reason: the reason that ended motions will have.
+        now: plant time, s.
+    """
+    begin_stop = getattr(monitor, "begin_stop", None)
+    if begin_stop is not None:
+        begin_stop(reason, now)
+
+
+class ObservedMonitor:
+    """A monitor whose calls somebody observes, without a say in its answers.
+
+    Args:
+        monitor: gives the answers.
+        observer: called after it with plant time, values and answer.
+    """
+
+    def __init__(
+        self, monitor: Monitor, observer: Callable[[float, Mapping[str, Any], str | None], None]
+    ) -> None:
+        self._monitor = monitor
+        self._observer = observer
+
+    def __call__(self, now: float, measured: Mapping[str, Any]) -> str | None:
+        """Ask the monitor, and pass its answer to the observer."""
+        answer = self._monitor(now, measured)
+        self._observer(now, measured, answer)
+        return answer
+
+    def begin_stop(self, reason: str, now: float) -> None:
+        """Pass on that the plant begins to stop the robot by itself.
+
+        Args:
+            reason: as given to `announce_stop`.
+            now: plant time, s.
+        """
+        announce_stop(self._monitor, reason, now)
+
+
 BACK_OFF: Final = "back off"
 """Answer of a monitor during a protective stop: the robot may move back from what it touches. No rule has
 this name, as names of rules have no blanks."""
@@ -241,6 +287,9 @@ class Plant(Protocol):
     motion) and does not raise for them, and it stops when `monitor` names a rule. Several actions may be
     under way at a time; the caller makes sure that they share no actuator.
 
+    A plant that does not wait for the monitor, as a robot, has an attribute `runs_in_real_time` that is True.
+    The runtime then counts ticks that come late, and bounds them as the site says.
+
     Example:
         >>> from aeros.sim.kinematic.plant import make_plant
         >>> plant: aeros.Plant = make_plant("bare", 0)
@@ -296,7 +345,8 @@ class Plant(Protocol):
             monitor: called before the first control tick and after every tick. If it names a rule, the plant
                 brings everything to rest, and all actions under way have ended. It is called after every
                 tick of the stop, too. If it answers `BACK_OFF` when the robot has braked, the plant moves
-                back slowly along the way that it came, for as long as that remains the answer.
+                back slowly along the way that it came, for as long as that remains the answer. A plant that
+                stops the robot by itself calls `announce_stop` first, and then calls the monitor likewise.
             until: plant time at which to return at the latest, s; no tick goes beyond it. It is reached if
                 nothing is under way, too.
 

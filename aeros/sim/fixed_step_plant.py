@@ -24,6 +24,7 @@ from aeros.runtime.ports import (
     Reading,
     Readings,
     Trajectory,
+    announce_stop,
 )
 from aeros.sim.clock import TICK
 from aeros.sim.robot.errors import ActionRejectedError, BlockedError
@@ -38,7 +39,7 @@ from aeros.sim.robot.motions import (
     plan_stop,
     plan_wait,
 )
-from aeros.sim.robot.robot import BRAKED_PARTS, Robot, RobotState, max_link_speed
+from aeros.sim.robot.robot import BRAKED_PARTS, Robot, RobotState, braking_link_speed
 from aeros.sim.robot.slide import plan_slide
 from aeros.skill import Action
 
@@ -166,6 +167,7 @@ class FixedStepPlant(ABC):
         except BlockedError as obstacle:
             if not any(running.is_commanded for running in self._running_motions()):
                 monitor(self.now(), self._monitor_values())  # of the tick in which it was noticed
+            announce_stop(monitor, str(obstacle), self.now())
             return self._end_all(str(obstacle), monitor)
         return self._end_all(f"monitor:{rule}", monitor)
 
@@ -323,7 +325,7 @@ class FixedStepPlant(ABC):
             "joint_torque": state.torque,
             "tool_position": state.tool_position,
             "tool_speed": state.tool_speed,
-            "link_speed": max_link_speed(state.q, state.qd, state.base_velocity),
+            "link_speed": braking_link_speed(state.q, state.qd, state.base_velocity),
             "tracking_error": self._robot.tracking_distance(state),
             "contact_force": self._robot.contact_force(),
             "finger_gap": state.finger_gap,

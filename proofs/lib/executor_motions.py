@@ -104,7 +104,13 @@ def motions_match_plant(code: ModuleSource) -> TheoremObligation:
 
         # A stop is under way, so that what is done then runs as well; there is nothing to record of it.
         stops = SimpleNamespace(
-            are_open=True, stop=None, add=nothing, begin_halt=nothing, end_halt=nothing, end_stop=nothing
+            late_ticks=0,
+            are_open=True,
+            stop=None,
+            add=nothing,
+            begin_halt=nothing,
+            end_halt=nothing,
+            end_stop=nothing,
         )
         monitors = SimpleNamespace(
             add=nothing, remove=nothing, violation=None, begin_stop=nothing, stops=stops

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Final
 
-from aeros.runtime.ports import Monitor, MotionCompletion, MotionHandle, PlannedMotion, Plant
+from aeros.runtime.ports import Monitor, MotionCompletion, MotionHandle, ObservedMonitor, PlannedMotion, Plant
 from aeros.skill import Action
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.expr import terms as t
@@ -85,15 +85,13 @@ class RefereedPlant:
         """Implements `Plant.advance`."""
         is_stopping = False
 
-        def watched(now: float, measured: Mapping[str, Any]) -> str | None:
+        def note(now: float, measured: Mapping[str, Any], rule: str | None) -> None:
             nonlocal is_stopping
-            rule = monitor(now, measured)
             if rule is not None and not is_stopping:
                 is_stopping = True
                 self._on_violation(rule)
-            return rule
 
-        ended = self._plant.advance(watched, until)
+        ended = self._plant.advance(ObservedMonitor(monitor, note), until)
         for motion in ended:
             self._referee.moving.pop(motion, None)
         return ended

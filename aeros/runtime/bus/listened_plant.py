@@ -11,6 +11,7 @@ from aeros.runtime.ports import (
     MotionCompletion,
     MotionHandle,
     NoMotion,
+    ObservedMonitor,
     PlannedMotion,
     Plant,
     Readings,
@@ -86,15 +87,18 @@ class ListenedPlant:
     def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
         """Implements `Plant.advance`; listeners are called after the monitor and do not change its answer."""
 
-        def monitor_and_notify(now: float, values: Mapping[str, Any]) -> str | None:
-            rule = monitor(now, values)
+        def notify(now: float, values: Mapping[str, Any], rule: str | None) -> None:
             for listener in self._listeners:
                 listener.on_tick(now, values, self._chain)
-            return rule
 
-        ended = self._plant.advance(monitor_and_notify, until)
+        ended = self._plant.advance(ObservedMonitor(monitor, notify), until)
         self._travelling.difference_update(ended)
         return ended
+
+    @property
+    def runs_in_real_time(self) -> bool:
+        """True if the plant does not wait for the monitor."""
+        return bool(getattr(self._plant, "runs_in_real_time", False))
 
     def halt(self, motion: MotionHandle) -> None:
         """Implements `Plant.halt`."""

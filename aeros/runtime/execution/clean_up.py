@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
+from math import inf
 from typing import NamedTuple
 
 from aeros.descriptions import describe_exception
@@ -87,9 +88,7 @@ class CleanUp:
             return
         monitors = self._pipeline.monitors
         monitors.begin_stop(reason, self._plant.now())
-        monitors.stops.add(self._plant.observe())
-        self._plant.stop()
-        monitors.stops.add(self._plant.observe())
+        self._plant.advance(monitors, inf)  # which stops at once, and is measured at every tick
         self.record_stop()
         self._end_motions(moving)
         for handle in moving:
@@ -133,7 +132,9 @@ class CleanUp:
             stack.callback(self._table.hold_conditions.clear)
             stack.callback(self._table.steps.clear)
             stack.callback(self._end_motions, steps)
-            if any(step.is_running for step in steps.values()):
+            if any(step.active_motion is not None for step in steps.values()):
+                stack.callback(self._stop_and_record, describe_exception(failure))
+            elif any(step.is_running for step in steps.values()):
                 stack.callback(self._plant.stop)
 
     def _end_motions(self, handles: Iterable[StepHandle]) -> None:
@@ -156,6 +157,8 @@ class CleanUp:
         # A skill's reason may contain surrogates, which files, databases and terminals reject.
         reason = words.encode("utf-8", "backslashreplace").decode()
         outcome = {"time": self._plant.now(), "status": status.value, "reason": reason}
+        if self._pipeline.monitors.stops.late_ticks:
+            outcome["late_ticks"] = self._pipeline.monitors.stops.late_ticks
         event = "step-ended" if step.is_running else "step-refused"
         output_details = {} if outputs is None else {"outputs": dict(outputs)}
         cause_details = {"causes": causes_to_json(causes)} if causes else {}
@@ -181,6 +184,23 @@ class CleanUp:
             if step.is_running:
                 stack.callback(lambda: self._plant.skill_ended(step.name, finished=step.is_finished))
             stack.callback(step.close_skill)
+
+    def _stop_and_record(self, reason: str) -> None:
+        """Stop the plant, and record the stop as far as plant and log still work."""
+        stops = self._pipeline.monitors.stops
+        with ExitStack() as stack:
+            stack.callback(self._record_broken_stop)
+            stack.callback(self._plant.stop)
+            with suppress(Exception):
+                stops.begin_stop(reason, self._plant.now())
+                stops.add(self._plant.observe())
+
+    def _record_broken_stop(self) -> None:
+        """Record a stop of a plant or log that may not work; failures are reported by others."""
+        with suppress(Exception):
+            self._pipeline.monitors.stops.add(self._plant.observe())
+        with suppress(Exception):
+            self.record_stop()
 
     def _record_failure(self, step: ActiveStep, failure: BaseException) -> None:
         """Record that the step broke off.

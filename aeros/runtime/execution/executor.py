@@ -26,7 +26,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from math import inf
-from typing import Any, Self
+from typing import Any, Final, Self
 
 from aeros.runtime.audit.checkpoints import CHECKPOINT
 from aeros.runtime.audit.log import AuditError, AuditLog, DecisionCounts
@@ -60,6 +60,9 @@ from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.site import Site
 from aeros.spec.verification.certificate import Certificate
+
+LOST_AGENT: Final = "the agent was lost; the plant stopped by itself, unseen"
+"""Reason of the stop that a resumed session records if steps were under way when the last one broke off."""
 
 
 class Executor:
@@ -112,7 +115,14 @@ class Executor:
         earlier = _recount_sessions(audit, configuration.site) if resumed else None
         if earlier is not None:
             self._pipeline.resume_from(earlier)
+            was_moving = _has_open_step(audit)
             audit.append("session-resumed", session_details(configuration))
+            if was_moving:
+                self._pipeline.monitors.stops.begin_stop(LOST_AGENT, plant.now())
+                self._pipeline.monitors.stops.add(plant.observe())
+                details = self._pipeline.monitors.stops.end_stop(plant.now()) or {}
+                del details["began"]  # nobody saw it
+                audit.append("stopped", details)
         else:
             audit.append("session-opened", session_details(configuration))
 
@@ -204,7 +214,7 @@ class Executor:
             if until == inf:
                 raise MisuseError("no step was started, so none can end")
             with self._clean_up.on_error:
-                self._plant.advance(self._scheduler.monitor_tick, until)
+                self._plant.advance(self._scheduler.tick_monitor, until)
             return None
         return self._table.next_ended() if self._scheduler.run_until_one_ends(until) else None
 
@@ -266,6 +276,13 @@ class Executor:
 
     def _record_switch(self, configuration: Configuration) -> None:
         self._audit.append("configuration-changed", session_details(configuration))
+
+
+def _has_open_step(audit: AuditLog) -> bool:
+    """Return True if the log has more beginnings than ends of steps."""
+    changes = {"step-began": 1, "step-ended": -1, "step-broken": -1}
+    records = audit.records_since(EMPTY_LOG_HEAD) or []
+    return sum(changes.get(record["event"], 0) for record in records) > 0
 
 
 def _recount_sessions(audit: AuditLog, site: Site) -> SessionState | None:

@@ -25,10 +25,13 @@ from aeros.runtime.execution.step import (
 )
 from aeros.runtime.gate.causes import stop_cause
 from aeros.runtime.gate.transient import is_transient_denial
-from aeros.runtime.ports import MotionCompletion, StepHandle, StepStatus
+from aeros.runtime.monitor.late_ticks import LATE_TICKS, LateTickCounter
+from aeros.runtime.ports import MotionCompletion, MotionHandle, Plant, StepHandle, StepStatus
 from aeros.runtime.records.records import caller_details, format_reasons
 from aeros.runtime.skills.in_process_run import SkillRunResult
 from aeros.skill import Action
+from aeros.spec.diagnostics.errors import MisuseError
+from aeros.spec.model.site import Site
 
 MAX_ACTIONS: Final = 100
 """Actions that any step may ask for; without a limit, actions that take no time would fill the disk."""
@@ -171,13 +174,117 @@ class StepControl:
         return None
 
 
+class TickMonitor:
+    """The monitor of the active motions, as the plant calls it (`ports.Monitor`).
+
+    It halts steps that are revoked or lost their condition, and stops everything for the operator.
+    """
+
+    def __init__(self, context: ExecutionContext, clean_up: CleanUp) -> None:
+        self._table = context.table
+        self._steps = context.table.steps
+        self._hold_conditions = context.table.hold_conditions
+        self._plant = context.plant
+        self._late_ticks = _late_tick_counter(context.plant, context.followed.configuration.site)
+        self._pipeline = context.pipeline
+        self._governor = context.governor
+        self._followed = context.followed
+        self._clean_up = clean_up
+
+    def __call__(self, now: float, measured: Mapping[str, Any]) -> str | None:
+        """Monitor the active motions at a control tick.
+
+        Args:
+            now: plant seconds.
+            measured: values measured at this tick, as `ports.Monitor` defines them.
+
+        Returns:
+            The violated rule, upon which the plant makes a protective stop; None if no rule is violated.
+        """
+        monitors = self._pipeline.monitors
+        if self._late_ticks is not None and self._is_too_late() and monitors.stops.stop is None:
+            monitors.begin_stop(LATE_TICKS, now)
+            monitors.stops.add(measured)
+            return LATE_TICKS
+        if self._governor.command is _STOP:
+            if monitors.stops.stop is None:
+                monitors.begin_stop(HALTED.reason, now)
+            monitors.stops.add(measured)
+            return HALTED.reason
+        if monitors.stops.stop is not None:
+            return monitors(now, measured)  # every motion ends already
+        if self._governor.generation != self._followed.generation:
+            for handle, step in self._steps.items():
+                objection = self._revocation_reason(step)
+                if objection is not None:
+                    self._clean_up.halt_step(
+                        handle, SkillRunResult(StepStatus.STOPPED, f"revoked: {objection}")
+                    )
+        for handle, hold in self._hold_conditions.items():
+            step = self._steps[handle]
+            if step.active_motion is not None and step.result is None:
+                ending = ending_unheld(hold.violation_at_tick(measured, now, self._plant.observe))
+                if ending is not None:
+                    self._clean_up.halt_step(handle, ending)
+        return monitors(now, measured)
+
+    def restart_if_idle(self) -> None:
+        """Let the time between ticks count from the next motion on, if nothing moves now."""
+        if self._late_ticks is not None and not self._table.is_moving():
+            self._late_ticks.restart()
+
+    def _is_too_late(self) -> bool:
+        """Note a tick; return True if it came later than the site allows."""
+        assert self._late_ticks is not None  # noqa: S101  for the type checker
+        if not self._table.is_moving():
+            self._late_ticks.restart()
+            return False
+        is_too_late = self._late_ticks.tick()
+        self._pipeline.monitors.stops.late_ticks = self._late_ticks.count
+        return is_too_late
+
+    def begin_stop(self, reason: str, now: float) -> None:
+        """Record that the plant begins to stop the robot by itself; see `ports.announce_stop`.
+
+        Args:
+            reason: the plant's reason.
+            now: plant seconds.
+        """
+        monitors = self._pipeline.monitors
+        if monitors.stops.stop is None:
+            monitors.begin_stop(reason, now)
+            monitors.stops.add(self._plant.observe())
+
+    def _revocation_reason(self, step: ActiveStep) -> str | None:
+        """Return why the step's active motion may not go on, or None."""
+        if step.active_motion is None:
+            return None
+        caller, kind = step.caller, step.active_motion.active_action.action.kind
+        return self._governor.revocation_reason(caller.module, caller.skill, kind)
+
+
+def _late_tick_counter(plant: Plant, site: Site) -> LateTickCounter | None:
+    """Make the counter for a plant that runs in real time; None for any other.
+
+    Raises:
+        MisuseError: the site has no limits for it.
+    """
+    if not getattr(plant, "runs_in_real_time", False):
+        return None
+    if site.motion is None or site.motion.late_ticks is None:
+        raise MisuseError(
+            f"the plant runs in real time, and the site `{site.id}` does not bound late ticks: "
+            "add `motion.late_ticks`"
+        )
+    return LateTickCounter(site.motion.late_ticks)
+
+
 class Scheduler:
     """Scheduler of steps: begins them, lets due skills act, and advances time while any motion is active."""
 
     def __init__(self, context: ExecutionContext, clean_up: CleanUp, control: StepControl) -> None:
         self._table = context.table
         self._steps = context.table.steps
-        self._hold_conditions = context.table.hold_conditions
         self._plant = context.plant
         self._audit = context.audit
         self._resources = context.resources
@@ -186,6 +293,7 @@ class Scheduler:
         self._followed = context.followed
         self._clean_up = clean_up
         self._control = control
+        self.tick_monitor = TickMonitor(context, clean_up)
 
     def enqueue(self, step: ActiveStep) -> StepHandle:
         """Start a step; it begins once the resources it needs are free.
@@ -237,41 +345,9 @@ class Scheduler:
                     return False
         return True
 
-    def monitor_tick(self, now: float, measured: Mapping[str, Any]) -> str | None:
-        """Monitor the active motions at a control tick; halt steps that are revoked or lost their condition.
-
-        Args:
-            now: plant seconds.
-            measured: values measured at this tick, as `ports.Monitor` defines them.
-
-        Returns:
-            The violated rule, upon which the plant makes a protective stop; None if no rule is violated.
-        """
-        monitors = self._pipeline.monitors
-        if self._governor.command is _STOP:
-            if monitors.stops.stop is None:
-                monitors.begin_stop(HALTED.reason, now)
-            monitors.stops.add(measured)
-            return HALTED.reason
-        if monitors.stops.stop is not None:
-            return monitors(now, measured)  # every motion ends already
-        if self._governor.generation != self._followed.generation:
-            for handle, step in self._steps.items():
-                objection = self._revocation_reason(step)
-                if objection is not None:
-                    self._clean_up.halt_step(
-                        handle, SkillRunResult(StepStatus.STOPPED, f"revoked: {objection}")
-                    )
-        for handle, hold in self._hold_conditions.items():
-            step = self._steps[handle]
-            if step.active_motion is not None and step.result is None:
-                ending = ending_unheld(hold.violation_at_tick(measured, now, self._plant.observe))
-                if ending is not None:
-                    self._clean_up.halt_step(handle, ending)
-        return monitors(now, measured)
-
     def _run_once(self, until: float) -> bool:
         """Do what `run_until` does, without clean-up on errors."""
+        self.tick_monitor.restart_if_idle()
         self._begin_ready_steps()
         due = next((handle for handle, step in self._steps.items() if step.is_due), None)
         if due is not None and not self._control.actions_are_paused():
@@ -311,7 +387,8 @@ class Scheduler:
         """
         moving = {handle: step for handle, step in self._steps.items() if step.active_motion is not None}
         latest = min([until, *(step.deadline for step in moving.values() if step.result is None)])
-        ended = self._plant.advance(self.monitor_tick, latest)
+        ended = self._plant.advance(self.tick_monitor, latest)
+        self._note_unannounced_stop(moving, ended)
         is_stopped = self._pipeline.monitors.stops.are_open
         if is_stopped:
             self._clean_up.record_stop()
@@ -336,6 +413,16 @@ class Scheduler:
                 self._clean_up.halt_step(handle, SkillRunResult(StepStatus.TIMED_OUT, reason))
         return latest == until
 
+    def _note_unannounced_stop(
+        self, moving: Mapping[StepHandle, ActiveStep], ended: Mapping[MotionHandle, MotionCompletion]
+    ) -> None:
+        """Begin the record of a stop that the plant made without a word; it is over, so it has one tick."""
+        for step in moving.values():
+            motion = step.active_motion
+            completion = None if motion is None or motion.is_halting else ended.get(motion.handle)
+            if completion is not None and not completion.completed:
+                self.tick_monitor.begin_stop(completion.reason or "", self._plant.now())
+
     def _ending_broken(self, completion: MotionCompletion) -> SkillRunResult:
         """Return how a step ends whose motion broke off; for a violated rule, with the measured values."""
         if self._governor.command is _STOP:
@@ -349,10 +436,3 @@ class Scheduler:
         if violation is None or violation.rule != rule:
             return ending
         return ending._replace(reason=f"{ending.reason}: {violation}")
-
-    def _revocation_reason(self, step: ActiveStep) -> str | None:
-        """Return why the step's active motion may not go on, or None."""
-        if step.active_motion is None:
-            return None
-        caller, kind = step.caller, step.active_motion.active_action.action.kind
-        return self._governor.revocation_reason(caller.module, caller.skill, kind)

@@ -128,11 +128,13 @@ class StopRecords:
     Attributes:
         are_open: True if anything is being recorded.
         stop: of the whole robot; None unless it is being stopped.
+        late_ticks: ticks of the session so far that came late; only on plants that run in real time.
     """
 
     def __init__(self, quantities: StopQuantities) -> None:
         self.are_open = False
         self.stop: StopRecorder | None = None
+        self.late_ticks = 0
         self._quantities = quantities
         self._halts: dict[int, StopRecorder] = {}  # by number of the decision's record
 
@@ -184,7 +186,7 @@ class StopRecords:
         """
         recorder, self.stop = self.stop, None
         self.are_open = bool(self._halts)
-        return None if recorder is None else recorder.details(now)
+        return None if recorder is None else self._details(recorder, now)
 
     def end_halt(self, record_number: int, now: float) -> dict[str, Any] | None:
         """End the record of an action's halt: it is at rest.
@@ -198,7 +200,11 @@ class StopRecords:
         """
         recorder = self._halts.pop(record_number, None)
         self.are_open = bool(self._halts) or self.stop is not None
-        return None if recorder is None else recorder.details(now)
+        return None if recorder is None else self._details(recorder, now)
+
+    def _details(self, recorder: StopRecorder, now: float) -> dict[str, Any]:
+        late = {"late_ticks": self.late_ticks} if self.late_ticks else {}
+        return {**recorder.details(now), **late}
 
 
 def _value(measured: Mapping[str, Any], name: str) -> Any:

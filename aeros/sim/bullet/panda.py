@@ -40,6 +40,10 @@ push on an obstacle: 40 N at a lever of 0.5 m. libfranka's examples stop at an e
 _BASE_FORCE_MAX: Final = 600.0
 """Greatest drive force of the carriage, N: a 60 kg base at 3 m/s² plus the arm's reaction."""
 
+BASE_CORRECTION: Final = 60.0
+"""Greatest force by which the carriage's position controller corrects the modelled force, N, on each axis.
+It bounds the push on an obstacle, below `collision_force` and every quasi-static limit."""
+
 
 class Panda(Robot):
     """A Panda simulated in PyBullet.
@@ -70,7 +74,7 @@ class Panda(Robot):
         self._sensed = _movable_joints(self.body, world.client)
         self._arm_start = self._sensed.index(self._arm[0])
         self.torque_limits: list[float] = TAU_MAX.tolist()
-        self._drives = _ArmDrives(world, self.body, self._arm, self._sensed, self.torque_limits)
+        self._drives = _Drives(world, self.body, self._arm, self._drive, self._sensed, self.torque_limits)
         x, y, z = self._base_start.tolist()
         self._stand: Vector3 = (x, y, z)
         self.grip_command = (FINGER_GAP_MAX, 10.0)
@@ -122,18 +126,9 @@ class Panda(Robot):
 
     def command_base(self, xy: Vector, speed: Vector) -> None:
         """Implement `Robot.command_base`."""
+        acceleration = (speed - self.base_speed_command) / TICK
         self.base_command, self.base_speed_command = xy, speed
-        bullet.setJointMotorControlArray(
-            self.body,
-            self._drive,
-            bullet.POSITION_CONTROL,
-            targetPositions=xy.tolist(),
-            targetVelocities=speed.tolist(),
-            forces=[_BASE_FORCE_MAX] * 2,
-            positionGains=[_POSITION_GAIN] * 2,
-            velocityGains=[1.0] * 2,
-            physicsClientId=self._world.client,
-        )
+        self._drives.base_points(xy, speed, acceleration)
 
     def grip(self, width: float, force: float) -> None:
         """Implement `Robot.grip`."""
@@ -220,14 +215,15 @@ class Panda(Robot):
         return load
 
 
-class _ArmDrives:
-    """The motors of the arm: before each tick of the world, modelled torque and bounded correction are set.
+class _Drives:
+    """The motors of arm and carriage: before each tick, modelled effort and bounded correction are set.
 
     Args:
         world: the world.
         body: number of the robot.
         arm: numbers of the arm's joints.
-        movable: numbers of all movable joints; the arm's follow each other.
+        carriage: numbers of the carriage's joints; none of an arm that stands fixed.
+        movable: numbers of all movable joints; those of arm and carriage follow each other.
         limits: greatest torque of each motor, N·m; read at each tick.
     """
 
@@ -236,16 +232,23 @@ class _ArmDrives:
         world: PhysicsWorld,
         body: int,
         arm: Sequence[int],
+        carriage: Sequence[int],
         movable: tuple[int, ...],
         limits: Sequence[float],
     ) -> None:
         self._world = world
         self._body = body
         self._arm = arm
+        self._carriage = carriage
         self._movable = movable
-        self._places = slice(movable.index(arm[0]), movable.index(arm[-1]) + 1)
+        self._places = _places(movable, arm)
+        self._carriage_places = _places(movable, carriage)
         self._rates = [0.0] * len(movable)
         self._accelerations = [0.0] * len(movable)
+        self._xy: list[float] = [0.0] * len(carriage)
+        self._base_speed: list[float] = self._xy
+        self._no_acceleration: Final = self._xy
+        self._base_acceleration: list[float] = self._xy
         self._q: list[float] = []
         self._qd: list[float] = [0.0] * len(arm)
         self._acceleration: list[float] = self._qd
@@ -266,6 +269,17 @@ class _ArmDrives:
         """
         self._q, self._qd, self._acceleration = q.tolist(), qd.tolist(), acceleration.tolist()
         self._strength = strength
+
+    def base_points(self, xy: Vector, speed: Vector, acceleration: Vector) -> None:
+        """Take the carriage's set points for the next tick.
+
+        Args:
+            xy: position (2,) relative to its start, m.
+            speed: velocity (2,), m/s.
+            acceleration: (2,), m/s²; for the next tick alone.
+        """
+        self._xy, self._base_speed = xy.tolist(), speed.tolist()
+        self._base_acceleration = acceleration.tolist()
 
     def total_torques(self, corrections: Sequence[float]) -> tuple[float, ...]:
         """Add the modelled torques of the last tick to the corrections that PyBullet reports.
@@ -289,13 +303,16 @@ class _ArmDrives:
         client = self._world.client
         positions = [state[0] for state in self._world.joint_states(self._body, self._movable)]
         self._rates[self._places], self._accelerations[self._places] = self._qd, self._acceleration
-        self._acceleration = _NO_ACCELERATION
+        self._rates[self._carriage_places] = self._base_speed
+        self._accelerations[self._carriage_places] = self._base_acceleration
+        self._acceleration, self._base_acceleration = _NO_ACCELERATION, self._no_acceleration
         limits = [self._strength * limit for limit in self._limits]
         torques = bullet.calculateInverseDynamics(
             self._body, positions, self._rates, self._accelerations, physicsClientId=client
-        )[self._places]
+        )
         self._modelled = [
-            max(-limit, min(limit, torque)) for torque, limit in zip(torques, limits, strict=True)
+            max(-limit, min(limit, torque))
+            for torque, limit in zip(torques[self._places], limits, strict=True)
         ]
         self._most = [
             min(most, limit - abs(torque))
@@ -315,6 +332,31 @@ class _ArmDrives:
         bullet.setJointMotorControlArray(
             self._body, self._arm, bullet.TORQUE_CONTROL, forces=self._modelled, physicsClientId=client
         )
+        if self._carriage:
+            self._set_carriage(torques[self._carriage_places], client)
+
+    def _set_carriage(self, forces: Sequence[float], client: int) -> None:
+        """Set the carriage's motors for one tick, with the modelled forces, N."""
+        bounded = [max(-_BASE_FORCE_MAX, min(_BASE_FORCE_MAX, force)) for force in forces]
+        bullet.setJointMotorControlArray(
+            self._body,
+            self._carriage,
+            bullet.POSITION_CONTROL,
+            targetPositions=self._xy,
+            targetVelocities=self._base_speed,
+            forces=[min(BASE_CORRECTION, _BASE_FORCE_MAX - abs(force)) for force in bounded],
+            positionGains=_GAINS[: len(bounded)],
+            velocityGains=_ONES[: len(bounded)],
+            physicsClientId=client,
+        )
+        bullet.setJointMotorControlArray(
+            self._body, self._carriage, bullet.TORQUE_CONTROL, forces=bounded, physicsClientId=client
+        )
+
+
+def _places(movable: tuple[int, ...], joints: Sequence[int]) -> slice:
+    """Return the places of joints among the movable ones; they follow each other."""
+    return slice(movable.index(joints[0]), movable.index(joints[-1]) + 1) if joints else slice(0)
 
 
 _AT_REST: Final = np.zeros(7)

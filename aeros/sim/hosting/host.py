@@ -176,18 +176,26 @@ class PlantHost:
 
     def _advance(self, message: Mapping[str, Any]) -> Any:
         until = float("inf") if message["until"] is None else message["until"]
-        ended = self._plant.advance(self._ask_monitor, until)
+        ended = self._plant.advance(_AgentMonitor(self._ask_monitor, self._announce_stop), until)
         return [[motion, encode_plan(how)] for motion, how in ended.items()]
 
     def _ask_monitor(self, now: float, measured: Mapping[str, Any]) -> str | None:
         """Ask the agent to judge a tick; the dead-man rule if it does not answer."""
+        values = {name: encode_value(value) for name, value in measured.items()}
+        return self._ask({"tick": now, "measured": values})
+
+    def _announce_stop(self, reason: str, now: float) -> None:
+        """Tell the agent that the plant begins to stop by itself."""
+        self._ask({"stops": reason, "at": now})
+
+    def _ask(self, question: Mapping[str, Any]) -> str | None:
+        """Return the agent's answer, or the dead-man rule; the agent may ask for readings meanwhile."""
         if self._is_agent_lost:
             return DEAD_MAN_RULE
         assert self._channel is not None  # noqa: S101
         try:
             self._connection.settimeout(self._agent_timeout_s)
-            values = {name: encode_value(value) for name, value in measured.items()}
-            self._channel.send({"tick": now, "measured": values})
+            self._channel.send(question)
             while "rule" not in (message := self._channel.receive()):
                 self._answer(message)
         except ConnectionLostError:
@@ -198,6 +206,9 @@ class PlantHost:
                 self._connection.settimeout(self._idle_timeout_s)
         rule: str | None = message["rule"]
         return rule
+
+    def _runs_in_real_time(self, message: Mapping[str, Any]) -> Any:
+        return bool(getattr(self._plant, "runs_in_real_time", False))
 
     def _halt(self, message: Mapping[str, Any]) -> Any:
         self._plant.halt(MotionHandle(message["motion"]))
@@ -238,12 +249,28 @@ _HANDLERS: Final[Mapping[str, Callable[[PlantHost, Mapping[str, Any]], Any]]] = 
     "plan": PlantHost._plan,
     "begin": PlantHost._begin,
     "advance": PlantHost._advance,
+    "runs-in-real-time": PlantHost._runs_in_real_time,
     "halt": PlantHost._halt,
     "stop": PlantHost._stop,
     "skill-began": PlantHost._skill_began,
     "skill-ended": PlantHost._skill_ended,
     "end": PlantHost._shut_down,
 }
+
+
+class _AgentMonitor:
+    """The agent's monitor, as the hosted plant calls it."""
+
+    def __init__(
+        self,
+        ask: Callable[[float, Mapping[str, Any]], str | None],
+        announce: Callable[[str, float], None],
+    ) -> None:
+        self._ask = ask
+        self.begin_stop = announce
+
+    def __call__(self, now: float, measured: Mapping[str, Any]) -> str | None:
+        return self._ask(now, measured)
 
 
 class HostLog:

@@ -17,6 +17,7 @@ from aeros.runtime.ports import (
     Reading,
     Readings,
     RobotBody,
+    announce_stop,
 )
 from aeros.sim.hosting.wire import MessageChannel, decode_body, decode_plan, decode_value
 from aeros.skill import Action
@@ -91,9 +92,13 @@ class RemotePlant:
         self._channel.send({"do": "advance", "until": None if until == inf else until})
         failure: BaseException | None = None
         while "is" not in (message := self._channel.receive()):
-            measured = {name: decode_value(value) for name, value in message["measured"].items()}
+            rule: str | None = None
             try:
-                rule = monitor(message["tick"], measured)
+                if "stops" in message:
+                    announce_stop(monitor, message["stops"], message["at"])
+                else:
+                    measured = {name: decode_value(value) for name, value in message["measured"].items()}
+                    rule = monitor(message["tick"], measured)
             except BaseException as raised:
                 failure, rule = raised, "the monitor failed"
             self._channel.send({"rule": rule})
@@ -103,6 +108,11 @@ class RemotePlant:
             MotionHandle(motion): MotionCompletion(how["completed"], how["reason"])
             for motion, how in message["is"]
         }
+
+    @property
+    def runs_in_real_time(self) -> bool:
+        """True if the hosted plant does not wait for the monitor."""
+        return bool(self._call("runs-in-real-time"))
 
     def halt(self, motion: MotionHandle) -> None:
         """Implement `Plant.halt`."""

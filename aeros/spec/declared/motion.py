@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Annotated, Literal
 
 from aeros.spec.declared.field_types import Identifier, Named, Slug
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.text.fields import (
     ChoiceField,
+    IntegerField,
     TextField,
+    ValueBounds,
 )
 
 
@@ -158,6 +160,52 @@ class Tracking:
 
 
 @dataclass(frozen=True)
+class ContactLimits:
+    """Limits of a contact with a person: v <= F/√(m·k) for every region of the body.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    distance: Identifier = field(
+        metadata={"doc": "the state variable with the distance of the nearest person"}
+    )
+    within: Identifier = field(metadata={"doc": "constant: where a person is nearer, a contact may happen"})
+    measured_by: Identifier = field(
+        metadata={"doc": "the state variable with the speed of the fastest link, also while the robot brakes"}
+    )
+    speed: Identifier = field(
+        metadata={"doc": "constant: greatest speed there, which the rules on each moving kind must keep"}
+    )
+    transient_force: Identifier = field(
+        metadata={"doc": "constants: greatest force F on each region of the body in the first 0.5 s"}
+    )
+    stiffness: Identifier = field(metadata={"doc": "constants: stiffness k of each region"})
+    mass: Identifier = field(metadata={"doc": "constant: effective mass m of the robot"})
+
+
+@dataclass(frozen=True)
+class LateTicks:
+    """Limits of control ticks that come late, on plants that run in real time.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    period: TextField = field(
+        metadata={"doc": "a tick is late if more time has passed since the one before, as in `20 ms`"}
+    )
+    in_a_row: Annotated[IntegerField, ValueBounds(0, 1000)] = field(
+        metadata={"doc": "late ticks in a row, at most; one more stops the robot"}
+    )
+    longest: TextField = field(
+        metadata={"doc": "longest time between two ticks; a longer one stops the robot, as in `100 ms`"}
+    )
+
+
+@dataclass(frozen=True)
 class MotionPolicy:
     """Limits that the gate checks on the whole trajectory of an action before it starts.
 
@@ -194,4 +242,10 @@ class MotionPolicy:
     )
     tracking: Tracking | None = field(
         default=None, metadata={"doc": "bound on the distance of the robot from its commands"}
+    )
+    contact: ContactLimits | None = field(
+        default=None, metadata={"doc": "limits of a contact with a person; not checked if absent"}
+    )
+    late_ticks: LateTicks | None = field(
+        default=None, metadata={"doc": "limits of late ticks; plants that run in real time need them"}
     )

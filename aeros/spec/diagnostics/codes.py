@@ -222,6 +222,12 @@ _TABLE: Final = (
         "policy",
         "the robot may be farther from its commands than the clearance of whole motions allows for",
     ),
+    DiagnosticCode(
+        "AE612",
+        "contact-too-fast",
+        "policy",
+        "the robot may touch a person faster than the transient force of a contact permits",
+    ),
     # AE7xx: decisions
     DiagnosticCode("AE701", "malformed-request", "decision", "a request is malformed"),
     DiagnosticCode(

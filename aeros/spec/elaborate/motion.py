@@ -10,13 +10,22 @@ from fractions import Fraction
 
 from aeros.spec.declared import motion as declared
 from aeros.spec.diagnostics.codes import Diagnostics, SpanLabel
+from aeros.spec.elaborate.contact import elaborate_contact
 from aeros.spec.elaborate.expressions import elaborate_quantity
 from aeros.spec.elaborate.names import resolve_name
 from aeros.spec.elaborate.vocabulary import SiteVocabulary
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BoolType, FamilyType, RealType, Type, VectorType
 from aeros.spec.expr.units import ANGLE, LENGTH, TIME, Dimension
-from aeros.spec.model.motion import Barrier, HeldObject, MotionKind, MotionPolicy, ToolLimits, Tracking
+from aeros.spec.model.motion import (
+    Barrier,
+    HeldObject,
+    LateTicks,
+    MotionKind,
+    MotionPolicy,
+    ToolLimits,
+    Tracking,
+)
 from aeros.spec.model.rules import ActionKind, Rule
 from aeros.spec.model.variables import Declared
 from aeros.spec.text.fields import TextField
@@ -36,6 +45,32 @@ def elaborate_motion(
         The policy with all numbers in SI units, or None after reporting every fault.
     """
     return _MotionElaborator(vocabulary, diagnostics).motion(motion)
+
+
+def elaborate_late_ticks(
+    declaration: declared.LateTicks | None, diagnostics: Diagnostics
+) -> LateTicks | None:
+    """Elaborate the limits of late ticks.
+
+    Args:
+        declaration: the declared section, if there is one.
+        diagnostics: receives the faults.
+
+    Returns:
+        The limits in SI units; None if there are none, or after reporting every fault.
+    """
+    if declaration is None:
+        return None
+    period = elaborate_quantity(declaration.period, TIME, diagnostics)
+    longest = elaborate_quantity(declaration.longest, TIME, diagnostics)
+    if period is None or longest is None:
+        return None
+    if not 0 < period <= longest:
+        diagnostics.error(
+            "AE112", "`period` is above 0 and not longer than `longest`", declaration.period.span
+        )
+        return None
+    return LateTicks(period, declaration.in_a_row.value, longest)
 
 
 def check_tracking_rules(
@@ -120,6 +155,9 @@ class _MotionElaborator:
         held = None if motion.held is None else self._held_object(motion.held)
         if motion.back_off is not None:
             self._back_off(motion.back_off)
+        touch = motion.contact
+        late_ticks = elaborate_late_ticks(motion.late_ticks, self._diagnostics)
+        contact = None if touch is None else elaborate_contact(touch, self._vocabulary, self._diagnostics)
         barriers = [self._barrier(barrier) for barrier in motion.barriers]
         if len(self._diagnostics) > before:
             return None
@@ -145,6 +183,8 @@ class _MotionElaborator:
             link_clearance=link_clearance,
             held=held,
             tracking=tracking,
+            contact=contact,
+            late_ticks=late_ticks,
             back_off=None if motion.back_off is None else motion.back_off.value,
         )
 

@@ -91,6 +91,38 @@ class Tracking:
 
 
 @dataclass(frozen=True)
+class ContactLimits:
+    """Greatest speed of the robot where it may touch a person.
+
+    Attributes:
+        distance: state variable with the distance of the nearest person.
+        within: distance below which a contact may happen, m.
+        variable: state variable with the speed of the fastest link.
+        speed: its greatest value there, which the transient force of every region permits, m/s.
+    """
+
+    distance: str
+    within: Fraction
+    variable: str
+    speed: Fraction
+
+
+@dataclass(frozen=True)
+class LateTicks:
+    """Limits of control ticks that come late, on plants that run in real time.
+
+    Attributes:
+        period: longest time between two ticks that are not late, s.
+        in_a_row: greatest number of late ticks in a row.
+        longest: longest time between two ticks, s.
+    """
+
+    period: Fraction
+    in_a_row: int
+    longest: Fraction
+
+
+@dataclass(frozen=True)
 class MotionPolicy:
     """Limits by which the whole trajectory of an action is decided, in SI.
 
@@ -111,6 +143,8 @@ class MotionPolicy:
         held: the space of a held object, which moves like a link named `held`; None if it is not checked.
         tracking: bound on the distance of the robot from its commands; None if the site has none.
         back_off: action kind whose rules govern a robot that backs off from a contact after a stop.
+        contact: limits of a contact with a person; None if the site has none.
+        late_ticks: limits of ticks that come late; None if the site has none.
     """
 
     kinds: Mapping[str, MotionKind]
@@ -128,3 +162,5 @@ class MotionPolicy:
     held: HeldObject | None = None
     back_off: str | None = None
     tracking: Tracking | None = None
+    contact: ContactLimits | None = None
+    late_ticks: LateTicks | None = None

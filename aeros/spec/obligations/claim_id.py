@@ -259,6 +259,7 @@ class ClaimForm:
     RULE_EFFECTIVE = ClaimPattern("policy/{action}/effective/{invariant}")
     RULE_NOT_SHADOWED = ClaimPattern("policy/{action}/unshadowed/{invariant}")
     ATTENUATION_ALLOWED = ClaimPattern("policy/{action}/attenuation-allowed/{invariant}")
+    CONTACT_SPEED_KEPT = ClaimPattern("policy/{action}/contact-speed")
     ATTENUATION_SHRINKS = ClaimPattern("policy/{action}/attenuation-shrinks/{invariant}")
 
     # A skill's envelope and a task's goal.

@@ -8,6 +8,7 @@ from fractions import Fraction
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import RealType
+from aeros.spec.expr.units import LENGTH, TIME
 from aeros.spec.model.rules import ActionKind, Rule
 from aeros.spec.model.site import Site
 from aeros.spec.obligations.claim_id import ClaimForm
@@ -38,6 +39,7 @@ def policy_obligations(site: Site) -> Iterator[Obligation | StaticClaim]:
             yield from _stop_obligations(site, kind, rules)
             continue
         yield _satisfiable(site, kind, rules)
+        yield from _contact_speed_kept(site, kind, rules)
         for rule in rules:
             yield _not_vacuous(site, kind, rule)
             yield _rule_not_redundant(site, kind, rule, rules)
@@ -105,6 +107,45 @@ def _satisfiable(site: Site, kind: ActionKind, rules: tuple[Rule, ...]) -> Oblig
         primary=SpanLabel(kind.span, "never allowed"),
         secondary=tuple(SpanLabel(rule.require_span, rule.id) for rule in rules),
         labelled_conjuncts=rule_conjuncts(rules, kind.name),
+    )
+
+
+def _contact_speed_kept(site: Site, kind: ActionKind, rules: tuple[Rule, ...]) -> Iterator[Obligation]:
+    """Claim that the rules on a kind that moves keep the contact speed wherever a person may be touched.
+
+    Unsatisfiable iff with a person within the distance neither the measured speed of the links nor the
+    speed that the action asks for can exceed it.
+    """
+    motion = site.motion
+    if motion is None or motion.contact is None:
+        return
+    asked = motion.kinds.get(kind.name)
+    if asked is None and kind.name != motion.back_off:
+        return
+    contact = motion.contact
+    distance = site.observed_variables[contact.distance].variable
+    speeds: list[tuple[str, t.Term]] = [
+        (contact.variable, site.observed_variables[contact.variable].variable)
+    ]
+    if asked is not None and asked.peak_speed is not None:
+        speeds.append((asked.peak_speed, kind.parameters[asked.peak_speed].variable))
+    far = t.Compare("<=", t.Literal(contact.within, RealType(LENGTH)), distance)
+    limit_term = t.Literal(contact.speed, RealType(LENGTH * TIME**-1))
+    slow = [t.Compare("<=", speed, limit_term) for _, speed in speeds]
+    names = " or ".join(f"`{name}`" for name, _ in speeds)
+    limit = f"{float(1000 * contact.speed):.4g} mm/s"
+    yield Obligation(
+        id=ClaimForm.CONTACT_SPEED_KEPT(kind.name),
+        code="AE612",
+        mode=ClaimMode.ALWAYS,
+        space=action_space(site, kind, *(rule.terms[kind.name] for rule in rules)),
+        conclusion=t.Or((far, t.conjunction(*slow))),
+        headline=f"where a contact may happen, the rules on `{kind.name}` allow {names} above {limit}",
+        primary=SpanLabel(kind.span, "no rule keeps the contact speed"),
+        help=(
+            f"require `{contact.variable} <= ...` where `{contact.distance}` is below "
+            f"{float(contact.within):g} m",
+        ),
     )
 
 

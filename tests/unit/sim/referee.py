@@ -88,9 +88,10 @@ class Referee:
         return needed, stopping
 
     def breaches(self) -> list[str]:
-        """Whenever a link was faster or nearer than the site allows, but for the braking that it allows.
+        """Whenever a link was faster or nearer than the site allows.
 
-        It is over within T_r + T_s, no link gets faster after T_r, and no person is nearer than C + Z_r.
+        Nearer it may be while it brakes: within T_r + T_s, no link gets faster after T_r, and no person is
+        nearer than C + Z_r. Faster it may never be, nor while it brakes.
         """
         v, d = self.link_speeds(), self.distances
         needed, stopping = self.separations()
@@ -109,7 +110,7 @@ class Referee:
                 fastest, nearest = v[begin:end].max(), d[begin:end].min()
                 reacted = min(end, begin + 1 + round(reaction / TICK))
                 got_faster = fastest > TRACKING * v[begin:reacted].max() + REST
-                if lasted > allowed or got_faster or nearest < least:
+                if what == "too fast" or lasted > allowed or got_faster or nearest < least:
                     found.append(
                         f"{what} at {(begin + 1) * TICK:.2f} s, for {lasted:.2f} s of {allowed:.2f} s: "
                         f"up to {fastest:.3f} m/s, {nearest:.3f} m near"

@@ -90,6 +90,7 @@ class Provocation:
     """A disturbance, the rule that the true values then violate, and the reason expected for the stop.
 
     posture: where the arm begins, rad.
+    load: mass of hand and load together, known to the drives' model, kg; None for the hand alone.
     """
 
     rule: str
@@ -98,19 +99,23 @@ class Provocation:
     rough: Callable[[], NoDisturbance] = NoDisturbance
     people: tuple[Person, ...] = ()
     obstacle: bool = False
+    load: float | None = None
     posture: tuple[float, ...] = tuple(READY_POSTURE.tolist())
     action: Action = SLOWLY
 
 
 class Obstructed(BareScene):
-    """The bare cell with the robot in some posture, and perhaps a block in the arm's way."""
+    """The bare cell with the robot in some posture, and perhaps a block in its way, or a load in its hand."""
 
-    def __init__(self, posture: tuple[float, ...], obstacle: bool) -> None:
+    def __init__(self, posture: tuple[float, ...], obstacle: bool, load: float | None = None) -> None:
         self.robot = RobotOptions(posture=posture)
         self._obstacle = obstacle
+        self._load = load
 
     def build(self, world: Any, robot: Any, chance: Any) -> None:
         super().build(world, robot, chance)
+        if self._load is not None:
+            bullet.changeDynamics(robot.body, robot._wrist, mass=self._load, physicsClientId=world.client)
         if self._obstacle:
             world.bodies.add_box((0.1, 0.1, 0.3), (0.38, 0.18, 0.45))
 
@@ -141,6 +146,13 @@ KINDS = {
         "abs(joint_velocity[j7]) is ",
         lambda values: bool((np.abs(values["joint_velocity"]) > QD_MAX).any()),
         lambda: Rough(weak=(7, 4.0), push=turn(40.0)),
+    ),
+    "torque": Provocation(
+        "joint-torques",
+        "abs(joint_torque[j2]) is ",
+        lambda values: bool((np.abs(values["joint_torque"]) > 0.95 * TAU_MAX).any()),
+        load=10.0,  # three times what the arm may carry, so that reaching out is too much for joint 2
+        action=act("move_tool", target=(0.6, 0.1, 0.35), yaw=0.0, speed=0.2),
     ),
     "link speed": Provocation(
         "link-speeds-near-person",
@@ -191,7 +203,7 @@ def site() -> Site:
 def run(kind: Provocation, site: Site) -> Run:
     recorded, rough = Run(), kind.rough()
     plant = PhysicsPlant(
-        Obstructed(kind.posture, kind.obstacle),
+        Obstructed(kind.posture, kind.obstacle, kind.load),
         0,
         people=kind.people,
         referee=recorded.truths.append,
@@ -294,6 +306,6 @@ def test_an_arm_that_sagged_through_its_stop_is_planned_from_where_it_is(site: S
 @pytest.mark.parametrize("name", KINDS)
 def test_nothing_stops_without_the_provocation(name: str, site: Site) -> None:
     people = (STANDING,) if KINDS[name].people else ()
-    calm = replace(KINDS[name], rough=NoDisturbance, people=people, obstacle=False)
+    calm = replace(KINDS[name], rough=NoDisturbance, people=people, obstacle=False, load=None)
     recorded = run(calm, site)
     assert (recorded.reason, recorded.violated, recorded.stopped) == (None, [], [])

@@ -118,9 +118,9 @@ people:
   cook:
     floor: -750 mm
     path:
-      - {at: [3 m, -1 m], stay: 5 s}
+      - {at: [3 m, -1 m], stay: 5.6 s}
       - {at: [1.35 m, 0 m], speed: 1.4 m/s, stay: 3 s}
-      - {at: [3 m, -1 m], speed: 1.4 m/s, stay: 28 s}
+      - {at: [3 m, -1 m], speed: 1.4 m/s, stay: 43 s}
       - {at: [1.35 m, 0 m], speed: 1.4 m/s, stay: 3 s}
       - {at: [3 m, -1 m], speed: 1.4 m/s}
 """

@@ -5,7 +5,9 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from fractions import Fraction
 from math import nan
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -15,12 +17,24 @@ from aeros.runtime.audit.log import AuditError
 from aeros.runtime.execution import scheduler as module
 from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.gate.decision import Decision, DecisionKind
-from aeros.runtime.ports import EndedStep, StepRequest, StepResult, StepStatus
+from aeros.runtime.monitor.late_ticks import LateTickCounter
+from aeros.runtime.ports import (
+    EndedStep,
+    MotionCompletion,
+    ObservedMonitor,
+    StepHandle,
+    StepRequest,
+    StepResult,
+    StepStatus,
+    announce_stop,
+)
 from aeros.runtime.skills.in_process_run import InProcessRun, SkillRunResult
+from aeros.sim.fake import FakePlant
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
-from aeros.spec.diagnostics.errors import InternalError
+from aeros.spec.diagnostics.errors import InternalError, MisuseError
+from aeros.spec.model.motion import LateTicks
 from tests.unit.runtime.one_step import DENIAL, MakeBench, watched
-from tests.unit.runtime.together import MakeCart, Operator, asking, move, roll
+from tests.unit.runtime.together import VALUES, Cart, MakeCart, Operator, asking, move, roll
 
 FINISHED = StepStatus.FINISHED
 
@@ -309,3 +323,146 @@ def test_while_the_operator_pauses_what_moves_ends_and_nothing_begins(cart: Make
     operator.command = OperatorCommand.RUN
     assert {result.status for result in one.ends(2).values()} == {StepStatus.FINISHED}
     assert [len(one.records(event)) for event in ("paused", "resumed")] == [1, 1]
+
+
+def _raises_while_moving(failure: BaseException) -> Callable[[Cart, Operator], None]:
+    def cause(one: Cart, operator: Operator) -> None:
+        one.plant.failing["advance"] = failure
+        with pytest.raises(type(failure)):
+            one.executor.wait()
+
+    return cause
+
+
+def _ends(one: Cart, operator: Operator) -> None:
+    one.ends(1)
+
+
+def _blocked(one: Cart, operator: Operator) -> None:
+    one.plant.completions = [MotionCompletion(False, "blocked: something is in the way")]
+    one.ends(1)
+
+
+def _announced(one: Cart, operator: Operator) -> None:
+    class Blocked(type(one.plant)):  # type: ignore[misc]
+        def advance(self, monitor: Any, until: float) -> Any:
+            self.completions = [MotionCompletion(False, "blocked: something is in the way")]
+            announce_stop(
+                ObservedMonitor(monitor, lambda *_: None), "blocked: something is in the way", self.time
+            )
+            self.during = [{"hand": 0.75}]
+            return super().advance(monitor, until)
+
+    one.plant.__class__ = Blocked
+    one.ends(1)
+
+
+def _breaks_a_rule(one: Cart, operator: Operator) -> None:
+    one.plant.values = {**one.plant.values, "stop_pressed": True}
+    one.ends(1)
+
+
+def _revoked(one: Cart, operator: Operator) -> None:
+    operator.generation, operator.revoked = 1, {"reach"}
+    one.ends(1)
+
+
+def _stopped(one: Cart, operator: Operator) -> None:
+    operator.command = OperatorCommand.STOP
+    one.ends(1)
+
+
+def _cancelled(one: Cart, operator: Operator) -> None:
+    one.executor.cancel(StepHandle(1), "not wanted")
+    one.ends(1)
+
+
+def _late(one: Cart, operator: Operator) -> None:
+    one.plant._ends = dict.fromkeys(one.plant._ends, 1e6)
+    one.ends(1)
+
+
+def _asked_for(one: Cart, operator: Operator) -> None:
+    one.executor.run_step(StepRequest("cart", "look", {}))
+    one.ends(1)
+
+
+def _closed(one: Cart, operator: Operator) -> None:
+    one.executor.close()
+
+
+CAUSES: dict[str, tuple[Callable[[Cart, Operator], None], str]] = {
+    "a rule": (_breaks_a_rule, "stop-button"),
+    "the plant, which says so": (_announced, "blocked: something"),
+    "the plant, without a word": (_blocked, "blocked: something"),
+    "the operator's stop": (_stopped, "stopped by the operator"),
+    "the operator's block": (_revoked, "revoked: the test says so"),
+    "the caller": (_cancelled, "not wanted"),
+    "the skill's timeout": (_late, "the skill's timeout passed"),
+    "a protective stop": (_asked_for, "stopped for `cart.look`"),
+    "a plant that fails": (_raises_while_moving(OSError("link lost")), "link lost"),
+    "an interrupt": (_raises_while_moving(KeyboardInterrupt()), "KeyboardInterrupt"),
+    "the end of the session": (_closed, "closed before the step ended"),
+}
+
+
+@pytest.mark.parametrize("name", CAUSES)
+def test_whatever_cuts_a_motion_short_leaves_one_record_of_the_stop(cart: MakeCart, name: str) -> None:
+    cause, reason = CAUSES[name]
+    operator = Operator()
+    one = cart(governor=operator, reach=asking(move()), look=asking(act("stop")))
+    assert one.start("reach") == 1
+    assert one.executor.wait(0.05) is None
+    cause(one, operator)
+    (stop,) = one.records("stopped")
+    assert stop["reason"].startswith(reason) or reason in stop["reason"], stop["reason"]
+    assert stop["ticks"] >= 1
+    assert stop["time"] >= stop["began"] >= 0.0
+    assert stop["quantities"]["hand"] == {
+        "least": 0.0,
+        "greatest": 0.75 if "says" in name else 0.0,
+        "unit": "m",
+    }
+
+
+class _RealTime(FakePlant):
+    """A plant that does not wait, whose every tick comes after a time in ms."""
+
+    runs_in_real_time = True
+    gaps: tuple[float, ...] = ()
+    clock = 0.0
+
+    def advance(self, monitor: Any, until: float) -> Any:
+        def late(now: float, values: Any) -> Any:
+            gap, *rest = self.gaps or (0.0,)
+            self.gaps, self.clock = tuple(rest), self.clock + gap / 1000.0
+            return monitor(now, values)
+
+        return super().advance(late, until)
+
+
+@pytest.mark.parametrize(
+    ("gaps", "status", "count"),
+    [((1, 1, 1, 1), StepStatus.FINISHED, 0), ((1, 9, 1), FINISHED, 1), ((1, 30, 1), StepStatus.STOPPED, 1)],
+)
+def test_late_ticks_of_a_plant_in_real_time_are_counted_and_stop_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, gaps: tuple[float, ...], status: StepStatus, count: int
+) -> None:
+    plant = _RealTime(VALUES)
+    plant.gaps, plant.during = gaps, [{}] * len(gaps)
+    monkeypatch.setattr("aeros.runtime.monitor.late_ticks.time.monotonic", lambda: plant.clock)
+    limits = LateTicks(Fraction(5, 1000), 2, Fraction(20, 1000))
+    monkeypatch.setattr(module, "_late_tick_counter", lambda plant, site: LateTickCounter(limits))
+    one = Cart(tmp_path / "log", {"reach": asking(move())}, plant=plant)
+    one.start("reach")
+    (result,) = one.ends(1).values()
+    assert result.status is status
+    (ended,) = one.records("step-ended")
+    assert ended.get("late_ticks", 0) == count
+    stops = [(stop["reason"], stop["late_ticks"]) for stop in one.records("stopped")]
+    assert stops == ([("late-ticks", count)] if status is StepStatus.STOPPED else [])
+
+
+def test_a_plant_in_real_time_needs_a_site_that_bounds_late_ticks(tmp_path: Path) -> None:
+    with pytest.raises(MisuseError, match=r"motion\.late_ticks"):
+        Cart(tmp_path / "log", {}, plant=_RealTime(VALUES))

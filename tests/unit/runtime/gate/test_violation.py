@@ -41,12 +41,12 @@ SAFE: dict[str, Any] = {
         (
             "link-speeds-near-person",
             {"human_distance": 1.0, "link_speed": 0.3},
-            "human_distance is 1 m (at least 1.2 m), link_speed is 0.3 m/s (at most 0.25 m/s)",
+            "human_distance is 1 m (at least 2.3 m), link_speed is 0.3 m/s (at most 0.25 m/s)",
         ),
         (
             "reduced-speed-towards-person",
-            {"human_distance": 1.5, "speed": 0.25},
-            "human_distance is 1.5 m (below 1.2 m), human_distance is 1.5 m (at least 1.7 m), "
+            {"human_distance": 2.6, "speed": 0.25},
+            "human_distance is 2.6 m (below 2.3 m), human_distance is 2.6 m (at least 2.8 m), "
             "speed is 0.25 m/s (at most 0.2 m/s)",
         ),
         ("arm-separation", {"human_distance": 0.9}, "human_distance is 0.9 m (at least 0.927 m)"),

@@ -54,7 +54,7 @@ def test_a_conditional_bound_applies_while_its_condition_holds() -> None:
     near = found(rule, "move_tool", human_distance=1.0, link_speed=0.1)
     assert near == [("link_speed", "at most", 0.25)]
     fast = found(rule, "move_tool", human_distance=3.0, link_speed=0.5)
-    assert fast == [("human_distance", "at least", 1.2)]
+    assert fast == [("human_distance", "at least", 2.3)]
     assert found(rule, "move_tool", human_distance=3.0, link_speed=0.1) == []
 
 

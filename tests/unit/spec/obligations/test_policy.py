@@ -4,8 +4,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_site
 from aeros.spec.obligations.obligation import Obligation
 from aeros.spec.obligations.policy import action_space, policy_obligations
 from tests.unit.spec.obligations.tidier import Change, failed, site
@@ -92,3 +96,25 @@ def test_the_report_of_an_idle_rule_points_at_the_rule_alone() -> None:
     claims = [one for one in policy_obligations(site()) if isinstance(one, Obligation)]
     alone = {str(one.id).split("/")[2] for one in claims if one.primary_alone}
     assert alone == {"effective", "unshadowed"}
+
+
+CONTACT = Path(__file__).parents[3] / "corpus/rejected/site/contact_speed_that_no_rule_keeps/site.yaml"
+
+
+@pytest.mark.parametrize("distance_mm", [0, 1199, 1200, 2000])
+@pytest.mark.parametrize("speed_mm_s", [0, 323, 324])
+def test_a_contact_is_refused_exactly_where_the_rules_allow_a_faster_one(
+    tmp_path: Path, distance_mm: int, speed_mm_s: int
+) -> None:
+    """The contact is within 1200 mm, and at most at 323 mm/s."""
+    text = CONTACT.read_text()
+    rule_text = "human_distance < 1 m implies link_speed <= 250 mm/s"
+    assert text.count(rule_text) == 1
+    rule_now = f"human_distance < {distance_mm} mm implies link_speed <= {speed_mm_s} mm/s"
+    path = tmp_path / "site.yaml"
+    path.write_text(text.replace(rule_text, rule_now))
+    loaded = load_site(path, Diagnostics())
+    assert loaded is not None
+    found = failed(one for one in policy_obligations(loaded) if str(one.id).endswith("/contact-speed"))
+    keeps = distance_mm >= 1200 and speed_mm_s <= 323
+    assert found == ({} if keeps else {"policy/move/contact-speed": "AE612"})

@@ -1,0 +1,69 @@
+"""Late ticks are counted on the wall clock and bounded; here the clock is a list of times."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import pytest
+
+from aeros.runtime.monitor.late_ticks import LateTickCounter
+from aeros.spec.model.motion import LateTicks
+
+LIMITS = LateTicks(Fraction(5, 1000), 2, Fraction(20, 1000))
+
+
+def told(cls: type[LateTickCounter], *gaps_ms: float) -> tuple[list[bool], int]:
+    """Which ticks stop the robot, by the times between them, and the count."""
+    now = [0.0]
+    counter = cls(LIMITS, lambda: now[0])
+    answers = [counter.tick()]
+    for gap in gaps_ms:
+        now[0] += gap / 1000.0
+        answers.append(counter.tick())
+    return answers, counter.count
+
+
+CASES = [
+    ((4, 4, 4), [False] * 4, 0),
+    ((6, 6, 4, 6, 6), [False] * 6, 4),
+    ((6, 6, 6), [False, False, False, True], 3),
+    ((4, 21), [False, False, True], 1),
+]
+
+
+@pytest.mark.parametrize(("gaps", "stops", "count"), CASES)
+def test_a_long_gap_or_too_many_in_a_row_stop_the_robot(
+    gaps: tuple[float, ...], stops: list[bool], count: int
+) -> None:
+    assert told(LateTickCounter, *gaps) == (stops, count)
+
+
+def test_time_in_which_nothing_moves_does_not_count() -> None:
+    now = [0.0]
+    counter = LateTickCounter(LIMITS, lambda: now[0])
+    assert not counter.tick()
+    now[0] = 60.0
+    counter.restart()
+    assert not counter.tick()
+    assert (counter.count, counter.longest) == (0, 0.0)
+
+
+class Forgetful(LateTickCounter):
+    """Broken: begins anew with every tick."""
+
+    def tick(self) -> bool:
+        self.restart()
+        return super().tick()
+
+
+class Lenient(LateTickCounter):
+    """Broken: counts, and stops nothing."""
+
+    def tick(self) -> bool:
+        super().tick()
+        return False
+
+
+@pytest.mark.parametrize("twin", [Forgetful, Lenient])
+def test_a_broken_twin_fails_a_case(twin: type[LateTickCounter]) -> None:
+    assert any(told(twin, *gaps) != (stops, count) for gaps, stops, count in CASES)
