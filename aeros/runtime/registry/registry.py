@@ -41,32 +41,19 @@ class Registry(InstalledModules):
     def committed_snapshot(self, live: ControlPage) -> RegistrySnapshot | None:
         """Read the registry unless a change is in progress.
 
-        If the process that made a change died before storing it, its announcement is withdrawn.
+        If the process that made a change died before storing it, it is stored now if it is recorded.
 
         Args:
             live: control page of this registry.
 
         Returns:
-            The content; None while executors know of a change that is not stored.
+            The content, not yet compared with the record; None while executors know of a change that is not
+            stored.
 
         Raises:
-            UserError: it cannot be read.
+            UserError: it cannot be read, or database and record of changes disagree.
         """
         return self._transactions.committed_snapshot(live)
-
-    def confirms(self, snapshot: RegistrySnapshot) -> bool:
-        """Compare content of the registry that was just read with its record of changes.
-
-        Args:
-            snapshot: the content.
-
-        Returns:
-            True if they agree; False if a change was made meanwhile, so that it must be read again.
-
-        Raises:
-            UserError: they disagree while no change is being made.
-        """
-        return self._transactions.confirms(snapshot)
 
     def install(
         self, source: Path, pinned: str | None = None, *, allows_downgrade: bool = False
