@@ -12,13 +12,14 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from aeros.files import make_private_folder, sync_folder, temporary_folder
+from aeros.files import make_private_folder, open_regular, sync_folder, temporary_folder
 
 if TYPE_CHECKING:
     from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey, Ed25519PublicKey
 
 PUBLIC_SUFFIX: Final = ".pub"
 _OWNER_ONLY: Final = 0o600
+_MAX_KEY_BYTES: Final = 100_000
 _MISSING: Final = "signing needs the package `cryptography`: pip install cryptography"
 
 
@@ -237,7 +238,8 @@ def read_public_key(path: Path) -> PublicKey:
 
 def _read(path: Path) -> bytes:
     try:
-        return path.read_bytes()
+        with open_regular(path) as file:
+            return file.read(_MAX_KEY_BYTES)
     except OSError as error:
         raise InvalidKeyError(f"the key `{path}` cannot be read: {error.strerror}") from error
 

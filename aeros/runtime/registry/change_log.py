@@ -20,9 +20,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from aeros.runtime.audit.check import Record, read_prefix, verify_log
+from aeros.runtime.audit.check import CHECKPOINT, Record, read_prefix, verify_log
 from aeros.runtime.audit.checkpoints import (
-    CHECKPOINT,
     AnchorError,
     CheckpointVerifier,
     SigningConfiguration,

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from packaging.version import Version
 
-from aeros.files import temporary_folder
+from aeros.files import open_regular, temporary_folder
 from aeros.runtime.registry.bundle_store import bundle_digest, module_files, stored_bundle, write_files
 from aeros.runtime.registry.control_page import ControlPage
 from aeros.runtime.registry.installed import InstalledModules, load_module, policy_file, refusal
@@ -27,6 +27,7 @@ from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.site import Site
 from aeros.spec.text.digests import file_digest
+from aeros.spec.text.files import MAX_BYTES
 from aeros.spec.verification.reports import Report
 
 
@@ -294,7 +295,8 @@ def _require_upgrade(kept: InstalledModule | None, ecm: Ecm, digest: str, *, all
 
 def _read_bytes(path: Path) -> bytes:
     try:
-        return path.read_bytes()
+        with open_regular(path) as file:
+            return file.read(MAX_BYTES + 1)  # more is refused as too large
     except OSError as failure:
         raise refusal("AE961", f"`{path}` cannot be read: {failure.strerror}") from failure
 
