@@ -103,6 +103,7 @@ class FolderModules:
 
         Raises:
             UserError: a file is rejected, or the policy in force is another than the given site.
+            InternalError: a fault of AEROS: the site was refused without a diagnostic.
         """
         diagnostics = Diagnostics()
         site = load_site(self._site_file(snapshot)[0], diagnostics)

@@ -106,7 +106,7 @@ def test_a_note_is_selected_by_its_event(event: object, wanted: str, *, matches:
 
 
 def test_a_disagreement_is_shown_with_both_verdicts() -> None:
-    outcomes = {"compiled": {"verdict": "ALLOW"}, "z3": {"verdict": "DENY"}}
+    outcomes: dict[str, Any] = {"compiled": {"verdict": "ALLOW"}, "z3": {"verdict": "DENY"}}
     shown = format_record(record("gate-disagreement", module="m", skill="s", **outcomes), None)
     assert "gate-disagreement  compiled ALLOW, z3 DENY  m.s asks for null" in shown
 
