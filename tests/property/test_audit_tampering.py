@@ -21,9 +21,8 @@ from unittest.mock import patch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.runtime.audit.check import GENESIS, read_prefix, verify_log
+from aeros.runtime.audit.check import CHECKPOINT, GENESIS, read_prefix, verify_log
 from aeros.runtime.audit.checkpoints import (
-    CHECKPOINT,
     CHECKPOINT_INTERVAL,
     AuditCheckpoint,
     SigningConfiguration,
