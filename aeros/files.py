@@ -6,6 +6,7 @@ files of a run and of an agent are for their owner alone, in folders for their o
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import os
 import shutil
@@ -65,6 +66,25 @@ def open_private(path: Path) -> BinaryIO:
     with suppress(PermissionError):
         os.fchmod(descriptor, PRIVATE_FILE)
     return os.fdopen(descriptor, "a+b", buffering=0)
+
+
+def open_regular(path: Path) -> BinaryIO:
+    """Open a regular file to read; neither a pipe, which may block for ever, nor a device without an end.
+
+    Args:
+        path: the file; a link is followed.
+
+    Returns:
+        The file.
+
+    Raises:
+        OSError: it cannot be opened, or is no regular file.
+    """
+    descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
+    if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        os.close(descriptor)
+        raise OSError(errno.EINVAL, "it is not a regular file", str(path))
+    return os.fdopen(descriptor, "rb")
 
 
 def replace_durably(path: Path, content: bytes, *, is_private: bool = True) -> None:

@@ -13,7 +13,13 @@ from aeros.agent.errors import AgentError
 from aeros.agent.planning.routing import RoutedTask, route
 from aeros.files import make_private_folder
 from aeros.runtime.audit.checkpoints import AnchorError, SigningConfiguration
-from aeros.runtime.audit.keys import InvalidKeyError, SigningKey, ensure_key, read_signing_key
+from aeros.runtime.audit.keys import (
+    InvalidKeyError,
+    SigningKey,
+    ensure_key,
+    lost_key_error,
+    read_signing_key,
+)
 from aeros.runtime.audit.log import AuditError
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.isolation.run_factory import SkillRunFactory
@@ -36,6 +42,9 @@ AUDIT: Final = "audit.jsonl"
 
 KEY: Final = "audit.key"
 """The name of the key that signs audit logs in an agent's folder."""
+
+ANCHORS: Final = "anchors"
+"""The name of the folder, in an agent's folder, of the anchors of its logs."""
 
 SETUP_ERRORS: Final = (
     AgentError,
@@ -60,7 +69,7 @@ def default_anchor(state: Path, out: Path) -> Path:
         A path in the state folder, of its own for each folder of a run.
     """
     place = out.resolve()
-    return state / "anchors" / f"{place.name}-{hashlib.sha256(bytes(place)).hexdigest()[:12]}.anchor"
+    return state / ANCHORS / f"{place.name}-{hashlib.sha256(bytes(place)).hexdigest()[:12]}.anchor"
 
 
 def find_signing_key(state: Path, key_file: Path | None = None) -> SigningKey:
@@ -74,9 +83,15 @@ def find_signing_key(state: Path, key_file: Path | None = None) -> SigningKey:
         The key.
 
     Raises:
-        InvalidKeyError: The key cannot be made, read or used.
+        InvalidKeyError: The key cannot be made, read or used; or the agent has signed logs, and lost its key.
     """
-    return read_signing_key(key_file or ensure_key(state / KEY))
+    if key_file is not None:
+        return read_signing_key(key_file)
+    path = state / KEY
+    anchor = None if path.exists() else next((state / ANCHORS).glob("*.anchor"), None)
+    if anchor is not None:
+        raise lost_key_error(path, f"`{anchor}` belongs to a log that it signed")
+    return read_signing_key(ensure_key(path))
 
 
 def build_signing(

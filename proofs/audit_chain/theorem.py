@@ -7,7 +7,7 @@ from contextlib import nullcontext
 from types import SimpleNamespace
 from typing import Any, Final
 
-from aeros.runtime.audit.check import AuditReport, DecisionCounts
+from aeros.runtime.audit.check import TAIL_REPAIRED, AuditReport, DecisionCounts
 from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.theorems.module_copies import ModuleSource, Mutant, install_stubs
 from aeros.spec.theorems.smtlib import smt_and, smt_apply, smt_literal
@@ -219,9 +219,15 @@ def _scan(code: ModuleSource) -> TheoremObligation:
             records = line.place + (problem is None)
             return module.LogPrefix(records, "first", f"hash {records}", records, None, problem)
 
-        module = code.module(CHECK, _check=check, os=_FakeOs(there), GENESIS="hash 0")
-        path = SimpleNamespace(open=lambda _: nullcontext(_SymbolicFile(ask, there)))
-        report = module.verify_log(path, "watch")
+        module = code.module(
+            CHECK,
+            _check=check,
+            os=_FakeOs(there),
+            GENESIS="hash 0",
+            open_regular=lambda _: nullcontext(_SymbolicFile(ask, there)),
+            _ClosedLogCheck=lambda watch: watch,
+        )
+        report = module.verify_log("path", "watch")
         return smt_apply("scanned", smt_literal(bool(report.is_sound)), smt_literal(report.records))
 
     each = [f"(=> there.{n} (and whole.{n} follows.{n}))" for n in range(_LINES)]
@@ -322,14 +328,15 @@ def _execute_checkpoint_verifier(code: ModuleSource) -> DecisionDiagram:
         watch._bare = module.CHECKPOINT_INTERVAL if ask("many-bare") else 0
         watch._is_ended = ask("ended")
         event = module.CHECKPOINT if ask("is-checkpoint") else "other"
+        details: dict[str, Any] = {}
         if event == "other" and ask("is-mended"):
-            event = module.TAIL_REPAIRED
+            event, details = TAIL_REPAIRED, {"bytes": 1, "sha256": "0" * 64}
         record: dict[str, Any] = {
             "sequence": SymbolicValue("place", ask),
             "previous": SymbolicValue("previous", ask),
             "written": SymbolicValue("written", ask),
             "event": event,
-            "details": {},
+            "details": details,
         }
         if watch(record, SymbolicValue("own", ask)) is not None:
             return "objects"
@@ -489,8 +496,8 @@ THEOREM = Theorem(
             "takes-a-record-after-the-closing-checkpoint",
             "closed",
             CHECKPOINTS,
-            'if self._is_ended and record["event"] != TAIL_REPAIRED:',
-            'if self._is_ended and self._bare and record["event"] != TAIL_REPAIRED:',
+            "if self._is_ended and not is_repair_note(record):",
+            "if self._is_ended and self._bare and not is_repair_note(record):",
         ),
         Mutant(
             "forgets-that-the-log-was-closed",

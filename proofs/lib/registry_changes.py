@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from types import SimpleNamespace
 from typing import Any, Final
 
@@ -114,7 +115,7 @@ def _commit(code: ModuleSource) -> TheoremObligation:
             if ask(f"fails.{name}"):
                 if ask(f"done-all-the-same.{name}"):
                     change()
-                raise OSError
+                raise UserError([])
             change()
 
         def publish(generation: int) -> None:
@@ -125,11 +126,6 @@ def _commit(code: ModuleSource) -> TheoremObligation:
             if ask(f"killed-before.publish-{generation}"):
                 raise _KilledError
             change()
-
-        def mark(*_: Any) -> UserError | None:
-            if ask("killed-before.mark"):
-                raise _KilledError
-            return UserError([]) if ask("fails.mark") else None
 
         live = SimpleNamespace(
             publish=publish,
@@ -145,7 +141,6 @@ def _commit(code: ModuleSource) -> TheoremObligation:
         install_stubs(
             transaction,
             {
-                "record_made": mark,
                 "make_folder": lambda *_: None,
                 "record_change": lambda *_: step("record", lambda: setattr(world, "recorded", True)),
                 "ControlPage": opened,
@@ -154,20 +149,23 @@ def _commit(code: ModuleSource) -> TheoremObligation:
                 "remove_unreferenced": lambda *_: None,
             },
         )
+        after = SimpleNamespace(**{**vars(new), "generation": 2})
         self = SimpleNamespace(
             folder=_RegistryFolderStub(),
             _key=None,
             _records=SimpleNamespace(
-                replace=lambda _: step("replace", lambda: setattr(world, "committed", True)),
-                read=lambda: SimpleNamespace(generation=2 if world.committed else 1),
+                replace=lambda _: step("replace", lambda: setattr(world, "committed", True))
             ),
         )
+        self._recorded_state = lambda: SimpleNamespace(latest=after if world.recorded else old)
+        self._record = partial(transaction.RegistryTransactions._record, self)
+        self._store = partial(transaction.RegistryTransactions._store, self)
         ended = "returned"
         try:
             transaction.RegistryTransactions.commit(self, old, new, "said", SimpleNamespace(digest="d"))
         except _KilledError:
             ended = "killed"
-        except (OSError, UserError):
+        except UserError:
             ended = "failed"
         flags = (world.recorded, world.announced, world.committed, world.idle)
         return f"(left {ended} {' '.join(map(smt_literal, flags))})"
@@ -175,20 +173,18 @@ def _commit(code: ModuleSource) -> TheoremObligation:
     names = ["record", "replace", "wait"]
     return TheoremObligation(
         "Wherever `RegistryTransactions.commit` is killed or fails: what is kept is recorded, and executors\n"
-        "were told; where it fails before anything is kept, they are told that nothing changed; where it\n"
-        "returns, the change is kept, and nothing of the old configuration moves.",
+        "were told; they are told of nothing that is not recorded; where it returns, the change is kept,\n"
+        "and nothing of the old configuration moves.",
         (
             "(declare-datatypes ((Ended 0)) (((returned) (failed) (killed))))",
             "(declare-datatypes ((Left 0))"
             " (((left (ended Ended) (recorded Bool) (told Bool) (kept Bool) (still Bool)))))",
-            *(f"(declare-const killed-before.{one} Bool)" for one in (*names, "publish-1", "publish-2")),
+            *(f"(declare-const killed-before.{one} Bool)" for one in (*names, "publish-2")),
             "(declare-const older-is-still Bool)",
-            "(declare-const killed-before.mark Bool)",
-            "(declare-const fails.mark Bool)",
             *(f"(declare-const {how}.{one} Bool)" for one in names for how in ("fails", "done-all-the-same")),
         ),
         "(and (=> (kept world) (and (recorded world) (told world)))"
-        " (=> (and (= (ended world) failed) (not (kept world))) (not (told world)))"
+        " (=> (told world) (recorded world))"
         " (=> (= (ended world) returned) (and (kept world) (still world))))",
         tables=(SymbolicFunction("world", "Left", execute_symbolically(run)),),
     )

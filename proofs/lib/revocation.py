@@ -181,12 +181,15 @@ def _transactions(code: ModuleSource, who: str, do: PerformStep) -> tuple[Any, A
         TRANSACTION,
         using=(live_module,),
         fcntl=_fcntl(flock),
-        os=SimpleNamespace(open=lambda *_: 3, close=lambda _: do("unlock"), O_RDWR=0, O_CREAT=0, O_CLOEXEC=0),
+        os=SimpleNamespace(
+            open=lambda *_: 3, close=lambda _: do("unlock"), O_RDWR=0, O_CREAT=0, O_CLOEXEC=0, O_NOFOLLOW=0
+        ),
         make_folder=lambda *_: None,
         _is_same_file=lambda *_: True,
         record_change=lambda *_: None,
-        record_made=lambda *_: None,
-        read_recorded_state=lambda _: SimpleNamespace(disagreement=lambda _: None),
+        read_recorded_state=lambda *_: SimpleNamespace(
+            disagreement=lambda _: None, is_unfinished=lambda _: False
+        ),
         recorded_configurations=lambda _: {},
         remove_unreferenced=lambda *_: None,
         ControlPage=lambda _: live,
@@ -220,7 +223,7 @@ def _change_process(code: ModuleSource) -> ProcessGraph:
 
 
 def _observer_process(code: ModuleSource, who: str) -> ProcessGraph:
-    """`RegistryTransactions.committed_snapshot`: an executor reads, and reverts an unkept change."""
+    """`RegistryTransactions.committed_snapshot`: an executor reads, and withdraws what is not recorded."""
 
     def run(do: PerformStep) -> str:
         transactions, live = _transactions(code, who, do)

@@ -88,8 +88,8 @@ THEOREM = Theorem(
             "keeps-what-it-has-not-recorded",
             "commit",
             TRANSACTION,
-            "        record_change(self.folder, self._key, old, new, description, configuration.digest)\n",
-            "",
+            "record_change(self.folder, self._key, old, new, description, configuration.digest)\n",
+            "pass\n",
         ),
         Mutant(
             "writes-before-the-transaction",
@@ -109,10 +109,8 @@ THEOREM = Theorem(
             "keeps-a-change-before-it-tells-of-it",
             "agreeing-change",
             TRANSACTION,
-            "            live.publish(new.generation)\n            try:\n"
-            "                self._records.replace(new)\n",
-            "            try:\n                self._records.replace(new)\n"
-            "                live.publish(new.generation)\n",
+            "live.publish(new.generation)\n        try:\n            self._records.replace(new)\n",
+            "try:\n            self._records.replace(new)\n            live.publish(new.generation)\n",
         ),
         Mutant(
             "follows-what-was-read-while-it-changed",

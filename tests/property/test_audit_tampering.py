@@ -21,9 +21,8 @@ from unittest.mock import patch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.runtime.audit.check import GENESIS, verify_log
+from aeros.runtime.audit.check import CHECKPOINT, GENESIS, read_prefix, verify_log
 from aeros.runtime.audit.checkpoints import (
-    CHECKPOINT,
     CHECKPOINT_INTERVAL,
     AuditCheckpoint,
     SigningConfiguration,
@@ -180,7 +179,8 @@ def test_key_and_anchor_vouch_for_nothing_that_was_rewritten(
             records = signed_by(read_signing_key(one.folder / "stranger"), records)
         lines = chained(records)
         one.log.write_bytes(b"".join(lines))
-        assert verify_log(one.log).is_sound
+        with one.log.open("rb") as file:
+            assert read_prefix(file).problem is None
         by_key = verify_signed(one.log, one.key.public)
         assert not by_key.chain.is_sound or lines[: by_key.signed] == one.original[: by_key.signed]
         # The anchor holds the last record of a log that was closed.

@@ -17,6 +17,7 @@ import pytest
 from aeros.files import (
     hold_temporary_folder,
     make_folder,
+    open_regular,
     replace_durably,
     sync_folder,
     temporary_folder,
@@ -56,6 +57,17 @@ def test_a_file_is_replaced_once_its_new_content_is_on_the_disk(tmp_path: Path, 
     assert flushed == ["file state.new new", "rename state.new to state", f"folder {tmp_path.name}"]
     assert path.read_bytes() == b"new"
     assert [one.name for one in tmp_path.iterdir()] == ["state"]
+
+
+def test_only_a_regular_file_is_opened(tmp_path: Path) -> None:
+    (tmp_path / "file").write_bytes(b"content")
+    (tmp_path / "link").symlink_to("file")
+    with open_regular(tmp_path / "link") as opened:
+        assert opened.read() == b"content"
+    os.mkfifo(tmp_path / "pipe")
+    for path in (tmp_path / "pipe", Path("/dev/zero"), tmp_path):
+        with pytest.raises(OSError, match="not a regular file"):
+            open_regular(path)
 
 
 def test_a_file_that_is_not_there_is_created_and_may_be_empty(tmp_path: Path) -> None:

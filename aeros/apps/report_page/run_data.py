@@ -16,8 +16,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from aeros.apps.stop_text import stop_text
-from aeros.runtime.audit.check import GENESIS, AuditReport, DecisionCounts, Record, verify_log
-from aeros.runtime.audit.checkpoints import CHECKPOINT
+from aeros.runtime.audit.check import CHECKPOINT, GENESIS, AuditReport, DecisionCounts, Record, verify_log
 from aeros.runtime.bus.sample_file import FILE as SAMPLES
 from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.migrations import formats

@@ -128,6 +128,13 @@ class RunLog:
     def _explain_end(self) -> CausalExplanation:
         end = next((one for one in reversed(self._notes) if one[1] in _END_EVENTS), None)
         failed = tuple(one for one in self.steps if one.failed)
+        halt = next((at for at in reversed(range(len(self._records))) if self._is_disagreement(at)), None)
+        if halt is not None and (end is None or end[1] != "run-ended" or end[0] < halt):
+            return CausalExplanation(
+                "the robot was halted: the compiled gate and Z3 decided an action differently",
+                (CausalLink(halt, *_disagreement(self._records[halt])),),
+                failed,
+            )
         if end is None:
             return self._unfinished_link(failed)
         place, event, details = end
@@ -140,6 +147,9 @@ class RunLog:
         headline = f"{_text(details, 'task')}: the goal was not reached{goal}"
         chain = [CausalLink(place, _text(details, "reason")), *self._cause_of_end(place)]
         return CausalExplanation(headline, tuple(chain), failed)
+
+    def _is_disagreement(self, place: int) -> bool:
+        return bool(self._records[place]["event"] == "gate-disagreement")
 
     def explain_step(self, step: StepTrace) -> CausalExplanation:
         """Explain the end of a step.
@@ -304,6 +314,20 @@ def _changes(cause: Cause) -> Iterator[str]:
             value, bound = part.formatted_values()
             asked = bound if isinstance(part.bound, bool) else f"{part.required_op} {bound}"
             yield f"{part.quantity} is {value}; {asked} required by `{cause.rule}`"
+
+
+def _disagreement(record: Record) -> tuple[str, tuple[Cause, ...]]:
+    """Return the action on which the compiled gate and Z3 disagreed, and the verdict of each as a cause."""
+    details = record["details"]
+    asked = details.get("asked")
+    kind = asked.get("kind") if isinstance(asked, dict) else "an action"
+    causes: list[Cause] = []
+    for name in ("compiled", "z3"):
+        outcome = details.get(name)
+        if isinstance(outcome, dict):
+            causes.append(Cause("verdict", name, _text(outcome, "verdict")))
+            causes.extend(_reasons(outcome))
+    return f"{_skill(record)} asked for `{kind}`", tuple(causes)
 
 
 def _ended(details: Mapping[str, Any]) -> str:

@@ -16,18 +16,16 @@ from aeros.agent.planning.strong_cyclic import explain_no_plan
 from aeros.agent.planning.task_graph import verify_plan
 from aeros.agent.world.values import to_exact, to_json_value
 from aeros.apps.goal import parse_goal, parse_value
-from aeros.cli.arguments import add_command, existing_path
+from aeros.cli.arguments import add_command, existing_path, print_warning
 from aeros.cli.terminal import print_line
 from aeros.exit_codes import Exit, UsageError
 from aeros.files import make_folder
-from aeros.runtime.registry.folder_modules import uses_installed_modules
+from aeros.runtime.registry.folder_modules import DEFAULT_MODULES, FolderModules, uses_installed_modules
 from aeros.runtime.registry.registry import Registry
 from aeros.sim.symbolic.state import initial_values
 from aeros.spec.closed_loop.invocation import State
-from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.diagnostics.render import escape_invisible
-from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.expr.doubles import to_doubles
 from aeros.spec.expr.semantics import Value
 from aeros.spec.model.ecm import ActionCondition, Ecm, Task
@@ -37,7 +35,6 @@ from aeros.spec.planning.pddl import write_pddl
 from aeros.spec.planning.plan_check import UnreadablePlanError, find_step_problems, read_plan
 from aeros.spec.planning.search_result import PlanUndecidedError
 from aeros.spec.planning.strong_cyclic import StrongCyclicStrategy
-from aeros.spec.text.discovery import module_folders, reference_site_path
 from aeros.spec.text.files import read_source
 
 if TYPE_CHECKING:
@@ -221,22 +218,21 @@ def _load(
     """Load the site, the modules to plan with, and the inactive modules.
 
     Without options the robot's registry is used if there is one; files named by options are read, not proved.
+    The operator's word holds for both: blocked and withdrawn modules and skills are not planned with.
 
     Raises:
-        InternalError: A fault of AEROS: the site was refused without a diagnostic.
+        UserError: A file is rejected, or `--site` is not the policy that the operator set.
     """
     registry = Registry(arguments.state)
     if arguments.ecms is None and arguments.site is None and uses_installed_modules(registry):
         configuration, _ = registry.configuration()
         return configuration.site, configuration.modules, registry.inactive_modules
-    sink = Diagnostics()
-    site = load_site(arguments.site or reference_site_path(), sink)
-    folders = [] if site is None else module_folders(arguments.ecms or Path("ecms"), sink)
-    loaded = [load_ecm(one, site, sink) for one in folders if site is not None]
-    sink.raise_if_errors()
-    if site is None:
-        raise InternalError("a site that was not read was not reported")
-    return site, {one.ecm.id: one.ecm for one in loaded if one is not None}, dict[str, Ecm]
+    snapshot = registry.snapshot()
+    source = FolderModules(arguments.ecms or DEFAULT_MODULES, arguments.site, registry)
+    site, modules, withheld = source.load_unproved(snapshot)
+    for reason in withheld.values():
+        print_warning(f"{reason} on this robot, so it is not planned with")
+    return site, modules, dict[str, Ecm]
 
 
 def _task_goal(task: Task | None) -> ActionCondition:

@@ -14,13 +14,14 @@ from aeros.cli.arguments import add_command, existing_path, writable_path
 from aeros.cli.records.show import add_filters, explain_record, format_record, matches_filters
 from aeros.cli.terminal import print_line
 from aeros.exit_codes import EXIT_CODES, Exit
-from aeros.runtime.audit.check import AuditReport, Record, RecordCheck, verify_log
-from aeros.runtime.audit.checkpoints import CHECKPOINT, AnchorError, SignatureReport, verify_signed
+from aeros.runtime.audit.check import CHECKPOINT, AuditReport, Record, RecordCheck, verify_log
+from aeros.runtime.audit.checkpoints import AnchorError, SignatureReport, verify_signed
 from aeros.runtime.audit.format import explain_problem
 from aeros.runtime.audit.keys import PUBLIC_SUFFIX, InvalidKeyError, make_key, read_public_key
 from aeros.runtime.gate.configuration import FindConfiguration
 from aeros.runtime.gate.gate import GateMode
 from aeros.runtime.records.replay import LogReplay, ReplayMismatch
+from aeros.runtime.registry.change_log import LOG, anchor_of
 from aeros.runtime.registry.folder_modules import DEFAULT_MODULES, uses_installed_modules
 from aeros.runtime.registry.past_configurations import FolderConfigurations, PastConfigurations
 from aeros.runtime.registry.registry import Registry
@@ -179,7 +180,7 @@ def _verify(arguments: argparse.Namespace) -> Exit:
     key, anchors = arguments.public_key, list(arguments.anchor)
     if arguments.state is not None:
         key = key or arguments.state / f"{KEY}{PUBLIC_SUFFIX}"
-        anchors.append(default_anchor(arguments.state, arguments.log.parent))
+        anchors.append(_own_anchor(arguments.state, arguments.log))
     if key is None and (anchors or arguments.closed):
         option = "--anchor" if anchors else "--closed"
         print(
@@ -212,6 +213,14 @@ def _verify(arguments: argparse.Namespace) -> Exit:
     else:
         print("\n".join(_format_verification(chain, signed, checkpoints, unnoticed)))
     return Exit.SUCCESS if chain.is_sound else Exit.REJECTED
+
+
+def _own_anchor(state: Path, log: Path) -> Path:
+    """Return the path of the anchor that an agent's folder has for a log."""
+    registry = Registry(state).folder
+    if log.resolve() == (registry / LOG).resolve():
+        return anchor_of(registry)
+    return default_anchor(state, log.parent)
 
 
 def _undetectable_changes(chain: AuditReport, signed: SignatureReport | None, *, anchors: int) -> list[str]:

@@ -39,7 +39,9 @@ def add_filters(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--skill", action="append", help="of this skill, SKILL or MODULE.SKILL")
     group.add_argument("--kind", action="append", help="with an action of this kind")
     group.add_argument("--rule", action="append", help="with this rule, field or AE code among the reasons")
-    group.add_argument("--event", action="append", help="of this kind, as `decision`, `step-ended`, `note`")
+    group.add_argument(
+        "--event", action="append", help="of this kind, or a note of this event, as `decision`, `run-ended`"
+    )
     group.add_argument(
         "--from-record", type=int, dest="first", metavar="N", help="from this sequence number on"
     )
@@ -75,7 +77,7 @@ def matches_filters(record: Record, filters: argparse.Namespace) -> bool:
         (filters.skill, [skill, f"{module}.{skill}"]),
         (filters.kind, [kind]),
         (filters.rule, [word for code, rule, _ in decision_reasons(record) for word in (code, rule)]),
-        (filters.event, [record["event"]]),
+        (filters.event, [record["event"], _noted_event(record), current_event(_noted_event(record))]),
     ]
     ranges = [
         (filters.first, record["sequence"], filters.last),
@@ -84,6 +86,12 @@ def matches_filters(record: Record, filters: argparse.Namespace) -> bool:
     return all(some is None or any(one in there for one in some) for some, there in listed) and all(
         (low is None or low <= value) and (high is None or value <= high) for low, value, high in ranges
     )
+
+
+def _noted_event(record: Record) -> str:
+    """Return the event of a note of the agent, which has a name of its own; empty for any other record."""
+    noted = record["details"].get("event") if record["event"] == "note" else None
+    return noted if isinstance(noted, str) else ""
 
 
 def decision_reasons(record: Record) -> list[tuple[str, str, str]]:
@@ -222,6 +230,10 @@ def _summary(record: Record) -> str:
         time = details.get("time")
         at = f"{time:.3f} s" if type(time) is float else json.dumps(time)
         return f"{details.get('verdict')!s:9}  {who} asks for {_action(details.get('asked'))} at {at}"
+    if record["event"] == "gate-disagreement":
+        found = (details.get(name) for name in ("compiled", "z3"))
+        verdicts = [one.get("verdict") if isinstance(one, dict) else None for one in found]
+        return f"compiled {verdicts[0]}, z3 {verdicts[1]}  {who} asks for {_action(details.get('asked'))}"
     words = [str(details[name]) for name in ("status", "reason") if details.get(name)]
     if details.get("event"):
         words.append(current_event(str(details["event"])))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -16,6 +17,7 @@ from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.registry.control_page import MotionTimeoutError, request_command
 from aeros.runtime.registry.operator_block import OperatorBlock, parse_digest, parse_versions
 from aeros.runtime.registry.registry import Registry
+from aeros.spec.diagnostics.render import escape_invisible
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -58,9 +60,9 @@ def add_to(commands: Subparsers, name: str) -> None:
     """
     parser = add_command(commands, name, _DESCRIPTIONS[name], f"examples:\n{_EXAMPLES[name]}")
     if name == "block":
-        parser.add_argument("--id", required=True, help="short name of the block")
-        parser.add_argument("--reason", required=True, help="reason shown in denials")
-        parser.add_argument("--module", help="the module it blocks")
+        parser.add_argument("--id", required=True, type=_named(_BLOCK_NAME), help="short name of the block")
+        parser.add_argument("--reason", required=True, type=_reason, help="reason shown in denials")
+        parser.add_argument("--module", type=_named(_IDENTIFIER), help="the module it blocks")
         parser.add_argument(
             "--version",
             type=_checked(parse_versions),
@@ -72,7 +74,7 @@ def add_to(commands: Subparsers, name: str) -> None:
             metavar="sha256:HEX",
             help="the files it blocks: a module's digest, as `aeros list` and `aeros bundle` print it",
         )
-        parser.add_argument("--skill", help="the skill of that module it blocks")
+        parser.add_argument("--skill", type=_named(_IDENTIFIER), help="the skill of that module it blocks")
         parser.add_argument("--action", help="the action kind it blocks")
     elif name == "unblock":
         parser.add_argument("id", help="the name of the block")
@@ -124,6 +126,30 @@ def _repair(arguments: argparse.Namespace) -> Exit:
     else:
         print(f"the last recorded change is in force again, as change {snapshot.generation}")
     return Exit.SUCCESS
+
+
+_BLOCK_NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}"), "letters, digits, `-`, `_` and `.`"
+_IDENTIFIER: Final = re.compile(r"[a-z][a-z0-9_]*"), "a lower-case letter, then letters, digits and `_`"
+
+
+def _named(form: tuple[re.Pattern[str], str]) -> Callable[[str], str]:
+    """Make an argument type of names, so that no block is in force that can reach nothing."""
+    pattern, words = form
+
+    def named(text: str) -> str:
+        if not pattern.fullmatch(text):
+            raise argparse.ArgumentTypeError(f"`{escape_invisible(text)}` is no name: expected {words}")
+        return text
+
+    return named
+
+
+def _reason(text: str) -> str:
+    if not text.strip():
+        raise argparse.ArgumentTypeError("expected some words")
+    if any("\ud800" <= character <= "\udfff" for character in text):
+        raise argparse.ArgumentTypeError("it is not text in UTF-8")
+    return text
 
 
 def _checked(parse: Callable[[str], str]) -> Callable[[str], str]:

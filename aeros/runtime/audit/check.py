@@ -8,16 +8,26 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, BinaryIO, Final
 
+from aeros.files import open_regular
 from aeros.runtime.canonical_json import HASH_SUFFIX_LENGTH, seal_record
 from aeros.runtime.gate.decision import DecisionKind
 
 GENESIS: Final = hashlib.sha256(b"aeros/audit/1").hexdigest()
 """`previous` of the first record; names the format and its version."""
+
+CHECKPOINT: Final = "checkpoint"
+"""Event of a checkpoint record."""
+
+TAIL_REPAIRED: Final = "tail-mended"
+"""Event of the note that a torn last line was replaced."""
+
+_SHA256: Final = re.compile(r"[0-9a-f]{64}")
 
 Record = dict[str, Any]
 """A parsed record, without its own hash."""
@@ -131,16 +141,53 @@ def verify_log(path: Path, watch: RecordCheck | None = None) -> AuditReport:
         The report, with the first bad record if there is one. A log that cannot be read is bad from record 0.
     """
     try:
-        opened = path.open("rb")
+        opened = open_regular(path)
     except OSError as failure:
         return _unreadable(failure)
     with opened as file:
         try:
-            prefix = read_prefix(file, watch)
+            prefix = read_prefix(file, _ClosedLogCheck(watch))
         except LogReadError as failure:
             return _unreadable(failure)
     bad = None if prefix.problem is None else prefix.records
     return AuditReport(prefix.records, prefix.head, bad, prefix.problem or "", prefix.decisions)
+
+
+class _ClosedLogCheck:
+    """Check that nothing was added to a closed log, before another check; implements `RecordCheck`.
+
+    It needs no key. Somebody without the key can evade it with a forged checkpoint, which only the key tells.
+    """
+
+    def __init__(self, watch: RecordCheck | None) -> None:
+        self._watch = watch
+        self._is_closed = False
+
+    def __call__(self, record: Record, own: str) -> str | None:
+        event = record["event"]
+        if self._is_closed and event != CHECKPOINT and not is_repair_note(record):
+            return f"record {record['sequence']} was added to a closed log by a writer without the key"
+        if event == CHECKPOINT:
+            self._is_closed = record["details"].get("closing") is True
+        return None if self._watch is None else self._watch(record, own)
+
+
+def is_repair_note(record: Record) -> bool:
+    """Say if a record is the note that a torn last line was replaced, as a writer writes it.
+
+    Args:
+        record: a record.
+
+    Returns:
+        True if its details are length and SHA-256 of that line, and nothing else.
+    """
+    details = record["details"]
+    return (
+        record["event"] == TAIL_REPAIRED
+        and details.keys() == {"bytes", "sha256"}
+        and type(details["bytes"]) is int
+        and _SHA256.fullmatch(str(details["sha256"])) is not None
+    )
 
 
 def _unreadable(failure: OSError) -> AuditReport:

@@ -21,16 +21,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
-from aeros.files import replace_durably
-from aeros.runtime.audit.check import AuditReport, Record, verify_log
+from aeros.files import open_regular, replace_durably
+from aeros.runtime.audit.check import CHECKPOINT, AuditReport, Record, is_repair_note, verify_log
 from aeros.runtime.audit.keys import PublicKey, SigningKey
 from aeros.runtime.canonical_json import to_canonical_json
-
-CHECKPOINT: Final = "checkpoint"
-"""Event of a checkpoint record."""
-
-TAIL_REPAIRED: Final = "tail-mended"
-"""Event of the note that a torn last line was replaced."""
 
 CHECKPOINT_INTERVAL: Final = 64
 """Limit on the records between two checkpoints."""
@@ -178,9 +172,9 @@ class CheckpointVerifier:
             return f"record {place} is not the checkpoint that the anchor holds: the log was rewritten"
         self.closed = False
         if record["event"] != CHECKPOINT:
-            if self._is_ended and record["event"] != TAIL_REPAIRED:
+            if self._is_ended and not is_repair_note(record):
                 return f"record {place} was added to a closed log by a writer without the key"
-            self._bare += record["event"] != TAIL_REPAIRED
+            self._bare += not is_repair_note(record)
             if self.signed and self._bare > CHECKPOINT_INTERVAL:
                 return (
                     f"record {place} should be a checkpoint: "
@@ -277,7 +271,7 @@ def read_anchor(path: Path, key: PublicKey) -> AuditCheckpoint | None:
         AnchorError: the file cannot be read, is not an anchor, or is not signed with `key`.
     """
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             content = file.read(_MAX_ANCHOR_BYTES)
         found = parse_checkpoint(dict(json.loads(content)))
     except FileNotFoundError:

@@ -12,13 +12,14 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from aeros.files import make_private_folder, sync_folder, temporary_folder
+from aeros.files import make_private_folder, open_regular, sync_folder, temporary_folder
 
 if TYPE_CHECKING:
     from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey, Ed25519PublicKey
 
 PUBLIC_SUFFIX: Final = ".pub"
 _OWNER_ONLY: Final = 0o600
+_MAX_KEY_BYTES: Final = 100_000
 _MISSING: Final = "signing needs the package `cryptography`: pip install cryptography"
 
 
@@ -111,7 +112,7 @@ def make_key(path: Path) -> Path:
 
 
 def ensure_key(path: Path) -> Path:
-    """Create a key pair at `path` unless there is one; several processes may do so at once.
+    """Create a key pair at `path` unless there was one; several processes may do so at once.
 
     Args:
         path: file of the private key; its folder is created for its owner alone.
@@ -120,12 +121,15 @@ def ensure_key(path: Path) -> Path:
         `path`.
 
     Raises:
-        InvalidKeyError: a file cannot be written, or `cryptography` is not installed.
+        InvalidKeyError: there is a public key without its private key, so a key was lost; a file cannot be
+            written; or `cryptography` is not installed.
     """
     public_path = path.with_name(path.name + PUBLIC_SUFFIX)
     try:
         if path.exists() and public_path.exists():
             return path
+        if public_path.exists():
+            raise lost_key_error(path, f"`{public_path}` is left of it")
         make_private_folder(path.parent)
         with temporary_folder(path.parent) as folder:  # beside the key, so that it can be linked
             made = folder / path.name
@@ -140,6 +144,40 @@ def ensure_key(path: Path) -> Path:
     except OSError as error:
         raise InvalidKeyError(f"the key `{path}` cannot be made: {error.strerror}") from error
     return path
+
+
+def lost_key_error(path: Path, evidence: str) -> InvalidKeyError:
+    """Make the error for a key that is gone, which a new one must not replace unnoticed.
+
+    Args:
+        path: file of the private key.
+        evidence: sign that there was a key, in words.
+
+    Returns:
+        The error, with what helps.
+    """
+    return InvalidKeyError(
+        f"the key `{path}` is gone: {evidence}. Restore it from a backup. To begin with a new key, follow "
+        "docs/audit.md, section `A lost key`"
+    )
+
+
+def find_public_key(path: Path) -> PublicKey | None:
+    """Read the public key of a key pair: from the private key, or else from its own file.
+
+    Args:
+        path: file of the private key.
+
+    Returns:
+        The key; None if there is neither file.
+
+    Raises:
+        InvalidKeyError: a file is there and cannot be read or used.
+    """
+    if path.exists():
+        return read_signing_key(path).public
+    public_path = path.with_name(path.name + PUBLIC_SUFFIX)
+    return read_public_key(public_path) if public_path.exists() else None
 
 
 def read_signing_key(path: Path) -> SigningKey:
@@ -200,7 +238,8 @@ def read_public_key(path: Path) -> PublicKey:
 
 def _read(path: Path) -> bytes:
     try:
-        return path.read_bytes()
+        with open_regular(path) as file:
+            return file.read(_MAX_KEY_BYTES)
     except OSError as error:
         raise InvalidKeyError(f"the key `{path}` cannot be read: {error.strerror}") from error
 

@@ -33,7 +33,9 @@ from typing import Any, Final, Self
 
 from aeros.files import sync_folder
 from aeros.runtime.audit.check import (
+    CHECKPOINT,
     GENESIS,
+    TAIL_REPAIRED,
     AuditReport,
     DecisionCounts,
     Record,
@@ -42,9 +44,7 @@ from aeros.runtime.audit.check import (
     verify_log,
 )
 from aeros.runtime.audit.checkpoints import (
-    CHECKPOINT,
     CHECKPOINT_INTERVAL,
-    TAIL_REPAIRED,
     AnchorError,
     AuditCheckpoint,
     CheckpointVerifier,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from aeros.runtime.audit.checkpoints import CHECKPOINT
+from aeros.runtime.audit.check import CHECKPOINT
 from aeros.runtime.bus.messages import DecisionMessage, Event, Time, stamp
 
 

@@ -15,6 +15,7 @@ from aeros.runtime.execution.step import ActiveMotion
 from aeros.runtime.gate.causes import denial_causes
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.decision import Caller, Decision, DecisionKind
+from aeros.runtime.gate.gate import GateDisagreementError
 from aeros.runtime.gate.joint_rules import ActiveAction
 from aeros.runtime.gate.port import Gate
 from aeros.runtime.gate.quotas import ClockError, QuotaUsageCounter, clock_denial
@@ -24,7 +25,7 @@ from aeros.runtime.motion.merged import ConcurrentMotion, concurrent_motions
 from aeros.runtime.motion.trajectory import MotionDecider
 from aeros.runtime.ports import PlannedMotion, Plant, Readings, Trajectory
 from aeros.runtime.records.encode_decisions import IncrementalDecisionEncoder
-from aeros.runtime.records.records import DecisionRecord, body_to_json
+from aeros.runtime.records.records import DecisionRecord, body_to_json, disagreement_details
 from aeros.runtime.records.recount import SessionState
 from aeros.skill import Action
 from aeros.spec.diagnostics.errors import InternalError
@@ -110,27 +111,33 @@ class DecisionPipeline:
 
         Raises:
             AuditError: the decision cannot be recorded, so nothing may move.
+            GateDisagreementError: the compiled gate and Z3 decide differently, which is recorded.
             InternalError: the gate allowed something and named no action.
         """
         # Readings before the clock, so that no reading is younger than `now`.
         measured = self._plant.observe()
         now = self._plant.now()
         readings = self._histories.update(measured, now)
-        gated, usage = self._decide_alone(caller, readings, requested_action, now)
-        is_protective_stop = self._is_protective(gated)
-        others = () if is_protective_stop else active_motions
-        if others:
-            gated = self._gate.decide_jointly(gated, readings, now, [other.active_action for other in others])
+        try:
+            gated, usage = self._decide_alone(caller, readings, requested_action, now)
+            is_protective_stop = self._is_protective(gated)
+            others = () if is_protective_stop else active_motions
+            active_actions = [other.active_action for other in others]
+            if others:
+                gated = self._gate.decide_jointly(gated, readings, now, active_actions)
+        except GateDisagreementError as found:
+            digest = self._configuration.digest
+            record = DecisionRecord(found.compiled, digest, now, readings, caller, requested_action, None)
+            self._audit.append("gate-disagreement", disagreement_details(record, found.z3))
+            raise
         companions: Sequence[ConcurrentMotion] = ()
         if others:
             companions = concurrent_motions(
                 ((other.active_action, other.plan, other.is_halting) for other in others), now
             )
         decision, plan, motion = self._decide_motion(gated, readings, companions)
-        digest, concurrent_records = (
-            self._configuration.digest,
-            [other.active_action.record_number for other in others],
-        )
+        digest = self._configuration.digest
+        concurrent_records = [one.record_number for one in active_actions]
         halting = [other.active_action.record_number for other in others if other.is_halting]
         causes: tuple[Cause, ...] = ()
         if decision.kind is not DecisionKind.ALLOW:

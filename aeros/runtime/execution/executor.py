@@ -28,7 +28,7 @@ from collections.abc import Mapping, Sequence
 from math import inf
 from typing import Any, Final, Self
 
-from aeros.runtime.audit.checkpoints import CHECKPOINT
+from aeros.runtime.audit.check import CHECKPOINT
 from aeros.runtime.audit.log import AuditError, AuditLog, DecisionCounts
 from aeros.runtime.canonical_json import decode_value
 from aeros.runtime.execution.clean_up import CleanUp, ExecutionContext

@@ -81,7 +81,17 @@ class GateMode(Enum):
 
 
 class GateDisagreementError(InternalError):
-    """The compiled gate and Z3 decided differently; nothing may move until a person has investigated."""
+    """The compiled gate and Z3 decided differently; nothing may move until a person has investigated.
+
+    Args:
+        compiled: decision of the compiled gate.
+        z3: decision by Z3.
+    """
+
+    def __init__(self, compiled: Decision, z3: Decision) -> None:
+        super().__init__(f"compiled gate: {compiled}; z3: {z3}")
+        self.compiled = compiled
+        self.z3 = z3
 
 
 @dataclass
@@ -171,7 +181,7 @@ def _agreed(decision: Decision, second: Decision) -> Decision:
         return decision
     if any(reason.code == "AE790" for reason in second.reasons):
         return Decision(DecisionKind.DENY, None, second.reasons)
-    raise GateDisagreementError(f"compiled gate: {decision}; z3: {second}")
+    raise GateDisagreementError(decision, second)
 
 
 @dataclass(frozen=True)

@@ -134,6 +134,21 @@ def decision_details(
     }
 
 
+def disagreement_details(record: DecisionRecord, second: Decision) -> dict[str, Any]:
+    """Build the details of the record of a disagreement of the compiled gate with Z3.
+
+    Args:
+        record: the decision of the compiled gate and everything it was based on.
+        second: the decision by Z3.
+
+    Returns:
+        As `decision_details`, with the outcomes as `compiled` and `z3`.
+    """
+    details = decision_details(record)
+    compiled = {name: details.pop(name) for name in decision_outcome(record.decision)}
+    return {**details, "compiled": compiled, "z3": decision_outcome(second)}
+
+
 def decision_outcome(decision: Decision) -> dict[str, Any]:
     """Build the part of a record that says how a decision came out.
 

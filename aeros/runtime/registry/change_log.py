@@ -1,8 +1,12 @@
-"""Audit log of registry changes: each change is durably recorded before it is made, and marked after.
+"""Audit log of registry changes: it decides what is in force; the database is a copy of its last state.
 
-A record without its change is one whose change was killed, or failed, before it was made: the next record
-then begins from the same generation. A change whose record is marked as made is in the database, so a
-database without it is an older one.
+Each change is recorded, signed and durable before it is stored. A change counts if the record right after it
+is a closing checkpoint of the robot's key. So a record that somebody without the key appended never counts:
+the next writer signs what it finds with a checkpoint that closes nothing. A change that counts and is not
+stored, because its process was killed, is stored by whoever reads the registry next.
+
+The newest checkpoint is copied to an anchor beside the folder. So a folder that was deleted, or put back from
+a backup, is noticed.
 """
 
 from __future__ import annotations
@@ -12,13 +16,23 @@ import os
 import socket
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from aeros.runtime.audit.check import Record, read_prefix, verify_log
-from aeros.runtime.audit.checkpoints import SigningConfiguration
-from aeros.runtime.audit.keys import InvalidKeyError, ensure_key, read_signing_key
+from aeros.runtime.audit.check import CHECKPOINT, Record, read_prefix, verify_log
+from aeros.runtime.audit.checkpoints import (
+    AnchorError,
+    CheckpointVerifier,
+    SigningConfiguration,
+    read_anchor,
+)
+from aeros.runtime.audit.keys import (
+    InvalidKeyError,
+    ensure_key,
+    find_public_key,
+    read_signing_key,
+)
 from aeros.runtime.audit.log import AuditError, AuditLog
 from aeros.runtime.registry.lifecycle import ModuleState
 from aeros.runtime.registry.operator_block import OperatorBlock
@@ -28,7 +42,18 @@ from aeros.spec.diagnostics.errors import UserError
 
 LOG: Final = "audit.jsonl"
 _CHANGE: Final = "registry-change"
-_MADE: Final = "registry-change-made"
+
+
+def anchor_of(folder: Path) -> Path:
+    """Return the path of the anchor of a registry's log, which is outside of the registry's folder.
+
+    Args:
+        folder: the registry's folder.
+
+    Returns:
+        A path beside the folder.
+    """
+    return folder.with_name(f"{folder.name}.anchor")
 
 
 def record_change(
@@ -77,40 +102,13 @@ def record_change(
             for one in new.blocks.values()
         },
     }
-    _append(folder, key, _CHANGE, details, "the change cannot be recorded, so it is not made")
-
-
-def record_made(folder: Path, key: Path, generation: int) -> UserError | None:
-    """Mark the latest recorded change as made; signed if there is a key.
-
-    Args:
-        folder: the registry's folder, which holds the log.
-        key: path of the signing key; need not exist.
-        generation: generation that the change led to.
-
-    Returns:
-        The error if that cannot be recorded; the change is in force all the same.
-    """
     try:
-        _append(
-            folder,
-            key,
-            _MADE,
-            {"to": generation},
-            "the change is in force, but its record cannot be completed",
-        )
-    except UserError as unrecorded:
-        return unrecorded
-    return None
-
-
-def _append(folder: Path, key: Path, event: str, details: Mapping[str, Any], problem: str) -> None:
-    try:
-        signing = SigningConfiguration(read_signing_key(ensure_key(key)))
+        signing = SigningConfiguration(read_signing_key(ensure_key(key)), (anchor_of(folder),))
         with AuditLog(folder / LOG, signing=signing) as log:
-            log.append(event, details)
+            log.append(_CHANGE, details)
     except (AuditError, InvalidKeyError) as failure:
-        raise UserError([Diagnostic("AE965", f"{problem}: {failure}")]) from failure
+        headline = f"the change cannot be recorded as it should be: {failure}"
+        raise UserError([Diagnostic("AE965", headline)]) from failure
 
 
 @dataclass(frozen=True)
@@ -118,16 +116,16 @@ class RecordedState:
     """State of the registry as its audit log tells it.
 
     Attributes:
-        latest: state that the latest recorded change led to; an empty one if there is none.
-        is_made: True if that change is known to have been made.
+        latest: state that the latest change led to; an empty one if there is none.
         before: state before that change; None if the log does not have it.
         damage: description of the log's damage; None if it is sound.
+        is_signed: True if all changes are signed; False for a log of a release that signed nothing.
     """
 
-    latest: RegistrySnapshot
-    is_made: bool
-    before: RegistrySnapshot | None
+    latest: RegistrySnapshot = field(default_factory=RegistrySnapshot)
+    before: RegistrySnapshot | None = None
     damage: str | None = None
+    is_signed: bool = True
 
     def disagreement(self, found: RegistrySnapshot) -> str | None:
         """Compare the database with the record.
@@ -140,7 +138,9 @@ class RecordedState:
         """
         if self.damage is not None:
             return f"its record of changes is damaged: {self.damage}"
-        if found == self.latest or (not self.is_made and found == self.before):
+        if not self.is_signed:
+            return "its record of changes is not signed, so anybody may have written it"
+        if found == self.latest:
             return None
         mine, last = found.generation, self.latest.generation
         if mine == last:
@@ -149,6 +149,17 @@ class RecordedState:
             older = "the database is an older one, or was lost"
             return f"its database is at change {mine}, and its record at change {last}: {older}"
         return f"its database is at change {mine}, and its record ends at change {last}: records are missing"
+
+    def is_unfinished(self, found: RegistrySnapshot) -> bool:
+        """Say if the latest change is recorded and not yet stored.
+
+        Args:
+            found: content of the database.
+
+        Returns:
+            True if the database is as it was before that change.
+        """
+        return self.damage is None and self.is_signed and found == self.before and found != self.latest
 
     def is_complete_for(self, found: RegistrySnapshot) -> bool:
         """Say if the record alone tells which state is in force.
@@ -162,44 +173,83 @@ class RecordedState:
         return self.damage is None and found.generation <= self.latest.generation
 
 
-def read_recorded_state(folder: Path) -> RecordedState:
+class _Changes:
+    """Changes in a log that count; implements `RecordCheck`."""
+
+    def __init__(self, signatures: CheckpointVerifier | None) -> None:
+        self._signatures = signatures
+        self._recorded: list[tuple[int, RegistrySnapshot]] = []  # since the newest checkpoint
+        self._states = {0: RegistrySnapshot()}  # by generation, before the latest change
+        self._latest: tuple[int, RegistrySnapshot] | None = None  # from which generation, and to what
+        self.has_checkpoint = False
+
+    def __call__(self, record: Record, own: str) -> str | None:
+        problem = None if self._signatures is None else self._signatures(record, own)
+        if problem is not None:
+            return problem
+        if record["event"] == _CHANGE:
+            try:
+                details = record["details"]
+                self._recorded.append((int(details["from"]), _snapshot(details)))
+            except (AttributeError, KeyError, TypeError, ValueError):
+                return f"record {record['sequence']} is not of the form of a change"
+        elif record["event"] == CHECKPOINT:
+            # The first one also signs changes of a release that signed nothing: `aeros repair` wrote it.
+            if record["details"].get("closing") is True or not self.has_checkpoint:
+                self._count()
+            self.has_checkpoint = True
+            self._recorded.clear()
+        return None
+
+    def state(self) -> RecordedState:
+        """Return the state after the latest change, whose records are sound."""
+        is_signed = self.has_checkpoint or not self._recorded
+        if not is_signed:
+            self._count()
+        if self._latest is None:
+            return RecordedState()
+        began, latest = self._latest
+        return RecordedState(latest, self._states.get(began), is_signed=is_signed)
+
+    def _count(self) -> None:
+        for change in self._recorded:
+            if self._latest is not None:
+                self._states[self._latest[1].generation] = self._latest[1]
+            self._latest = change
+
+
+def read_recorded_state(folder: Path, key: Path) -> RecordedState:
     """Read the state of the registry from its audit log.
 
     Args:
         folder: the registry's folder.
+        key: path of the signing key; its public key suffices.
 
     Returns:
         The state; a last record that a crash cut short does not count.
     """
-    states = {0: RegistrySnapshot()}  # before the latest change, by generation
-    latest: list[tuple[int, RegistrySnapshot]] = []  # the latest change: from which generation, and to what
-    made: set[int] = set()
-
-    def look(record: Record, _: str) -> str | None:
-        details = record["details"]
-        try:
-            if record["event"] == _CHANGE:
-                states.update((one.generation, one) for _, one in latest)
-                latest[:] = [(details["from"], _snapshot(details))]
-                made.discard(details["to"])
-            elif record["event"] == _MADE:
-                made.add(details["to"])
-        except (AttributeError, KeyError, TypeError, ValueError):
-            return f"record {record['sequence']} is not of the form of a change"
-        return None
-
+    try:
+        public = find_public_key(key)
+        anchor = None if public is None else read_anchor(anchor_of(folder), public)
+    except (AnchorError, InvalidKeyError) as failure:
+        return RecordedState(damage=str(failure))
+    signatures = None if public is None else CheckpointVerifier(public, () if anchor is None else (anchor,))
+    changes = _Changes(signatures)
     try:
         with (folder / LOG).open("rb") as file:
-            prefix = read_prefix(file, look)
+            prefix = read_prefix(file, changes)
     except FileNotFoundError:
-        return RecordedState(RegistrySnapshot(), is_made=True, before=None)
+        if anchor_of(folder).exists():
+            return RecordedState(damage=f"it is gone, and `{anchor_of(folder)}` is the anchor of one")
+        return RecordedState()
     except OSError as failure:
-        return RecordedState(RegistrySnapshot(), True, None, f"it cannot be read: {failure.strerror}")
+        return RecordedState(damage=f"it cannot be read: {failure.strerror}")
     damage = prefix.problem if prefix.torn_tail is None else None
-    if not latest:
-        return RecordedState(RegistrySnapshot(), True, None, damage)
-    ((began, found),) = latest
-    return RecordedState(found, found.generation in made, states.get(began), damage)
+    if damage is None and signatures is not None:
+        damage = signatures.missing_tail(prefix.records)
+    if damage is None and public is None and changes.has_checkpoint:
+        damage = f"it is signed, and the key `{key}` is gone; restore it from a backup"
+    return changes.state() if damage is None else RecordedState(damage=damage)
 
 
 def recorded_configurations(folder: Path) -> dict[str, RegistrySnapshot]:

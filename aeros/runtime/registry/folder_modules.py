@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
@@ -18,10 +19,13 @@ from aeros.runtime.registry.run_modules import (
     withdrawal_reason,
 )
 from aeros.runtime.registry.store import RegistrySnapshot
-from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.diagnostics.errors import InternalError, UserError
+from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.site import Site
 from aeros.spec.text.digests import code_digest, text_digest
-from aeros.spec.text.discovery import MANIFEST, reference_site_path
+from aeros.spec.text.discovery import MANIFEST, module_folders, reference_site_path
 from aeros.spec.verification.reports import Report
 
 _CERTIFICATE_CODES: Final = ("AE901", "AE902", "AE903")
@@ -69,11 +73,7 @@ class FolderModules:
             raise refusal("AE961", f"`{site}` changed while it was being read")
         self._require_same_contents(configuration)
         identities = _identities(configuration, report)
-        withheld = {
-            name: reason
-            for name, identity in identities.items()
-            if (reason := withdrawal_reason(snapshot, name, identity, is_installed=False)) is not None
-        }
+        withheld = _withheld(snapshot, identities)
         blocks = blocks_in_force(snapshot, identities)
         if blocks or withheld:
             configuration, report = self._prove(
@@ -89,6 +89,39 @@ class FolderModules:
             require_dependencies(configuration)
         return LoadedModules(
             snapshot, policy, identities, configuration, report, withheld, is_installed=False
+        )
+
+    def load_unproved(self, snapshot: RegistrySnapshot) -> tuple[Site, Mapping[str, Ecm], Mapping[str, str]]:
+        """Load the modules without proving them, for uses that move nothing.
+
+        Args:
+            snapshot: content of the registry.
+
+        Returns:
+            The site with the blocks in force; the modules that may be used, by name; and the reason of each
+            module that the operator does not let a run use, by name.
+
+        Raises:
+            UserError: a file is rejected, or the policy in force is another than the given site.
+            InternalError: a fault of AEROS: the site was refused without a diagnostic.
+        """
+        diagnostics = Diagnostics()
+        site = load_site(self._site_file(snapshot)[0], diagnostics)
+        folders = [] if site is None else module_folders(self._folder, diagnostics)
+        loaded = [load_ecm(one, site, diagnostics) for one in folders if site is not None]
+        diagnostics.raise_if_errors()
+        if site is None:
+            raise InternalError("a site that was not read was not reported")
+        found = [one.ecm for one in loaded if one is not None]
+        paths = dict(zip((one.id for one in found), folders, strict=True))
+        identities = {
+            ecm.id: ModuleIdentity(ecm.version, _bundle_digest(paths[ecm.id], ecm)) for ecm in found
+        }
+        withheld = _withheld(snapshot, identities)
+        return (
+            site.with_overrides(blocks_in_force(snapshot, identities)),
+            {ecm.id: ecm for ecm in found if ecm.id not in withheld},
+            withheld,
         )
 
     def _prove_unblocked(self, site: Path) -> tuple[Configuration, Report]:
@@ -154,6 +187,15 @@ def uses_installed_modules(registry: InstalledModules) -> bool:
         return False
     snapshot = registry.snapshot()
     return bool(snapshot.modules or snapshot.withdrawn) or not DEFAULT_MODULES.is_dir()
+
+
+def _withheld(snapshot: RegistrySnapshot, identities: Mapping[str, ModuleIdentity]) -> dict[str, str]:
+    """Return the reason of each module that the operator does not let a run use, by name."""
+    return {
+        name: reason
+        for name, identity in identities.items()
+        if (reason := withdrawal_reason(snapshot, name, identity, is_installed=False)) is not None
+    }
 
 
 def _digests(ecm: Ecm) -> tuple[str, str]:

@@ -8,7 +8,7 @@ from typing import Final
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.proving import ProveConfiguration, prove_configuration
 from aeros.runtime.registry.bundle_store import bundle_digest, module_files
-from aeros.runtime.registry.change_log import LOG
+from aeros.runtime.registry.change_log import LOG, anchor_of
 from aeros.runtime.registry.lifecycle import ModuleState
 from aeros.runtime.registry.run_modules import LoadedModules, blocks_in_force
 from aeros.runtime.registry.store import RegistrySnapshot
@@ -40,8 +40,9 @@ class InstalledModules:
 
     @property
     def exists(self) -> bool:
-        """True if anything was ever changed in it."""
-        return (self.folder / LOG).exists() or self._transactions.database.exists()
+        """True if anything was ever changed in it, also if all of it was deleted since."""
+        traces = (self.folder / LOG, self._transactions.database, anchor_of(self.folder))
+        return any(trace.exists() for trace in traces)
 
     def snapshot(self) -> RegistrySnapshot:
         """Read the registry.

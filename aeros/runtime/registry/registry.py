@@ -14,7 +14,7 @@ from pathlib import Path
 
 from packaging.version import Version
 
-from aeros.files import temporary_folder
+from aeros.files import open_regular, temporary_folder
 from aeros.runtime.registry.bundle_store import bundle_digest, module_files, stored_bundle, write_files
 from aeros.runtime.registry.control_page import ControlPage
 from aeros.runtime.registry.installed import InstalledModules, load_module, policy_file, refusal
@@ -27,6 +27,7 @@ from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.site import Site
 from aeros.spec.text.digests import file_digest
+from aeros.spec.text.files import MAX_BYTES
 from aeros.spec.verification.reports import Report
 
 
@@ -41,32 +42,19 @@ class Registry(InstalledModules):
     def committed_snapshot(self, live: ControlPage) -> RegistrySnapshot | None:
         """Read the registry unless a change is in progress.
 
-        If the process that made a change died before storing it, its announcement is withdrawn.
+        If the process that made a change died before storing it, it is stored now if it is recorded.
 
         Args:
             live: control page of this registry.
 
         Returns:
-            The content; None while executors know of a change that is not stored.
+            The content, not yet compared with the record; None while executors know of a change that is not
+            stored.
 
         Raises:
-            UserError: it cannot be read.
+            UserError: it cannot be read, or database and record of changes disagree.
         """
         return self._transactions.committed_snapshot(live)
-
-    def confirms(self, snapshot: RegistrySnapshot) -> bool:
-        """Compare content of the registry that was just read with its record of changes.
-
-        Args:
-            snapshot: the content.
-
-        Returns:
-            True if they agree; False if a change was made meanwhile, so that it must be read again.
-
-        Raises:
-            UserError: they disagree while no change is being made.
-        """
-        return self._transactions.confirms(snapshot)
 
     def install(
         self, source: Path, pinned: str | None = None, *, allows_downgrade: bool = False
@@ -307,7 +295,8 @@ def _require_upgrade(kept: InstalledModule | None, ecm: Ecm, digest: str, *, all
 
 def _read_bytes(path: Path) -> bytes:
     try:
-        return path.read_bytes()
+        with open_regular(path) as file:
+            return file.read(MAX_BYTES + 1)  # more is refused as too large
     except OSError as failure:
         raise refusal("AE961", f"`{path}` cannot be read: {failure.strerror}") from failure
 

@@ -117,8 +117,8 @@ class RegistryGovernor(OperatorCommands):
 
     def _load_modules(self) -> LoadedModules:
         """Load the modules under the registry in force; wait while a change is in progress."""
-        while (snapshot := self._registry.committed_snapshot(self._live)) is None or not (
-            self._registry.confirms(snapshot)
+        while (snapshot := self._registry.committed_snapshot(self._live)) is None or (
+            snapshot != self._registry.snapshot()
         ):
             time.sleep(_POLL_INTERVAL_S)
         return self._modules.load(snapshot)

@@ -186,8 +186,9 @@ class RegistryStore:
             raise self._damaged(str(failure)) from failure
         try:
             database.execute("PRAGMA synchronous = EXTRA")
+            is_new = _is_new(database)  # read first: another process may create the tables meanwhile
             version = _version_of(database)
-            if version not in (_VERSION, _UPGRADABLE, 0) or (version == 0 and not _is_new(database)):
+            if version not in (_VERSION, _UPGRADABLE, 0) or (version == 0 and not is_new):
                 raise self._other_version(version)
             yield database if create or version != 0 else None
         except sqlite3.Error as failure:

@@ -1,7 +1,8 @@
 """Transactions of the registry: one change at a time, stored as a whole, known to every executor.
 
-Executors are notified before the record is replaced, and begin no action until it is. So there is no instant
-at which a change is stored and an executor does not know of it, whichever process is killed.
+A change is recorded and signed; then executors are notified; then it is stored. Executors begin no action
+between the second and the third. So there is no instant at which a change is stored and an executor does not
+know of it, whichever process is killed. A recorded change is stored by whoever reads the registry next.
 """
 
 from __future__ import annotations
@@ -18,9 +19,10 @@ from aeros.files import make_folder, replace_durably
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.registry.bundle_store import remove_unreferenced
 from aeros.runtime.registry.change_log import (
+    RecordedState,
+    anchor_of,
     read_recorded_state,
     record_change,
-    record_made,
     recorded_configurations,
 )
 from aeros.runtime.registry.control_page import ControlPage, MotionTimeoutError
@@ -32,8 +34,8 @@ from aeros.spec.text.discovery import reference_site_path
 
 _LOCK: Final = "change.lock"
 _REPAIR: Final = "run `aeros repair`, which puts the last recorded change in force again"
-_RESTORE: Final = (
-    "restore the folder from a backup, or remove it, install the modules again, and repeat every block"
+_SIGN: Final = (
+    "an early release may have left it so: look at it with `aeros audit show`; `aeros repair` signs it"
 )
 _WAIT_TIMEOUT_S: Final = 30.0  # s that a change waits for motions of the old configuration to end
 
@@ -85,35 +87,50 @@ class RegistryTransactions:
         Raises:
             UserError: it cannot be read, or database and record of changes disagree.
         """
-        while not self.confirms(found := self._records.read()):
-            pass
-        return found
-
-    def confirms(self, snapshot: RegistrySnapshot) -> bool:
-        """Compare content of the database that was just read with the record of changes.
-
-        Args:
-            snapshot: the content.
-
-        Returns:
-            True if they agree; False if a change was made meanwhile, so that it must be read again.
-
-        Raises:
-            UserError: they disagree while no change is being made.
-        """
-        if read_recorded_state(self.folder).disagreement(snapshot) is None:
-            return True
+        found = self._records.read()
+        if self._recorded_state().disagreement(found) is None:
+            return found
+        # They disagree, or a change is being made.
         with _locked(self.folder / _LOCK):
-            return self._agreed_snapshot() == snapshot
+            return self._agreed_snapshot()
+
+    def _recorded_state(self) -> RecordedState:
+        return read_recorded_state(self.folder, self._key)
 
     def _agreed_snapshot(self) -> RegistrySnapshot:
-        """Read the registry while no change is being made."""
-        found, recorded = self._records.read(), read_recorded_state(self.folder)
+        """Read the registry while no change is being made; store a change whose process was killed."""
+        found, recorded = self._records.read(), self._recorded_state()
+        if recorded.is_unfinished(found):
+            with ControlPage(self.folder) as live:
+                self._store(live, recorded.latest)
+            return recorded.latest
         problem = recorded.disagreement(found)
         if problem is not None:
-            cure = _REPAIR if recorded.is_complete_for(found) else _RESTORE
-            raise _unusable(self.folder, problem, cure)
+            if not recorded.is_complete_for(found):
+                raise _unusable(self.folder, problem, self._restore)
+            raise _unusable(self.folder, problem, _REPAIR if recorded.is_signed else _SIGN)
         return found
+
+    def _store(self, live: ControlPage, new: RegistrySnapshot) -> None:
+        """Notify executors of a recorded change, and store it.
+
+        Raises:
+            UserError: it cannot be stored; until it is, executors begin no action.
+        """
+        live.publish(new.generation)
+        try:
+            self._records.replace(new)
+        except UserError as failed:
+            cure = "no action starts on this robot until it is stored: any command on it tries again"
+            raise UserError([replace(one, help=(*one.help, cure)) for one in failed.diagnostics]) from failed
+
+    @property
+    def _restore(self) -> str:
+        folder, anchor = self.folder, anchor_of(self.folder)
+        return (
+            f"restore the newest copy of `{folder}` and `{anchor}`; or remove both, install the modules "
+            "again, and repeat every block"
+        )
 
     @contextmanager
     def repair_lock(self) -> Iterator[RegistrySnapshot | None]:
@@ -129,17 +146,20 @@ class RegistryTransactions:
         if not self.folder.is_dir():
             raise _unusable(self.folder, "there is none", "install a module first")
         with _locked(self.folder / _LOCK), ControlPage(self.folder) as live:
-            recorded = read_recorded_state(self.folder)
+            recorded = self._recorded_state()
             try:
                 found = self._records.read()
             except UserError:
                 found = None
+            if found is not None and recorded.is_unfinished(found):
+                self._store(live, recorded.latest)
+                found = recorded.latest
             problem = recorded.damage if found is None else recorded.disagreement(found)
             if found is not None and problem is None:
                 yield None
                 return
             if not recorded.is_complete_for(found or RegistrySnapshot()) or not recorded.latest.generation:
-                raise _unusable(self.folder, problem or "it has no record of changes", _RESTORE)
+                raise _unusable(self.folder, problem or "it has no record of changes", self._restore)
             newest = max(recorded.latest.generation, live.generation)
             yield replace(recorded.latest, generation=newest)
 
@@ -151,7 +171,7 @@ class RegistryTransactions:
         try:
             self._records.read()
         except UserError:
-            for suffix in ("", "-journal"):
+            for suffix in ("", "-journal", "-wal", "-shm"):
                 path = self._records.path.with_name(self._records.path.name + suffix)
                 with suppress(FileNotFoundError):
                     path.replace(path.with_name(f"{path.name}.damaged"))
@@ -168,8 +188,8 @@ class RegistryTransactions:
             configuration: the proved configuration that `new` puts in force.
 
         Raises:
-            UserError: the change cannot be recorded or stored; or it is stored, and an action of the old
-                configuration still moves.
+            UserError: the change cannot be recorded; or it is recorded and cannot be stored, and no action
+                starts until it is; or it is stored, and an action of the old configuration still moves.
         """
         if not new.site:
             content = reference_site_path().read_bytes()
@@ -178,18 +198,12 @@ class RegistryTransactions:
                 pass
         new = replace(new, generation=old.generation + 1)
         make_folder(self.folder, 0o700)
-        record_change(self.folder, self._key, old, new, description, configuration.digest)
+        unfinished = self._record(old, new, description, configuration)
         with ControlPage(self.folder) as live:
             # If the last change was killed, or gave up waiting, an action older than `old` may still be
             # active.  Its lock is also that of the new generation.
             is_older_still = live.is_idle(new.generation)
-            live.publish(new.generation)
-            try:
-                self._records.replace(new)
-            except BaseException:
-                live.publish(self._records.read().generation)
-                raise
-            unrecorded = record_made(self.folder, self._key, new.generation)
+            self._store(live, new)
             try:
                 live.wait_until_idle(old.generation, _WAIT_TIMEOUT_S)
                 if not is_older_still:
@@ -197,8 +211,8 @@ class RegistryTransactions:
             except MotionTimeoutError as late:
                 headline = f"the change is made, but an action of the old configuration still moves {late}"
                 raise UserError([Diagnostic("AE966", headline, help=("stop the robot",))]) from late
-        if unrecorded is not None:
-            raise unrecorded
+        if unfinished is not None:
+            raise unfinished
         # Modules of past configurations stay, so that decisions under them can be replayed.
         kept = [
             one
@@ -206,6 +220,26 @@ class RegistryTransactions:
             for one in snapshot.modules.values()
         ]
         remove_unreferenced(self.folder / "modules", {self.folder / one.folder for one in kept})
+
+    def _record(
+        self, old: RegistrySnapshot, new: RegistrySnapshot, description: str, configuration: Configuration
+    ) -> UserError | None:
+        """Record a change.
+
+        Returns:
+            The error if its record counts, and something failed after that.
+
+        Raises:
+            UserError: it cannot be recorded, so it must not be made.
+        """
+        try:
+            record_change(self.folder, self._key, old, new, description, configuration.digest)
+        except UserError as failed:
+            if self._recorded_state().latest != new:
+                raise
+            headlines = "; ".join(one.headline for one in failed.diagnostics)
+            return UserError([Diagnostic("AE965", f"the change is in force, though {headlines}")])
+        return None
 
     @contextmanager
     def stored_policy(self, new: RegistrySnapshot, content: bytes) -> Iterator[Path]:
@@ -233,22 +267,23 @@ class RegistryTransactions:
     def committed_snapshot(self, live: ControlPage) -> RegistrySnapshot | None:
         """Read the registry unless a change is in progress.
 
-        If the process that made a change died before storing it, its announcement is withdrawn.
+        If the process that made a change died before storing it, it is stored now if it is recorded.
 
         Args:
             live: control page of this registry.
 
         Returns:
-            The content; None while executors know of a change that is not stored.
+            The content, not yet compared with the record; None while executors know of a change that is not
+            stored.
 
         Raises:
-            UserError: it cannot be read.
+            UserError: it cannot be read, or database and record of changes disagree.
         """
         snapshot = self._records.read()
         if snapshot.generation == live.generation:
             return snapshot
         with suppress(BlockingIOError), _locked(self.folder / _LOCK, fcntl.LOCK_NB):
-            live.publish(self._records.read().generation)
+            live.publish(self._agreed_snapshot().generation)
         return None
 
 
@@ -276,9 +311,12 @@ def _locked_file(path: Path, how: int) -> int | None:
     """Open and lock the file at `path`; return None if it was deleted before it was locked."""
     make_folder(path.parent, 0o700)
     try:
-        lock = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+        lock = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
     except FileNotFoundError:
         return None
+    except OSError as failure:
+        cure = "remove it; it holds nothing"
+        raise _unusable(path.parent, f"`{path}` cannot be locked: {failure.strerror}", cure) from failure
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | how)
         if _is_same_file(path, lock):

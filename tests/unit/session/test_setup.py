@@ -10,6 +10,7 @@ from aeros.agent.errors import AgentError
 from aeros.agent.planning.routing import RoutingError
 from aeros.cli.main import main
 from aeros.runtime.audit.keys import InvalidKeyError, make_key, read_public_key
+from aeros.runtime.audit.log import AuditLog
 from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.registry.registry import Registry
 from aeros.runtime.skills.contract import SkillRefusedError
@@ -70,6 +71,19 @@ def test_the_first_run_makes_the_key_of_its_agent_and_later_ones_use_it(tmp_path
     assert find_signing_key(state).public.id == signing.key.public.id
     assert signing.anchors == (default_anchor(state, out),)
     assert default_anchor(state, out) != default_anchor(state, tmp_path / "other" / "out")
+
+
+@pytest.mark.parametrize("lost", [("audit.key",), ("audit.key", "audit.key.pub")])
+def test_a_lost_key_is_not_replaced_silently(lost: tuple[str, ...], tmp_path: Path) -> None:
+    state, out = tmp_path / "state", tmp_path / "out"
+    out.mkdir()
+    with AuditLog(out / "audit.jsonl", signing=build_signing(find_signing_key(state), state, out)):
+        pass
+    for name in lost:
+        (state / name).unlink()
+    with pytest.raises(InvalidKeyError, match=r"audit\.key` is gone: .* Restore it from a backup"):
+        find_signing_key(state)
+    assert not (state / KEY).exists()
 
 
 def test_another_key_and_further_anchors_can_be_named(tmp_path: Path) -> None:

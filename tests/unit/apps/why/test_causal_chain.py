@@ -72,6 +72,25 @@ def test_each_way_to_end_is_explained(
     assert list(found.changes) == changes
 
 
+def test_a_disagreement_of_the_gates_is_what_halted_the_robot() -> None:
+    outcomes = {
+        "compiled": {"verdict": "ALLOW", "reasons": []},
+        "z3": {"verdict": "DENY", "reasons": [["AE742", "rate", "too often"]]},
+    }
+    halt = ("gate-disagreement", {**SKILL, "asked": GRIP, **outcomes})
+    interrupted = note("run-interrupted", reason="a fault of AEROS")
+    for events in ([STARTED, halt], [STARTED, halt, interrupted]):
+        found = run_log(events).explain_end()
+        assert (
+            found.headline == "the robot was halted: the compiled gate and Z3 decided an action differently"
+        )
+        (link,) = found.chain
+        assert (link.record, link.text) == (1, "tidy.wipe asked for `grip`")
+        assert list(map(str, link.causes)) == ["compiled: ALLOW", "z3: DENY", "rate: too often"]
+    ended = run_log([STARTED, halt, FAILED]).explain_end()  # by a later run that went on with the log
+    assert ended.headline.startswith("tidy.clean: the goal was not reached")
+
+
 def test_a_step_cancelled_in_parallel_is_not_why_the_plan_failed() -> None:
     beside = note("step-ended", skill="tidy.rest", status="cancelled", failed=True, reason="beside it")
     found = run_log([note("step-started", skill="tidy.rest"), *DENIED, beside, FAILED]).explain_end()

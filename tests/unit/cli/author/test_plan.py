@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import json
 import shlex
+import shutil
 from pathlib import Path
 
 import pytest
 
 from aeros.cli.main import main
 from aeros.exit_codes import Exit
+from aeros.runtime.registry.installed import InstalledModules, policy_file
+from aeros.runtime.registry.operator_block import OperatorBlock
+from aeros.runtime.registry.store import RegistrySnapshot
+from aeros.spec.text.discovery import reference_site_path
 
 ROOT = Path(__file__).parents[4]
 ECMS = ["--ecms", str(ROOT / "ecms")]
@@ -213,3 +218,26 @@ def test_the_same_problem_may_be_had_in_pddl(tmp_path: Path, capsys: pytest.Capt
     (tmp_path / "file").write_text("")
     assert main(["plan", "make dumplings", *ECMS, "--export-pddl", str(tmp_path / "file")]) == Exit.REJECTED
     assert "cannot write to" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("ways", [("--ecms", "ecms"), ("--site", "site.yaml"), ()])
+def test_the_operators_word_holds_for_a_plan_with_modules_of_a_folder(
+    ways: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(ROOT / "ecms" / "clean_table", "ecms/clean_table")
+    shutil.copy(reference_site_path(), "site.yaml")
+    block = OperatorBlock("wet", "wet floor", "clean_table", "wipe", None)
+    monkeypatch.setattr(
+        InstalledModules, "snapshot", lambda _: RegistrySnapshot(1, policy_file(_SITE), {}, {"wet": block})
+    )
+    monkeypatch.setattr(InstalledModules, "site_file", lambda *_: reference_site_path())
+    assert main(["plan", "clean the table", *ways]) == Exit.REJECTED
+    assert "`clean_table.wipe` is left out: the operator's block `wet` denies" in capsys.readouterr().out
+    withdrawn = RegistrySnapshot(1, policy_file(_SITE), withdrawn=frozenset({"clean_table"}))
+    monkeypatch.setattr(InstalledModules, "snapshot", lambda _: withdrawn)
+    assert main(["plan", "clean the table", *ways]) == Exit.REJECTED
+    assert "`clean_table` is no longer active on this robot" in capsys.readouterr().err
+
+
+_SITE = reference_site_path().read_bytes()

@@ -89,6 +89,28 @@ def test_a_record_is_selected_by_all_of_its_options(options: tuple[str, ...], *,
     assert matches_filters(DENIAL, filters(*options)) is matches
 
 
+@pytest.mark.parametrize(
+    ("event", "wanted", "matches"),
+    [
+        ("run-ended", "run-ended", True),
+        ("run-ended", "note", True),
+        ("run-ended", "step-ended", False),
+        ("goal-refused", "goal-refused", True),  # its old name
+        ("goal-refused", "goal-rejected", True),
+        (["run-ended"], "run-ended", False),
+    ],
+)
+def test_a_note_is_selected_by_its_event(event: object, wanted: str, *, matches: bool) -> None:
+    assert matches_filters(record("note", event=event), filters("--event", wanted)) is matches
+    assert not matches_filters(record("stopped", event=event), filters("--event", wanted))
+
+
+def test_a_disagreement_is_shown_with_both_verdicts() -> None:
+    outcomes: dict[str, Any] = {"compiled": {"verdict": "ALLOW"}, "z3": {"verdict": "DENY"}}
+    shown = format_record(record("gate-disagreement", module="m", skill="s", **outcomes), None)
+    assert "gate-disagreement  compiled ALLOW, z3 DENY  m.s asks for null" in shown
+
+
 def test_the_verdict_of_what_is_no_decision_matches_nothing() -> None:
     noted = record("note", verdict="DENY", asked="move", reasons=[["AE750", "separation", "no"]])
     assert not matches_filters(noted, filters("--decision", "DENY"))

@@ -71,6 +71,7 @@ RESUME = (("run", "--resume"),)
 FILES: dict[str, Sequence[Sequence[str]]] = {
     "registry/registry.sqlite3": REGISTRY,
     "registry/audit.jsonl": REGISTRY,
+    "registry.anchor": REGISTRY,
     "registry/live": REGISTRY,
     "registry/change.lock": REGISTRY,
     "registry/motion-0.lock": REGISTRY,

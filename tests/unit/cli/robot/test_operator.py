@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 
 import pytest
@@ -199,3 +200,30 @@ def test_a_kind_that_no_policy_knows_is_refused_with_the_way_out(
     assert main(["block", "--id", "a", "--reason", "b", "--action", "fly", "--state", state]) == 1
     assert "for runs with --site: `aeros policy SITE` first" in capsys.readouterr().err
     assert not (tmp_path / "robot").exists()
+
+
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [
+        *(("--id", value) for value in ("", "a b", "a\nb", "\udcff", "\u202ea")),
+        *((name, value) for name in ("--module", "--skill") for value in ("", "Tidy", "tidy ", "\udcff")),
+        *(("--reason", value) for value in ("", "  ", "\udcff\udcfe")),
+    ],
+)
+def test_a_block_that_can_reach_nothing_or_cannot_be_recorded_is_refused(
+    option: str, value: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    given = {"--id": "one", "--reason": "why", "--module": "tidy", option: value}
+    words = [word for pair in given.items() for word in pair]
+    with pytest.raises(SystemExit) as refused:
+        main(["block", *words, "--state", str(tmp_path / "robot")])
+    assert refused.value.code == 2
+    assert f"argument {option}: " in capsys.readouterr().err
+
+
+def test_a_policy_that_is_no_file_is_refused_and_not_waited_for(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    assert main(["policy", str(tmp_path / "pipe"), "--state", str(tmp_path / "robot")]) == 1
+    assert "it is not a regular file" in capsys.readouterr().err

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from aeros.exit_codes import Exit
-from aeros.runtime.audit.checkpoints import CHECKPOINT
+from aeros.runtime.audit.check import CHECKPOINT
 from tests.repo.tree import ROOT
 
 pytestmark = pytest.mark.physics

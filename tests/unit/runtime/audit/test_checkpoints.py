@@ -328,7 +328,7 @@ def test_records_forged_onto_a_closed_log_are_rejected(
     lines = write(log, key, anchor)
     forged = {"event": event, "details": {"verdict": "DENY"}, "written": 1.5}
     log.write_bytes(rehashed([*map(json.loads, lines), *[forged] * count]))
-    assert verify_log(log).is_sound
+    assert "was added to a closed log" in verify_log(log).reason  # the key is not needed for that
     found = verify_signed(log, key.public, *([anchor] if is_anchored else [])).chain
     assert (found.bad_record, found.reason) == (
         len(lines),

@@ -12,6 +12,7 @@ from aeros.runtime.audit.keys import (
     InvalidKeyError,
     PublicKey,
     SigningKey,
+    find_public_key,
     make_key,
     read_public_key,
     read_signing_key,
@@ -126,3 +127,21 @@ def test_a_private_key_with_a_password_is_refused(tmp_path: Path) -> None:
 def test_keys_in_a_folder_that_is_not_there_cannot_be_written(tmp_path: Path) -> None:
     with pytest.raises(InvalidKeyError, match="cannot be written: No such file"):
         make_key(tmp_path / "absent" / "key")
+
+
+def test_the_public_key_is_found_by_either_file(tmp_path: Path) -> None:
+    assert find_public_key(tmp_path / "key") is None
+    make_key(tmp_path / "key")
+    expected = read_signing_key(tmp_path / "key").public.id
+    for lost in ("key.pub", None):
+        found = find_public_key(tmp_path / "key")
+        assert found is not None
+        assert found.id == expected
+        if lost is not None:
+            saved = (tmp_path / lost).read_bytes()
+            (tmp_path / lost).unlink()
+    (tmp_path / "key.pub").write_bytes(saved)
+    (tmp_path / "key").unlink()
+    found = find_public_key(tmp_path / "key")
+    assert found is not None
+    assert found.id == expected

@@ -19,7 +19,8 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.audit.checkpoints import TAIL_REPAIRED, SigningConfiguration, verify_signed
+from aeros.runtime.audit.check import TAIL_REPAIRED
+from aeros.runtime.audit.checkpoints import SigningConfiguration, verify_signed
 from aeros.runtime.audit.keys import make_key, read_signing_key
 from aeros.runtime.audit.log import AuditLog, verify_log
 

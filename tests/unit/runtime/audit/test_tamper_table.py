@@ -11,9 +11,8 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.audit.check import GENESIS, verify_log
+from aeros.runtime.audit.check import CHECKPOINT, GENESIS, TAIL_REPAIRED, verify_log
 from aeros.runtime.audit.checkpoints import (
-    CHECKPOINT,
     CHECKPOINT_INTERVAL,
     SigningConfiguration,
     verify_signed,
@@ -106,6 +105,17 @@ def _add(case: Case) -> None:
     case.rehash([*case.records(), forged])
 
 
+def _add_behind_a_forged_checkpoint(case: Case) -> None:
+    forged = {**case.records()[-1]["details"], "closing": False}
+    checkpoint = {"event": CHECKPOINT, "details": forged, "written": 1.5}
+    case.rehash([*case.records(), checkpoint, {"event": "note", "details": {}, "written": 1.5}])
+
+
+def _add_in_a_note_of_a_repair(case: Case) -> None:
+    forged = {"decision": "it was allowed", "bytes": 3, "sha256": "0" * 64}
+    case.rehash([*case.records(), {"event": TAIL_REPAIRED, "details": forged, "written": 1.5}])
+
+
 def _cut_after_a_checkpoint(case: Case) -> None:
     places = [place for place, record in enumerate(case.records()) if record["event"] == CHECKPOINT]
     case.put(case.lines[: places[-2] + 1])
@@ -149,6 +159,8 @@ ROWS: dict[str, Callable[[Case], None]] = {
     "all checkpoints removed, and all hashes recomputed": _drop_checkpoints,
     "the whole log signed with another key": _sign_with_another_key,
     "records added to a closed log, one or many": _add,
+    "text added to a closed log in the note of a repair": _add_in_a_note_of_a_repair,
+    "records added to a closed log behind a forged checkpoint": _add_behind_a_forged_checkpoint,
     "a tail cut off right after a checkpoint": _cut_after_a_checkpoint,
     "another log of the same key put in its place": _exchange,
     "an earlier log and its anchor put back together": _put_back,

@@ -14,6 +14,7 @@ from aeros.runtime.audit.log import AuditLog
 from aeros.runtime.execution.decision_pipeline import DecisionPipeline, PipelineDecision
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.decision import Caller, Decision, DecisionKind, Reason
+from aeros.runtime.gate.gate import GateDisagreementError
 from aeros.runtime.gate.port import Gate
 from aeros.sim.fake import FakePlant
 from aeros.skill import Action, act
@@ -63,6 +64,25 @@ def desk(site: Site, tmp_path: Path) -> Iterator[Desk]:
     made = Desk(site, tmp_path)
     yield made
     made.audit.close()
+
+
+def test_a_disagreement_is_recorded_with_both_verdicts_before_it_halts(desk: Desk) -> None:
+    allowed = Decision(DecisionKind.ALLOW, MOVE, ())
+    desk.gate.answers.append(GateDisagreementError(allowed, DENIAL))
+    with pytest.raises(GateDisagreementError):
+        desk.decide()
+    (last,) = [
+        one["details"]
+        for one in map(json.loads, desk.path.read_text().splitlines())
+        if one["event"] == "gate-disagreement"
+    ]
+    assert desk.records() == []
+    asked = {"kind": "move", "parameters": {"speed": 0.1}}
+    assert last["asked"] == asked
+    assert last["compiled"] == {"verdict": "ALLOW", "reasons": [], "decided": asked}
+    reasons = [["AE750", "workspace", "outside"]]
+    assert last["z3"] == {"verdict": "DENY", "reasons": reasons, "decided": None}
+    assert (last["module"], last["skill"], sorted(last["state"])) == ("handling", "lift", sorted(VALUES))
 
 
 def test_an_allowed_action_is_decided_on_what_is_measured_and_recorded(desk: Desk) -> None:

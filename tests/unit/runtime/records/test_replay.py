@@ -172,12 +172,14 @@ def test_a_clock_that_went_back_denies_again_and_a_new_session_has_a_new_clock(l
 
 def test_gates_that_disagree_are_named_with_the_record(log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def disagree(*given: Any) -> Decision:
-        raise GateDisagreementError("compiled gate: ALLOW; z3: DENY")
+        raise GateDisagreementError(allowed, denied)
 
+    allowed, denied = (Decision(kind, None, ()) for kind in (DecisionKind.ALLOW, DecisionKind.DENY))
     _, details = decided(bench.PARAMETERS["move"])
     monkeypatch.setattr(CompiledGate, "decide", disagree)
     (found,) = replayed(("decision", details), path=log).mismatches
-    assert (found.sequence, found.reason, found.replayed) == (1, "compiled gate: ALLOW; z3: DENY", None)
+    assert (found.sequence, found.reason) == (1, f"compiled gate: {allowed}; z3: {denied}")
+    assert found.replayed is None
 
 
 def test_readings_are_recorded_with_their_times(log: Path) -> None:

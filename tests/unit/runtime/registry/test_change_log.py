@@ -1,9 +1,12 @@
-"""Each change is in the audit record before it is made, and can be read back from there."""
+"""Each change is in the audit record before it is made, signed, and can be read back from there."""
 
 from __future__ import annotations
 
 import json
 import os
+import shutil
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +15,13 @@ import pytest
 from aeros.runtime.audit.checkpoints import SigningConfiguration, verify_signed
 from aeros.runtime.audit.keys import make_key, read_signing_key
 from aeros.runtime.audit.log import AuditLog, verify_log
+from aeros.runtime.canonical_json import seal_record, to_canonical_json
 from aeros.runtime.registry.change_log import (
     LOG,
+    RecordedState,
+    anchor_of,
     read_recorded_state,
     record_change,
-    record_made,
     recorded_changes,
     recorded_configurations,
 )
@@ -28,6 +33,7 @@ from aeros.spec.diagnostics.errors import UserError
 TIDY = InstalledModule("tidy", "1.2.0", "d" * 64, ModuleState.ACTIVE)
 BLOCK = OperatorBlock("no_welder", "it is being repaired", "welder", None, "weld")
 OLD = RegistrySnapshot(4, "sites/a.yaml", {}, {})
+LATER = RegistrySnapshot(7, "sites/a.yaml", {}, {})
 NEW = RegistrySnapshot(5, "sites/b.yaml", {"tidy": TIDY}, {"no_welder": BLOCK})
 
 
@@ -67,7 +73,7 @@ def test_the_record_is_signed_with_a_key_that_is_there_or_made(tmp_path: Path, *
 
 def test_what_cannot_be_recorded_is_not_done(tmp_path: Path) -> None:
     (tmp_path / LOG).mkdir()
-    with pytest.raises(UserError, match="the change cannot be recorded, so it is not made"):
+    with pytest.raises(UserError, match="the change cannot be recorded"):
         record_change(tmp_path, tmp_path / "no-key", OLD, NEW, "x", "c")
     (tmp_path / "key").write_text("none")
     (tmp_path / "other").mkdir()
@@ -105,42 +111,136 @@ def test_a_user_without_a_name_is_a_number(monkeypatch: pytest.MonkeyPatch, tmp_
 
 
 def test_the_recorded_state_is_that_of_the_latest_change(tmp_path: Path) -> None:
-    key = tmp_path / "no-key"
-    assert read_recorded_state(tmp_path).latest == RegistrySnapshot()
-    record_change(tmp_path, key, OLD, NEW, "x", "c")
-    unmarked = read_recorded_state(tmp_path)
-    assert (unmarked.latest, unmarked.is_made, unmarked.before, unmarked.damage) == (NEW, False, None, None)
-    assert record_made(tmp_path, key, NEW.generation) is None
+    folder, key = tmp_path / "registry", tmp_path / "key"
+    folder.mkdir()
+    assert read_recorded_state(folder, key) == RecordedState()
+    record_change(folder, key, OLD, NEW, "x", "c")
+    assert read_recorded_state(folder, key) == RecordedState(NEW)
     newer = RegistrySnapshot(6, NEW.site, {}, {}, is_policy_set=True, withdrawn=frozenset({"tidy"}))
-    for _ in range(2):  # the first was killed
-        record_change(tmp_path, key, NEW, newer, "x", "c")
-    found = read_recorded_state(tmp_path)
-    assert (found.latest, found.is_made, found.before) == (newer, False, NEW)
+    record_change(folder, key, NEW, newer, "x", "c")
+    found = read_recorded_state(folder, key)
+    assert found == RecordedState(newer, NEW)
     assert found.disagreement(newer) is None
-    assert found.disagreement(NEW) is None
-    record_made(tmp_path, key, 6)
-    assert "an older one" in (read_recorded_state(tmp_path).disagreement(NEW) or "")
+    assert [found.is_unfinished(one) for one in (OLD, NEW, newer)] == [False, True, False]
+    for one, text in ((NEW, "an older one"), (replace(newer, site=""), "differs"), (LATER, "are missing")):
+        assert text in (found.disagreement(one) or "")
+    # The public key suffices to read.
+    key.unlink()
+    assert read_recorded_state(folder, key) == found
 
 
-def test_a_record_that_a_crash_cut_short_does_not_count(tmp_path: Path) -> None:
-    key = tmp_path / "no-key"
-    record_change(tmp_path, key, OLD, NEW, "x", "c")
-    record_change(tmp_path, key, NEW, OLD, "x", "c")
-    log = tmp_path / LOG
-    lines = log.read_bytes().splitlines(keepends=True)
-    last = max(
-        at for at, line in enumerate(lines) if b'"event":"registry-change",' in line
-    )  # signatures follow
-    log.write_bytes(b"".join(lines[:last]) + lines[last][:-10])
-    assert read_recorded_state(tmp_path).latest == NEW
+def _cut(folder: Path, kept: int, more: bytes = b"") -> None:
+    """Keep the records up to the latest change, and `kept` more."""
+    lines = (folder / LOG).read_bytes().splitlines(keepends=True)
+    latest = max(at for at, line in enumerate(lines) if b'"event":"registry-change",' in line)
+    (folder / LOG).write_bytes(b"".join(lines[: latest + kept]) + more)
+
+
+@pytest.mark.parametrize(("kept", "more"), [(0, b'{"details"'), (1, b""), (1, b'{"details":')])
+def test_a_change_counts_only_once_a_closing_checkpoint_signs_it(
+    tmp_path: Path, kept: int, more: bytes
+) -> None:
+    """The rest of the log was never written, as its writer was killed."""
+    folder, key = tmp_path / "registry", tmp_path / "key"
+    folder.mkdir()
+    record_change(folder, key, OLD, NEW, "x", "c")
+    anchor = anchor_of(folder).read_bytes()
+    record_change(folder, key, NEW, OLD, "x", "c")
+    _cut(folder, kept, more)
+    anchor_of(folder).write_bytes(anchor)
+    assert read_recorded_state(folder, key) == RecordedState(NEW)
+    # The next writer signs what it finds, and does not make it count by that.
+    record_change(folder, key, NEW, LATER, "x", "c")
+    assert read_recorded_state(folder, key) == RecordedState(LATER, NEW)
+
+
+def _append_hashed(log: Path, event: str, details: dict[str, Any]) -> None:
+    """Append a record as somebody without the key can."""
+    last = json.loads(log.read_text().splitlines()[-1])
+    body = {"event": event, "details": details, "written": 1.5, "previous": last["hash"]}
+    line, _ = seal_record(to_canonical_json({**body, "sequence": last["sequence"] + 1}))
+    with log.open("ab") as file:
+        file.write(line)
+
+
+def test_a_change_that_somebody_without_the_key_appends_never_counts(tmp_path: Path) -> None:
+    folder, key = tmp_path / "registry", tmp_path / "key"
+    folder.mkdir()
+    record_change(folder, key, OLD, NEW, "x", "c")
+    (made,) = changes_in(folder / LOG)
+    forged = {**made["details"], "from": 5, "to": 6, "blocks": {}}
+    whole = (folder / LOG).read_bytes()
+    _append_hashed(folder / LOG, "registry-change", forged)
+    assert "without the key" in (read_recorded_state(folder, key).damage or "")
+    # After a checkpoint that closes nothing it may stand, as after a kill, and never counts.
+    (folder / LOG).write_bytes(whole)
+    signing = SigningConfiguration(read_signing_key(key), (anchor_of(folder),))
+    os.close(AuditLog(folder / LOG, signing=signing)._file)  # as a kill would
+    _append_hashed(folder / LOG, "registry-change", forged)
+    assert read_recorded_state(folder, key) == RecordedState(NEW)
+    record_change(folder, key, NEW, LATER, "x", "c")
+    assert read_recorded_state(folder, key) == RecordedState(LATER, NEW)
+
+
+def test_an_unsigned_log_is_read_and_not_believed(tmp_path: Path) -> None:
+    folder, key = tmp_path / "registry", tmp_path / "key"
+    folder.mkdir()
+    record_change(folder, key, OLD, NEW, "x", "c")
+    (made,) = changes_in(folder / LOG)
+    (folder / LOG).unlink()
+    anchor_of(folder).unlink()
+    with AuditLog(folder / LOG) as log:
+        log.append("registry-change", made["details"])
+        log.append("registry-change-made", {"to": 5})
+    found = read_recorded_state(folder, key)
+    assert (found.latest, found.is_signed) == (NEW, False)
+    assert "is not signed" in (found.disagreement(NEW) or "")
+    assert found.is_complete_for(NEW)
+    # What `aeros repair` does.
+    record_change(folder, key, NEW, replace(NEW, generation=6), "repair", "c")
+    assert read_recorded_state(folder, key) == RecordedState(replace(NEW, generation=6), NEW)
+
+
+def _forge_with_another_key(folder: Path, key: Path) -> None:
+    (folder / LOG).unlink()
+    anchor_of(folder).unlink()
+    record_change(folder, key.with_name("stranger"), OLD, LATER, "x", "c")
+
+
+def _lose_the_keys(folder: Path, key: Path) -> None:
+    key.unlink()
+    key.with_name("key.pub").unlink()
+
+
+@pytest.mark.parametrize(
+    ("damage", "text"),
+    [
+        (_forge_with_another_key, "is not signed with this key"),
+        (_lose_the_keys, "is signed, and the key"),
+        (lambda folder, key: key.write_text("none"), "is not a private key"),
+        (lambda folder, key: shutil.rmtree(folder), "is the anchor of one"),
+        (lambda folder, key: anchor_of(folder).write_text("none"), "is not an anchor"),
+        (lambda folder, key: _cut(folder, 0), "the log was cut"),
+    ],
+)
+def test_a_log_that_does_not_fit_key_and_anchor_is_damaged(
+    tmp_path: Path, damage: Callable[[Path, Path], object], text: str
+) -> None:
+    folder, key = tmp_path / "registry", tmp_path / "key"
+    folder.mkdir()
+    record_change(folder, key, OLD, NEW, "x", "c")
+    damage(folder, key)
+    found = read_recorded_state(folder, key)
+    assert text in (found.damage or "")
+    assert "damaged" in (found.disagreement(found.latest) or "")
+    assert not found.is_complete_for(RegistrySnapshot())
 
 
 def test_a_record_of_another_form_is_damage(tmp_path: Path) -> None:
     with AuditLog(tmp_path / LOG) as log:
         log.append("registry-change", {"configuration": "other"})
-    damage = read_recorded_state(tmp_path).damage
-    assert damage == "record 0 is not of the form of a change"
-    assert "damaged" in (read_recorded_state(tmp_path).disagreement(RegistrySnapshot()) or "")
+    found = read_recorded_state(tmp_path, tmp_path / "no-key")
+    assert found.damage == "record 0 is not of the form of a change"
 
 
 def test_every_change_is_listed_in_order(tmp_path: Path) -> None:

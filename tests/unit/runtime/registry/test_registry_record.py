@@ -2,37 +2,54 @@
 
 from __future__ import annotations
 
+import json
+import os
 import shutil
 import sqlite3
 from collections.abc import Callable
-from contextlib import closing
+from contextlib import closing, suppress
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import pytest
 
-from aeros.runtime.registry.change_log import LOG
+from aeros.runtime.audit import checkpoints
+from aeros.runtime.audit.checkpoints import verify_signed
+from aeros.runtime.audit.keys import make_key, read_signing_key
+from aeros.runtime.audit.log import AuditLog
+from aeros.runtime.gate.configuration import Configuration
+from aeros.runtime.registry.change_log import LOG, anchor_of
 from aeros.runtime.registry.control_page import ControlPage
 from aeros.runtime.registry.operator_block import OperatorBlock
 from aeros.runtime.registry.registry import Registry
 from aeros.runtime.registry.registry_governor import RegistryGovernor
 from aeros.runtime.registry.store import RegistryStore
 from aeros.spec.diagnostics.errors import UserError
-from tests.unit.runtime.registry.conftest import Author
+from tests.unit.runtime.registry.conftest import BASE
 from tests.unit.runtime.registry.fixed_modules import FixedModules
 
 BLOCK = OperatorBlock("worn", "a finger is worn", None, None, "grip")
 LATER = OperatorBlock("wet", "wet floor", None, None, "wait")
 
 
-@pytest.fixture
-def blocked(registry: Registry, write: Author) -> Registry:
-    """With `tidy` active and a block, of which `older.sqlite3` knows nothing."""
-    registry.install(write())
+@pytest.fixture(scope="module")
+def template(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """State folder in which `tidy` is active and a block in force, of which `older` knows nothing."""
+    made = tmp_path_factory.mktemp("template") / "robot"
+    registry = Registry(made)
+    registry.set_policy(BASE / "site.yaml")
+    registry.install(BASE / "tidy")
+    shutil.copytree(registry.folder, made / "older")
     registry.configure("tidy")
     registry.activate("tidy")
-    shutil.copy(_database(registry), registry.folder.parent / "older.sqlite3")
     registry.add_block(BLOCK)
-    return registry
+    return made
+
+
+@pytest.fixture
+def blocked(template: Path, tmp_path: Path) -> Registry:
+    return Registry(shutil.copytree(template, tmp_path / "robot"))
 
 
 def _database(registry: Registry) -> Path:
@@ -40,7 +57,7 @@ def _database(registry: Registry) -> Path:
 
 
 def _put_back(registry: Registry) -> None:
-    shutil.copy(registry.folder.parent / "older.sqlite3", _database(registry))
+    shutil.copy(registry.folder.parent / "older" / "registry.sqlite3", _database(registry))
 
 
 def _edit(statement: str) -> Callable[[Registry], None]:
@@ -58,8 +75,48 @@ def _cut_latest_change(registry: Registry) -> None:
     log.write_bytes(b"".join(lines[:latest]))
 
 
+CONFIGURATION = cast(Configuration, SimpleNamespace(modules={}))
+
+
+def _cut_with_anchor(registry: Registry) -> None:
+    _cut_latest_change(registry)
+    anchor_of(registry.folder).unlink()
+
+
 Damage = tuple[Callable[[Registry], object], str]
 """Damage to a registry, and a part of the message that reports it."""
+
+
+def _put_folder_back(registry: Registry) -> None:
+    shutil.rmtree(registry.folder)
+    shutil.copytree(registry.folder.parent / "older", registry.folder)
+
+
+def _exchange_key(registry: Registry) -> None:
+    key = registry.folder.parent / "audit.key"
+    for path in (key, key.with_name("audit.key.pub")):
+        path.unlink()
+    make_key(key)
+
+
+def _of_another_robot(registry: Registry) -> None:
+    other = Registry(registry.folder.parent / "other")
+    other.set_policy(BASE / "site.yaml")
+    other.add_block(LATER)
+    shutil.copy(_database(other), _database(registry))
+
+
+def _with_journal(registry: Registry) -> None:
+    """Put back the journal of a change that was under way, which SQLite then rolls back."""
+    journal = _database(registry).with_name("registry.sqlite3-journal")
+    with closing(sqlite3.connect(_database(registry), isolation_level=None)) as database:
+        database.execute("PRAGMA cache_size = 1")
+        database.execute("BEGIN")
+        database.execute("DELETE FROM blocks")
+        hot = journal.read_bytes()
+        database.execute("COMMIT")
+    journal.write_bytes(hot)
+
 
 REPAIRABLE: dict[str, Damage] = {
     "an older database": (_put_back, "an older one"),
@@ -68,11 +125,18 @@ REPAIRABLE: dict[str, Damage] = {
     "other contents": (_edit("UPDATE modules SET digest = '000'"), "and not in `modules/000/"),
     "a folder elsewhere": (_edit("UPDATE modules SET folder = '/elsewhere/tidy'"), "`/elsewhere/tidy`"),
     "a module made active": (_edit("UPDATE modules SET version = '9'"), "differs from the record"),
+    "an empty database": (lambda registry: _database(registry).write_bytes(b""), "an older one, or was lost"),
+    "a database cut short": (lambda registry: os.truncate(_database(registry), 6000), "cannot be used"),
+    "a database of another robot": (_of_another_robot, "an older one"),
     "no database": (lambda registry: _database(registry).write_bytes(b"x" * 4096), "cannot be used"),
 }
 UNREPAIRABLE: dict[str, Damage] = {
-    "a record cut short": (_cut_latest_change, "records are missing"),
-    "a deleted record": (lambda registry: (registry.folder / LOG).unlink(), "records are missing"),
+    "a record cut short": (_cut_latest_change, "the log was cut"),
+    "a record cut short, and the anchor gone": (_cut_with_anchor, "records are missing"),
+    "another key": (_exchange_key, "is not signed with this key"),
+    "a deleted record": (lambda registry: (registry.folder / LOG).unlink(), "is the anchor of one"),
+    "a deleted folder": (lambda registry: shutil.rmtree(registry.folder), "is the anchor of one"),
+    "an older folder": (_put_folder_back, "the log was cut"),
     "an edited record": (
         lambda registry: (registry.folder / LOG).write_bytes(
             (registry.folder / LOG).read_bytes().replace(b"finger", b"singer")
@@ -84,7 +148,7 @@ UNREPAIRABLE: dict[str, Damage] = {
 
 def _refusals(registry: Registry) -> list[str]:
     """The refusals of everything that reads the registry: a run of any kind, and each change."""
-    configuration = FixedModules(None)  # type: ignore[arg-type]
+    configuration = FixedModules(CONFIGURATION)
     found = []
     for read in (
         registry.snapshot,
@@ -125,7 +189,7 @@ def test_a_record_that_lost_changes_is_not_believed(blocked: Registry, damage: s
     change(blocked)
     for refusal in _refusals(blocked):
         assert message in refusal
-        assert "restore the folder from a backup" in refusal
+        assert "restore the newest copy of" in refusal
     with pytest.raises(UserError, match=message):
         blocked.repair()
 
@@ -136,55 +200,122 @@ def test_where_there_is_no_registry_nothing_is_repaired(tmp_path: Path) -> None:
     assert not (tmp_path / "none").exists()
 
 
-def test_a_change_that_was_killed_before_it_was_stored_needs_no_repair(
-    blocked: Registry, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    before = blocked.snapshot()
-
-    def killed(*_: object) -> None:
-        raise SystemExit
-
-    for _ in range(2):
-        with monkeypatch.context() as patched:
-            patched.setattr(RegistryStore, "replace", killed)
-            with pytest.raises(SystemExit):
-                blocked.remove_block("worn")
-        assert blocked.snapshot() == before
-        assert blocked.repair() is None
-    blocked.remove_block("worn")
-    assert blocked.snapshot().blocks == {}
+class _Killed(BaseException):
+    """The process ended there."""
 
 
-def test_a_change_that_was_killed_before_its_mark_is_made(
-    blocked: Registry, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def killed(*_: object) -> None:
-        raise SystemExit
-
+def _steps_of(change: Callable[[], object], monkeypatch: pytest.MonkeyPatch, killed_at: int | None) -> int:
+    """Count the writes to files that a change makes; kill it before the one of number `killed_at`."""
+    done = 0
     with monkeypatch.context() as patched:
-        patched.setattr("aeros.runtime.registry.transaction.record_made", killed)
-        with pytest.raises(SystemExit):
-            blocked.add_block(LATER)
-    assert blocked.snapshot().blocks.keys() == {"worn", "wet"}
-    blocked.remove_block("wet")
-    _put_back(blocked)
-    with pytest.raises(UserError, match="an older one"):
-        blocked.snapshot()
+        for place, name in WRITES:
+            original = getattr(place, name)
+
+            def step(*given: Any, original: Any = original, **named: Any) -> object:
+                nonlocal done
+                if killed_at is not None and done >= killed_at:  # nothing more is written, by no clean-up
+                    raise _Killed
+                done += 1
+                return original(*given, **named)
+
+            patched.setattr(place, name, step)
+        with suppress(_Killed):
+            change()
+    return done
 
 
-def test_a_mark_that_cannot_be_recorded_is_reported_and_the_change_is_in_force(
+WRITES = (
+    (os, "pwrite"),
+    (os, "fdatasync"),
+    (checkpoints, "replace_durably"),
+    (ControlPage, "publish"),
+    (RegistryStore, "replace"),
+    (ControlPage, "wait_until_idle"),
+)
+
+
+def test_a_change_that_is_killed_anywhere_is_made_whole_or_not_at_all(
     blocked: Registry, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    replace = RegistryStore.replace
+    """Once its record is signed it is made, though its process is killed, or an older database put back."""
+    shutil.copytree(blocked.folder.parent, saved := blocked.folder.parent.with_name("saved"))
+    before = blocked.snapshot()
+    count = _steps_of(lambda: blocked.remove_block("worn"), monkeypatch, None)
+    after = blocked.snapshot()
+    assert (list(before.blocks), list(after.blocks)) == (["worn"], [])
+    outcomes = []
+    for place in range(count + 1):
+        shutil.rmtree(blocked.folder.parent)
+        shutil.copytree(saved, blocked.folder.parent)
+        _steps_of(lambda: blocked.remove_block("worn"), monkeypatch, place)
+        with RegistryGovernor(blocked, FixedModules(CONFIGURATION)) as governor:
+            assert governor.configuration()[0] == blocked.snapshot().generation
+        found = blocked.snapshot()
+        assert found in (before, after)
+        outcomes.append(found == after)
+        assert blocked.repair() is None
+        # The database of before the change is as good as the latest: the record decides.
+        shutil.copy(saved / "registry" / "registry.sqlite3", _database(blocked))
+        assert blocked.snapshot() == found
+        blocked.add_block(LATER)
+        assert blocked.snapshot().blocks == {**found.blocks, "wet": LATER}
+    assert outcomes == sorted(outcomes)
+    assert set(outcomes) == {False, True}
 
-    def full(store: RegistryStore, *given: object) -> None:
-        replace(store, *given)  # type: ignore[arg-type]
-        (blocked.folder.parent / "audit.key").write_text("none")
 
-    monkeypatch.setattr(RegistryStore, "replace", full)
-    with pytest.raises(UserError, match="the change is in force, but its record cannot be completed"):
+def test_a_change_that_cannot_be_stored_lets_nothing_start_until_it_is(
+    blocked: Registry, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(store: RegistryStore, *_: object) -> None:
+        raise store._damaged("disk full")
+
+    with RegistryGovernor(blocked, FixedModules(CONFIGURATION)) as governor:
+        followed = governor.generation
+        with monkeypatch.context() as patched:
+            patched.setattr(RegistryStore, "replace", full)
+            with pytest.raises(UserError, match="disk full"):
+                blocked.add_block(LATER)
+            with governor.hold_generation(followed) as is_in_force:
+                assert not is_in_force
+            for read in (governor.configuration, blocked.snapshot):
+                with pytest.raises(UserError, match="disk full") as refused:
+                    read()
+                assert "no action starts on this robot" in refused.value.diagnostics[0].help[-1]
+        assert governor.configuration()[0] == followed + 1
+    assert blocked.snapshot().blocks.keys() == {"worn", "wet"}
+
+
+def test_an_anchor_that_cannot_be_written_is_told_and_the_change_is_in_force(
+    blocked: Registry, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(path: Path, checkpoint: checkpoints.AuditCheckpoint) -> None:
+        if checkpoint.closing:
+            raise OSError("no space left")
+        write(path, checkpoint)
+
+    write = checkpoints.write_anchor
+    monkeypatch.setattr("aeros.runtime.audit.log.write_anchor", full)
+    with pytest.raises(UserError, match=r"the change is in force, though .* no space left"):
         blocked.add_block(LATER)
     assert blocked.snapshot().blocks.keys() == {"worn", "wet"}
+
+
+def test_a_record_that_is_not_signed_is_signed_by_a_repair(blocked: Registry) -> None:
+    """As a release without signatures left it, or somebody without the key wrote it."""
+    log = blocked.folder / LOG
+    changes = [one for one in map(json.loads, log.read_text().splitlines()) if "change" in one["event"]]
+    log.unlink()
+    anchor_of(blocked.folder).unlink()
+    with AuditLog(log) as unsigned:
+        for one in changes:
+            unsigned.append(one["event"], one["details"])
+    for refusal in _refusals(blocked):
+        assert "is not signed, so anybody may have written it" in refusal
+        assert "`aeros repair` signs it" in refusal
+    assert blocked.repair() is not None
+    assert blocked.snapshot().blocks == {"worn": BLOCK}
+    key = read_signing_key(blocked.folder.parent / "audit.key").public
+    assert verify_signed(log, key, anchor_of(blocked.folder)).closed
 
 
 def test_a_change_between_two_readings_is_no_disagreement(

@@ -213,20 +213,22 @@ def test_nothing_begins_between_reporting_a_change_and_storing_it(
     assert robot.results[0].status is StepStatus.REFUSED
 
 
-def test_a_change_that_cannot_be_kept_is_taken_back(robot: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(*_: Any) -> None:
-        raise OSError(28, "No space left on device")
+def test_a_recorded_change_that_cannot_be_stored_is_stored_by_a_run(
+    robot: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    store = RegistryStore.replace
+
+    def full(records: RegistryStore, *_: Any) -> None:
+        monkeypatch.setattr(RegistryStore, "replace", store)
+        raise records._damaged("no space left")
 
     thread = _under_way(robot)
-    with monkeypatch.context() as patched:
-        patched.setattr(RegistryStore, "replace", full)
-        with pytest.raises(OSError, match="No space"):
-            robot.registry.deactivate("tidy")
-    _let_ticks_pass(robot)
-    robot.plant.may_end = True
+    monkeypatch.setattr(RegistryStore, "replace", full)
+    with pytest.raises(UserError, match="no space left"):
+        robot.registry.deactivate("tidy")
     thread.join(_PATIENCE)
-    assert robot.results[0].status is StepStatus.FINISHED
-    assert "tidy" in robot.executor.active_modules()
+    assert robot.results[0].status is StepStatus.STOPPED
+    assert "tidy" not in robot.executor.active_modules()
 
 
 def test_a_pause_holds_what_would_begin_and_a_stop_ends_what_moves(robot: Robot) -> None:
