@@ -26,7 +26,7 @@ from aeros.sim.sensors import SCANNER_RANGE, GroundTruth, SensorModel, Sensors
 from aeros.spec.diagnostics.errors import UserError
 
 BLOCKED_DISTANCE: Final = 0.015
-"""Distance of a link from where it is commanded above which the robot counts as blocked, m (unhindered: 0.002).
+"""Distance of a link from its commanded place above which the robot is blocked, m (unhindered: 0.002).
 
 It is the clearance of the reference site: what was decided for whole motions holds no farther.
 """

@@ -96,7 +96,7 @@ class JointRules:
             yield Reason("AE752", actuator, text)
 
     def _grip_conflicts(self, action: ActiveAction, active_action: ActiveAction) -> Iterator[Reason]:
-        """Report a motion while something is gripped or released: the swept volume depends on what is held."""
+        """Report a motion while something is gripped or released: what moves depends on what is held."""
         motion = self._site.motion
         if motion is None or motion.held is None:
             return

@@ -301,7 +301,7 @@ def piece_speeds(body: RobotBody, path: JointPath, duration: float) -> list[floa
 
 
 def _timing_rate(low: float, high: float) -> float:
-    """Bound s'(u) = 30u²(1 − u)² where s(u) is in [low, high]; it rises until u = s = 1/2, and falls again."""
+    """Bound s'(u) = 30u²(1 − u)² where s(u) is in [low, high]; it rises until u = s = 1/2, then falls."""
     if low <= 0.5 <= high:
         return TIMING_PEAKS[0]
     s = high if high < 0.5 else 1.0 - low

@@ -1,4 +1,4 @@
-"""Held objects near a surface: an action may bring what is held into the volume that it names, slowly and briefly.
+"""Held objects near a surface: an action may bring what is held slowly into the volume that it names.
 
 What is held is enclosed by the largest object that the site allows, so a motion that picks it up or puts it
 down enters the surface's volume. Elsewhere nothing held may enter it. Within it the motion

@@ -292,8 +292,8 @@ class MotionDecider:
 
 def _surface_reason(barrier: Barrier, place: SurfaceBreach, limits: SurfaceLimits) -> Reason:
     text = (
-        f"`{HELD}` may enter the volume `{barrier.volume}` at {100.0 * place.path_parameter:.0f} % of the path, "
-        f"{1000.0 * place.distance:.3g} mm from the target and at {place.speed:.3g} m/s; allowed are "
+        f"`{HELD}` may enter the volume `{barrier.volume}` at {100.0 * place.path_parameter:.0f} % of the "
+        f"path, {1000.0 * place.distance:.3g} mm from the target and at {place.speed:.3g} m/s; allowed are "
         f"{1000.0 * limits.distance:.3g} mm and {limits.speed:.3g} m/s: {barrier.rationale}"
     )
     return Reason("AE763", barrier.id, text)

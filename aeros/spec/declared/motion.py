@@ -182,8 +182,8 @@ class Tracking:
     )
     within: TextField = field(
         metadata={
-            "doc": "its bound, as in `10 mm`: a rule on each moving kind requires it of the plant's measurement, "
-            "and the monitor compares measured joints and base with the decided motion"
+            "doc": "its bound, as in `10 mm`: a rule on each moving kind requires it of `measured_by`, and "
+            "the monitor compares measured joints and base with the decided motion"
         }
     )
     levers: Identifier = field(

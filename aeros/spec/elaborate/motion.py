@@ -67,26 +67,27 @@ def check_tracking_rules(
         return
     variable, bound = motion.tracking.variable, motion.tracking.bound
     within = declaration.tracking.within
+    unbounded: dict[Fraction | None, list[TextField]] = {}
     for name, _ in declaration.on:
         terms = [rule.terms[name.value] for rule in rules if name.value in rule.terms]
-        required = [number for term in terms for number in _upper_bounds(term, variable)]
-        if required and min(required) <= bound:
-            continue
-        if required:
+        least = min([number for term in terms for number in _upper_bounds(term, variable)], default=None)
+        if least is None or least > bound:
+            unbounded.setdefault(least, []).append(name)
+    for least, names in unbounded.items():
+        kinds = ", ".join([f"`{name.value}`" for name in names])
+        if least is None:
+            headline = f"no rule on {kinds} requires `{variable} <= {within.value}`"
+        else:
             headline = (
-                f"the rules on `{name.value}` allow a `{variable}` of {float(1000 * min(required)):.3g} mm; "
+                f"the rules on {kinds} allow a `{variable}` of {float(1000 * least):.3g} mm; "
                 f"motions are decided for {within.value}"
             )
-        else:
-            headline = f"no rule on `{name.value}` requires `{variable} <= {within.value}`"
         diagnostics.error(
             "AE611",
             headline,
-            name.span,
+            names[0].span,
             secondary=(SpanLabel(within.span, "the bound that motions are decided for"),),
-            help=(
-                f"add `{name.value}` to a rule that requires `{variable} <= {within.value}`, without conditions",
-            ),
+            help=(f"require `{variable} <= {within.value}` of {kinds}, without a condition",),
         )
 
 
