@@ -1,7 +1,7 @@
 """Snapshots as the gate unpacks them, explored: `SnapshotUnpacker.scalars`.
 
-A moment of two state variables, and perhaps of what is none, stands for one of any number: each place of
-the column is treated by itself.
+A snapshot of two state variables, and perhaps of one undeclared name, stands for one of any size: each
+place of the column is treated by itself.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from aeros.spec.theorems.symbolic_execution import DecideBranch, execute_symboli
 from aeros.spec.theorems.theorem import SymbolicFunction, TheoremObligation
 from proofs.lib import gate_validation as forms
 
-SNAPSHOTS: Final = "aeros.runtime.gate.compiled.snapshots"
+SNAPSHOTS: Final = "aeros.runtime.gate.compiled.codegen"
 
 _STATE: Final = ("lit", "near")
 _UNDECLARED_NAME: Final = "mood"

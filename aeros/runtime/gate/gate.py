@@ -24,6 +24,7 @@ from functools import cached_property
 from typing import Any
 
 from aeros.runtime.gate.attenuation import attenuate_parameters
+from aeros.runtime.gate.compiled.codegen import SnapshotUnpacker
 from aeros.runtime.gate.compiled.fast_path import (
     DecisionCriteria,
     DenialFor,
@@ -34,7 +35,6 @@ from aeros.runtime.gate.compiled.fast_path import (
     decide_fast,
 )
 from aeros.runtime.gate.compiled.rules import MonitorRules
-from aeros.runtime.gate.compiled.snapshots import SnapshotUnpacker
 from aeros.runtime.gate.conditions import (
     CompiledCondition,
     ConditionValue,

@@ -1,1 +1,1 @@
-"""Generated Python for the gate's and the monitor's rules, and the snapshots it reads."""
+"""Generated Python for the rules of the gate and the monitor, and for unpacking snapshots."""

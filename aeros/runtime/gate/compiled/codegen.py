@@ -6,11 +6,12 @@ early; the caller then does without its result, or finds the reasons with `value
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
+from aeros.runtime.gate.request_check import snapshot_columns
 from aeros.runtime.gate.value_check import Scalars, ValueChecker, doubles_in_range
-from aeros.runtime.ports import Reading
+from aeros.runtime.ports import Reading, Snapshot
 from aeros.spec.backends.compiled import inline_conditions
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType, IntegerType, RealType, VectorType
@@ -187,3 +188,32 @@ class FunctionWriter:
                 self.add_line(f"if type({local}) is not float: {local} = whole({local})")
                 if name not in self.implied:
                     self.write_guard(f"{least!r} <= {local} <= {most!r}{whole}")
+
+
+class SnapshotUnpacker:
+    """Unpacker of snapshots of one site's state: values that were measured at one time."""
+
+    def __init__(self, checkers: Mapping[str, ValueChecker]) -> None:
+        self._unpackers = {name: FunctionWriter().build_unpacker(form) for name, form in checkers.items()}
+
+    def scalars(self, snapshot: Snapshot) -> Scalars | None:
+        """Unpack all values of a snapshot.
+
+        Args:
+            snapshot: values that were measured at one time.
+
+        Returns:
+            The scalars by scalar variable; None if a name is no state variable or a value is malformed.
+        """
+        columns = snapshot_columns(snapshot)
+        if columns is None:
+            return None
+        order, column = columns
+        scalars: Scalars = {}
+        for name, value in zip(order.names, column, strict=True):
+            unpack = self._unpackers.get(name) if type(name) is str else None
+            unpacked = None if unpack is None else unpack(value)
+            if unpacked is None:
+                return None
+            scalars.update(unpacked)
+        return scalars

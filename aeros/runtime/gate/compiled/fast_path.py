@@ -13,8 +13,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-from aeros.runtime.gate.compiled.codegen import EXACT_INTEGERS, FunctionWriter
-from aeros.runtime.gate.compiled.snapshots import SnapshotUnpacker
+from aeros.runtime.gate.compiled.codegen import EXACT_INTEGERS, FunctionWriter, SnapshotUnpacker
 from aeros.runtime.gate.decision import Caller, Decision, DecisionKind
 from aeros.runtime.gate.value_check import Scalars, ValueChecker
 from aeros.runtime.ports import Snapshot

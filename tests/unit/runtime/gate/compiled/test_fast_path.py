@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from aeros.runtime.gate.compiled.codegen import SnapshotUnpacker
 from aeros.runtime.gate.compiled.fast_path import (
     DecisionCriteria,
     FastDecide,
@@ -16,7 +17,6 @@ from aeros.runtime.gate.compiled.fast_path import (
     compile_read_each,
     decide_fast,
 )
-from aeros.runtime.gate.compiled.snapshots import SnapshotUnpacker
 from aeros.runtime.gate.decision import Caller, Decision, DecisionKind, Reason
 from aeros.runtime.gate.value_check import value_checkers
 from aeros.runtime.ports import ColumnNames, Reading, Snapshot
