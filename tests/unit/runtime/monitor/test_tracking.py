@@ -84,6 +84,19 @@ def turned(time: float) -> tuple[float, float]:
     return (0.0, 0.3 * (3.0 * (1.0 - x) * x * x + x**3))
 
 
+def driven(time: float) -> tuple[float, float, float]:
+    """Base of `DRIVE` at a time."""
+    return (0.4 * share(time / 2.0), 0.0, 0.0)
+
+
+def aside(time: float) -> tuple[float, float, float]:
+    return (driven(time)[0], 0.008, 0.0)
+
+
+def still(*joints: float) -> Callable[[float], tuple[float, ...]]:
+    return lambda _: joints
+
+
 def tracked(*plans: Trajectory, policy: MotionPolicy = POLICY) -> MotionTracker:
     one = MotionTracker(policy)
     for number, plan in enumerate(plans):
@@ -139,26 +152,23 @@ def test_displacements_of_links_are_exact_also_seen_from_each_other() -> None:
 
 
 def test_the_base_follows_its_path_and_counts_with_the_joints() -> None:
-    drive = lambda time: (0.4 * share(time / 2.0), 0.0, 0.0)  # noqa: E731
-    assert first_fault(tracked(DRIVE), lambda _: (0.0, 0.0), drive) is None
+    assert first_fault(tracked(DRIVE), lambda _: (0.0, 0.0), driven) is None
     assert first_fault(tracked(DRIVE), lambda _: (0.0, 0.0)) == "decided-path"
     assert first_fault(tracked(DRIVE), lambda _: (0.0, 0.0), lambda _: None) == "input:base"
-    aside = lambda time: (0.4 * share(time / 2.0), 0.008, 0.0)  # noqa: E731
     assert first_fault(tracked(DRIVE), lambda _: (0.0, 0.0), aside) is None
     assert first_fault(tracked(DRIVE), lambda _: (0.004, 0.0), aside) == "decided-path"
     assert first_fault(tracked(TURN), turned, lambda _: (0.02, 0.0, 0.0)) == "decided-path"
 
 
 def test_two_motions_are_followed_together_and_what_has_ended_stays() -> None:
-    drive = lambda time: (0.4 * share(time / 2.0), 0.0, 0.0)  # noqa: E731
-    assert first_fault(tracked(DRIVE, TURN), turned, drive) is None
-    assert first_fault(tracked(TURN, DRIVE), turned, drive) is None
-    assert first_fault(tracked(DRIVE, TURN), lambda _: (0.0, 0.0), drive) == "decided-path"
+    assert first_fault(tracked(DRIVE, TURN), turned, driven) is None
+    assert first_fault(tracked(TURN, DRIVE), turned, driven) is None
+    assert first_fault(tracked(DRIVE, TURN), lambda _: (0.0, 0.0), driven) == "decided-path"
     one = tracked(DRIVE, TURN)
-    assert first_fault(one, turned, drive) is None
+    assert first_fault(one, turned, driven) is None
     one.remove(1)
-    assert one.violation(6.5, {"q": (0.0, 0.3), "base": drive(1.5)}) is None
-    assert one.violation(6.5, {"q": (0.0, 0.2), "base": drive(1.5)}) == "decided-path"
+    assert one.violation(6.5, {"q": (0.0, 0.3), "base": driven(1.5)}) is None
+    assert one.violation(6.5, {"q": (0.0, 0.2), "base": driven(1.5)}) == "decided-path"
     one.remove(0)
     assert one.is_idle
     assert one.violation(9.0, {}) is None
@@ -185,12 +195,12 @@ def test_readings_are_compared_with_the_path_at_their_own_time() -> None:
 
 def test_joints_under_feedback_stay_in_the_boxes_of_their_paths() -> None:
     bounds = ServoBounds((0.01, 0.01), (9.0, 9.0), (9.0, 9.0), (9.0, 9.0), 9.0, 9.0, 9.0)
-    beside = tuple(tuple((0.1, q) for _, q in piece) for piece in TURN.joint_paths[0])
+    beside = (((0.1, 0.0), (0.1, 0.0), (0.1, 0.3), (0.1, 0.3)),)
     sliding = replace(TURN, joint_paths=(TURN.joint_paths[0], beside), servo=bounds)
     for joints in ((0.0, 0.0), (0.01, 0.3), (0.09, 0.15), (0.015, 0.1)):
-        assert first_fault(tracked(sliding), lambda _, joints=joints: joints) is None
+        assert first_fault(tracked(sliding), still(*joints)) is None
     for joints in ((0.05, 0.1), (0.0, -0.05), (0.1, 0.35)):
-        assert first_fault(tracked(sliding), lambda _, joints=joints: joints) == "decided-path"
+        assert first_fault(tracked(sliding), still(*joints)) == "decided-path"
 
 
 def test_speeds_under_feedback_are_compared_too() -> None:

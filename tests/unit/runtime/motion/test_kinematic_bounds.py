@@ -192,7 +192,10 @@ def test_a_bent_path_of_one_joint_by_taylor_without_halving() -> None:
 
 
 def test_speeds_on_pieces_bound_the_speed_there_and_nowhere_else() -> None:
-    path = tuple(tuple((0.125 * n + q / 8.0,) for (q,) in line(1.0)) for n in range(8))
+    path = tuple(
+        (((3 * n) / 24.0,), ((3 * n + 1) / 24.0,), ((3 * n + 2) / 24.0,), ((3 * n + 3) / 24.0,))
+        for n in range(8)
+    )
     bounds = piece_speeds(HALF_METRE, path, 2.0)
     speeds = [0.0] * 8
     for step in range(2000):
