@@ -21,8 +21,8 @@ from aeros.spec.model.motion import (
     HeldObject,
     MotionKind,
     MotionPolicy,
-    Surface,
     ToolLimits,
+    TouchedSurface,
     Tracking,
 )
 from aeros.spec.model.rules import ActionKind, Rule
@@ -272,14 +272,14 @@ class _MotionElaborator:
             None if motion.held_touches is None else self._surface(motion.held_touches),
         )
 
-    def _surface(self, contact: declared.HeldContact) -> Surface | None:
+    def _surface(self, contact: declared.HeldContact) -> TouchedSurface | None:
         for name in contact.volumes:
             resolve_name(name, self._vocabulary.volumes, "a volume", self._diagnostics)
         speed = self._scalar_constant(contact.speed, _derivative_dimension(LENGTH, 1))
         within = contact.within
         distance = None if within is None else elaborate_quantity(within, LENGTH, self._diagnostics)
         names = frozenset(name.value for name in contact.volumes)
-        return None if speed is None else Surface(names, speed, distance)
+        return None if speed is None else TouchedSurface(names, speed, distance)
 
     def _parameter(
         self, name: TextField | None, parameters: Mapping[str, Declared], kind: ActionKind, type_: Type

@@ -10,7 +10,7 @@ from aeros.spec.expr.scope import AxisAlignedBox
 
 
 @dataclass(frozen=True)
-class Surface:
+class TouchedSurface:
     """Volumes that a held object may touch in motions of one kind, and the limits of it.
 
     Attributes:
@@ -40,7 +40,7 @@ class MotionKind:
     base_target: tuple[str, str] | None
     peak_speed: str | None
     joint_target: tuple[str, ...] | None = None
-    surface: Surface | None = None
+    surface: TouchedSurface | None = None
 
 
 @dataclass(frozen=True)

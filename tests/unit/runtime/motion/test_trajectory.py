@@ -30,8 +30,8 @@ from aeros.spec.model.motion import (
     HeldObject,
     MotionKind,
     MotionPolicy,
-    Surface,
     ToolLimits,
+    TouchedSurface,
     Tracking,
 )
 
@@ -310,7 +310,7 @@ CARRYING = replace(
     barriers=(replace(POLICY.barriers[0], links=frozenset({"arm", "held"})),),
 )
 TURNED = motion(0.9, 4.0)
-SURFACE = Surface(frozenset({"pillar"}), Fraction(1, 5), Fraction(1, 5))
+SURFACE = TouchedSurface(frozenset({"pillar"}), Fraction(1, 5), Fraction(1, 5))
 
 
 def carried(
@@ -368,7 +368,7 @@ def turn(start: float, end: float, duration: float) -> Trajectory:
     ],
 )
 def test_what_is_held_touches_a_surface_only_near_start_and_target_and_slowly(
-    plan: Trajectory, surface: Surface, is_allowed: bool
+    plan: Trajectory, surface: TouchedSurface, is_allowed: bool
 ) -> None:
     kinds = {**CARRYING.kinds, "slide": replace(CARRYING.kinds["slide"], surface=surface)}
     policy = replace(CARRYING, kinds=kinds)

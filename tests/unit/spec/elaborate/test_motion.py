@@ -11,7 +11,7 @@ import pytest
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.render import render_text
 from aeros.spec.elaborate.load import load_site
-from aeros.spec.model.motion import HeldObject, MotionKind, Surface, Tracking
+from aeros.spec.model.motion import HeldObject, MotionKind, TouchedSurface, Tracking
 from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
 
@@ -33,7 +33,7 @@ def test_names_and_units_are_settled(tmp_path: Path) -> None:
     assert site is not None
     motion = site.motion
     assert motion is not None
-    surface = Surface(frozenset({"bench"}), Fraction(15, 100), Fraction(12, 100))
+    surface = TouchedSurface(frozenset({"bench"}), Fraction(15, 100), Fraction(12, 100))
     assert motion.kinds["move_tool"] == MotionKind("target", None, "speed", surface=surface)
     assert motion.kinds["move_base"] == MotionKind(None, ("x", "y"), "speed")
     joints = ("q1", "q2", "q3", "q4", "q5", "q6", "q7")
@@ -46,7 +46,9 @@ def test_names_and_units_are_settled(tmp_path: Path) -> None:
     assert motion.base_variable == "base_position"
     assert motion.link_clearance == Fraction(10, 1000)
     assert motion.held == HeldObject("holding", site.volumes["largest_object"], frozenset({"grip"}))
-    assert motion.kinds["slide"].surface == Surface(frozenset({"bench", "bench_core"}), Fraction(21, 100))
+    assert motion.kinds["slide"].surface == TouchedSurface(
+        frozenset({"bench", "bench_core"}), Fraction(21, 100)
+    )
     assert motion.tracking is not None
     levers = tuple(Fraction(lever, 100) for lever in (95, 95, 65, 65, 35, 35, 20))
     assert motion.tracking == Tracking("tracking_error", Fraction(10, 1000), levers)
