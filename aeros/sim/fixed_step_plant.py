@@ -103,6 +103,7 @@ class FixedStepPlant(ABC):
         self._cameras = cameras
         self._detections: dict[str, Reading] = {}
         self._state = robot.read_sensors()
+        self._torque_rate = (0.0,) * len(self._state.torque)
         self._planned: tuple[float, PreparedMotion] | None = None
         self._under_way: dict[MotionHandle, _RunningMotion] = {}
         self._motion_count = 0
@@ -301,7 +302,8 @@ class FixedStepPlant(ABC):
 
     def _tick(self, *, stopping: bool = False) -> None:
         self._step_world()
-        self._state = self._robot.read_sensors()
+        before, self._state = self._state.torque, self._robot.read_sensors()
+        self._torque_rate = tuple([(a - b) / TICK for a, b in zip(self._state.torque, before, strict=True)])
         self._way.append(self._state)
         self._measure()
         for running in self._running_motions():
@@ -323,6 +325,7 @@ class FixedStepPlant(ABC):
             "joint_position": state.q,
             "joint_velocity": state.qd,
             "joint_torque": state.torque,
+            "joint_torque_rate": self._torque_rate,
             "tool_position": state.tool_position,
             "tool_speed": state.tool_speed,
             "link_speed": braking_link_speed(state.q, state.qd, state.base_velocity),

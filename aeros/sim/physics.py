@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
+from math import hypot
 from typing import Any, Final, NamedTuple, Protocol, TypedDict, Unpack
 
 from aeros.runtime.ports import Readings
@@ -24,11 +25,11 @@ from aeros.sim.scenes.scene import DetectionFilter, Scene, unfiltered
 from aeros.sim.sensors import SCANNER_RANGE, GroundTruth, SensorModel, Sensors
 from aeros.spec.diagnostics.errors import UserError
 
-_BLOCKED_JOINT_ERROR: Final = 0.05
-"""Tracking error above which a joint counts as blocked, rad (unhindered: 0.005 at most)."""
+BLOCKED_DISTANCE: Final = 0.015
+"""Distance of a link from its commanded place above which the robot is blocked, m (unhindered: 0.002).
 
-_BLOCKED_BASE_ERROR: Final = 0.02
-"""Tracking error above which the carriage counts as blocked, m (unhindered: 0.0018 at most)."""
+It is the clearance of the reference site: what was decided for whole motions holds no farther.
+"""
 
 _SETTLE_TICKS: Final = 120
 """Ticks in which a new world comes to rest before its clock starts."""
@@ -238,12 +239,12 @@ class PhysicsPlant(FixedStepPlant):
         return values
 
     def _check_tracking(self) -> None:
-        if self._robot.tracking_error(self._state) > _BLOCKED_JOINT_ERROR:
-            raise BlockedError(f"blocked: the arm is held back at {_format_point(self._state.tool_position)}")
-        if self._robot.has_carriage and self._robot.base_tracking_error(self._state) > _BLOCKED_BASE_ERROR:
-            raise BlockedError(
-                f"blocked: the carriage is held back at {_format_point(self._state.base_position)}"
-            )
+        if self._truth.values["tracking_error"] <= BLOCKED_DISTANCE:
+            return
+        state = self._state
+        if hypot(*self._robot.base_tracking_error(state)) > BLOCKED_DISTANCE:
+            raise BlockedError(f"blocked: the carriage is held back at {_format_point(state.base_position)}")
+        raise BlockedError(f"blocked: the arm is held back at {_format_point(state.tool_position)}")
 
 
 def _format_point(place: Vector3) -> str:

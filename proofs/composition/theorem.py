@@ -54,12 +54,16 @@ def _joint_rule_obligation(code: ModuleSource) -> TheoremObligation:
         rules._shared_actuators = lambda one, other: iter(
             (Reason("AE752", "", ""),) if ask(f"(share-actuators {one.name} {other.name})") else ()
         )
+        rules._grip_conflicts = lambda one, other: iter(
+            (Reason("AE764", "", ""),) if ask(f"(grips-while-moving {one.name} {other.name})") else ()
+        )
         return smt_literal(
             not list(rules.objections(active_action("one"), [active_action(name) for name in _OTHERS]))
         )
 
     def obeyed(other: str) -> Iterator[str]:
         yield f"(not (share-actuators one {other}))"
+        yield f"(not (grips-while-moving one {other}))"
         for name, kinds in _JOINT_RULES.items():
             for roles in (("one", other), (other, "one")):
                 fits = [
@@ -71,12 +75,16 @@ def _joint_rule_obligation(code: ModuleSource) -> TheoremObligation:
     claims = [claim for other in _OTHERS for claim in obeyed(other)]
     return TheoremObligation(
         "`JointRules.objections` yields nothing exactly where an action shares no actuator with any under\n"
-        "way, and every joint rule holds of it and each of them, in either order of the roles.",
+        "way, neither grips while the other moves, and every joint rule holds of it and each of them, in\n"
+        "either order of the roles.",
         (
             "(declare-sort Begun 0)",
             *(f"(declare-const {name} Begun)" for name in ("one", *_OTHERS)),
             *(f"(declare-const {name}.is-a Bool)" for name in ("one", *_OTHERS)),
-            *(f"(declare-fun {name} (Begun Begun) Bool)" for name in ("share-actuators", *_JOINT_RULES)),
+            *(
+                f"(declare-fun {name} (Begun Begun) Bool)"
+                for name in ("share-actuators", "grips-while-moving", *_JOINT_RULES)
+            ),
         ),
         f"(= nothing {smt_and(claims)})",
         tables=(SymbolicFunction("nothing", "Bool", execute_symbolically(run)),),

@@ -113,7 +113,12 @@ def motions_match_plant(code: ModuleSource) -> TheoremObligation:
             end_stop=nothing,
         )
         monitors = SimpleNamespace(
-            add=nothing, remove=nothing, violation=None, begin_stop=nothing, stops=stops
+            add=nothing,
+            remove=nothing,
+            violation=None,
+            begin_stop=nothing,
+            stops=stops,
+            tracker=SimpleNamespace(halt=nothing),
         )
         context = clean_up.ExecutionContext(
             table,

@@ -74,7 +74,9 @@ class CleanUp:
             motion = step.active_motion
             step.active_motion = motion._replace(is_halting=True)
             record_number = motion.active_action.record_number
-            self._pipeline.monitors.stops.begin_halt(record_number, ending.reason, self._plant.now())
+            monitors = self._pipeline.monitors
+            monitors.stops.begin_halt(record_number, ending.reason, self._plant.now())
+            monitors.tracker.halt(record_number)
             self._plant.halt(step.active_motion.handle)
 
     def stop_all(self, reason: str) -> None:

@@ -68,6 +68,7 @@ class JointRules:
         """
         for other in active_actions:
             yield from self._shared_actuators(action, other)
+            yield from self._grip_conflicts(action, other)
             for rule, roles in self.rules_for_pair(action, other):
                 yield from rule.objections(roles, action, other)
 
@@ -93,6 +94,17 @@ class JointRules:
         for actuator in sorted(moved & occupied):
             text = f"`{actuator}` is being moved by the `{active_action.action.kind}` under way"
             yield Reason("AE752", actuator, text)
+
+    def _grip_conflicts(self, action: ActiveAction, active_action: ActiveAction) -> Iterator[Reason]:
+        """Report a motion while something is gripped or released: what moves depends on what is held."""
+        motion = self._site.motion
+        if motion is None or motion.held is None:
+            return
+        kind, other = action.action.kind, active_action.action.kind
+        grips, moves = motion.held.gripped_by, motion.kinds
+        if (kind in grips and other in moves) or (kind in moves and other in grips):
+            text = f"the `{other}` under way: what is held may change, and the motion's volume with it"
+            yield Reason("AE764", kind, text)
 
 
 class _JointRule:

@@ -23,10 +23,10 @@ from aeros.runtime.gate.compiled.rules import CompiledRuleSet, FastTickCheck, Mo
 from aeros.runtime.gate.joint_rules import ActiveAction
 from aeros.runtime.gate.value_check import Scalars, check_freshness, is_reading
 from aeros.runtime.gate.violation import RuleViolation
-from aeros.runtime.monitor.feedback_rates import DECLARED_RATES, FeedbackRates
 from aeros.runtime.monitor.history import HistoryTracker, HistoryValues
 from aeros.runtime.monitor.stop_record import StopRecords, stop_quantities
-from aeros.runtime.ports import BACK_OFF, Reading, Trajectory
+from aeros.runtime.monitor.tracking import MotionTracker
+from aeros.runtime.ports import BACK_OFF, Reading
 
 _NEVER_CACHED: Final = object()
 """Placeholder for a list, whose contents may change between ticks."""
@@ -70,6 +70,7 @@ class RuntimeMonitor:
     rules: the compiled rules of the site.
     histories: the site's histories, updated at every tick.
     stops: records of the stops under way.
+    tracker: compares the robot with the motions that were decided.
     violation: the last rule that did not hold, with its values.
     """
 
@@ -77,7 +78,7 @@ class RuntimeMonitor:
         self._compiled = rules
         self.stops = StopRecords(stop_quantities(rules.site))
         self._back_off: _MonitoredActions | None = None
-        self._feedback: dict[int, FeedbackRates] = {}  # by number of the decision's record
+        self.tracker = MotionTracker(rules.site.motion)
         self._histories = histories
         # The last well-formed value of each variable; the same object is not checked again.
         self._checked_values: dict[str, _CheckedValue] = {}
@@ -102,12 +103,9 @@ class RuntimeMonitor:
 
         Args:
             active_action: the action, as it was decided.
-            plan: its motion, if that was decided; speeds under feedback are compared with it.
+            plan: its motion, if that was decided; the measured robot is compared with it.
         """
-        motion = self._compiled.site.motion
-        if type(plan) is Trajectory and plan.servo is not None and motion is not None:
-            rates = FeedbackRates(plan, motion.start_variable)
-            self._feedback[active_action.record_number] = rates
+        self.tracker.add(active_action.record_number, plan)
         kind = active_action.action.kind
         for names in self._measured_name_sets:
             if (kind, names) not in self._fast_checks:
@@ -141,7 +139,7 @@ class RuntimeMonitor:
             active_action: the action given to `add`.
         """
         self._active_actions.remove(active_action)
-        self._feedback.pop(active_action.record_number, None)
+        self.tracker.remove(active_action.record_number)
         self._watches = [watch for watch in self._watches if active_action not in watch.actions]
         self._actions_changed = True
         if not self._active_actions:
@@ -154,22 +152,16 @@ class RuntimeMonitor:
         if self._actions_changed:
             fast_check, self._actions_changed = self._fast_check_for(measured), False
             self._holds = None if fast_check is None else fast_check.holds
-        stops = self.stops
-        is_too_fast = (
-            bool(self._feedback)
-            and stops.stop is None
-            and any(rates.is_broken(now, measured) for rates in self._feedback.values())
-        )
-        if not stops.are_open and not is_too_fast and self._holds is not None and self._holds(measured):
+        stops, tracker = self.stops, self.tracker
+        is_off = None if tracker.is_idle or stops.stop is not None else tracker.violation(now, measured)
+        if is_off is None and not stops.are_open and self._holds is not None and self._holds(measured):
             return None
         if stops.are_open:
             stops.add(measured)
         known = self._update_histories(now, measured)
         if stops.stop is not None:
             return self._back_off_violation(stops.stop.reason, now, measured, known)
-        rule = self._first_violation(now, measured, known)
-        if rule is None and is_too_fast:
-            rule = DECLARED_RATES
+        rule = self._first_violation(now, measured, known) or is_off
         if rule is not None:
             self.begin_stop(rule, now)
             stops.add(measured)

@@ -278,6 +278,43 @@ def tool_rates(
     return moving, rates_in_time(most[3] * n, most[4] * n**2, most[5] * n**3, duration)
 
 
+def piece_speeds(body: RobotBody, path: JointPath, duration: float) -> list[float]:
+    """Bound the speed of the tool point relative to the base on each piece of a path.
+
+    Args:
+        body: the robot.
+        path: its joint path.
+        duration: duration of the motion, s.
+
+    Returns:
+        The bound on each piece, m/s.
+    """
+    n = float(len(path))
+    return [
+        _piece(body, piece, 0.0, _MAX_SUBDIVISIONS - 2)[0]
+        * n
+        * _timing_rate(number / n, (number + 1) / n)
+        / duration
+        * _ROUNDING
+        for number, piece in enumerate(path)
+    ]
+
+
+def _timing_rate(low: float, high: float) -> float:
+    """Bound s'(u) = 30u²(1 − u)² where s(u) is in [low, high]; it rises until u = s = 1/2, then falls."""
+    if low <= 0.5 <= high:
+        return TIMING_PEAKS[0]
+    s = high if high < 0.5 else 1.0 - low
+    below, above = 0.0, 0.5
+    for _ in range(30):
+        u = (below + above) / 2.0
+        if u * u * u * (10.0 - 15.0 * u + 6.0 * u * u) < s:
+            below = u
+        else:
+            above = u
+    return 30.0 * above * above * (1.0 - above) * (1.0 - above)
+
+
 def _piece(body: RobotBody, piece: Piece, allowed: float, depth: int) -> list[float]:
     """Bound |p'|, |p''|, |p'''| and the same of the rotation, by the parameter of the piece."""
     bounds = _bounds(body, piece)

@@ -12,7 +12,8 @@ the action that moves the arm. The base keeps to the speed of the action that dr
 
 The commanded motion is decided. The site's clearance covers the robot's deviation from it, such as lag behind
 set points, and the monitor watches it. What the robot holds is enclosed as the site says, unless it is
-measured that it holds nothing; an object that it grips during a motion is enclosed from the next motion on.
+measured that it holds nothing. It does not move while it grips or releases (`joint_rules`). What it holds
+may touch a surface that the action names, near the motion's start and target (`surface_contact`).
 A plant's statement that an action moves nothing is trusted.
 """
 
@@ -34,6 +35,7 @@ from aeros.runtime.motion.kinematic_bounds import (
     tool_rates,
 )
 from aeros.runtime.motion.merged import ConcurrentMotion, commanded_joint_position, merge_motions
+from aeros.runtime.motion.surface_contact import SurfaceBreach, SurfaceLimits, find_surface_breach
 from aeros.runtime.motion.swept_volume import (
     BarrierBox,
     MergedMotion,
@@ -53,6 +55,7 @@ from aeros.runtime.ports import (
     RobotBody,
     ServoBounds,
     Trajectory,
+    Vec3,
 )
 from aeros.skill import Action
 from aeros.spec.model.motion import Barrier, MotionPolicy
@@ -143,8 +146,10 @@ class MotionDecider:
         )
         if isinstance(merged, str):
             return (Reason("AE764", action.kind, merged),)
+        moving = merged.swept_motion(_held_object(policy, merged.joints.motion.body, readings))
         reasons = [
             *_start_mismatch(policy, plan.joint_paths[0][0][0], readings, "the motion starts"),
+            *_base_mismatch(policy, moving.base, readings),
             *_end_mismatch(policy, action, merged, "the motion ends"),
         ]
         for other in concurrent_motions:
@@ -157,9 +162,7 @@ class MotionDecider:
             policy, [ConcurrentMotion(action, plan, 0.0), *concurrent_motions], merged
         )
         reasons += _base_too_fast(policy, merged)
-        moving = merged.swept_motion(_held_object(policy, merged.joints.motion.body, readings))
-        touched = policy.kinds[action.kind].held_touches if plan.servo is not None else None
-        reasons += self._breaches(policy, moving, touched)
+        reasons += self._breaches(policy, action, plan if merged.is_single_motion else None, moving)
         if moves_joints(merged.joints.motion):
             reasons += _link_contacts(policy, moving)
         return tuple(dict.fromkeys(reasons))
@@ -255,22 +258,45 @@ class MotionDecider:
 
     # Barriers.
 
-    def _breaches(self, policy: MotionPolicy, moving: SweptMotion, touched: str | None) -> list[Reason]:
-        """Report a barrier that a link may meet, or what is held, except the volume that it may touch."""
-        clearance, empty = float(policy.clearance), moving._replace(held=None)
-        others = [box for box in self._boxes if self._barriers[box.id].volume != touched]
+    def _breaches(
+        self, policy: MotionPolicy, action: Action, plan: Trajectory | None, moving: SweptMotion
+    ) -> list[Reason]:
+        """Report a barrier that a link or what is held may meet; `plan` is None if two motions are merged."""
+        clearance, surface = float(policy.clearance), policy.kinds[action.kind].surface
+        touched: list[BarrierBox] = []
+        if surface is not None and plan is not None and moving.held is not None:
+            touched = [box for box in self._boxes if self._barriers[box.id].volume in surface.volumes]
+        others = [box for box in self._boxes if box not in touched]
         breach = find_breach(moving, others, clearance)
-        if breach is None and len(others) < len(self._boxes):
-            breach = find_breach(empty, [box for box in self._boxes if box not in others], clearance)
-        if breach is None:
+        if breach is None and touched:
+            breach = find_breach(moving._replace(held=None), touched, clearance)
+        if breach is not None:
+            barrier = self._barriers[breach.barrier]
+            where = "may leave" if barrier.keep_inside else "may enter"
+            text = (
+                f"`{breach.link}` {where} the volume `{barrier.volume}` at "
+                f"{100.0 * breach.path_parameter:.0f} % of the path, or comes nearer than the clearance: "
+                f"{barrier.rationale}"
+            )
+            return [Reason("AE763", barrier.id, text)]
+        if surface is None or plan is None:
             return []
-        barrier = self._barriers[breach.barrier]
-        where = "may leave" if barrier.keep_inside else "may enter"
-        text = (
-            f"`{breach.link}` {where} the volume `{barrier.volume}` at {100.0 * breach.path_parameter:.0f} % "
-            f"of the path, or comes nearer than the clearance: {barrier.rationale}"
-        )
-        return [Reason("AE763", barrier.id, text)]
+        limits = SurfaceLimits(float(surface.distance or 0), float(surface.speed))
+        for box in touched:
+            if box.links is None or HELD in box.links:
+                place = find_surface_breach(plan, moving, [box], clearance, limits)
+                if place is not None:
+                    return [_surface_reason(self._barriers[box.id], place, limits)]
+        return []
+
+
+def _surface_reason(barrier: Barrier, place: SurfaceBreach, limits: SurfaceLimits) -> Reason:
+    text = (
+        f"`{HELD}` may enter the volume `{barrier.volume}` at {100.0 * place.path_parameter:.0f} % of the "
+        f"path, {1000.0 * place.distance:.3g} mm from the target and at {place.speed:.3g} m/s; allowed are "
+        f"{1000.0 * limits.distance:.3g} mm and {limits.speed:.3g} m/s: {barrier.rationale}"
+    )
+    return Reason("AE763", barrier.id, text)
 
 
 HELD: Final = "held"
@@ -341,6 +367,24 @@ def _start_mismatch(
             "AE761",
             policy.start_variable,
             f"{subject} {distance:.3g} rad from the measured position of a joint",
+        )
+    ]
+
+
+def _base_mismatch(policy: MotionPolicy, base: Vec3, readings: Readings) -> list[Reason]:
+    """Report a base that is not measured where the motion has it now, within the bound on tracking."""
+    name, tracking = policy.base_variable, policy.tracking
+    if name is None or tracking is None:
+        return []
+    measured = readings.get(name)
+    if measured is None:
+        return [Reason("AE761", name, "the position of the base is not known")]
+    distance = dist(base, measured.value)
+    if distance <= float(tracking.bound):
+        return []
+    return [
+        Reason(
+            "AE761", name, f"the motion has the base {1000.0 * distance:.3g} mm from its measured position"
         )
     ]
 

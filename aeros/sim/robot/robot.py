@@ -11,7 +11,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
-from math import cos, hypot, sin, sqrt
+from math import cos, sin, sqrt
 from operator import sub
 from typing import Final, NamedTuple
 
@@ -329,19 +329,6 @@ class Robot(RobotSensors):
         p_BT, R_BT, _ = forward_kinematics(self.q_command[None, :])
         return p_BT[0], float(np.arctan2(R_BT[0, 1, 0], R_BT[0, 0, 0]))
 
-    def tracking_error(self, state: RobotState) -> float:
-        """Compute the largest distance of a joint from its set point.
-
-        Args:
-            state: the latest readings.
-
-        Returns:
-            The distance, rad.
-        """
-        set_points: list[float] = self.q_command.tolist()
-        error: float = max(map(abs, map(sub, set_points, state.q)))
-        return error
-
     def tracking_distance(self, state: RobotState) -> float:
         """Compute the greatest distance of any link from where it is commanded, to first order.
 
@@ -354,23 +341,21 @@ class Robot(RobotSensors):
             The distance, m, of joints and base together.
         """
         errors = tuple(map(sub, self.q_command.tolist(), state.q))
-        base = (0.0, 0.0, 0.0)
-        if self.has_carriage:
-            x, y = (self.base_origin + self.base_command).tolist()
-            base = (x - state.base_position[0], y - state.base_position[1], 0.0)
-        return max_link_speed(state.q, errors, base)
+        return max_link_speed(state.q, errors, self.base_tracking_error(state))
 
-    def base_tracking_error(self, state: RobotState) -> float:
-        """Compute the distance of the carriage from its set point.
+    def base_tracking_error(self, state: RobotState) -> Triple:
+        """Compute the way of the carriage to its set point.
 
         Args:
             state: the latest readings.
 
         Returns:
-            The distance, m.
+            The displacement in W, m; 0 for a robot that is fixed.
         """
+        if not self.has_carriage:
+            return (0.0, 0.0, 0.0)
         x, y = (self.base_origin + self.base_command).tolist()
-        return hypot(state.base_position[0] - x, state.base_position[1] - y)
+        return (x - state.base_position[0], y - state.base_position[1], 0.0)
 
     def is_holding(self) -> bool:
         """Measure the contact forces at both fingers.

@@ -16,6 +16,28 @@ from aeros.spec.text.fields import (
 
 
 @dataclass(frozen=True)
+class HeldContact:
+    """A surface that a held object may touch: barriers around its volumes apply there to links alone.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    volumes: tuple[Identifier, ...] = field(metadata={"doc": "volumes of the site, as in `[bench]`"})
+    speed: Identifier = field(
+        metadata={"doc": "the constant with the tool's greatest speed there, on its way to the target"}
+    )
+    within: TextField | None = field(
+        default=None,
+        metadata={
+            "doc": "greatest distance of the tool from the motion's start or target there, as in `120 mm`; "
+            "without it only motions under force control touch the surface"
+        },
+    )
+
+
+@dataclass(frozen=True)
 class MotionKind:
     """Meaning of an action kind's parameters for its motion.
 
@@ -40,12 +62,8 @@ class MotionKind:
             "doc": "the parameter that bounds the tool's speed in W; the base's, if only the base moves"
         },
     )
-    held_touches: Identifier | None = field(
-        default=None,
-        metadata={
-            "doc": "the volume that a held object may touch, if the motion is under force control; barriers "
-            "around it apply to links alone"
-        },
+    held_touches: HeldContact | None = field(
+        default=None, metadata={"doc": "the surface that these actions may bring a held object into"}
     )
 
 
@@ -93,6 +111,9 @@ class BaseLimits:
     span: SourceSpan
     speed: Identifier = field(metadata={"doc": "greatest speed"})
     acceleration: Identifier = field(metadata={"doc": "greatest acceleration"})
+    measured_by: Identifier = field(
+        metadata={"doc": "the state variable that measures the base's position in W"}
+    )
 
 
 @dataclass(frozen=True)
@@ -128,14 +149,24 @@ class HeldObject:
     """
 
     span: SourceSpan
-    unless_false: Identifier = field(
-        metadata={"doc": "the state variable that tells if something is held; if unknown, something is"}
+    unless_false: Identifier | None = field(
+        default=None,
+        metadata={"doc": "the state variable that tells if something is held; if unknown, something is"},
     )
-    volume: Identifier = field(
+    volume: Identifier | None = field(
+        default=None,
         metadata={
             "doc": "a volume of the site that encloses the largest object; its corners are relative to the "
             "tool point, along the axes of the last joint"
-        }
+        },
+    )
+    gripped_by: tuple[Identifier, ...] = field(
+        default=(),
+        metadata={"doc": "the action kinds that grip or release; nothing else moves meanwhile"},
+    )
+    nothing: TextField | None = field(
+        default=None,
+        metadata={"doc": "instead of all others: the reason why this robot never holds anything"},
     )
 
 
@@ -152,7 +183,10 @@ class Tracking:
         metadata={"doc": "the state variable with the greatest distance of a link from its commanded place"}
     )
     within: TextField = field(
-        metadata={"doc": "its bound, which a rule on each moving kind keeps, as in `10 mm`"}
+        metadata={
+            "doc": "its bound, as in `10 mm`: a rule on each moving kind requires it of `measured_by`, and "
+            "the monitor compares measured joints and base with the decided motion"
+        }
     )
     levers: Identifier = field(
         metadata={"doc": "constants: greatest distance of any link from the axis of each joint"}
@@ -225,23 +259,16 @@ class MotionPolicy:
     joints: JointLimits = field(metadata={"doc": "limits of the joints"})
     tool: ToolLimits = field(metadata={"doc": "limits of the tool point"})
     clearance: TextField = field(metadata={"doc": "the distance of links from every barrier, as in `20 mm`"})
-    link_clearance: TextField | None = field(
-        default=None,
-        metadata={"doc": "the distance of links from each other, as in `5 mm`; not checked if absent"},
-    )
+    link_clearance: TextField = field(metadata={"doc": "the distance of links from each other, as in `5 mm`"})
+    held: HeldObject = field(metadata={"doc": "the space of a held object"})
+    tracking: Tracking = field(metadata={"doc": "bound on the distance of the robot from its commands"})
     base: BaseLimits | None = field(default=None, metadata={"doc": "limits of a base that drives"})
-    held: HeldObject | None = field(
-        default=None, metadata={"doc": "the space of a held object; held objects are not checked if absent"}
-    )
     barriers: tuple[Barrier, ...] = field(default=(), metadata={"doc": "keep-out and keep-in volumes"})
     back_off: Identifier | None = field(
         default=None,
         metadata={
             "doc": "the action kind whose rules allow the robot to back off from a contact, the way it came"
         },
-    )
-    tracking: Tracking | None = field(
-        default=None, metadata={"doc": "bound on the distance of the robot from its commands"}
     )
     contact: ContactLimits | None = field(
         default=None, metadata={"doc": "limits of a contact with a person; not checked if absent"}

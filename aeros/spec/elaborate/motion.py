@@ -5,7 +5,7 @@ Names and units are settled here.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 
 from aeros.spec.declared import motion as declared
@@ -24,6 +24,7 @@ from aeros.spec.model.motion import (
     MotionKind,
     MotionPolicy,
     ToolLimits,
+    TouchedSurface,
     Tracking,
 )
 from aeros.spec.model.rules import ActionKind, Rule
@@ -79,9 +80,10 @@ def check_tracking_rules(
     rules: Sequence[Rule],
     diagnostics: Diagnostics,
 ) -> None:
-    """Check that a rule on every kind that moves reads the tracking error, if the site bounds it.
+    """Check that a rule on every kind that moves keeps the measured tracking error within its bound.
 
-    Whether the rule keeps the bound is not decided here: write it with the number of `within`.
+    A rule keeps the bound if it requires `variable <= number`, alone or together with other conditions, and
+    the number is at most the bound.
 
     Args:
         declaration: the declared motion section.
@@ -89,19 +91,45 @@ def check_tracking_rules(
         rules: rules of the site.
         diagnostics: receives the faults.
     """
-    if motion is None or motion.tracking is None or declaration.tracking is None:
+    if motion is None or motion.tracking is None:
         return
+    variable, bound = motion.tracking.variable, motion.tracking.bound
+    within = declaration.tracking.within
+    unbounded: dict[Fraction | None, list[TextField]] = {}
     for name, _ in declaration.on:
         terms = [rule.terms[name.value] for rule in rules if name.value in rule.terms]
-        if not any(motion.tracking.variable in t.variables_of(term) for term in terms):
-            diagnostics.error(
-                "AE611",
-                f"no rule on `{name.value}` reads `{motion.tracking.variable}`, so nothing keeps its bound",
-                name.span,
-                help=(
-                    f"add `{name.value}` to a rule that requires `{motion.tracking.variable}` to be small",
-                ),
+        least = min([number for term in terms for number in _upper_bounds(term, variable)], default=None)
+        if least is None or least > bound:
+            unbounded.setdefault(least, []).append(name)
+    for least, names in unbounded.items():
+        kinds = ", ".join([f"`{name.value}`" for name in names])
+        if least is None:
+            headline = f"no rule on {kinds} requires `{variable} <= {within.value}`"
+        else:
+            headline = (
+                f"the rules on {kinds} allow a `{variable}` of {float(1000 * least):.3g} mm; "
+                f"motions are decided for {within.value}"
             )
+        diagnostics.error(
+            "AE611",
+            headline,
+            names[0].span,
+            secondary=(SpanLabel(within.span, "the bound that motions are decided for"),),
+            help=(f"require `{variable} <= {within.value}` of {kinds}, without a condition",),
+        )
+
+
+def _upper_bounds(term: t.Term, variable: str) -> Iterator[Fraction]:
+    """Yield the numbers that a variable must not exceed wherever `term` is true."""
+    match term:
+        case t.And(operands=operands):
+            for operand in operands:
+                yield from _upper_bounds(operand, variable)
+        case t.Compare(
+            op="<" | "<=", left=t.Variable(name=name), right=t.Literal(value=Fraction() as number)
+        ):
+            if name == variable:
+                yield number
 
 
 class _MotionElaborator:
@@ -148,11 +176,13 @@ class _MotionElaborator:
                 (motion.starts_within, ANGLE),
                 (motion.ends_within, LENGTH),
                 (motion.clearance, LENGTH),
+                (motion.link_clearance, LENGTH),
             )
         ]
-        apart = motion.link_clearance
-        link_clearance = None if apart is None else elaborate_quantity(apart, LENGTH, self._diagnostics)
-        held = None if motion.held is None else self._held_object(motion.held)
+        held = self._held_object(motion.held)
+        base = None if motion.base is None else motion.base.measured_by
+        if base is not None:
+            self._base_position(base)
         if motion.back_off is not None:
             self._back_off(motion.back_off)
         touch = motion.contact
@@ -164,8 +194,8 @@ class _MotionElaborator:
         # Nothing is None here: each None above was reported.
         lowest, highest, *rates = (table for table in tables if table is not None)
         numbers = [single for single in singles if single is not None]
-        start, end, clearance = (length for length in lengths if length is not None)
-        tracking = None if motion.tracking is None else self._tracking(motion, index, start, clearance)
+        start, end, clearance, link_clearance = (length for length in lengths if length is not None)
+        tracking = self._tracking(motion, index, start, min(clearance, link_clearance))
         return MotionPolicy(
             kinds=kinds,
             start_variable=motion.starts_at.value,
@@ -180,6 +210,7 @@ class _MotionElaborator:
             clearance=clearance,
             barriers=tuple(barrier for barrier in barriers if barrier is not None),
             base_limits=(numbers[6], numbers[7]) if driving else None,
+            base_variable=None if base is None else base.value,
             link_clearance=link_clearance,
             held=held,
             tracking=tracking,
@@ -191,9 +222,8 @@ class _MotionElaborator:
     def _tracking(
         self, motion: declared.MotionPolicy, index: str | None, start: Fraction, clearance: Fraction
     ) -> Tracking | None:
-        """Elaborate the bound on tracking, and check it and the start tolerance against the clearance."""
+        """Elaborate the bound on tracking, and check it and the start tolerance against the clearances."""
         declaration = motion.tracking
-        assert declaration is not None  # noqa: S101  for the type checker
         measured = resolve_name(
             declaration.measured_by, self._vocabulary.state, "a state variable", self._diagnostics
         )
@@ -224,17 +254,20 @@ class _MotionElaborator:
                 " off",
                 "starts_within",
             )
-        return Tracking(declaration.measured_by.value, within)
+        return Tracking(declaration.measured_by.value, within, levers)
 
     def _beyond_clearance(
         self, motion: declared.MotionPolicy, bound: TextField, headline: str, field: str
     ) -> None:
         self._diagnostics.error(
             "AE611",
-            f"{headline}; the clearance is {motion.clearance.value}",
+            f"{headline}; the clearance is {motion.clearance.value}, of links {motion.link_clearance.value}",
             bound.span,
-            secondary=(SpanLabel(motion.clearance.span, "whole motions keep this distance from barriers"),),
-            help=(f"enlarge `clearance`, or reduce `{field}`",),
+            secondary=(
+                SpanLabel(motion.clearance.span, "whole motions keep this distance from barriers"),
+                SpanLabel(motion.link_clearance.span, "links keep this distance from each other"),
+            ),
+            help=(f"enlarge the smaller clearance, or reduce `{field}`",),
         )
 
     def _back_off(self, name: TextField) -> None:
@@ -264,16 +297,22 @@ class _MotionElaborator:
             self._parameter(coordinate, parameters, kind, RealType(LENGTH))
         for joint in ends or ():
             self._parameter(joint, parameters, kind, RealType(ANGLE))
-        touched = motion.held_touches
-        if touched is not None:
-            resolve_name(touched, self._vocabulary.volumes, "a volume", self._diagnostics)
         return MotionKind(
             None if motion.tool_ends_at is None else motion.tool_ends_at.value,
             None if base is None or len(base) != 2 else (base[0].value, base[1].value),
             None if motion.peak_speed is None else motion.peak_speed.value,
             None if ends is None or len(ends) != count else tuple(one.value for one in ends),
-            None if touched is None else touched.value,
+            None if motion.held_touches is None else self._surface(motion.held_touches),
         )
+
+    def _surface(self, contact: declared.HeldContact) -> TouchedSurface | None:
+        for name in contact.volumes:
+            resolve_name(name, self._vocabulary.volumes, "a volume", self._diagnostics)
+        speed = self._scalar_constant(contact.speed, _derivative_dimension(LENGTH, 1))
+        within = contact.within
+        distance = None if within is None else elaborate_quantity(within, LENGTH, self._diagnostics)
+        names = frozenset(name.value for name in contact.volumes)
+        return None if speed is None else TouchedSurface(names, speed, distance)
 
     def _parameter(
         self, name: TextField | None, parameters: Mapping[str, Declared], kind: ActionKind, type_: Type
@@ -322,17 +361,34 @@ class _MotionElaborator:
         return found.value
 
     def _held_object(self, held: declared.HeldObject) -> HeldObject | None:
-        measured = resolve_name(
-            held.unless_false, self._vocabulary.state, "a state variable", self._diagnostics
-        )
+        variable, volume = held.unless_false, held.volume
+        if held.nothing is not None and variable is None and volume is None and not held.gripped_by:
+            return None
+        if held.nothing is not None or variable is None or volume is None:
+            self._diagnostics.error(
+                "AE112",
+                "`held` takes `unless_false` and `volume`, or `nothing` alone",
+                held.span,
+                help=("name the space of the largest object, or say why this robot never holds anything",),
+            )
+            return None
+        measured = resolve_name(variable, self._vocabulary.state, "a state variable", self._diagnostics)
         if measured is not None and measured.variable.type != BoolType():
             self._diagnostics.error(
-                "AE203",
-                f"`{held.unless_false.value}` is {measured.variable.type}, not bool",
-                held.unless_false.span,
+                "AE203", f"`{variable.value}` is {measured.variable.type}, not bool", variable.span
             )
-        box = resolve_name(held.volume, self._vocabulary.volumes, "a volume", self._diagnostics)
-        return None if box is None else HeldObject(held.unless_false.value, box)
+        for name in held.gripped_by:
+            resolve_name(name, self._vocabulary.kinds, "an action kind", self._diagnostics)
+        box = resolve_name(volume, self._vocabulary.volumes, "a volume", self._diagnostics)
+        kinds = frozenset(name.value for name in held.gripped_by)
+        return None if box is None else HeldObject(variable.value, box, kinds)
+
+    def _base_position(self, name: TextField) -> None:
+        measured = resolve_name(name, self._vocabulary.state, "a state variable", self._diagnostics)
+        if measured is not None and measured.variable.type != VectorType(LENGTH):
+            self._diagnostics.error(
+                "AE203", f"`{name.value}` is {measured.variable.type}, not a position", name.span
+            )
 
     def _barrier(self, barrier: declared.Barrier) -> Barrier | None:
         box = resolve_name(barrier.volume, self._vocabulary.volumes, "a volume", self._diagnostics)

@@ -10,6 +10,21 @@ from aeros.spec.expr.scope import AxisAlignedBox
 
 
 @dataclass(frozen=True)
+class TouchedSurface:
+    """Volumes that a held object may touch in motions of one kind, and the limits of it.
+
+    Attributes:
+        volumes: names of the site's volumes.
+        speed: greatest speed of the tool on its way to a target there, m/s.
+        distance: greatest distance of the tool from the motion's start or target, m; None if unlimited.
+    """
+
+    volumes: frozenset[str]
+    speed: Fraction
+    distance: Fraction | None = None
+
+
+@dataclass(frozen=True)
 class MotionKind:
     """Meaning of an action kind's parameters for its motion.
 
@@ -18,14 +33,14 @@ class MotionKind:
         base_target: parameters with x and y of the base's target in W.
         peak_speed: parameter that bounds the speed of the motion.
         joint_target: parameter with the target of each joint, in order.
-        held_touches: volume that a held object may touch in motions under feedback.
+        surface: the volumes that a held object may touch; None if it may touch none.
     """
 
     tool_target: str | None
     base_target: tuple[str, str] | None
     peak_speed: str | None
     joint_target: tuple[str, ...] | None = None
-    held_touches: str | None = None
+    surface: TouchedSurface | None = None
 
 
 @dataclass(frozen=True)
@@ -71,10 +86,12 @@ class HeldObject:
     Attributes:
         variable: name of the state variable that tells if something is held; only if it is false, nothing is.
         box: relative to the tool point, along the axes of the last joint's frame.
+        gripped_by: action kinds that grip or release; no motion is under way meanwhile.
     """
 
     variable: str
     box: AxisAlignedBox
+    gripped_by: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -84,10 +101,12 @@ class Tracking:
     Attributes:
         variable: state variable that measures the distance, m.
         bound: greatest distance, m.
+        levers: greatest distance of any link from the axis of each joint, m.
     """
 
     variable: str
     bound: Fraction
+    levers: tuple[Fraction, ...]
 
 
 @dataclass(frozen=True)
@@ -139,8 +158,9 @@ class MotionPolicy:
             error.
         barriers: keep-out and keep-in volumes.
         base_limits: speed and acceleration of a mobile base.
+        base_variable: state variable that measures the base's position in W; None if the base is fixed.
         link_clearance: least distance of links from each other; None if that is not checked.
-        held: the space of a held object, which moves like a link named `held`; None if it is not checked.
+        held: the space of a held object, which moves like a link named `held`; None if nothing is ever held.
         tracking: bound on the distance of the robot from its commands; None if the site has none.
         back_off: action kind whose rules govern a robot that backs off from a contact after a stop.
         contact: limits of a contact with a person; None if the site has none.
@@ -158,6 +178,7 @@ class MotionPolicy:
     clearance: Fraction
     barriers: tuple[Barrier, ...]
     base_limits: tuple[Fraction, Fraction] | None = None
+    base_variable: str | None = None
     link_clearance: Fraction | None = None
     held: HeldObject | None = None
     back_off: str | None = None

@@ -8,6 +8,7 @@ import pytest
 
 from aeros.runtime.gate.decision import Decision, DecisionKind
 from aeros.runtime.motion.trajectory import MotionDecider
+from aeros.runtime.ports import Trajectory
 from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.skill import Action, act
 from aeros.spec.diagnostics.codes import Diagnostics
@@ -50,9 +51,21 @@ def test_an_object_is_kept_off_the_bench_that_the_fingers_alone_may_come_near_to
 ) -> None:
     assert holding.observe()["holding"].value is True
     low = act("move_tool", target=(0.5, 0.0, 0.005), yaw=0.0, speed=0.3)
-    placing = act("move_tool", target=(0.5, 0.0, 0.05), yaw=0.0, speed=0.3)
     assert _denial(holding, low) == [("AE763", "fingers-off-the-bench")]
-    assert _denial(holding, placing) == []
+    x, y, _ = holding.observe()["tool_position"].value
+    for target, speed, found in (
+        ((x, y, 0.05), 0.15, []),
+        ((x, y, 0.05), 0.3, [("AE763", "links-off-the-bench")]),  # too fast near the bench
+        ((x, y, 0.09), 0.3, []),
+        ((x + 0.1, y, 0.09), 0.3, []),
+    ):
+        placing = act("move_tool", target=target, yaw=0.0, speed=speed)
+        assert _denial(holding, placing) == found
+    joints = holding.plan(act("move_tool", target=(x, y, 0.05), yaw=0.0, speed=0.15))
+    assert isinstance(joints, Trajectory)
+    ends = {f"q{number}": q for number, q in enumerate(joints.joint_paths[0][-1][3], 1)}
+    # `move_joints` names no surface, so nothing held may come near one.
+    assert _denial(holding, act("move_joints", **ends, speed=0.1)) == [("AE763", "links-off-the-bench")]
     empty = make_plant("table", 0)
     assert _denial(empty, low) == []
     empty.close()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -243,6 +244,8 @@ def test_a_violation_is_a_protective_stop_within_one_tick(
 ) -> None:
     action = act("move_tool", target=(0.45, 0.1, 0.35), yaw=0.0, speed=0.1)
     fault(plant)
+    # A fault this sudden changes torques faster than their limit, which is a violation of its own.
+    site = replace(site, rules=tuple(rule for rule in site.rules if rule.id != "joint-torque-rates"))
     watch = RuntimeMonitor(MonitorRules(site), HistoryTracker(site))
     watch.add(ActiveAction(action, plant.observe(), plant.now(), 0))
     violations: list[int] = []
@@ -281,15 +284,15 @@ def _decide(plant: PhysicsPlant, site: Site, action: Action) -> Decision:
 
 def test_a_motion_that_folds_the_hand_into_the_forearm_is_denied(plant: PhysicsPlant, site: Site) -> None:
     found = _decide(plant, site, FOLD)
-    assert [(reason.code, reason.rule) for reason in found.reasons] == [("AE765", "link5-hand")]
-    assert found.reasons[0].text.startswith("`hand` may come within ")
+    assert [(reason.code, reason.rule) for reason in found.reasons] == [("AE765", "link5-link7")]
+    assert found.reasons[0].text.startswith("`link7` may come within ")
     shorter = act("move_joints", **{**FOLD.parameters, "q6": 1.0})
     assert _decide(plant, site, shorter).kind is DecisionKind.ALLOW
 
 
 def test_a_motion_that_passes_through_a_link_on_its_way_is_denied(plant: PhysicsPlant, site: Site) -> None:
     # Between two turns of the wrist, at both of which it is clear, the hand would pass through the forearm.
-    one, other = ({**FOLD.parameters, "q6": 0.6, "q7": turn} for turn in (1.0, -2.0))
+    one, other = ({**FOLD.parameters, "q6": 0.7, "q7": turn} for turn in (1.0, -2.0))
     assert _decide(plant, site, act("move_joints", **one)).kind is DecisionKind.ALLOW
     assert execute(plant, act("move_joints", **one), allow, FOREVER).completed
     found = _decide(plant, site, act("move_joints", **other))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from fractions import Fraction
 from math import nan
 from typing import Any
 
@@ -11,6 +13,9 @@ from aeros.runtime.gate import conditions
 from aeros.runtime.gate.joint_rules import ActiveAction, JointRules
 from aeros.runtime.ports import Reading
 from aeros.skill import Action, act
+from aeros.spec.expr.scope import AxisAlignedBox
+from aeros.spec.model.motion import HeldObject
+from tests.unit.runtime.one_joint import governed
 from tests.unit.runtime.together import configuration, move, roll
 
 NOW = 100.0
@@ -92,6 +97,19 @@ def test_two_actions_never_move_one_actuator() -> None:
     assert (reason.code, reason.rule) == ("AE752", "arm")
     assert reason.text == "`arm` is being moved by the `lift` under way"
     assert objections(active(act("wait", duration=1.0)), lift) == []
+
+
+@pytest.mark.parametrize(("grips", "found"), [("roll", ["AE764"]), ("wait", [])])
+def test_nothing_moves_while_something_is_gripped_or_released(grips: str, found: list[str]) -> None:
+    site = governed(configuration().site, "move")
+    assert site.motion is not None
+    box = AxisAlignedBox((Fraction(0),) * 3, (Fraction(1),) * 3)
+    held = HeldObject("holding", box, frozenset({grips}))
+    rules = JointRules(replace(site, motion=replace(site.motion, held=held)), compiled=True)
+    slow, gripping = active(move(0.1)), active(roll(0.1))
+    assert [reason.code for reason in rules.objections(slow, [gripping])] == found
+    assert [reason.code for reason in rules.objections(gripping, [slow])] == found
+    assert [reason.code for reason in rules.objections(gripping, [])] == []
 
 
 def test_each_action_under_way_is_compared() -> None:

@@ -14,6 +14,7 @@ from aeros.runtime.motion.kinematic_bounds import (
     base_rates,
     is_c2_continuous,
     joint_rates,
+    piece_speeds,
     rates_in_time,
     tool_rates,
 )
@@ -188,3 +189,18 @@ def test_a_bent_path_of_one_joint_by_taylor_without_halving() -> None:
     third = 0.5 * (4.8 + 3.0 * 2.4 * 4.8 + 2.4**3)
     first = hypot(0.3 + 0.6, 0.09) + third / 8.0
     assert moving == near(*rates_in_time(first, hypot(1.2, 0.18) + third / 2.0, third, 2.0))
+
+
+def test_speeds_on_pieces_bound_the_speed_there_and_nowhere_else() -> None:
+    path = tuple(
+        (((3 * n) / 24.0,), ((3 * n + 1) / 24.0,), ((3 * n + 2) / 24.0,), ((3 * n + 3) / 24.0,))
+        for n in range(8)
+    )
+    bounds = piece_speeds(HALF_METRE, path, 2.0)
+    speeds = [0.0] * 8
+    for step in range(2000):
+        u = step / 2000.0
+        s = u**3 * (10.0 - 15.0 * u + 6.0 * u * u)
+        speeds[int(8.0 * s)] = max(speeds[int(8.0 * s)], 0.5 * 30.0 * u * u * (1.0 - u) ** 2 / 2.0)
+    for bound, speed in zip(bounds, speeds, strict=True):
+        assert speed <= bound <= 1.01 * speed

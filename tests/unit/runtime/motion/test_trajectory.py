@@ -25,7 +25,15 @@ from aeros.runtime.ports import (
 )
 from aeros.skill import Action, act
 from aeros.spec.expr.scope import AxisAlignedBox
-from aeros.spec.model.motion import Barrier, HeldObject, MotionKind, MotionPolicy, ToolLimits
+from aeros.spec.model.motion import (
+    Barrier,
+    HeldObject,
+    MotionKind,
+    MotionPolicy,
+    ToolLimits,
+    TouchedSurface,
+    Tracking,
+)
 
 NOWHERE = (0.0, 0.0, 0.0)
 PILLAR = AxisAlignedBox((Fraction(0), Fraction(1, 2), Fraction(0)), (Fraction(1), Fraction(2), Fraction(1)))
@@ -302,13 +310,14 @@ CARRYING = replace(
     barriers=(replace(POLICY.barriers[0], links=frozenset({"arm", "held"})),),
 )
 TURNED = motion(0.9, 4.0)
+SURFACE = TouchedSurface(frozenset({"pillar"}), Fraction(1, 5), Fraction(1, 5))
 
 
 def carried(
     held: Any, plan: Trajectory = TURNED, policy: MotionPolicy = CARRYING, kind: str = "slide"
 ) -> list[tuple[str, str]]:
     """Decide a motion while `holding` is measured so; it is not measured if None."""
-    readings = {"joint_angle": Reading((0.0,), 0.0)}
+    readings = {"joint_angle": Reading(plan.joint_paths[0][0][0], 0.0)}
     if held is not None:
         readings["holding"] = Reading(held, 0.0)
     allowed = Decision(DecisionKind.ALLOW, act(kind, speed=0.5), ())
@@ -337,14 +346,73 @@ def test_a_site_without_space_for_held_objects_does_not_check_them() -> None:
     assert carried(True, policy=replace(CARRYING, held=None)) == []
 
 
+def turn(start: float, end: float, duration: float) -> Trajectory:
+    """The arm turns from `start` to `end` on a path of 16 pieces."""
+    corners = [(start + (end - start) * step / 48.0,) for step in range(49)]
+    path = tuple((corners[n], corners[n + 1], corners[n + 2], corners[n + 3]) for n in range(0, 48, 3))
+    return replace(motion(), joint_paths=(path,), duration=duration)
+
+
+@pytest.mark.parametrize(
+    ("plan", "surface", "is_allowed"),
+    [
+        (turn(0.0, 0.9, 4.0), SURFACE, True),
+        (turn(0.0, 0.9, 2.0), SURFACE, False),  # too fast where it enters
+        (turn(0.0, 0.9, 4.0), replace(SURFACE, distance=Fraction(1, 20)), False),  # too far from its target
+        (turn(0.0, 0.9, 4.0), replace(SURFACE, distance=None), False),  # for force control alone
+        (turn(0.0, 0.9, 4.0), replace(SURFACE, volumes=frozenset({"table"})), False),
+        (turn(0.9, 0.0, 2.0), SURFACE, True),  # it leaves
+        (turn(0.9, 0.0, 2.0), replace(SURFACE, distance=Fraction(1, 20)), False),
+        (turn(0.9, 0.8, 1.0), SURFACE, True),  # it stays inside, slowly
+        (turn(0.9, 0.8, 0.4), SURFACE, False),
+    ],
+)
+def test_what_is_held_touches_a_surface_only_near_start_and_target_and_slowly(
+    plan: Trajectory, surface: TouchedSurface, is_allowed: bool
+) -> None:
+    kinds = {**CARRYING.kinds, "slide": replace(CARRYING.kinds["slide"], surface=surface)}
+    policy = replace(CARRYING, kinds=kinds)
+    assert carried(False, plan, policy) == []
+    assert carried(True, plan, policy) == ([] if is_allowed else [("AE763", "off-the-pillar")])
+
+
+def test_the_reason_names_where_and_how_fast_a_held_object_would_touch() -> None:
+    kinds = {**CARRYING.kinds, "slide": replace(CARRYING.kinds["slide"], surface=SURFACE)}
+    allowed = Decision(DecisionKind.ALLOW, act("slide", speed=0.5), ())
+    readings = {"joint_angle": Reading((0.0,), 0.0), "holding": Reading(True, 0.0)}
+    found = MotionDecider(replace(CARRYING, kinds=kinds)).decide(allowed, turn(0.0, 0.9, 2.0), readings)
+    (reason,) = found.reasons
+    assert reason.text.startswith("`held` may enter the volume `pillar` at 84 % of the path, 84.5 mm from")
+    assert reason.text.endswith(" m/s; allowed are 200 mm and 0.2 m/s: it holds the roof")
+
+
+TRACKED = replace(POLICY, base_variable="base", tracking=Tracking("off", Fraction(1, 100), (Fraction(1, 2),)))
+
+
+@pytest.mark.parametrize(
+    ("base", "found"),
+    [((0.009, 0.0, 0.0), []), ((0.0, 0.0, -0.011), [("AE761", "base")]), (None, [("AE761", "base")])],
+)
+def test_a_motion_starts_where_the_base_is_measured(base: Vec3 | None, found: list[tuple[str, str]]) -> None:
+    readings = {"joint_angle": Reading((0.0,), 0.0)}
+    if base is not None:
+        readings["base"] = Reading(base, 0.0)
+    allowed = Decision(DecisionKind.ALLOW, act("slide", speed=0.25), ())
+    decision = MotionDecider(TRACKED).decide(allowed, motion(), readings)
+    assert [(reason.code, reason.rule) for reason in decision.reasons] == found
+
+
 def test_what_is_held_may_touch_a_volume_under_force_control_alone() -> None:
-    touching = replace(CARRYING.kinds["slide"], held_touches="pillar")
+    touching = replace(CARRYING.kinds["slide"], surface=replace(SURFACE, distance=None))
     policy = replace(CARRYING, kinds={**CARRYING.kinds, "slide": touching})
     pressing = replace(TURNED, servo=servo(joint_tolerance=(0.01,)))
     assert carried(True, pressing) == [("AE763", "off-the-pillar")]
     assert carried(True, pressing, policy) == []
     assert carried(True, TURNED, policy) == [("AE763", "off-the-pillar")]
-    elsewhere = {**CARRYING.kinds, "slide": replace(touching, held_touches="table")}
+    table = replace(SURFACE, volumes=frozenset({"table"}))
+    elsewhere = {**CARRYING.kinds, "slide": replace(touching, surface=table)}
+    too_fast = replace(pressing, servo=servo(joint_tolerance=(0.01,), tool_speed=0.21))
+    assert carried(True, too_fast, policy) == [("AE763", "off-the-pillar")]
     assert carried(True, pressing, replace(policy, kinds=elsewhere)) == [("AE763", "off-the-pillar")]
     # The arm itself may not touch it.
     assert carried(True, replace(motion(1.5, 8.0), servo=pressing.servo), policy) == [

@@ -6,6 +6,7 @@ import copy
 import json
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from fractions import Fraction
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -85,6 +86,19 @@ def test_replay_decides_any_planned_motion_the_same(mode: GateMode, tmp_path: Pa
     assert len(bodies) == 3  # PLAN's, none, and one without balls
     verdicts = [record["details"]["verdict"] for record in records if record["event"] == "decision"]
     assert verdicts == ["ALLOW", "DENY", *["ALLOW"] * 3, *["DENY"] * 6]
+
+
+def test_a_log_of_an_older_site_is_decided_anew_under_a_stricter_one(tmp_path: Path) -> None:
+    """A site that compares links, too, refuses motions of bodies without hulls: named, and no crash."""
+    log = written(tmp_path, PLAN, AWAY)
+    site = with_motions().site
+    assert site.motion is not None
+    stricter = replace(site, motion=replace(site.motion, link_clearance=Fraction(1, 100)))
+    replay = LogReplay(single_configuration(replace(with_motions(), site=stricter)), GateMode.COMPILED)
+    assert verify_log(log, lambda record, _: replay.replay_record(record)).is_sound
+    assert replay.matching_count == 0
+    assert len(replay.mismatches) == 2
+    assert "AE760" in str(replay.mismatches[0])
 
 
 def test_a_motion_that_no_record_can_hold_is_compared_by_its_verdict(tmp_path: Path) -> None:

@@ -220,8 +220,8 @@ def test_tracking_errors_are_distances_from_the_set_points() -> None:
     q[4] -= 0.02
     made.sensed = {"q": tuple(q.tolist()), "base_position": (1.5 + 0.3, 2.25 - 0.4, 0.5)}
     state = made.read_sensors()
-    assert made.tracking_error(state) == pytest.approx(0.02)
-    assert made.base_tracking_error(state) == pytest.approx(0.5)
+    assert made.base_tracking_error(state) == pytest.approx((-0.3, 0.4, 0.0))
+    assert made.tracking_distance(state) == pytest.approx(0.5, abs=0.01)
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ import pytest
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.render import render_text
 from aeros.spec.elaborate.load import load_site
-from aeros.spec.model.motion import HeldObject, MotionKind, Tracking
+from aeros.spec.model.motion import HeldObject, MotionKind, TouchedSurface, Tracking
 from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
 
@@ -33,7 +33,8 @@ def test_names_and_units_are_settled(tmp_path: Path) -> None:
     assert site is not None
     motion = site.motion
     assert motion is not None
-    assert motion.kinds["move_tool"] == MotionKind("target", None, "speed")
+    surface = TouchedSurface(frozenset({"bench"}), Fraction(15, 100), Fraction(12, 100))
+    assert motion.kinds["move_tool"] == MotionKind("target", None, "speed", surface=surface)
     assert motion.kinds["move_base"] == MotionKind(None, ("x", "y"), "speed")
     joints = ("q1", "q2", "q3", "q4", "q5", "q6", "q7")
     assert motion.kinds["move_joints"] == MotionKind(None, None, "speed", joints)
@@ -42,10 +43,16 @@ def test_names_and_units_are_settled(tmp_path: Path) -> None:
     assert motion.tool_limits.rotation == (Fraction(5, 2), Fraction(25), Fraction(12500))
     assert motion.clearance == Fraction(15, 1000)
     assert motion.base_limits == (Fraction(6, 10), Fraction(1))
-    assert motion.link_clearance == Fraction(5, 1000)
-    assert motion.held == HeldObject("holding", site.volumes["largest_object"])
-    assert motion.kinds["slide"].held_touches == "bench_core"
-    assert motion.tracking == Tracking("tracking_error", Fraction(10, 1000))
+    assert motion.base_variable == "base_position"
+    assert motion.link_clearance == Fraction(10, 1000)
+    assert motion.held == HeldObject("holding", site.volumes["largest_object"], frozenset({"grip"}))
+    assert motion.kinds["slide"].surface == TouchedSurface(
+        frozenset({"bench", "bench_core"}), Fraction(21, 100)
+    )
+    assert motion.tracking is not None
+    levers = tuple(Fraction(lever, 100) for lever in (95, 95, 65, 65, 35, 35, 20))
+    assert motion.tracking == Tracking("tracking_error", Fraction(10, 1000), levers)
+    assert sum(motion.tracking.levers) * motion.start_tolerance <= Fraction(10, 1000)
     assert motion.back_off == "back_off"
     fence, column = motion.barriers[2:4]
     assert fence.keep_inside
@@ -60,20 +67,74 @@ def test_names_and_units_are_settled(tmp_path: Path) -> None:
         (
             ("within: 10 mm, levers", "within: 16 mm, levers"),
             "error[AE611] tracking-beyond-clearance: links may be 16 mm from their commands; the clearance is"
-            " 15 mm",
+            " 15 mm, of links 10 mm",
         ),
         (
-            ("starts_within: 0.0035 rad", "starts_within: 0.05 rad"),
+            ("starts_within: 0.0024 rad", "starts_within: 0.05 rad"),
             "error[AE611] tracking-beyond-clearance: joints that start 0.05 rad off put a link 205 mm off;"
-            " the clearance is 15 mm",
+            " the clearance is 15 mm, of links 10 mm",
+        ),
+        (
+            ("link_clearance: 10 mm", "link_clearance: 9.9 mm"),
+            "error[AE611] tracking-beyond-clearance: links may be 10 mm from their commands; the clearance is"
+            " 15 mm, of links 9.9 mm",
+        ),
+        (
+            ("tracking_max:\n    value: 10 mm", "tracking_max:\n    value: 10.1 mm"),
+            "error[AE611] tracking-beyond-clearance: the rules on `move_tool`, `move_joints`, `slide`,"
+            " `move_base` allow a `tracking_error` of 10.1 mm; motions are decided for 10 mm",
+        ),
+        (
+            ("require: tracking_error <= tracking_max", "require: tracking_error <= 2 * tracking_max"),
+            "error[AE611] tracking-beyond-clearance: the rules on `move_tool`, `move_joints`, `slide`,"
+            " `move_base` allow a `tracking_error` of 20 mm; motions are decided for 10 mm",
+        ),
+        (
+            (
+                "require: tracking_error <= tracking_max",
+                "require: holding implies tracking_error <= tracking_max",
+            ),
+            "error[AE611] tracking-beyond-clearance: no rule on `move_tool`, `move_joints`, `slide`,"
+            " `move_base` requires `tracking_error <= 10 mm`",
+        ),
+        (
+            ("  link_clearance: 10 mm", "  # link_clearance: 10 mm"),
+            "error[AE102] missing-field: the field `link_clearance` is missing in `motion`",
+        ),
+        (
+            ("  held: {unless_false", "  # held: {unless_false"),
+            "error[AE102] missing-field: the field `held` is missing in `motion`",
+        ),
+        (
+            ("  tracking: {measured_by", "  # tracking: {measured_by"),
+            "error[AE102] missing-field: the field `tracking` is missing in `motion`",
+        ),
+        (
+            ("held: {unless_false: holding, ", "held: {"),
+            "error[AE112] wrong-length: `held` takes `unless_false` and `volume`, or `nothing` alone",
+        ),
+        (
+            ("held: {unless_false: holding, ", "held: {nothing: it welds, unless_false: holding, "),
+            "error[AE112] wrong-length: `held` takes `unless_false` and `volume`, or `nothing` alone",
+        ),
+        (
+            ("gripped_by: [grip]", "gripped_by: [grasp]"),
+            "error[AE122] unknown-reference: `grasp` is not an action kind",
+        ),
+        (
+            ("measured_by: base_position", "measured_by: base_speed"),
+            "error[AE203] type-mismatch: `base_speed` is real [m/s], not a position",
+        ),
+        (
+            ("speed: placing_speed, within", "speed: tracking_max, within"),
+            "error[AE204] unit-mismatch: `tracking_max` is in real [m], not m/s",
         ),
         (
             (
                 "on: [move_tool, slide, move_joints, move_base]\n    require: tracking_error",
                 "on: [move_tool, move_joints, move_base]\n    require: tracking_error",
             ),
-            "error[AE611] tracking-beyond-clearance: no rule on `slide` reads `tracking_error`, so nothing"
-            " keeps its bound",
+            "error[AE611] tracking-beyond-clearance: no rule on `slide` requires `tracking_error <= 10 mm`",
         ),
         (
             ("measured_by: tracking_error", "measured_by: tool_speed"),
@@ -85,11 +146,11 @@ def test_names_and_units_are_settled(tmp_path: Path) -> None:
         ),
         (("slide: {peak", "glide: {peak"), "error[AE122] unknown-reference: `glide` is not an action kind"),
         (
-            ("move_tool: {tool_ends_at: target", "move_tool: {tool_ends_at: goal"),
+            ("tool_ends_at: target", "tool_ends_at: goal"),
             "error[AE122] unknown-reference: `goal` is not a parameter of `move_tool`",
         ),
         (
-            ("move_tool: {tool_ends_at: target", "move_tool: {tool_ends_at: yaw"),
+            ("tool_ends_at: target", "tool_ends_at: yaw"),
             "error[AE203] type-mismatch: `yaw` is real [rad], not vec3 [m]",
         ),
         (
@@ -133,11 +194,14 @@ def test_names_and_units_are_settled(tmp_path: Path) -> None:
         (("clearance: 15 mm", "clearance: 15 s"), "error[AE204]"),
         (("volume: bench_core", "volume: bench_kern"), "error[AE122] unknown-reference: `bench_kern`"),
         (("links: [fingers, held]", "links: []"), "error[AE112]"),
-        (("link_clearance: 5 mm", "link_clearance: 5 s"), "error[AE204]"),
+        (("link_clearance: 10 mm", "link_clearance: 10 s"), "error[AE204]"),
         (("unless_false: holding", "unless_false: held"), "error[AE122] unknown-reference: `held`"),
         (("unless_false: holding", "unless_false: finger_gap"), "error[AE203]"),
         (("volume: largest_object", "volume: largest"), "error[AE122] unknown-reference: `largest`"),
-        (("held_touches: bench_core", "held_touches: bank"), "error[AE122] unknown-reference: `bank`"),
+        (
+            ("{volumes: [bench, bench_core]", "{volumes: [bench, bank]"),
+            "error[AE122] unknown-reference: `bank`",
+        ),
         (("keep: in", "keep: near"), "error[AE"),
     ],
 )

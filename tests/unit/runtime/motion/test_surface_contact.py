@@ -1,0 +1,65 @@
+"""Where on its path a held object may be in a surface's volume."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import inf
+
+import pytest
+
+from aeros.runtime.motion.surface_contact import SurfaceLimits, find_surface_breach
+from aeros.runtime.motion.swept_volume import BarrierBox, MergedMotion, RemainingMotion
+from aeros.runtime.ports import Hull, ServoBounds, Trajectory
+from tests.unit.runtime.motion.test_trajectory import motion, turn
+
+HELD = Hull("held", 1, ((0.5, 0.0, 0.5),), 0.1)
+"""A ball of 0.1 m around the tool of the arm that turns, half a metre from its axis."""
+SHELF = BarrierBox("shelf", (0.0, 0.5, 0.0), (1.0, 2.0, 1.0), False, False, frozenset({"held"}))
+
+
+def breach(
+    plan: Trajectory, limits: SurfaceLimits, base_path: float = 0.0
+) -> tuple[float, float, float] | None:
+    plan = replace(plan, base_path=(0.0, base_path, 0.0))
+    part = RemainingMotion(plan)
+    return find_surface_breach(plan, MergedMotion(part, part).swept_motion(HELD), [SHELF], 0.0, limits)
+
+
+def test_a_motion_that_stays_clear_may_be_fast() -> None:
+    assert breach(turn(0.0, 0.5, 0.1), SurfaceLimits(0.0, 0.0)) is None
+
+
+@pytest.mark.parametrize(
+    ("distance", "speed", "is_allowed"), [(0.1, 0.2, True), (0.02, 0.2, False), (0.1, 0.05, False)]
+)
+def test_a_motion_to_a_target_inside_is_slow_and_near_it(
+    distance: float, speed: float, is_allowed: bool
+) -> None:
+    """The ball enters at sin θ = 0.8, θ = 0.927; the target at θ = 1 is 36 mm farther."""
+    found = breach(turn(0.0, 1.0, 3.0), SurfaceLimits(distance, speed))
+    assert (found is None) is is_allowed
+    if found is not None:
+        assert 0.85 < found[0] < 1.0
+        assert found[1] >= 0.02 or found[2] >= 0.05
+
+
+def test_a_motion_that_leaves_is_bounded_by_the_way_alone() -> None:
+    assert breach(turn(1.0, 0.0, 3.0), SurfaceLimits(0.1, 0.0)) is None
+    assert breach(turn(1.0, 0.0, 3.0), SurfaceLimits(0.02, 0.0)) is not None
+
+
+def test_a_motion_through_a_volume_is_none_to_or_from_it() -> None:
+    """It passes the shelf with start and target outside."""
+    assert breach(turn(0.6, 2.6, 9.0), SurfaceLimits(0.3, 0.2)) is not None
+
+
+def test_the_way_of_the_base_counts() -> None:
+    assert breach(turn(0.0, 0.5, 4.0), SurfaceLimits(0.05, 0.01), 0.05) is None
+    assert breach(turn(0.0, 0.5, 4.0), SurfaceLimits(0.05, 0.01), 0.3) is not None
+
+
+def test_under_feedback_the_tool_is_slow_all_the_way() -> None:
+    servo = ServoBounds((0.0,), (1.0,), (1.0,), (1.0,), 0.1, 1.0, 1.0)
+    pressing = motion(1.0, 4.0, servo=servo)
+    assert breach(pressing, SurfaceLimits(0.0, 0.1)) is None
+    assert breach(pressing, SurfaceLimits(0.0, 0.09)) == (0.0, inf, 0.1)
