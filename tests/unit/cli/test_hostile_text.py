@@ -184,8 +184,8 @@ def test_no_argument_of_any_command_is_written_as_it_is(
             line = command_line(words, parser, hostile, given)
             with suppress(SystemExit):
                 assert main(line) != Exit.INTERNAL_ERROR, line
-            said = capfd.readouterr()
-            text = said.out + said.err
+            message = capfd.readouterr()
+            text = message.out + message.err
             assert "Traceback" not in text, line
             assert not list(hidden(text)), line
             assert not forged(text), line

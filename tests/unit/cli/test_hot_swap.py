@@ -33,9 +33,9 @@ class Robot:
 
     def terminal(self, command: str) -> str:
         """A command of this process, which is another than the run's."""
-        with chdir(self.folder), redirect_stdout(StringIO()) as said:
-            assert main([*command.split(), "--state", "state"]) == 0, said.getvalue()
-        return said.getvalue()
+        with chdir(self.folder), redirect_stdout(StringIO()) as message:
+            assert main([*command.split(), "--state", "state"]) == 0, message.getvalue()
+        return message.getvalue()
 
     def begin(self) -> subprocess.Popen[str]:
         """A run that waits at its first action."""

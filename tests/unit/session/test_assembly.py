@@ -81,7 +81,7 @@ def test_every_listener_hears_the_same_and_all_is_closed_in_order(
 
 
 def test_a_memory_that_is_gone_is_told(configuration: Configuration, tmp_path: Path) -> None:
-    said: list[str] = []
+    message: list[str] = []
     state = tmp_path / "state"
     for number in range(4):
         setup = SessionSetup(
@@ -91,7 +91,7 @@ def test_a_memory_that_is_gone_is_told(configuration: Configuration, tmp_path: P
             ),
             out=tmp_path / str(number),
             state=state,
-            warn=said.append,
+            warn=message.append,
         )
         setup.out.mkdir()
         with (
@@ -101,7 +101,7 @@ def test_a_memory_that_is_gone_is_told(configuration: Configuration, tmp_path: P
             pass
         if number != 1:
             (state / "memory.sqlite3").unlink()
-    assert said == [
+    assert message == [
         f"the agent's memory {state}/memory.sqlite3 is gone, with what it learned in its earlier {lost}: "
         "a new one begins"
         for lost in ("session", "3 sessions")

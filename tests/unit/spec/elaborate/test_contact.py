@@ -43,8 +43,8 @@ def test_the_speed_is_the_greatest_that_the_force_permits(
 
 
 def test_the_reference_site_names_its_contact_and_late_ticks(tmp_path: Path) -> None:
-    site, said = _loaded(tmp_path)
-    assert said == []
+    site, message = _loaded(tmp_path)
+    assert message == []
     assert site is not None
     assert site.motion is not None
     assert site.motion.contact == ContactLimits(
@@ -54,7 +54,7 @@ def test_the_reference_site_names_its_contact_and_late_ticks(tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("old", "new", "message"),
     [
         ("value: 318 mm/s", "value: 319 mm/s", "error[AE612] contact-too-fast: `contact_speed` is 319 mm/s"),
         ("75000, 50000, 60000", "76000, 50000, 60000", "error[AE612]"),
@@ -72,8 +72,8 @@ def test_the_reference_site_names_its_contact_and_late_ticks(tmp_path: Path) -> 
         ("in_a_row: 3, ", "in_a_row: -1, ", "error[AE"),
     ],
 )
-def test_each_fault_is_reported(tmp_path: Path, old: str, new: str, said: str) -> None:
+def test_each_fault_is_reported(tmp_path: Path, old: str, new: str, message: str) -> None:
     site, found = _loaded(tmp_path, (old, new))
     assert site is None
     assert len(found) == 1, found
-    assert found[0].startswith(said), found[0]
+    assert found[0].startswith(message), found[0]
