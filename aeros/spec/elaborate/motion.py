@@ -188,7 +188,9 @@ class _MotionElaborator:
         touch = motion.contact
         late_ticks = elaborate_late_ticks(motion.late_ticks, self._diagnostics)
         contact = None if touch is None else elaborate_contact(touch, self._vocabulary, self._diagnostics)
-        barriers = [self._barrier(barrier) for barrier in motion.barriers]
+        barriers = [
+            _elaborate_barrier(barrier, self._vocabulary, self._diagnostics) for barrier in motion.barriers
+        ]
         if len(self._diagnostics) > before:
             return None
         # Nothing is None here: each None above was reported.
@@ -239,7 +241,8 @@ class _MotionElaborator:
         if measured is None or within is None or levers is None:
             return None
         if within > clearance:
-            self._beyond_clearance(
+            _report_beyond_clearance(
+                self._diagnostics,
                 motion,
                 declaration.within,
                 f"links may be {declaration.within.value} from their commands",
@@ -247,7 +250,8 @@ class _MotionElaborator:
             )
         offset = start * sum(levers)
         if offset > clearance:
-            self._beyond_clearance(
+            _report_beyond_clearance(
+                self._diagnostics,
                 motion,
                 motion.starts_within,
                 f"joints that start {motion.starts_within.value} off put a link {float(1000 * offset):.3g} mm"
@@ -255,20 +259,6 @@ class _MotionElaborator:
                 "starts_within",
             )
         return Tracking(declaration.measured_by.value, within, levers)
-
-    def _beyond_clearance(
-        self, motion: declared.MotionPolicy, bound: TextField, headline: str, field: str
-    ) -> None:
-        self._diagnostics.error(
-            "AE611",
-            f"{headline}; the clearance is {motion.clearance.value}, of links {motion.link_clearance.value}",
-            bound.span,
-            secondary=(
-                SpanLabel(motion.clearance.span, "whole motions keep this distance from barriers"),
-                SpanLabel(motion.link_clearance.span, "links keep this distance from each other"),
-            ),
-            help=(f"enlarge the smaller clearance, or reduce `{field}`",),
-        )
 
     def _back_off(self, name: TextField) -> None:
         """Check that the kind exists and has no parameters: nobody asks for it, so nobody gives any."""
@@ -390,24 +380,6 @@ class _MotionElaborator:
                 "AE203", f"`{name.value}` is {measured.variable.type}, not a position", name.span
             )
 
-    def _barrier(self, barrier: declared.Barrier) -> Barrier | None:
-        box = resolve_name(barrier.volume, self._vocabulary.volumes, "a volume", self._diagnostics)
-        if barrier.links == ():
-            self._diagnostics.error(
-                "AE112", f"the barrier `{barrier.id.value}` applies to no link", barrier.id.span
-            )
-        if box is None:
-            return None
-        return Barrier(
-            id=barrier.id.value,
-            volume=barrier.volume.value,
-            box=box,
-            keep_inside=barrier.keep.value == "in",
-            is_in_base_frame=barrier.frame is not None and barrier.frame.value == "base",
-            links=None if barrier.links is None else frozenset(link.value for link in barrier.links),
-            rationale=barrier.rationale.value,
-        )
-
 
 def _derivative_dimension(dimension: Dimension, order: int) -> Dimension:
     """Return the dimension of a quantity's derivative of this order with respect to time."""
@@ -418,3 +390,37 @@ def _joint_count(measured: Declared | None) -> int | None:
     """Return the number of joints that the state variable measures; None if it is not a family."""
     type_ = None if measured is None else measured.variable.type
     return len(type_.index.members) if isinstance(type_, FamilyType) else None
+
+
+def _report_beyond_clearance(
+    diagnostics: Diagnostics, motion: declared.MotionPolicy, bound: TextField, headline: str, field: str
+) -> None:
+    diagnostics.error(
+        "AE611",
+        f"{headline}; the clearance is {motion.clearance.value}, of links {motion.link_clearance.value}",
+        bound.span,
+        secondary=(
+            SpanLabel(motion.clearance.span, "whole motions keep this distance from barriers"),
+            SpanLabel(motion.link_clearance.span, "links keep this distance from each other"),
+        ),
+        help=(f"enlarge the smaller clearance, or reduce `{field}`",),
+    )
+
+
+def _elaborate_barrier(
+    barrier: declared.Barrier, vocabulary: SiteVocabulary, diagnostics: Diagnostics
+) -> Barrier | None:
+    box = resolve_name(barrier.volume, vocabulary.volumes, "a volume", diagnostics)
+    if barrier.links == ():
+        diagnostics.error("AE112", f"the barrier `{barrier.id.value}` applies to no link", barrier.id.span)
+    if box is None:
+        return None
+    return Barrier(
+        id=barrier.id.value,
+        volume=barrier.volume.value,
+        box=box,
+        keep_inside=barrier.keep.value == "in",
+        is_in_base_frame=barrier.frame is not None and barrier.frame.value == "base",
+        links=None if barrier.links is None else frozenset(link.value for link in barrier.links),
+        rationale=barrier.rationale.value,
+    )

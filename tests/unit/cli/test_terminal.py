@@ -81,6 +81,8 @@ def test_a_message_has_one_line_of_its_own(capsys: pytest.CaptureFixture[str]) -
         print("a\nb")
         print_line("a\nb")
     shown = capsys.readouterr()
-    message = "aeros: `a\n  forged\n\n  forged`\n\naeros: after an empty line\n\nerror: one\n  |\n\nhelp: two\n"
+    message = (
+        "aeros: `a\n  forged\n\n  forged`\n\naeros: after an empty line\n\nerror: one\n  |\n\nhelp: two\n"
+    )
     assert shown.err == message
     assert shown.out == "a\nb\na\\nb\n"

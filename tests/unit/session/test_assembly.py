@@ -80,7 +80,7 @@ def test_every_listener_hears_the_same_and_all_is_closed_in_order(
     assert '"event":"isolation"' in (tmp_path / "audit.jsonl").read_text()
 
 
-def test_a_memory_that_is_gone_is_told(configuration: Configuration, tmp_path: Path) -> None:
+def test_a_lost_memory_is_reported(configuration: Configuration, tmp_path: Path) -> None:
     message: list[str] = []
     state = tmp_path / "state"
     for number in range(4):

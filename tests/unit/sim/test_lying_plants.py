@@ -100,7 +100,7 @@ def site() -> Site:
         (buzzing, DRIVE, "monitor:joint-torque-rates"),
     ],
 )
-def test_a_plant_is_stopped_for_what_is_measured_whatever_it_says(
+def test_a_plant_is_stopped_by_measurements_and_not_by_its_claims(
     lie: Lie, action: Action, reason: str | None, site: Site
 ) -> None:
     plant = LyingPlant(lie, "fetch")

@@ -407,7 +407,9 @@ CAUSES: dict[str, tuple[Callable[[Cart, Operator], None], str]] = {
 
 
 @pytest.mark.parametrize("name", CAUSES)
-def test_whatever_cuts_a_motion_short_leaves_one_record_of_the_stop(cart: MakeCart, name: str) -> None:
+def test_every_cause_that_cuts_a_motion_short_leaves_one_record_of_the_stop(
+    cart: MakeCart, name: str
+) -> None:
     cause, reason = CAUSES[name]
     operator = Operator()
     one = cart(governor=operator, reach=asking(move()), look=asking(act("stop")))

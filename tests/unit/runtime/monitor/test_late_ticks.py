@@ -12,7 +12,7 @@ from aeros.spec.model.motion import LateTicks
 LIMITS = LateTicks(Fraction(5, 1000), 2, Fraction(20, 1000))
 
 
-def told(cls: type[LateTickCounter], *gaps_ms: float) -> tuple[list[bool], int]:
+def counted(cls: type[LateTickCounter], *gaps_ms: float) -> tuple[list[bool], int]:
     """Which ticks stop the robot, by the times between them, and the count."""
     now = [0.0]
     counter = cls(LIMITS, lambda: now[0])
@@ -35,7 +35,7 @@ CASES = [
 def test_a_long_gap_or_too_many_in_a_row_stop_the_robot(
     gaps: tuple[float, ...], stops: list[bool], count: int
 ) -> None:
-    assert told(LateTickCounter, *gaps) == (stops, count)
+    assert counted(LateTickCounter, *gaps) == (stops, count)
 
 
 def test_time_in_which_nothing_moves_does_not_count() -> None:
@@ -66,4 +66,4 @@ class Lenient(LateTickCounter):
 
 @pytest.mark.parametrize("twin", [Forgetful, Lenient])
 def test_a_broken_twin_fails_a_case(twin: type[LateTickCounter]) -> None:
-    assert any(told(twin, *gaps) != (stops, count) for gaps, stops, count in CASES)
+    assert any(counted(twin, *gaps) != (stops, count) for gaps, stops, count in CASES)

@@ -285,7 +285,7 @@ def test_a_change_that_cannot_be_stored_lets_nothing_start_until_it_is(
     assert blocked.snapshot().blocks.keys() == {"worn", "wet"}
 
 
-def test_an_anchor_that_cannot_be_written_is_told_and_the_change_is_in_force(
+def test_an_anchor_that_cannot_be_written_is_reported_and_the_change_is_in_force(
     blocked: Registry, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(path: Path, checkpoint: checkpoints.AuditCheckpoint) -> None:
