@@ -29,7 +29,7 @@ from aeros.spec.diagnostics.words import normalized_words
 from aeros.spec.model.summary import ModuleSummary, SiteSummary
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.verdicts import StaticClaim
-from aeros.spec.obligations.versions import is_compatible_version
+from aeros.spec.text.versions import is_compatible_version
 
 _K = TypeVar("_K")
 _V = TypeVar("_V")

@@ -10,7 +10,7 @@ from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.model.summary import ModuleSummary
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.verdicts import StaticClaim
-from aeros.spec.obligations.versions import is_compatible_version
+from aeros.spec.text.versions import is_compatible_version
 
 
 def runtime_obligations(ecm: ModuleSummary) -> Iterator[StaticClaim]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from aeros.spec.obligations.versions import is_compatible_version
+from aeros.spec.text.versions import is_compatible_version
 
 
 @pytest.mark.parametrize(
