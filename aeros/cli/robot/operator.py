@@ -70,8 +70,12 @@ def add_to(commands: Subparsers, name: str) -> None:
     """
     parser = add_command(commands, name, _DESCRIPTIONS[name], f"examples:\n{_EXAMPLES[name]}")
     if name == "block":
-        parser.add_argument("--id", required=True, type=_checked(parse_block_id), help="short name of the block")
-        parser.add_argument("--reason", required=True, type=_checked(parse_reason), help="reason shown in denials")
+        parser.add_argument(
+            "--id", required=True, type=_checked(parse_block_id), help="short name of the block"
+        )
+        parser.add_argument(
+            "--reason", required=True, type=_checked(parse_reason), help="reason shown in denials"
+        )
         parser.add_argument("--module", type=_checked(parse_name), help="the module it blocks")
         parser.add_argument(
             "--version",

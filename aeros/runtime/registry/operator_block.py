@@ -130,7 +130,9 @@ def parse_block_id(text: str) -> str:
         ValueError: it is none, or is too long.
     """
     if not _BLOCK_ID.fullmatch(text):
-        raise ValueError(f"{quoted(text)} is no id: write letters, digits, `-`, `_` and `.`, as in worn-finger")
+        raise ValueError(
+            f"{quoted(text)} is no id: write letters, digits, `-`, `_` and `.`, as in worn-finger"
+        )
     return _bounded(text, MAX_NAME)
 
 

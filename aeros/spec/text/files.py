@@ -80,7 +80,9 @@ def hidden_character_error(span: SourceSpan, character: str | None = None) -> Di
     hidden = span.text if character is None else character
     headline = f"the character {describe_character(hidden)} is not allowed: it is {why_hidden(hidden)}"
     is_mark = hidden == "\ufeff" and span.start == 0
-    cure = "save the file as UTF-8 without a byte order mark" if is_mark else "delete it, or write it in words"
+    cure = (
+        "save the file as UTF-8 without a byte order mark" if is_mark else "delete it, or write it in words"
+    )
     return Diagnostic("AE005", headline, SpanLabel(span), help=(cure,))
 
 
