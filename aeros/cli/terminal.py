@@ -69,8 +69,24 @@ class SafeStream:
         if self._is_of_messages:
             start = len(shown) - len(shown.lstrip("\n"))
             shown = shown[:start] + _INNER_LINE.sub("\n  ", shown[start:])
-        self._stream.write(shown)
+        with self._named():
+            self._stream.write(shown)
         return len(text)
+
+    def flush(self) -> None:
+        """Write what is buffered."""
+        with self._named():
+            self._stream.flush()
+
+    @contextmanager
+    def _named(self) -> Iterator[None]:
+        """Name the stream in the errors of writes, such as those of a disk that is full."""
+        try:
+            yield
+        except OSError as error:
+            name = "standard error" if self._is_of_messages else "standard output"
+            error.filename = error.filename or name
+            raise
 
     def writelines(self, lines: Iterator[str]) -> None:
         """Write each line harmlessly.

@@ -73,10 +73,11 @@ def _check_metadata(ecm: declared.Ecm, diagnostics: Diagnostics) -> None:
     _check_version(ecm.version, parse_version, "as in `1.0.0`", diagnostics)
     text = ecm.license.value
     try:
-        if len(text) > _MAX_LICENSE or text != text.strip() or not text.isprintable():
-            raise InvalidLicenseExpression
         canonicalize_license_expression(text)
+        is_license = len(text) <= _MAX_LICENSE and text == text.strip() and text.isprintable()
     except InvalidLicenseExpression:
+        is_license = False
+    if not is_license:
         diagnostics.error(
             "AE132",
             f"{quoted(text)} is not an SPDX licence expression",

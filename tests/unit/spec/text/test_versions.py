@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from aeros.spec.text.versions import is_compatible_version
+from aeros.spec.text.versions import MAX_RANGE, MAX_VERSION, is_compatible_version, parse_range, parse_version
 
 
 @pytest.mark.parametrize(
@@ -19,3 +19,25 @@ from aeros.spec.text.versions import is_compatible_version
 def test_a_version_is_in_a_range_or_not(specifier: str, inside: list[str], outside: list[str]) -> None:
     assert [is_compatible_version(specifier, one) for one in inside] == [True] * len(inside)
     assert [is_compatible_version(specifier, one) for one in outside] == [False] * len(outside)
+
+
+@pytest.mark.parametrize(
+    "text", ["", "one", "1.0\n", " 1.0", "1.0\u00a0", "1.\u0661", "9" * 5000, "1.0+" + "a" * MAX_VERSION]
+)
+def test_a_version_is_one_short_line_of_ascii(text: str) -> None:
+    with pytest.raises(ValueError, match=r"is not|has|begins|holds"):
+        parse_version(text)
+
+
+@pytest.mark.parametrize(
+    "text", ["1.0", "<1.0\n", " <1", "<1,\n<2", "<" + "1" * 5000, ">=1," * MAX_RANGE + "<2"]
+)
+def test_a_range_is_one_short_line_of_ascii(text: str) -> None:
+    with pytest.raises(ValueError, match=r"is not|has|begins|holds"):
+        parse_range(text)
+
+
+def test_the_longest_numbers_are_compared() -> None:
+    longest = "9" * MAX_VERSION
+    assert parse_version(longest) > parse_version("1")
+    assert is_compatible_version(f"<={longest}", longest)
