@@ -23,6 +23,24 @@ _SHARED_FILE: Final = 0o666
 
 
 @contextmanager
+def name_in_errors(path: Path) -> Iterator[None]:
+    """Name a file in the system's errors of the block that name none, as those of writes do.
+
+    Args:
+        path: the file that the block writes or flushes.
+
+    Raises:
+        OSError: the error of the block, with a file's name.
+    """
+    try:
+        yield
+    except OSError as error:
+        if error.filename is None:
+            error.filename = str(path)
+        raise
+
+
+@contextmanager
 def private_umask() -> Iterator[None]:
     """Make every file that this process and its children create private, also those that libraries write.
 
@@ -102,8 +120,13 @@ def replace_durably(path: Path, content: bytes, *, is_private: bool = True) -> N
         OSError: the file or its folder cannot be written.
     """
     replacement = path.with_name(path.name + ".new")
-    write_durably(replacement, content, is_private=is_private)
-    replacement.replace(path)
+    try:
+        write_durably(replacement, content, is_private=is_private)
+        replacement.replace(path)
+    except OSError:
+        with suppress(OSError):
+            replacement.unlink()
+        raise
     sync_folder(path.parent)
 
 
@@ -120,7 +143,7 @@ def write_durably(path: Path, content: bytes, *, is_private: bool = False) -> No
     """
     flags = os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC
     descriptor = os.open(path, flags, PRIVATE_FILE if is_private else _SHARED_FILE)
-    with os.fdopen(descriptor, "wb") as file:
+    with name_in_errors(path), os.fdopen(descriptor, "wb") as file:
         if is_private:
             os.fchmod(descriptor, PRIVATE_FILE)
         file.write(content)
@@ -155,7 +178,8 @@ def sync_folder(folder: Path) -> None:
     """
     descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
     try:
-        os.fsync(descriptor)
+        with name_in_errors(folder):
+            os.fsync(descriptor)
     finally:
         os.close(descriptor)
 

@@ -9,7 +9,7 @@ import io
 import os
 import sys
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from itertools import takewhile
 from typing import Final
@@ -68,15 +68,25 @@ _SHARED_MODULES: Final = frozenset(("robot.modules", "robot.operator"))
 
 _STDERR: Final = 2  # file descriptor
 
-_DISK_ERRNOS: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS})
-"""Error numbers of writes to an open file, whose errors lack the file's name."""
+_DISK_CURES: Final = {
+    errno.ENOSPC: "make room on the disk",
+    errno.EDQUOT: "make room within your quota",
+    errno.EFBIG: "raise the limit of `ulimit -f`",
+    errno.EIO: "check the disk",
+    errno.EROFS: "give a folder that can be written to",
+}
+"""Cure by error number of writes to an open file, whose errors lack the file's name."""
+
+_RESOURCE_ERRNOS: Final = frozenset({errno.EMFILE, errno.ENFILE, errno.ENOMEM, errno.EAGAIN, errno.ENOLCK})
+"""Error numbers of a system that has no more files, memory, processes or locks to give."""
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(arguments: Sequence[str] | None = None, *, begin: Callable[[], object] | None = None) -> int:
     """Run one command.  Tracebacks are printed only if AEROS_DEBUG is set.
 
     Args:
         arguments: Command line without the program's name; None for `sys.argv`.
+        begin: Called once the command line is read, before the command does anything.
 
     Returns:
         The exit code.
@@ -90,16 +100,27 @@ def main(arguments: Sequence[str] | None = None) -> int:
     with safe_streams():
         try:
             try:
-                return _run_command(sys.argv[1:] if arguments is None else list(arguments))
+                return _run_command(sys.argv[1:] if arguments is None else list(arguments), begin)
             finally:
-                # A pipe that is closed shows here, and not when Python ends.
+                # A pipe that is closed or a disk that is full shows here, and not when Python ends.
                 sys.stdout.flush()
         except BrokenPipeError:
             # The reader, such as `head`, has all it wants, and Python must not flush into the pipe at exit.
-            for stream in (sys.stdout, sys.stderr):
-                with suppress(OSError):
-                    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+            _drop_output()
             return Exit.INTERRUPTED
+        except OSError as error:
+            with suppress(OSError):
+                _print_system_error(error)
+                sys.stderr.flush()
+            _drop_output()
+            return Exit.REJECTED
+
+
+def _drop_output() -> None:
+    """Let the null device take what is still in the buffers of the standard streams."""
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(OSError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def _replace_closed_streams() -> None:
@@ -114,12 +135,19 @@ def _replace_closed_streams() -> None:
         setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115  until the program ends
 
 
-def _run_command(given: Sequence[str]) -> int:
+def _run_command(given: Sequence[str], begin: Callable[[], object] | None) -> int:
+    for position, word in enumerate(given, start=1):
+        if not _is_utf8(word):
+            shown = escape_invisible(os.fsencode(word).decode("utf-8", "backslashreplace"))
+            print(f"aeros: argument {position} is not UTF-8: `{shown}`", file=sys.stderr)
+            return Exit.USAGE
     if (renamed := _renamed_option(given)) is not None:
         print(f"aeros: option `{renamed[0]}` was renamed; use `{renamed[1]}`", file=sys.stderr)
         return Exit.USAGE
     parsed = _parser(given).parse_args(given)
     try:
+        if begin is not None:
+            begin()
         return int(parsed.command(parsed))
     except UserError as error:
         print_diagnostics(render_all(error.diagnostics))
@@ -135,9 +163,10 @@ def _run_command(given: Sequence[str]) -> int:
     except Exception as error:
         if os.environ.get("AEROS_DEBUG"):
             traceback.print_exc()
-        if isinstance(error, OSError) and (error.filename is not None or error.errno in _DISK_ERRNOS):
-            place = "a file" if error.filename is None else f"`{escape_invisible(str(error.filename))}`"
-            print(f"aeros: {place} cannot be used: {error.strerror}", file=sys.stderr)
+        if _follows_interrupt(error):
+            print("interrupted", file=sys.stderr)
+            return Exit.INTERRUPTED
+        if _print_system_error(error):
             return Exit.REJECTED
         print(
             f"aeros: this is a bug in aeros, not in your files: {type(error).__name__}: {error}\n"
@@ -145,6 +174,38 @@ def _run_command(given: Sequence[str]) -> int:
             file=sys.stderr,
         )
         return Exit.INTERNAL_ERROR
+
+
+def _is_utf8(text: str) -> bool:
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
+def _follows_interrupt(error: BaseException | None) -> bool:
+    """Say if an error was raised while Ctrl-C was handled, as by a library that is half imported."""
+    while error is not None:
+        if isinstance(error, KeyboardInterrupt):
+            return True
+        error = error.__cause__ or error.__context__
+    return False
+
+
+def _print_system_error(error: Exception) -> bool:
+    """Print an error of the operating system that no code of ours can cause; return False for others."""
+    if not isinstance(error, OSError):
+        return False
+    if error.filename is None and error.errno in _RESOURCE_ERRNOS:
+        print(f"aeros: the system has not enough resources: {error.strerror}", file=sys.stderr)
+    elif error.filename is not None or error.errno in _DISK_CURES:
+        place = "a file" if error.filename is None else f"`{escape_invisible(str(error.filename))}`"
+        cure = f"; {_DISK_CURES[error.errno]}" if error.errno in _DISK_CURES else ""
+        print(f"aeros: {place} cannot be used: {error.strerror}{cure}", file=sys.stderr)
+    else:
+        return False
+    return True
 
 
 def _renamed_option(given: Sequence[str]) -> tuple[str, str] | None:

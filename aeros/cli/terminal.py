@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import IO, Any, Final
 
-from aeros.spec.diagnostics.characters import find_hidden, is_hidden
+from aeros.spec.diagnostics.characters import escape_hidden, find_hidden
 
 _INNER_LINE: Final = re.compile(r"\n(?=[^\n])")
 _ERASE_LINE: Final = "\r\x1b[K"
@@ -31,10 +31,12 @@ def escape_for_terminal(text: str) -> str:
     """
     if find_hidden(text) is None and "\r" not in text:
         return text
-    return "".join(one if one in "\n\t" or not is_hidden(one) else _escape(one) for one in text)
+    return "".join(escape_hidden(text, _escape))
 
 
 def _escape(character: str) -> str:
+    if character in "\n\t":
+        return character
     units = character.encode("utf-16-be", "surrogatepass")
     return "".join(f"\\u{units[at]:02x}{units[at + 1]:02x}" for at in range(0, len(units), 2))
 
@@ -67,8 +69,24 @@ class SafeStream:
         if self._is_of_messages:
             start = len(shown) - len(shown.lstrip("\n"))
             shown = shown[:start] + _INNER_LINE.sub("\n  ", shown[start:])
-        self._stream.write(shown)
+        with self._named():
+            self._stream.write(shown)
         return len(text)
+
+    def flush(self) -> None:
+        """Write what is buffered."""
+        with self._named():
+            self._stream.flush()
+
+    @contextmanager
+    def _named(self) -> Iterator[None]:
+        """Name the stream in the errors of writes, such as those of a disk that is full."""
+        try:
+            yield
+        except OSError as error:
+            name = "standard error" if self._is_of_messages else "standard output"
+            error.filename = error.filename or name
+            raise
 
     def writelines(self, lines: Iterator[str]) -> None:
         """Write each line harmlessly.

@@ -89,9 +89,11 @@ def test_a_write_that_fails_leaves_the_old_content(tmp_path: Path, monkeypatch: 
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "fsync", full)
-    with pytest.raises(OSError, match="No space left"):
+    with pytest.raises(OSError, match="No space left") as raised:
         replace_durably(path, b"new")
+    assert raised.value.filename == str(tmp_path / "state.new")
     assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_a_file_is_overwritten_in_place_and_flushed(tmp_path: Path, flushed: list[str]) -> None:

@@ -11,8 +11,10 @@ from typing import Final
 
 from aeros.files import temporary_folder
 from aeros.runtime.registry.archive import unpack
+from aeros.runtime.registry.shown_paths import shown_as
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.text.discovery import MANIFEST
 
 BUNDLE: Final = ".ecm.zip"
 
@@ -41,12 +43,33 @@ def module_source(given: str) -> Iterator[Path]:
             folder = unpacked / path.name.removesuffix(BUNDLE)
             folder.mkdir()
             unpack(path, folder)
-            yield folder
+            _require_manifest(folder, given)
+            with shown_as(folder, path):
+                yield folder
     else:
         for found in entry_points(group=ENTRY_POINT_GROUP, name=given):
             yield _package_folder(found)
             return
         raise _error(f"`{given}` is not a folder, a file or an entry point of `{ENTRY_POINT_GROUP}`")
+
+
+def _require_manifest(folder: Path, bundle: str) -> None:
+    """Require that an unpacked bundle holds a module at its top.
+
+    Raises:
+        UserError: It holds none.
+    """
+    if (folder / MANIFEST).exists():
+        return
+    deeper = sorted(one.parent.relative_to(folder).as_posix() for one in folder.glob(f"*/{MANIFEST}"))
+    cure = (
+        f"pack the contents of the folder `{deeper[0]}`, not the folder"
+        if deeper
+        else "pack a module's folder with `aeros bundle`"
+    )
+    raise UserError(
+        [Diagnostic("AE961", f"`{bundle}` holds no module: it has no `{MANIFEST}` at its top", help=(cure,))]
+    )
 
 
 def _package_folder(found: EntryPoint) -> Path:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import re
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -15,8 +15,18 @@ from aeros.cli.terminal import print_line
 from aeros.exit_codes import Exit
 from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.registry.control_page import MotionTimeoutError, request_command
-from aeros.runtime.registry.operator_block import OperatorBlock, parse_digest, parse_versions
+from aeros.runtime.registry.operator_block import (
+    ModuleIdentity,
+    OperatorBlock,
+    parse_block_id,
+    parse_digest,
+    parse_name,
+    parse_reason,
+    parse_versions,
+)
 from aeros.runtime.registry.registry import Registry
+from aeros.spec.diagnostics.codes import did_you_mean
+from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.render import escape_invisible
 
 if TYPE_CHECKING:
@@ -60,9 +70,13 @@ def add_to(commands: Subparsers, name: str) -> None:
     """
     parser = add_command(commands, name, _DESCRIPTIONS[name], f"examples:\n{_EXAMPLES[name]}")
     if name == "block":
-        parser.add_argument("--id", required=True, type=_named(_BLOCK_NAME), help="short name of the block")
-        parser.add_argument("--reason", required=True, type=_reason, help="reason shown in denials")
-        parser.add_argument("--module", type=_named(_IDENTIFIER), help="the module it blocks")
+        parser.add_argument(
+            "--id", required=True, type=_checked(parse_block_id), help="short name of the block"
+        )
+        parser.add_argument(
+            "--reason", required=True, type=_checked(parse_reason), help="reason shown in denials"
+        )
+        parser.add_argument("--module", type=_checked(parse_name), help="the module it blocks")
         parser.add_argument(
             "--version",
             type=_checked(parse_versions),
@@ -74,8 +88,8 @@ def add_to(commands: Subparsers, name: str) -> None:
             metavar="sha256:HEX",
             help="the files it blocks: a module's digest, as `aeros list` and `aeros bundle` print it",
         )
-        parser.add_argument("--skill", type=_named(_IDENTIFIER), help="the skill of that module it blocks")
-        parser.add_argument("--action", help="the action kind it blocks")
+        parser.add_argument("--skill", type=_checked(parse_name), help="the skill of that module it blocks")
+        parser.add_argument("--action", type=_checked(parse_name), help="the action kind it blocks")
     elif name == "unblock":
         parser.add_argument("id", help="the name of the block")
     elif name == "policy":
@@ -90,18 +104,45 @@ def _block(arguments: argparse.Namespace) -> Exit:
     if arguments.version is not None and arguments.module is None:
         print("aeros: --version needs --module", file=sys.stderr)
         return Exit.USAGE
+    if arguments.skill is not None and arguments.module is None:
+        print("aeros: --skill needs --module", file=sys.stderr)
+        return Exit.USAGE
     if arguments.module is None and arguments.action is None and arguments.digest is None:
         print("aeros: give --module, with or without --skill, or --action, or --digest", file=sys.stderr)
         return Exit.USAGE
     parts = (arguments.module, arguments.skill, arguments.action, arguments.version, arguments.digest)
     registry = Registry(arguments.state)
-    registry.add_block(OperatorBlock(arguments.id, arguments.reason, *parts))
-    print_line(f"{arguments.id} is in force")
-    if arguments.module not in (None, *registry.snapshot().modules):
-        print_line(
-            f"`{arguments.module}` is not installed; the block holds for runs that load it from a folder"
-        )
+    block = OperatorBlock(arguments.id, arguments.reason, *parts)
+    registry.add_block(block)
+    print_line(f"{block.id} is in force")
+    absent = None
+    with suppress(UserError):  # the block is in force all the same
+        absent = _absent_target(block, registry)
+    if absent is not None:
+        print_line(f"{absent}; the block holds for runs that load it from a folder, and after an install")
     return Exit.SUCCESS
+
+
+def _absent_target(block: OperatorBlock, registry: Registry) -> str | None:
+    """Say in words that nothing installed now has the name, version, files or skill that a block names."""
+    installed = registry.snapshot().modules
+    named = {name: one for name, one in installed.items() if block.module in (None, name)}
+    if block.module is not None and not named:
+        near = did_you_mean(block.module, installed)
+        return f"no module `{block.module}` is installed now" + (f" (there is `{near}`)" if near else "")
+    identities = {name: ModuleIdentity(one.version, one.digest) for name, one in named.items()}
+    if not any(block.applies_to(name, one) for name, one in identities.items()) and (
+        block.module is not None or block.digest is not None
+    ):
+        found = ", ".join(f"{name} {one.version} sha256:{one.digest}" for name, one in identities.items())
+        return f"no such version or digest is installed now (there is {found or 'nothing'})"
+    if block.module is not None and block.skill is not None:
+        skills = registry.skills(block.module)
+        if block.skill not in skills:
+            near = did_you_mean(block.skill, skills)
+            known = f"`{near}`" if near else ", ".join(f"`{one}`" for one in skills)
+            return f"the installed `{block.module}` has no skill `{block.skill}` now (there is {known})"
+    return None
 
 
 def _unblock(arguments: argparse.Namespace) -> Exit:
@@ -128,30 +169,6 @@ def _repair(arguments: argparse.Namespace) -> Exit:
     return Exit.SUCCESS
 
 
-_BLOCK_NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}"), "letters, digits, `-`, `_` and `.`"
-_IDENTIFIER: Final = re.compile(r"[a-z][a-z0-9_]*"), "a lower-case letter, then letters, digits and `_`"
-
-
-def _named(form: tuple[re.Pattern[str], str]) -> Callable[[str], str]:
-    """Make an argument type of names, so that no block is in force that can reach nothing."""
-    pattern, words = form
-
-    def named(text: str) -> str:
-        if not pattern.fullmatch(text):
-            raise argparse.ArgumentTypeError(f"`{escape_invisible(text)}` is no name: expected {words}")
-        return text
-
-    return named
-
-
-def _reason(text: str) -> str:
-    if not text.strip():
-        raise argparse.ArgumentTypeError("expected some words")
-    if any("\ud800" <= character <= "\udfff" for character in text):
-        raise argparse.ArgumentTypeError("it is not text in UTF-8")
-    return text
-
-
 def _checked(parse: Callable[[str], str]) -> Callable[[str], str]:
     """Make an argument type of a parser that raises ValueError."""
 
@@ -159,7 +176,7 @@ def _checked(parse: Callable[[str], str]) -> Callable[[str], str]:
         try:
             return parse(text)
         except ValueError as error:
-            raise argparse.ArgumentTypeError(str(error)) from error
+            raise argparse.ArgumentTypeError(escape_invisible(str(error))) from error
 
     return parsed
 

@@ -14,11 +14,12 @@ from pathlib import Path, PurePosixPath
 from typing import Final
 
 from aeros.runtime.registry.bundle_store import MAX_MODULE
-from aeros.spec.diagnostics.codes import Diagnostic
+from aeros.spec.diagnostics.codes import Diagnostic, quoted
 from aeros.spec.diagnostics.errors import UserError
 
 MAX_FILES: Final = 10_000
 _EPOCH: Final = (1980, 1, 1, 0, 0, 0)  # the earliest that the format has
+_ENCRYPTED: Final = 1  # bit of the flags of an entry
 _REGULAR: Final = 0o100644 << 16
 
 
@@ -61,17 +62,35 @@ def unpack(path: Path, into: Path) -> None:
             if problem is not None:
                 raise _refused(path, problem)
             for entry in entries:
-                target = into / entry.filename
-                target.parent.mkdir(parents=True, exist_ok=True)
-                with archive.open(entry) as opened:
-                    content = opened.read(entry.file_size + 1)
-                if len(content) != entry.file_size:
-                    raise _refused(path, f"`{entry.filename}` does not have its stated size")
-                target.write_bytes(content)
+                _unpack_entry(archive, entry, into, path)
     except (OSError, zipfile.BadZipFile, zipfile.LargeZipFile, NotImplementedError, RuntimeError) as failure:
-        raise _refused(path, str(failure)) from failure
+        raise _refused(path, _reason(failure)) from failure
     except (EOFError, ValueError, zlib.error) as failure:
         raise _refused(path, f"it is damaged: {failure}") from failure
+
+
+def _unpack_entry(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, into: Path, path: Path) -> None:
+    if entry.flag_bits & _ENCRYPTED:
+        raise _refused(path, f"{quoted(entry.filename)} is encrypted")
+    try:
+        with archive.open(entry) as opened:
+            content = opened.read(entry.file_size + 1)
+        if len(content) != entry.file_size:
+            raise _refused(path, f"{quoted(entry.filename)} does not have its stated size")
+        target = into / entry.filename
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_bytes(content)
+    except (FileExistsError, IsADirectoryError, NotADirectoryError) as failure:
+        raise _refused(path, f"{quoted(entry.filename)} is both a file and a folder in it") from failure
+    except OSError as failure:
+        raise _refused(path, f"{quoted(entry.filename)}: {_reason(failure)}") from failure
+    except (EOFError, ValueError, zipfile.BadZipFile, zlib.error) as failure:
+        raise _refused(path, f"{quoted(entry.filename)} is damaged: {failure}") from failure
+
+
+def _reason(failure: Exception) -> str:
+    """Return what the system says, without the path, which may be of a temporary file."""
+    return (failure.strerror if isinstance(failure, OSError) else None) or str(failure)
 
 
 def _archive_problem(entries: list[zipfile.ZipInfo]) -> str | None:
@@ -85,9 +104,9 @@ def _archive_problem(entries: list[zipfile.ZipInfo]) -> str | None:
             return "a file in it has no name"
         parts = PurePosixPath(entry.filename).parts
         if "\\" in entry.filename or not parts or parts[0] == "/" or ".." in parts:
-            return f"`{entry.filename}` is outside the module's folder"
+            return f"{quoted(entry.filename)} is outside the module's folder"
         if entry.external_attr >> 28 not in (0, 0o10):  # no mode, or a regular file
-            return f"`{entry.filename}` is not a regular file"
+            return f"{quoted(entry.filename)} is not a regular file"
     if len({str(PurePosixPath(name)) for name in names}) != len(names):
         return "a file is in it twice"
     return None

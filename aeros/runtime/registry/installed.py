@@ -94,6 +94,23 @@ class InstalledModules:
             for name, folder in self._folders(snapshot).items()
         }
 
+    def skills(self, name: str) -> tuple[str, ...]:
+        """List the skills of an installed module.
+
+        Args:
+            name: id of the module.
+
+        Returns:
+            Sorted names of its skills; none if it is not installed.
+
+        Raises:
+            UserError: it cannot be read.
+        """
+        snapshot = self.snapshot()
+        if name not in snapshot.modules:
+            return ()
+        return tuple(sorted(load_module(self._policy_of(snapshot), self._folders(snapshot)[name]).skills))
+
     def inactive_modules(self) -> dict[str, Ecm]:
         """Load the modules that are installed and not active.
 

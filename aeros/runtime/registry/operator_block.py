@@ -7,14 +7,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
-from packaging.specifiers import InvalidSpecifier, SpecifierSet
-from packaging.version import InvalidVersion, Version
-
+from aeros.spec.diagnostics.characters import describe_character, is_hidden
+from aeros.spec.diagnostics.codes import quoted
 from aeros.spec.model.policy import OperatorOverride
+from aeros.spec.text.fields import MAX_NAME, PATTERNS
+from aeros.spec.text.versions import is_compatible_version, parse_range, parse_version
 
 UNKNOWN_DIGEST: Final = ""
 """Digest of a module whose files could not be read as one bundle; any block by digest applies to it."""
 
+MAX_REASON: Final = 1000
+"""Limit on the characters of a reason."""
+
+_BLOCK_ID: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
 _DIGEST: Final = re.compile(r"[0-9a-f]{64}")
 
 
@@ -112,6 +117,69 @@ class OperatorBlock:
         return ", ".join(f"{what} {value}" for what, value in named if value is not None)
 
 
+def parse_block_id(text: str) -> str:
+    """Read the id of a new block.
+
+    Args:
+        text: letters, digits, `-`, `_` and `.`, as in `press-under-repair`.
+
+    Returns:
+        The id.
+
+    Raises:
+        ValueError: it is none, or is too long.
+    """
+    if not _BLOCK_ID.fullmatch(text):
+        raise ValueError(
+            f"{quoted(text)} is no id: write letters, digits, `-`, `_` and `.`, as in worn-finger"
+        )
+    return _bounded(text, MAX_NAME)
+
+
+def parse_reason(text: str) -> str:
+    """Read the reason of a block.
+
+    Args:
+        text: one line, in words.
+
+    Returns:
+        The reason, without spaces around it.
+
+    Raises:
+        ValueError: it says nothing, is too long, or holds a character that a reader cannot see.
+    """
+    if not text.strip(" "):
+        raise ValueError("write a reason, which denials will show")
+    hidden = next((one for one in text if is_hidden(one)), None)
+    if hidden is not None:
+        raise ValueError(f"the character {describe_character(hidden)} is not allowed in a reason")
+    return _bounded(text.strip(" "), MAX_REASON)
+
+
+def parse_name(text: str) -> str:
+    """Read the name of a module, skill or action kind, which need not exist.
+
+    Args:
+        text: a lower-case letter, then letters, digits and `_`.
+
+    Returns:
+        The name.
+
+    Raises:
+        ValueError: nothing can have that name.
+    """
+    form = PATTERNS["identifier"]
+    if not form.regex.fullmatch(text):
+        raise ValueError(f"nothing can be named {quoted(text)}: a name is {form.words}, as in {form.example}")
+    return _bounded(text, MAX_NAME)
+
+
+def _bounded(text: str, limit: int) -> str:
+    if len(text) > limit:
+        raise ValueError(f"{quoted(text)} has {len(text):,} characters; at most {limit:,} are allowed")
+    return text
+
+
 def parse_versions(text: str) -> str:
     """Read the versions of a block.
 
@@ -125,13 +193,14 @@ def parse_versions(text: str) -> str:
         ValueError: it is neither.
     """
     try:
-        return f"=={Version(text)}"
-    except InvalidVersion:
+        return f"=={parse_version(text)}"
+    except ValueError:
         pass
     try:
-        specifier = str(SpecifierSet(text))
-    except InvalidSpecifier as error:
-        raise ValueError(f"`{text}` is neither a version, as in 1.0.0, nor a range, as in <1.2") from error
+        specifier = str(parse_range(text))
+    except ValueError as error:
+        words = f"is neither a version, as in 1.0.0, nor a range, as in <1.2; it {error}"
+        raise ValueError(f"{quoted(text)} {words}") from error
     if not specifier:
         raise ValueError("name a version, as in 1.0.0, or a range, as in <1.2")
     return specifier
@@ -151,12 +220,12 @@ def parse_digest(text: str) -> str:
     """
     digest = text.removeprefix("sha256:").lower()
     if not _DIGEST.fullmatch(digest):
-        raise ValueError(f"`{text}` is no digest: 64 hexadecimal digits are needed, as in sha256:1234…")
+        raise ValueError(f"{quoted(text)} is no digest: 64 hexadecimal digits are needed, as in sha256:1234…")
     return digest
 
 
 def _is_version_in(version: str, specifier: str) -> bool:
     try:
-        return SpecifierSet(specifier).contains(Version(version), prereleases=True)
-    except (InvalidSpecifier, InvalidVersion):
+        return is_compatible_version(specifier, version)
+    except ValueError:
         return True

@@ -12,8 +12,6 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from packaging.version import Version
-
 from aeros.files import open_regular, temporary_folder
 from aeros.runtime.registry.bundle_store import bundle_digest, module_files, stored_bundle, write_files
 from aeros.runtime.registry.control_page import ControlPage
@@ -28,6 +26,7 @@ from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.site import Site
 from aeros.spec.text.digests import file_digest
 from aeros.spec.text.files import MAX_BYTES
+from aeros.spec.text.versions import parse_version
 from aeros.spec.verification.reports import Report
 
 
@@ -278,7 +277,7 @@ def _require_upgrade(kept: InstalledModule | None, ecm: Ecm, digest: str, *, all
     """Refuse other contents of the installed version, and a version below it unless that is allowed."""
     if kept is None:
         return
-    version, installed = Version(ecm.version), Version(kept.version)
+    version, installed = parse_version(ecm.version), parse_version(kept.version)
     if version == installed and kept.digest != digest:
         raise refusal(
             "AE962",

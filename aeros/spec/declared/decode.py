@@ -21,9 +21,11 @@ from typing import Any, Final, Literal, TypeVar, get_args, get_origin
 from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean, quoted
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.diagnostics.source import SourceSpan
+from aeros.spec.expr.doubles import why_no_double
 from aeros.spec.migrations.format import parse_schema
 from aeros.spec.migrations.formats import format_named
 from aeros.spec.text.fields import (
+    MAX_NAME,
     PATTERNS,
     BooleanField,
     ChoiceField,
@@ -175,6 +177,11 @@ class _Decoder:
                 help_ = (f"write {form.words}, as in `{form.example}`",)
                 self._diagnostics.error("AE105", headline, node.span, help=help_)
                 return False
+            if isinstance(mark, Pattern) and len(node.text) > MAX_NAME:
+                headline = f"{location.prefix}{quoted(node.text)} has {len(node.text):,} characters"
+                help_ = (f"write at most {MAX_NAME} characters",)
+                self._diagnostics.error("AE105", headline, node.span, help=help_)
+                return False
         return True
 
     def _word(self, node: ScalarNode, literal: Any, location: _FieldLocation) -> str | None:
@@ -221,6 +228,11 @@ class _Decoder:
             )
             return None
         value = int(node.text) if base is IntegerField else Fraction(node.text)
+        lost = why_no_double(Fraction(value))
+        if lost is not None:
+            headline = f"{location.prefix}{quoted(node.text)} {lost}"
+            self._diagnostics.error(code, headline, node.span, help=("write 0 or another number",))
+            return None
         for mark in marks:
             if isinstance(mark, ValueBounds) and not _is_within(value, mark):
                 headline = f"{location.prefix}{quoted(node.text)} is outside its bounds"

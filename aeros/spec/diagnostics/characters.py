@@ -3,14 +3,20 @@
 A review is worth nothing where the text that is shown is not the text that is read (Boucher and Anderson,
 “Trojan Source”, 2021). So the files that people review hold none of these characters, and none reaches a
 terminal. Source: Unicode's general categories (`unicodedata`), and `Default_Ignorable_Code_Point` of its
-`DerivedCoreProperties.txt` for invisible letters and marks.
+`DerivedCoreProperties.txt` for invisible letters and marks. One letter holds at most as many combining marks
+as in Unicode's stream-safe text format (Unicode Standard Annex #15, section 13): more of them cover the lines
+around it.
 """
 
 from __future__ import annotations
 
 import re
 import unicodedata
+from collections.abc import Callable
 from typing import Final
+
+MAX_MARKS: Final = 30
+"""Limit on the combining marks in a row, of the stream-safe text format."""
 
 _CATEGORIES: Final = {
     "Cc": "a control character",
@@ -29,7 +35,9 @@ _IGNORABLE: Final = re.compile(
 )
 """Letters and marks of `Default_Ignorable_Code_Point`; its other characters are of category Cf or Cn."""
 
-_BLANK: Final = "\u2800"  # the empty pattern of braille: a symbol that shows nothing
+_BLANKS: Final = "\u2800\ufffc\U0001107f\U00016fe4\U0001d159"
+"""Characters of visible categories that show nothing: the empty pattern of braille, the mark of an absent
+object, the number joiner of Brahmi, the filler of Khitan, and the null notehead."""
 
 _LINE_BREAKS: Final = "\x0b\x0c\r\x1c\x1d\x1e\x85\u2028\u2029"
 """Characters at which Python, an editor or a terminal begins a line, and others do not."""
@@ -66,13 +74,13 @@ def is_hidden(character: str) -> bool:
         return False
     return (
         unicodedata.category(character) in _CATEGORIES
-        or character == _BLANK
+        or character in _BLANKS
         or _IGNORABLE.match(character) is not None
     )
 
 
 def find_hidden(text: str) -> int | None:
-    r"""Find the first hidden character of a text of several lines.
+    r"""Find the first hidden character of a text of several lines, or the first mark too many on one letter.
 
     Args:
         text: the text; a line ends with "\n" or "\r\n", and may hold tabs.
@@ -83,8 +91,35 @@ def find_hidden(text: str) -> int | None:
     found = _ASCII_HIDDEN.search(text)
     offsets = [] if found is None else [found.start()]
     if not text.isascii():
-        offsets += [text.index(one) for one in set(text) if one > "~" and is_hidden(one)]
+        characters = set(text)
+        offsets += [text.index(one) for one in characters if one > "~" and is_hidden(one)]
+        marks = "".join(filter(_is_mark, characters))
+        stacked = re.search(f"[{marks}]{{{MAX_MARKS + 1}}}", text) if marks else None
+        offsets += [] if stacked is None else [stacked.end() - 1]
     return min(offsets, default=None)
+
+
+def escape_hidden(text: str, escape: Callable[[str], str]) -> list[str]:
+    """Escape the hidden characters of a text, and the marks too many on one letter.
+
+    Args:
+        text: any text.
+        escape: gives the text to show in place of such a character; tab and line feed are among them.
+
+    Returns:
+        For each character of the text what to show of it.
+    """
+    if text.isascii() and text.isprintable():
+        return list(text)
+    shown, marks = [], 0
+    for one in text:
+        marks = marks + 1 if _is_mark(one) else 0
+        shown.append(escape(one) if marks > MAX_MARKS or is_hidden(one) else one)
+    return shown
+
+
+def _is_mark(character: str) -> bool:
+    return unicodedata.category(character).startswith("M")
 
 
 def describe_character(character: str) -> str:
@@ -104,13 +139,15 @@ def why_hidden(character: str) -> str:
     """Say why a hidden character is not allowed.
 
     Args:
-        character: one character, of which `is_hidden` holds.
+        character: one character, of which `is_hidden` holds, or a mark too many on one letter.
 
     Returns:
         A phrase that completes “it is …”.
     """
     if character in _LINE_BREAKS:
         return _CATEGORIES["Zl"]
-    if character == _BLANK or _IGNORABLE.match(character):
+    if character in _BLANKS or _IGNORABLE.match(character):
         return "invisible"
+    if _is_mark(character):
+        return f"one of more than {MAX_MARKS} marks on one letter"
     return _CATEGORIES[unicodedata.category(character)]

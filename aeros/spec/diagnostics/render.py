@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Any, Final
 
-from aeros.spec.diagnostics.characters import is_hidden
+from aeros.spec.diagnostics.characters import escape_hidden
 from aeros.spec.diagnostics.codes import CODES, Diagnostic, Severity, SpanLabel
 from aeros.spec.diagnostics.source import Source, SourceSpan
 
@@ -106,15 +106,13 @@ def escape_invisible(text: str) -> str:
     Returns:
         The harmless text, at most 4000 characters of it.
     """
-    shown = "".join(map(_safe_character, text[:_LONGEST_TEXT]))
+    shown = "".join(escape_hidden(text[:_LONGEST_TEXT], _escape_character))
     return shown if len(text) <= _LONGEST_TEXT else shown + "…"
 
 
-def _safe_character(character: str) -> str:
+def _escape_character(character: str) -> str:
     if character == "\t":
         return "    "
-    if not is_hidden(character):
-        return character
     return character.encode("unicode_escape").decode("ascii")
 
 
@@ -241,7 +239,7 @@ def _window(text: str, marks: list[_LabelMark]) -> tuple[str, Callable[[int], in
         low = max(0, min((marks[0].start if marks else 0) - _LEAD, high - LONGEST_LINE))
         high = low + LONGEST_LINE
     before, after = "…" if low > 0 else "", "…" if high < len(text) else ""
-    parts = [_safe_character(character) for character in text[low:high]]
+    parts = escape_hidden(text[low:high], _escape_character)
     columns = [len(before)]
     for part in parts:
         columns.append(columns[-1] + sum(map(_width, part)))

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Final
 
 from packaging.licenses import InvalidLicenseExpression, canonicalize_license_expression
-from packaging.specifiers import SpecifierSet
-from packaging.version import Version
 
 from aeros.spec.declared import ecm as declared
-from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.diagnostics.codes import Diagnostics, quoted
 from aeros.spec.elaborate.action_conditions import elaborate_action_conditions
 from aeros.spec.elaborate.composition import elaborate_compositions
 from aeros.spec.elaborate.names import resolve_name
@@ -21,8 +19,10 @@ from aeros.spec.elaborate.tasks import elaborate_tasks
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.site import Site
 from aeros.spec.text.digests import MAX_MODELS, model_digest
+from aeros.spec.text.fields import TextField
+from aeros.spec.text.versions import parse_range, parse_version
 
-_MAX_VERSION_CHARS: Final = 200  # numbers of more than 4300 digits are no numbers to Python
+_MAX_LICENSE: Final = 256  # characters
 
 
 def elaborate_ecm(
@@ -70,43 +70,31 @@ def elaborate_ecm(
 
 def _check_metadata(ecm: declared.Ecm, diagnostics: Diagnostics) -> None:
     """Check the forms of the version, the licence and the version ranges."""
+    _check_version(ecm.version, parse_version, "as in `1.0.0`", diagnostics)
+    text = ecm.license.value
     try:
-        _require_short_line(ecm.version.value)
-        Version(ecm.version.value)
-    except ValueError:  # such as `InvalidVersion`
-        diagnostics.error(
-            "AE125", f"`{ecm.version.value}` is not a version", ecm.version.span, help=("as in `1.0.0`",)
-        )
-    try:
-        canonicalize_license_expression(ecm.license.value)
+        canonicalize_license_expression(text)
+        is_license = len(text) <= _MAX_LICENSE and text == text.strip() and text.isprintable()
     except InvalidLicenseExpression:
+        is_license = False
+    if not is_license:
         diagnostics.error(
             "AE132",
-            f"`{ecm.license.value}` is not an SPDX licence expression",
+            f"{quoted(text)} is not an SPDX licence expression",
             ecm.license.span,
             help=("as in `Apache-2.0` or `LicenseRef-Proprietary`",),
         )
     for specifier in (ecm.dependencies.aeros, *(text for _, text in ecm.dependencies.modules)):
-        try:
-            _require_short_line(specifier.value)
-            SpecifierSet(specifier.value)
-        except ValueError:  # such as `InvalidSpecifier`
-            diagnostics.error(
-                "AE125",
-                f"`{specifier.value}` is not a version range",
-                specifier.span,
-                help=('as in `">=1.0,<2"`',),
-            )
+        _check_version(specifier, parse_range, 'as in `">=1.0,<2"`', diagnostics)
 
 
-def _require_short_line(text: str) -> None:
-    """Check that text can be a version.
-
-    Raises:
-        ValueError: it is longer than any version, or more than a line.
-    """
-    if len(text) > _MAX_VERSION_CHARS or text != text.strip():
-        raise ValueError
+def _check_version(
+    field: TextField, parse: Callable[[str], object], example: str, diagnostics: Diagnostics
+) -> None:
+    try:
+        parse(field.value)
+    except ValueError as error:
+        diagnostics.error("AE125", f"{quoted(field.value)} {error}", field.span, help=(example,))
 
 
 def _model_digests(ecm: declared.Ecm, folder: Path, diagnostics: Diagnostics) -> dict[str, str]:

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple, TypeVar
 from aeros.spec.diagnostics.codes import Diagnostics, SpanLabel
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.doubles import why_no_double
 from aeros.spec.expr.parser import ExpressionSyntaxError, parse
 from aeros.spec.expr.scope import ExpressionTypeError, Scope
 from aeros.spec.expr.semantics import evaluate
@@ -197,6 +198,12 @@ def elaborate_quantity(text: TextField, dimension: Dimension, diagnostics: Diagn
             f"expected a value in {dimension}, found {unit.dimension}",
             text.span,
             str(unit.dimension),
+        )
+        return None
+    lost = why_no_double(value * unit.factor)
+    if lost is not None:
+        diagnostics.error(
+            "AE207", f"`{text.value}` {lost}", text.span, help=("write 0 or another number, like `100 ms`",)
         )
         return None
     return value * unit.factor

@@ -6,10 +6,14 @@ rounded inwards; otherwise it would be denied.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from fractions import Fraction
 from math import inf, nextafter
-from typing import Any
+from typing import Any, Final
+
+_LEAST: Final = Fraction(sys.float_info.min)  # normal: doubles below it have fewer digits
+_GREATEST: Final = Fraction(sys.float_info.max)
 
 
 def adjacent_doubles(value: Fraction) -> tuple[float, float]:
@@ -32,6 +36,22 @@ def adjacent_doubles(value: Fraction) -> tuple[float, float]:
     if Fraction(nearest) < value:
         return nearest, nextafter(nearest, inf)
     return nextafter(nearest, -inf), nearest
+
+
+def why_no_double(value: Fraction) -> str | None:
+    """Say why no double stands for a rational: a run would compute with 0 or infinity in its place.
+
+    Args:
+        value: any rational.
+
+    Returns:
+        A phrase that completes “it …”; None if the nearest normal double is within its usual precision.
+    """
+    if value and abs(value) < _LEAST:
+        return f"is nearer to 0 than {sys.float_info.min:.2g}, the least number that the robot computes with"
+    if abs(value) > _GREATEST:
+        return f"is beyond {sys.float_info.max:.2g}, the greatest number that the robot computes with"
+    return None
 
 
 def nearest_double_in_range(value: Fraction, bounds: tuple[Fraction, Fraction] | None) -> float:

@@ -28,8 +28,8 @@ from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.diagnostics.words import normalized_words
 from aeros.spec.model.summary import ModuleSummary, SiteSummary
 from aeros.spec.obligations.claim_id import ClaimForm
-from aeros.spec.obligations.dependencies import is_compatible_version
 from aeros.spec.obligations.verdicts import StaticClaim
+from aeros.spec.text.versions import is_compatible_version
 
 _K = TypeVar("_K")
 _V = TypeVar("_V")

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator, Mapping
-from functools import cache
 
 import aeros
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.model.summary import ModuleSummary
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.verdicts import StaticClaim
+from aeros.spec.text.versions import is_compatible_version
 
 
 def runtime_obligations(ecm: ModuleSummary) -> Iterator[StaticClaim]:
@@ -94,19 +94,3 @@ def _dependency_cycle(ecm: ModuleSummary, co_installed: Mapping[str, ModuleSumma
     while cycle[-1] != ecm.id:
         cycle.append(needed_by[cycle[-1]])
     return cycle[::-1]
-
-
-@cache  # a thousand modules need the same few ranges
-def is_compatible_version(specifier: str, version: str) -> bool:
-    """Tell whether a version is in a version range; pre-releases count.
-
-    Args:
-        specifier: version range, such as `>=1.0,<2`.
-        version: a version.
-
-    Returns:
-        True if the range contains the version.
-    """
-    from packaging.specifiers import SpecifierSet  # takes 15 ms to import, which cached modules need not
-
-    return SpecifierSet(specifier).contains(version, prereleases=True)

@@ -181,6 +181,9 @@ class _Form:
     example: str
 
 
+MAX_NAME: Final = 128
+"""Limit on the characters of a name."""
+
 PATTERNS: Final = {
     "identifier": _Form(
         re.compile(r"[a-z][a-z0-9_]*"), "a lower-case letter, then letters, digits and `_`", "move_tool"

@@ -17,7 +17,7 @@ MAX_BYTES: Final = 1 << 20
 def read_source(path: str | os.PathLike[str]) -> Source:
     """Read a text file.
 
-    A byte order mark is dropped. At most one byte more than allowed is ever read, and a pipe or device is
+    At most one byte more than allowed is ever read, and a pipe or device is
     never opened for long enough to wait on it.
 
     Args:
@@ -43,7 +43,7 @@ def read_source(path: str | os.PathLike[str]) -> Source:
         text = data.decode("utf-8")
     except UnicodeDecodeError as problem:
         raise UserError([_not_utf8(shown, data, problem.start)]) from problem
-    source = Source(shown, text.removeprefix("\ufeff"))
+    source = Source(shown, text)
     offset = find_hidden(source.text)
     if offset is not None:
         raise UserError([hidden_character_error(source.span(offset, offset + 1))])
@@ -79,7 +79,11 @@ def hidden_character_error(span: SourceSpan, character: str | None = None) -> Di
     """
     hidden = span.text if character is None else character
     headline = f"the character {describe_character(hidden)} is not allowed: it is {why_hidden(hidden)}"
-    return Diagnostic("AE005", headline, SpanLabel(span), help=("delete it, or write it in words",))
+    is_mark = hidden == "\ufeff" and span.start == 0
+    cure = (
+        "save the file as UTF-8 without a byte order mark" if is_mark else "delete it, or write it in words"
+    )
+    return Diagnostic("AE005", headline, SpanLabel(span), help=(cure,))
 
 
 def hidden_path_error(path: str) -> Diagnostic | None:
@@ -91,7 +95,8 @@ def hidden_path_error(path: str) -> Diagnostic | None:
     Returns:
         The diagnostic; None if every character of the path can be seen.
     """
-    hidden = next((one for one in path if is_hidden(one)), None)
+    offset = find_hidden(path)
+    hidden = next((one for one in path if is_hidden(one)), None if offset is None else path[offset])
     if hidden is None:
         return None
     headline = f"the name of the file `{path}` holds the character {describe_character(hidden)}"

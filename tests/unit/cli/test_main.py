@@ -123,7 +123,21 @@ def test_our_own_bug_is_reported_without_a_traceback_unless_asked_for(
             PermissionError(errno.EACCES, "Permission denied", "/srv"),
             "`/srv` cannot be used: Permission denied",
         ),
-        (OSError(errno.ENOSPC, "No space left on device"), "a file cannot be used: No space left on device"),
+        *(
+            (OSError(number, "It fails", *name), f"{place} cannot be used: It fails; {cure}")
+            for number, cure in (
+                (errno.ENOSPC, "make room on the disk"),
+                (errno.EDQUOT, "make room within your quota"),
+                (errno.EFBIG, "raise the limit of `ulimit -f`"),
+                (errno.EIO, "check the disk"),
+                (errno.EROFS, "give a folder that can be written to"),
+            )
+            for name, place in (((), "a file"), (("/srv",), "`/srv`"))
+        ),
+        (
+            OSError(errno.EMFILE, "Too many open files"),
+            "the system has not enough resources: Too many open files",
+        ),
     ],
 )
 def test_what_the_system_does_not_let_us_is_no_bug(
@@ -144,6 +158,63 @@ def test_streams_that_are_closed_are_no_bug() -> None:
     )
     done = subprocess.run([sys.executable, "-c", script], check=False)
     assert 3 <= done.returncode < 10  # success, and no file has the number of a standard stream
+
+
+def test_an_argument_that_is_not_utf8_is_a_usage_error(capsys: pytest.CaptureFixture[str]) -> None:
+    for given in (["explain", "\udcff"], ["block", "--id", "x", "--reason", "a\udcff\udcfe"], ["\udcff"]):
+        assert main(given) == Exit.USAGE
+        shown = given[-1].replace("\udcff", "\\xff").replace("\udcfe", "\\xfe")
+        assert capsys.readouterr().err == f"aeros: argument {len(given)} is not UTF-8: `{shown}`\n"
+
+
+def test_an_output_that_cannot_be_written_is_named() -> None:
+    with Path("/dev/full").open("w", encoding="utf-8") as full:
+        run = subprocess.run(
+            [sys.executable, "-m", "aeros", "explain", "AE005"],
+            stdout=full, stderr=subprocess.PIPE, check=False,
+        )  # fmt: skip
+    assert run.stderr == (
+        b"aeros: `standard output` cannot be used: No space left on device; make room on the disk\n"
+    )
+    assert run.returncode == Exit.REJECTED
+
+
+INTERRUPT = "os.kill(os.getpid(), signal.SIGINT)"
+
+
+@pytest.mark.parametrize(
+    "main_file",
+    [
+        f"try: {INTERRUPT}\nexcept KeyboardInterrupt: pass\ndef main(begin): return 0",
+        f"def main(begin): {INTERRUPT}",
+        f"def main(begin): begin(); {INTERRUPT}",
+        f"def main(begin):\n begin()\n try: {INTERRUPT}\n except KeyboardInterrupt: return 130",
+        f"def main(begin): begin(); atexit.register(lambda: {INTERRUPT}); return 0",
+    ],
+    ids=["import", "before", "during", "command", "exit"],
+)
+def test_an_interrupt_at_any_moment_ends_in_words(main_file: str, tmp_path: Path) -> None:
+    for folder in ("aeros", "aeros/cli"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "__init__.py").touch()
+    (tmp_path / "aeros" / "__main__.py").write_bytes((ROOT / "aeros" / "__main__.py").read_bytes())
+    (tmp_path / "aeros" / "cli" / "main.py").write_text(f"import atexit, os, signal\n{main_file}\n")
+    run = subprocess.run(
+        [sys.executable, "-m", "aeros"], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert run.returncode == Exit.INTERRUPTED
+    assert run.stderr in ("interrupted\n", "")
+    assert ("return 130" in main_file) is (run.stderr == "")
+
+
+def test_an_error_that_an_interrupt_causes_is_none(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    error = ImportError("half imported")
+    error.__context__ = KeyboardInterrupt()
+    monkeypatch.setattr(decide, "prove_configuration", raising(error))
+    assert main(["decide", "--ecm", ".", "--skill", "y"]) == Exit.INTERRUPTED
+    assert capsys.readouterr().err == "interrupted\n"
 
 
 def test_an_interrupt_is_reported(

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import sys
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -101,4 +103,42 @@ def test_an_entry_point_leads_to_the_folder_of_its_package(distribution: Path) -
         pytest.raises(UserError, match=r"entry point `gone` is `tidy_wares\.gone`, which is not a folder"),
         module_source("gone"),
     ):
+        pass
+
+
+def bundle(path: Path, **files: str) -> Path:
+    with zipfile.ZipFile(path, "w") as written:
+        for name, text in files.items():
+            written.writestr(name, text)
+    return path
+
+
+BUNDLES: list[tuple[dict[str, str], str]] = [
+    ({}, "holds no module: it has no `ecm.yaml` at its top"),
+    ({"tidy/ecm.yaml": "id: tidy"}, "holds no module: it has no `ecm.yaml` at its top"),
+    ({"ecm.yaml/a": ""}, "ecm.yaml` cannot be read: it is a directory"),
+    ({"ecm.yaml": "id: tidy"}, "the field"),
+    ({"ecm.yaml": "", "x" * 300: ""}, "File name too long"),
+    ({"ecm.yaml": "", "a": "", "a/b": ""}, "`a/b` is both a file and a folder in it"),
+    ({"ecm.yaml": "", "a/b": "", "a": ""}, "`a` is both a file and a folder in it"),
+]
+
+
+@pytest.mark.usefixtures("robot")
+def test_a_bundle_and_its_member_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for files, said in BUNDLES:
+        assert run("install", str(bundle(tmp_path / "x.zip", **files))) == 1
+        shown = capsys.readouterr().err
+        assert said in shown
+        assert "x.zip" in shown
+        assert not re.search(r"/aeros-\d+/|<|Errno", shown)
+
+
+def test_an_encrypted_bundle_is_refused_in_words(tmp_path: Path) -> None:
+    path = bundle(tmp_path / "x.zip", **{"ecm.yaml": "id: tidy"})
+    content = bytearray(path.read_bytes())
+    content[content.find(b"PK\3\4") + 6] |= 1
+    content[content.find(b"PK\1\2") + 8] |= 1
+    path.write_bytes(content)
+    with pytest.raises(UserError, match=r"`ecm\.yaml` is encrypted"), module_source(str(path)):
         pass

@@ -64,7 +64,9 @@ def test_a_block_is_in_force_until_it_is_removed(capsys: pytest.CaptureFixture[s
     capsys.readouterr()
     assert run(*block) == 0
     assert capsys.readouterr().out == (
-        "worn is in force\n`tidy` is not installed; the block holds for runs that load it from a folder\n"
+        "worn is in force\n"
+        "no module `tidy` is installed now; the block holds for runs that load it from a folder, "
+        "and after an install\n"
     )
     (override,) = Registry(Path("robot")).configuration()[0].site.blocks
     assert (override.id, override.reason) == ("worn", "a finger is worn")
@@ -136,6 +138,22 @@ DIGEST = bundle_digest(module_files(BASE / "tidy"))
     [
         (("--version", "<1.2"), "--version needs --module"),
         (("--module", "tidy", "--version", "new"), "`new` is neither a version"),
+        (("--module", "tidy", "--version", "1.0 "), "begins or ends with a space"),
+        (
+            ("--module", "tidy", "--version", f"<{'9' * 5000}"),
+            "has 5,001 characters; at most 256 are allowed",
+        ),
+        (("--skill", "wipe"), "--skill needs --module"),
+        *(
+            ((option, name), "a name is a lower-case letter, then letters, digits and `_`")
+            for option in ("--module", "--skill", "--action")
+            for name in ("tidy ", "Tidy", "", "tidy\n", "\u202etidy")
+        ),
+        (("--module", "t" * 129), "has 129 characters; at most 128 are allowed"),
+        *((("--module", "tidy", "--id", id_), "is no id") for id_ in ("", "a\nb", "a b", "-")),
+        (("--module", "tidy", "--reason", " "), "write a reason"),
+        (("--module", "tidy", "--reason", "a\nb"), "is not allowed in a reason"),
+        (("--module", "tidy", "--reason", "r" * 1001), "at most 1,000 are allowed"),
         (("--digest", "abc"), "`abc` is no digest"),
     ],
 )

@@ -7,7 +7,14 @@ import unicodedata
 
 import pytest
 
-from aeros.spec.diagnostics.characters import describe_character, find_hidden, is_hidden, why_hidden
+from aeros.spec.diagnostics.characters import (
+    MAX_MARKS,
+    describe_character,
+    escape_hidden,
+    find_hidden,
+    is_hidden,
+    why_hidden,
+)
 
 # DerivedCoreProperties.txt of Unicode 15.1, Default_Ignorable_Code_Point.
 DEFAULT_IGNORABLE = [
@@ -74,6 +81,8 @@ def test_the_first_hidden_character_is_found() -> None:
         ("\u2029", "U+2029 (PARAGRAPH SEPARATOR)", "a line break for some programs and not for others"),
         ("\u3164", "U+3164 (HANGUL FILLER)", "invisible"),
         ("\u2800", "U+2800 (BRAILLE PATTERN BLANK)", "invisible"),
+        ("\U0001d159", "U+1D159 (MUSICAL SYMBOL NULL NOTEHEAD)", "invisible"),
+        ("\ufffc", "U+FFFC (OBJECT REPLACEMENT CHARACTER)", "invisible"),
         ("\xa0", "U+00A0 (NO-BREAK SPACE)", "a space that is not the space bar's"),
         ("\ue000", "U+E000", "for private use, so every font shows it differently"),
         ("\ud800", "U+D800", "half of a character"),
@@ -82,3 +91,13 @@ def test_the_first_hidden_character_is_found() -> None:
 def test_a_hidden_character_is_named_with_a_reason(character: str, description: str, why: str) -> None:
     assert is_hidden(character)
     assert (describe_character(character), why_hidden(character)) == (description, why)
+
+
+@pytest.mark.parametrize("marks", ["\u0336", "\u0336\u0301", "\u20dd", "\u0488", "\u0e31", "\u0903"])
+def test_one_letter_holds_thirty_marks_and_no_more(marks: str) -> None:
+    many = "a" + (marks * MAX_MARKS)[:MAX_MARKS]
+    assert find_hidden(many) is None
+    assert find_hidden(f"{many}b{many[1:]}") is None
+    assert find_hidden(f"{many}{marks[0]}b") == MAX_MARKS + 1
+    assert why_hidden(marks[0]) == "one of more than 30 marks on one letter"
+    assert "".join(escape_hidden(f"{many}{marks[0]}b", lambda one: "?")) == f"{many}?b"

@@ -51,6 +51,22 @@ def test_a_range_of_versions_has_numbers_that_python_reads(tmp_path: Path) -> No
     assert [line.partition(":")[0] for line in messages] == ["error[AE125] malformed-version"]
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "code"),
+    [
+        ("license: Apache-2.0", 'license: "Apache-2.0\\n"', "AE132"),
+        ("license: Apache-2.0", f"license: MIT{' OR MIT' * 100}", "AE132"),
+        ("timeout: 30 s", "timeout: 1e-400 s", "AE207"),
+        ("timeout: 30 s", "timeout: 1e-308 ms", "AE207"),
+        ("timeout: 30 s", "timeout: 1e400 s", "AE207"),
+        ("resources: [arm]", f"resources: [{'a' * 129}]", "AE105"),
+    ],
+)
+def test_what_is_read_is_what_a_reader_sees(tmp_path: Path, old: str, new: str, code: str) -> None:
+    said = said_of_module(tmp_path, (old, new))
+    assert [line.partition("]")[0].partition("[")[2] for line in said] == [code]
+
+
 def test_a_capability_is_provided_by_skills_of_the_module(tmp_path: Path) -> None:
     (message,) = messages_of_module(tmp_path, ("provided_by: [tidy]", "provided_by: []"))
     assert message == "error[AE112] wrong-length: a capability is provided by at least one skill"

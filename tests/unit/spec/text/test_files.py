@@ -66,9 +66,16 @@ def test_a_file_that_is_not_utf8_names_the_byte(tmp_path: Path) -> None:
     assert (found.primary.span.line, found.primary.span.column) == (2, 4)
 
 
-def test_a_file_is_read_as_it_is_without_its_byte_order_mark(tmp_path: Path) -> None:
+def test_a_byte_order_mark_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
     path.write_bytes("\ufeffé: b\r\n".encode())
+    found = refused_file(path)
+    assert (found.code, found.help) == ("AE005", ("save the file as UTF-8 without a byte order mark",))
+
+
+def test_a_file_is_read_as_it_is(tmp_path: Path) -> None:
+    path = tmp_path / "a.yaml"
+    path.write_bytes("é: b\r\n".encode())
     source = read_source(path)
     assert (source.path, source.text) == (str(path), "é: b\r\n")
     path.write_bytes(b"")
