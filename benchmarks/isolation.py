@@ -14,7 +14,7 @@ from aeros.runtime.isolation.zygote_pool import ZygotePool
 from aeros.runtime.skills.contract import execute_skill
 from aeros.runtime.skills.in_process_run import InProcessRun
 from aeros.runtime.skills.load import CertifiedCode
-from aeros.spec.obligations.allowed_names import ALLOWED_MODULES
+from aeros.spec.obligations.skill_syntax.allowed_names import ALLOWED_MODULES
 
 ACTIONS = 500
 CODE = f"""

@@ -26,7 +26,7 @@ from aeros.spec.model.site import Site
 from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.entry_points import entry_point_obligations
 from aeros.spec.obligations.skill_code import skill_code_obligations
-from aeros.spec.obligations.skill_source import read_skill_files
+from aeros.spec.obligations.skill_syntax.skill_source import read_skill_files
 from tests.property.mix import Mix
 from tests.property.test_permissions import bounded
 from tests.unit.agent.dumplings import SPAN, build

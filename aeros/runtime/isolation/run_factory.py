@@ -17,7 +17,7 @@ from aeros.runtime.skills.load import certified_code, certified_files
 from aeros.spec.model.ecm import Ecm, Skill
 from aeros.spec.model.policy import IsolationPolicy
 from aeros.spec.model.site import Site
-from aeros.spec.obligations.allowed_names import ALLOWED_MODULES
+from aeros.spec.obligations.skill_syntax.allowed_names import ALLOWED_MODULES
 
 _NUMPY: Final = ("numpy", "numpy.fft", "numpy.linalg", "numpy.polynomial", "numpy.random")
 """Submodules that NumPy imports on first use, which is too late in a worker."""

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel, did_you_mean
 from aeros.spec.model.ecm import Ecm, Skill
 from aeros.spec.obligations.claim_id import ClaimForm
-from aeros.spec.obligations.skill_source import SkillFile, UnreadableCodeError
+from aeros.spec.obligations.skill_syntax.skill_source import SkillFile, UnreadableCodeError
 from aeros.spec.obligations.verdicts import StaticClaim
 
 _Function = ast.FunctionDef | ast.AsyncFunctionDef

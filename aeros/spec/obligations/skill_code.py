@@ -15,12 +15,12 @@ from pathlib import Path
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel, did_you_mean
 from aeros.spec.model.ecm import Ecm, Skill
 from aeros.spec.model.site import Site
-from aeros.spec.obligations.allowed_names import GENERIC_TYPES, SKILL_INTERFACE
-from aeros.spec.obligations.allowed_syntax import first_refusal
-from aeros.spec.obligations.bound_names import bound_names, names_bound_by, parts_in_same_scope
-from aeros.spec.obligations.changed_values import first_change_of_actions
 from aeros.spec.obligations.claim_id import ClaimForm
-from aeros.spec.obligations.skill_source import Located, SkillFile, UnreadableCodeError
+from aeros.spec.obligations.skill_syntax.allowed_names import GENERIC_TYPES, SKILL_INTERFACE
+from aeros.spec.obligations.skill_syntax.allowed_syntax import first_refusal
+from aeros.spec.obligations.skill_syntax.bound_names import bound_names, names_bound_by, parts_in_same_scope
+from aeros.spec.obligations.skill_syntax.changed_values import first_change_of_actions
+from aeros.spec.obligations.skill_syntax.skill_source import Located, SkillFile, UnreadableCodeError
 from aeros.spec.obligations.verdicts import StaticClaim
 
 _ACTION_NAMES = ("act", "Action")

@@ -28,7 +28,7 @@ from aeros.spec.obligations.permission import permission_obligations
 from aeros.spec.obligations.policy import policy_obligations
 from aeros.spec.obligations.safety import safety_obligations
 from aeros.spec.obligations.skill_code import skill_code_obligations
-from aeros.spec.obligations.skill_source import read_skill_files
+from aeros.spec.obligations.skill_syntax.skill_source import read_skill_files
 from aeros.spec.obligations.verdicts import Conclusion, StaticClaim, Verdict
 from aeros.spec.verification.claim_summary import (
     Claims,

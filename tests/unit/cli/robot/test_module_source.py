@@ -126,10 +126,10 @@ BUNDLES: list[tuple[dict[str, str], str]] = [
 
 @pytest.mark.usefixtures("robot")
 def test_a_bundle_and_its_member_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    for files, said in BUNDLES:
+    for files, message in BUNDLES:
         assert run("install", str(bundle(tmp_path / "x.zip", **files))) == 1
         shown = capsys.readouterr().err
-        assert said in shown
+        assert message in shown
         assert "x.zip" in shown
         assert not re.search(r"/aeros-\d+/|<|Errno", shown)
 

@@ -15,7 +15,7 @@ from aeros.runtime.isolation.isolated_run import IsolatedRun
 from aeros.runtime.isolation.layers import APPLY_LAYER, IsolationLayer
 from aeros.runtime.isolation.zygote_pool import ZygotePool
 from aeros.runtime.skills.load import CertifiedCode
-from aeros.spec.obligations.allowed_names import ALLOWED_MODULES
+from aeros.spec.obligations.skill_syntax.allowed_names import ALLOWED_MODULES
 from tests.host_layers import require_layers
 from tests.unit.runtime.isolation.surroundings import Surroundings, surroundings
 

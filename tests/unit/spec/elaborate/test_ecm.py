@@ -63,8 +63,8 @@ def test_a_range_of_versions_has_numbers_that_python_reads(tmp_path: Path) -> No
     ],
 )
 def test_what_is_read_is_what_a_reader_sees(tmp_path: Path, old: str, new: str, code: str) -> None:
-    said = said_of_module(tmp_path, (old, new))
-    assert [line.partition("]")[0].partition("[")[2] for line in said] == [code]
+    messages = messages_of_module(tmp_path, (old, new))
+    assert [line.partition("]")[0].partition("[")[2] for line in messages] == [code]
 
 
 def test_a_capability_is_provided_by_skills_of_the_module(tmp_path: Path) -> None:

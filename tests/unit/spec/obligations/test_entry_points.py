@@ -10,7 +10,7 @@ from aeros.spec.diagnostics.render import render_text
 from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.obligations.entry_points import entry_point_obligations
-from aeros.spec.obligations.skill_source import read_skill_files
+from aeros.spec.obligations.skill_syntax.skill_source import read_skill_files
 
 CORPUS = Path(__file__).parents[3] / "corpus"
 

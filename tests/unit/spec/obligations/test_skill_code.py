@@ -10,7 +10,7 @@ from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.site import Site
 from aeros.spec.obligations.skill_code import skill_code_obligations
-from aeros.spec.obligations.skill_source import read_skill_files
+from aeros.spec.obligations.skill_syntax.skill_source import read_skill_files
 from aeros.spec.obligations.verdicts import StaticClaim
 from aeros.spec.text.discovery import reference_site_path
 

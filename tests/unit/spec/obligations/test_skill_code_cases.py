@@ -18,10 +18,10 @@ from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.site import Site
-from aeros.spec.obligations.allowed_syntax import ALLOWED_NODES, REFUSED_NODES
 from aeros.spec.obligations.entry_points import entry_point_obligations
 from aeros.spec.obligations.skill_code import skill_code_obligations
-from aeros.spec.obligations.skill_source import read_skill_files
+from aeros.spec.obligations.skill_syntax.allowed_syntax import ALLOWED_NODES, REFUSED_NODES
+from aeros.spec.obligations.skill_syntax.skill_source import read_skill_files
 from aeros.spec.text.discovery import reference_site_path
 
 _CASES = Path(__file__).with_name("skill_code_cases.txt")

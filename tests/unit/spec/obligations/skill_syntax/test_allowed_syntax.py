@@ -9,7 +9,7 @@ import importlib
 
 import pytest
 
-from aeros.spec.obligations.allowed_names import (
+from aeros.spec.obligations.skill_syntax.allowed_names import (
     ALLOWED_ATTRIBUTES,
     ALLOWED_BUILTINS,
     ALLOWED_MEMBERS,
@@ -17,7 +17,7 @@ from aeros.spec.obligations.allowed_names import (
     FORBIDDEN_ATTRIBUTES,
     INTROSPECTION_PREFIXES,
 )
-from aeros.spec.obligations.allowed_syntax import REFUSED_NODES, first_refusal
+from aeros.spec.obligations.skill_syntax.allowed_syntax import REFUSED_NODES, first_refusal
 
 
 def found(code: str) -> tuple[str, str, str] | None:

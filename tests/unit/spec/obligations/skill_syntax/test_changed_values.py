@@ -6,8 +6,8 @@ import ast
 
 import pytest
 
-from aeros.spec.obligations.changed_values import first_change_of_actions
-from aeros.spec.obligations.skill_source import SkillFile
+from aeros.spec.obligations.skill_syntax.changed_values import first_change_of_actions
+from aeros.spec.obligations.skill_syntax.skill_source import SkillFile
 
 KEPT = "kept = act('wait')\n"  # an action at large
 

@@ -11,8 +11,8 @@ import ast
 from collections import defaultdict
 from typing import Final
 
-from aeros.spec.obligations.bound_names import names_bound_by
-from aeros.spec.obligations.skill_source import SkillFile
+from aeros.spec.obligations.skill_syntax.bound_names import names_bound_by
+from aeros.spec.obligations.skill_syntax.skill_source import SkillFile
 
 _ACTION_NAMES: Final = ("act", "Action")
 

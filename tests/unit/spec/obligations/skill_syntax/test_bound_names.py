@@ -7,7 +7,7 @@ import symtable
 
 import pytest
 
-from aeros.spec.obligations.bound_names import bound_names, identifiers
+from aeros.spec.obligations.skill_syntax.bound_names import bound_names, identifiers
 
 BINDING = [
     "a = 1",

@@ -17,9 +17,9 @@ from functools import cached_property
 from typing import Final
 
 from aeros.spec.diagnostics.codes import did_you_mean
-from aeros.spec.obligations import allowed_names as names
-from aeros.spec.obligations.bound_names import bound_names, identifiers, names_bound_by
-from aeros.spec.obligations.skill_source import Located
+from aeros.spec.obligations.skill_syntax import allowed_names as names
+from aeros.spec.obligations.skill_syntax.bound_names import bound_names, identifiers, names_bound_by
+from aeros.spec.obligations.skill_syntax.skill_source import Located
 
 
 class CodeScope(Enum):

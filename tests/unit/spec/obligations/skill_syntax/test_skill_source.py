@@ -6,7 +6,7 @@ import ast
 
 import pytest
 
-from aeros.spec.obligations.skill_source import SkillFile, UnreadableCodeError, read_skill_files
+from aeros.spec.obligations.skill_syntax.skill_source import SkillFile, UnreadableCodeError, read_skill_files
 
 
 def test_the_tree_its_nodes_and_its_functions_are_those_of_the_text() -> None:

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from aeros.skill import Action
-from aeros.spec.obligations import allowed_names
+from aeros.spec.obligations.skill_syntax import allowed_names
 
 
 def test_no_list_holds_a_dunder_name() -> None:
