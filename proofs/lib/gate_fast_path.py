@@ -30,7 +30,6 @@ from proofs.lib.symbolic_requests import (
     MeasuredReadings,
     SymbolicRequest,
     check_scalars,
-    integer_as_double,
     rounding_axioms,
 )
 
@@ -205,7 +204,7 @@ def _fast_path(code: ModuleSource, shape: _RequestShape, allows: bool, ask: Deci
         kind="a",
     )
     # Its globals are what the writer gave it; denials are kept by hash, which questions have none of.
-    stubs = {**STUBS, "whole": integer_as_double, "denying": denying}
+    stubs = {**STUBS, "denying": denying}
     unknown = stubs.keys() - function.__globals__.keys()
     if unknown:
         raise InternalError(f"the short way does not use {sorted(unknown)} any more")

@@ -18,7 +18,7 @@ from aeros.spec.theorems.symbolic_execution import DecideBranch, execute_symboli
 from aeros.spec.theorems.theorem import SymbolicFunction, TheoremObligation
 from proofs.lib import gate_validation as forms
 
-SNAPSHOTS: Final = "aeros.runtime.gate.compiled.codegen"
+SNAPSHOTS: Final = "aeros.runtime.gate.compiled.fast_path"
 
 _STATE: Final = ("lit", "near")
 _UNDECLARED_NAME: Final = "mood"

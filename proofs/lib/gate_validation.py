@@ -27,7 +27,6 @@ from proofs.lib.symbolic_requests import (
     UndeclaredValue,
     check_scalars,
     fraction_stub,
-    integer_as_double,
     rounding_axioms,
     type_stub,
 )
@@ -130,7 +129,7 @@ def unpacking_obligations() -> dict[str, Callable[[ModuleSource], TheoremObligat
 def _unpacking_obligation(name: str, code: ModuleSource) -> TheoremObligation:
     form = value_checkers(PARAMETERS)[name]
     writer = code.module(CODEGEN).FunctionWriter()
-    writer.names |= {**STUBS, "whole": integer_as_double}
+    writer.names |= STUBS
     unpack = writer.build_unpacker(form)
 
     def run(ask: DecideBranch) -> str:

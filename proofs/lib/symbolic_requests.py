@@ -205,13 +205,6 @@ def type_stub(value: Any) -> Any:
     return _float if type(value) is float else type(value)
 
 
-def integer_as_double(value: Any) -> Any:
-    """Stands for `codegen._integer_as_double`: a whole number as the double that it is, else NaN."""
-    if type_stub(value) is not int or not -(2**53) <= value <= 2**53:
-        return float("nan")
-    return _float(value)
-
-
 def fraction_stub(value: Any = 0) -> Any:
     """Stands for `Fraction`."""
     return value.exact_value() if isinstance(value, GivenValue) else Fraction(value)

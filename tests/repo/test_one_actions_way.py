@@ -32,11 +32,8 @@ from tests.repo.tree import ROOT
 
 pytestmark = pytest.mark.physics
 
-MOST_FILES: Final = 37
-"""Greatest number of files on the way of one motion of the arm; it was 45.
-
-One file follows decided motions at each tick, one decides where what is held touches a surface.
-"""
+MOST_FILES: Final = 35
+"""Greatest number of files on the way of one motion of the arm; it was 45."""
 
 _COMPILER: Final = "aeros/spec/backends/compiled.py"
 """Runs where the monitor's check of a kind's ticks is compiled, which is done once and not counted."""

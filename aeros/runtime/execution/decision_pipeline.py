@@ -23,7 +23,7 @@ from aeros.runtime.monitor.history import HistoryTracker
 from aeros.runtime.monitor.monitor import RuntimeMonitor
 from aeros.runtime.motion.merged import ConcurrentMotion, concurrent_motions
 from aeros.runtime.motion.trajectory import MotionDecider
-from aeros.runtime.ports import PlannedMotion, Plant, Readings, Trajectory
+from aeros.runtime.ports import PlannedMotion, Plant, Readings, Snapshot, Trajectory
 from aeros.runtime.records.encode_decisions import IncrementalDecisionEncoder
 from aeros.runtime.records.records import DecisionRecord, body_to_json, disagreement_details
 from aeros.runtime.records.recount import SessionState
@@ -117,7 +117,7 @@ class DecisionPipeline:
         # Readings before the clock, so that no reading is younger than `now`.
         measured = self._plant.observe()
         now = self._plant.now()
-        readings = self._histories.update(measured, now)
+        readings = self._histories.update(measured, now) if self._histories.names else _kept(measured)
         try:
             gated, usage = self._decide_alone(caller, readings, requested_action, now)
             is_protective_stop = self._is_protective(gated)
@@ -213,3 +213,8 @@ class DecisionPipeline:
     def _is_protective(self, decision: Decision) -> bool:
         action = decision.action
         return action is not None and self._configuration.site.kinds[action.kind].protective
+
+
+def _kept(readings: Readings) -> Readings:
+    """Return readings that do not change when the plant measures again."""
+    return readings if type(readings) is Snapshot else dict(readings)

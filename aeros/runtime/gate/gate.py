@@ -24,13 +24,13 @@ from functools import cached_property
 from typing import Any
 
 from aeros.runtime.gate.attenuation import attenuate_parameters
-from aeros.runtime.gate.compiled.codegen import SnapshotCache
 from aeros.runtime.gate.compiled.fast_path import (
     DecisionCriteria,
     DenialFor,
     FastDecide,
     FastPaths,
     ReadEach,
+    SnapshotCache,
     compile_fast_path,
     compile_read_each,
     decide_fast,

@@ -6,14 +6,12 @@ early; the caller then does without its result, or finds the reasons with `value
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from itertools import compress, count
-from operator import is_not
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterable, Sequence
+from math import nan
+from typing import Any
 
-from aeros.runtime.gate.request_check import snapshot_columns
 from aeros.runtime.gate.value_check import Scalars, ValueChecker, doubles_in_range
-from aeros.runtime.ports import ColumnNames, Reading, Snapshot
+from aeros.runtime.ports import Reading
 from aeros.spec.backends.compiled import inline_conditions
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType, IntegerType, RealType, VectorType
@@ -22,11 +20,10 @@ from aeros.spec.model.variables import Declared, ranges_of
 EXACT_INTEGERS = 2**53
 
 
-def _integer_as_double(value: Any) -> float:
-    """Convert a whole number to the equal double; return NaN, which is in no range, for anything else."""
-    if type(value) is int and -EXACT_INTEGERS <= value <= EXACT_INTEGERS:
-        return float(value)
-    return float("nan")
+def double_of(code: str) -> str:
+    """Write the conversion of a number to the equal double; NaN, which is in no range, for anything else."""
+    whole = f"type({code}) is int and {-EXACT_INTEGERS} <= {code} <= {EXACT_INTEGERS}"
+    return f"{code} if type({code}) is float else float({code}) if {whole} else nan"
 
 
 class FunctionWriter:
@@ -55,10 +52,10 @@ class FunctionWriter:
             "int": int,
             "len": len,
             "list": list,
+            "nan": nan,
             "str": str,
             "tuple": tuple,
             "type": type,
-            "whole": _integer_as_double,
         }
 
     def add_line(self, code: str) -> None:
@@ -143,7 +140,7 @@ class FunctionWriter:
         self.write_guard(f"type(reading) is Reading and len(reading) == {len(Reading._fields)}")
         self.add_line("if reading.time is not measured:")
         start = len(self.lines)
-        self.add_line("number = reading.time if type(reading.time) is float else whole(reading.time)")
+        self.add_line(f"number = {double_of('reading.time')}")
         self.write_guard(f"{-EXACT_INTEGERS} <= number <= exactly")
         self.add_line("time, age = number, exactly - number")
         self.add_line("measured = reading.time")
@@ -187,57 +184,6 @@ class FunctionWriter:
             case RealType() | VectorType() as real:
                 least, most = doubles_in_range(declared)
                 whole = f" and {local}.is_integer()" if isinstance(real, IntegerType) else ""
-                self.add_line(f"if type({local}) is not float: {local} = whole({local})")
+                self.add_line(f"if type({local}) is not float: {local} = {double_of(local)}")
                 if name not in self.implied:
                     self.write_guard(f"{least!r} <= {local} <= {most!r}{whole}")
-
-
-class _CachedColumn(NamedTuple):
-    """A column of well-formed, immutable values, with the scalars of all of them."""
-
-    order: ColumnNames
-    column: tuple[Any, ...]
-    scalars: Scalars
-
-
-class SnapshotCache:
-    """Cache of the last unpacked snapshot of one site.
-
-    The cached entry is replaced as a whole, so that several threads may use the cache.
-    """
-
-    def __init__(self, checkers: Mapping[str, ValueChecker]) -> None:
-        self._unpackers = {name: FunctionWriter().build_unpacker(form) for name, form in checkers.items()}
-        self._cached: _CachedColumn | None = None
-
-    def scalars(self, snapshot: Snapshot) -> Scalars | None:
-        """Unpack all values of a snapshot.
-
-        Args:
-            snapshot: values that were measured at one time.
-
-        Returns:
-            The scalars by scalar variable, not to be modified; None if a name is no state variable or a value
-            is malformed.
-        """
-        columns = snapshot_columns(snapshot)
-        if columns is None:
-            return None
-        cached, (order, column) = self._cached, columns
-        if cached is None or cached.order is not order:
-            places, scalars = iter(range(len(column))), {}
-        elif cached.column is column:
-            return cached.scalars
-        else:
-            places, scalars = compress(count(), map(is_not, column, cached.column)), dict(cached.scalars)
-        for place in places:
-            name = order.names[place]
-            unpack = self._unpackers.get(name) if type(name) is str else None
-            value = column[place]
-            # A list could be modified before the next call, so it must not be cached.
-            unpacked = None if unpack is None or type(value) is list else unpack(value)
-            if unpacked is None:
-                return None
-            scalars.update(unpacked)
-        self._cached = _CachedColumn(order, column, scalars)
-        return scalars

@@ -11,12 +11,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from itertools import compress, count
+from operator import is_not
+from typing import Any, NamedTuple
 
-from aeros.runtime.gate.compiled.codegen import EXACT_INTEGERS, FunctionWriter, SnapshotCache
+from aeros.runtime.gate.compiled.codegen import EXACT_INTEGERS, FunctionWriter, double_of
 from aeros.runtime.gate.decision import Caller, Decision, DecisionKind
+from aeros.runtime.gate.request_check import snapshot_columns
 from aeros.runtime.gate.value_check import Scalars, ValueChecker
-from aeros.runtime.ports import Snapshot
+from aeros.runtime.ports import ColumnNames, Snapshot
 from aeros.skill import Action
 from aeros.spec.backends.compiled import CompiledConditions
 from aeros.spec.expr import terms as t
@@ -229,7 +232,7 @@ class _FastPathWriter(FunctionWriter):
 
     def write_time(self) -> None:
         """Add a check of `now`, and convert it to a double."""
-        self.add_line("exactly = now if type(now) is float else whole(now)")
+        self.add_line(f"exactly = {double_of('now')}")
         self.write_guard(f"{-EXACT_INTEGERS} <= exactly <= {EXACT_INTEGERS}")
 
     def write_arguments(self, mapping: str, checkers: Mapping[str, ValueChecker]) -> str:
@@ -275,7 +278,7 @@ class _FastPathWriter(FunctionWriter):
         """Add the checks of readings that share one time."""
         self.add_line("taken = scalars(readings)")
         self.write_guard("taken is not None")
-        self.add_line("time = readings.time if type(readings.time) is float else whole(readings.time)")
+        self.add_line(f"time = {double_of('readings.time')}")
         self.write_guard(f"{-EXACT_INTEGERS} <= time <= exactly")
         limits = [
             checkers[name].surely_fresh for name in required if checkers[name].declared.max_age is not None
@@ -351,3 +354,54 @@ class _FastPathWriter(FunctionWriter):
         self.write_guard(f"type({name}) is dict{counted}")
         self.add_line(f"for key in {name}:")
         self.add_line("  if type(key) is not str: return None")
+
+
+class _CachedColumn(NamedTuple):
+    """A column of well-formed, immutable values, with the scalars of all of them."""
+
+    order: ColumnNames
+    column: tuple[Any, ...]
+    scalars: Scalars
+
+
+class SnapshotCache:
+    """Cache of the last unpacked snapshot of one site.
+
+    The cached entry is replaced as a whole, so that several threads may use the cache.
+    """
+
+    def __init__(self, checkers: Mapping[str, ValueChecker]) -> None:
+        self._unpackers = {name: FunctionWriter().build_unpacker(form) for name, form in checkers.items()}
+        self._cached: _CachedColumn | None = None
+
+    def scalars(self, snapshot: Snapshot) -> Scalars | None:
+        """Unpack all values of a snapshot.
+
+        Args:
+            snapshot: values that were measured at one time.
+
+        Returns:
+            The scalars by scalar variable, not to be modified; None if a name is no state variable or a value
+            is malformed.
+        """
+        columns = snapshot_columns(snapshot)
+        if columns is None:
+            return None
+        cached, (order, column) = self._cached, columns
+        if cached is None or cached.order is not order:
+            places, scalars = iter(range(len(column))), {}
+        elif cached.column is column:
+            return cached.scalars
+        else:
+            places, scalars = compress(count(), map(is_not, column, cached.column)), dict(cached.scalars)
+        for place in places:
+            name = order.names[place]
+            unpack = self._unpackers.get(name) if type(name) is str else None
+            value = column[place]
+            # A list could be modified before the next call, so it must not be cached.
+            unpacked = None if unpack is None or type(value) is list else unpack(value)
+            if unpacked is None:
+                return None
+            scalars.update(unpacked)
+        self._cached = _CachedColumn(order, column, scalars)
+        return scalars

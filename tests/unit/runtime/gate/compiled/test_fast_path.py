@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.gate.compiled.codegen import SnapshotCache
 from aeros.runtime.gate.compiled.fast_path import (
     DecisionCriteria,
     FastDecide,
+    SnapshotCache,
     compile_fast_path,
     compile_read_each,
     decide_fast,
