@@ -108,10 +108,10 @@ def test_a_drive_that_would_carry_the_tool_off_is_denied_and_the_arm_goes_on(
 
 def test_nobody_may_be_as_near_to_both_as_to_each(configuration: Configuration, tmp_path: Path) -> None:
     fast = {
-        "drive": [act("move_base", x=0.3, y=0.1, speed=0.45)],
-        "stow": [act("move_tool", target=(0.72, 0.1, 0.7), yaw=0.0, speed=0.5)],
+        "drive": [act("move_base", x=0.3, y=0.1, speed=0.2)],
+        "stow": [act("move_tool", target=(0.72, 0.1, 0.7), yaw=0.0, speed=0.2)],
     }
-    near = {"tool_position": (0.3, 0.0, 0.78), "human_distance": 1.25}
+    near = {"tool_position": (0.3, 0.0, 0.78), "human_distance": 0.94}
     plant = SymbolicPlant(configuration.site, configuration.modules, 0, near)
     for skill, actions in fast.items():
         alone = run(configuration, plant, tmp_path / f"{skill}.jsonl", {skill: actions})

@@ -63,7 +63,7 @@ def test_without_a_monitor_the_referee_says_what_is_violated(monkeypatch: pytest
     monkeypatch.setattr(RuntimeMonitor, "__call__", lambda *_: None)
     found = tried(latency="0")
     assert found["violated"]
-    assert "reduced-speed-near-person" in found["rules"]
+    assert "drive-separation" in found["rules"]
 
 
 # Counts, and the longest violation.

@@ -10,6 +10,7 @@ import pytest
 from aeros.sim.bullet.client import bullet
 from aeros.sim.bullet.panda import Panda
 from aeros.sim.bullet.world import PhysicsWorld
+from aeros.sim.clock import TICK
 from aeros.sim.robot.kinematics import READY_POSTURE, forward_kinematics
 from aeros.sim.robot.limits import FINGER_GAP_MAX, TAU_MAX
 from aeros.sim.robot.robot import RobotOptions
@@ -134,13 +135,15 @@ def test_a_carriage_drives_to_its_set_point_and_carries_the_arm(world: PhysicsWo
     steps(world, 10)
     assert one.read_sensors().base_position == pytest.approx((1.0, 2.0, 0.5), abs=1e-3)
     before = one.read_sensors().tool_position
-    for tick in range(1, 121):
-        share = tick / 120.0
-        one.command_base(np.array([0.1 * share, -0.05 * share]), np.array([0.2, -0.1]))
+    way = np.array([0.1, -0.05])
+    for tick in range(1, 241):  # 1 s of a profile of minimum jerk, 10 s³ - 15 s⁴ + 6 s⁵
+        s = tick * TICK
+        one.command_base(way * s**3 * (10 - 15 * s + 6 * s * s), way * 30 * s * s * (1 - s) ** 2)
         world.step()
-    moving = one.read_sensors()
-    assert moving.base_velocity == pytest.approx((0.2, -0.1, 0.0), abs=0.03)
-    assert np.linalg.norm(one.base_tracking_error(moving)) < 0.02
+        moving = one.read_sensors()
+        assert np.linalg.norm(one.base_tracking_error(moving)) < 0.005
+        if tick == 120:
+            assert moving.base_velocity == pytest.approx((0.1875, -0.09375, 0.0), abs=0.01)
     one.hold_base()
     steps(world, 120)
     state = one.read_sensors()
