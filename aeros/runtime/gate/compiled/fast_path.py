@@ -139,11 +139,8 @@ def decide_fast(
     # A subclass of `str` could have a comparison of its own.
     if type(module) is not str or type(skill) is not str or type(kind) is not str:
         return None
-    try:
-        function = functions[module, skill, kind]
-    except KeyError:
-        return None
-    return function(inputs, readings, parameters, now, usage)
+    function = functions.get((module, skill, kind))
+    return None if function is None else function(inputs, readings, parameters, now, usage)
 
 
 def compile_read_each(state: Mapping[str, ValueChecker], required: frozenset[str]) -> ReadEach:
