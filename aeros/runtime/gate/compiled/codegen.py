@@ -21,7 +21,14 @@ EXACT_INTEGERS = 2**53
 
 
 def double_of(code: str) -> str:
-    """Write the conversion of a number to the equal double; NaN, which is in no range, for anything else."""
+    """Write the conversion of a number to the equal double; NaN, which is in no range, for anything else.
+
+    Args:
+        code: expression of the number.
+
+    Returns:
+        Expression of the double.
+    """
     whole = f"type({code}) is int and {-EXACT_INTEGERS} <= {code} <= {EXACT_INTEGERS}"
     return f"{code} if type({code}) is float else float({code}) if {whole} else nan"
 
