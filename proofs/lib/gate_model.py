@@ -414,9 +414,9 @@ def execute_criteria(code: ModuleSource, variant: GateVariant = ANY_CONFIGURATIO
                 yield Reason("AE742", "q", "")
 
         decider = _decider(gate, ask, variant, (_QUOTA,), finite_objections=finite_objections)
-        if ("m", "k", "a") not in decider._fast_paths.compilers:
+        if ("m", "k", "a") not in decider._fast_paths:
             return "no-short-way"
-        criteria = decider._fast_paths["m", "k", "a"]
+        criteria = decider._fast_paths.compile(("m", "k", "a"))
         return smt_apply(
             "criteria", smt_literal(criteria.can_allow), smt_literal(condition_holds(ask, criteria.residual))
         )

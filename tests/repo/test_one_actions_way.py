@@ -96,8 +96,8 @@ def _ways(module: str, skill: str, scene: str, folder: Path) -> list[Way]:
 
     plant = make_plant(scene, 0)
     gate = CompiledGate(configuration)
-    for at, compiler in gate._decider._fast_paths.compilers.items():  # what is done once is not counted
-        gate._decider._fast_paths[at] = compiler()
+    for at in gate._decider._fast_paths:  # what is done once is not counted
+        gate._decider._fast_paths.compile(at)
     with (
         AuditLog(folder / "audit.jsonl") as audit,
         Executor(configuration, gate, plant, audit, open_run) as executor,

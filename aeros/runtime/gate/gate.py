@@ -308,7 +308,7 @@ class _Decider:
                 kind=kind.name,
             )
 
-        self._fast_paths.compilers[at] = fast_path
+        self._fast_paths.add(at, fast_path)
 
     @cached_property
     def _snapshot_cache(self) -> SnapshotCache:

@@ -40,7 +40,7 @@ MAX_MEMORY_BYTES: Final = 4 << 30
 _START_S: Final = 120  # s; Python and Z3 start within 0.3 s on an idle processor
 _LENGTH: Final = struct.Struct(">Q")
 _PROGRAM: Final = (
-    "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
+    "import gc, json, sys; gc.disable(); sys.path[:] = json.loads(sys.argv[1]); "
     "from aeros.spec.backends.solver_process import answer_questions; answer_questions()"
 )
 
@@ -160,7 +160,8 @@ class SolverProcess:
             atexit.register(self._end)
         self._owner = os.getpid()
         self._process = subprocess.Popen(  # noqa: S603  our own program
-            [sys.executable, "-I", "-c", self._program, json.dumps(sys.path)],
+            # `-S` leaves out the search for site packages, as the program takes our path.
+            [sys.executable, "-I", "-S", "-c", self._program, json.dumps(sys.path)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,

@@ -115,7 +115,7 @@ def _action_calls_are_readable(file: SkillFile) -> Diagnostic | None:
 
 def _names_in_types(file: SkillFile) -> Iterator[ast.Name]:
     """Yield the names that stand for a type: in annotations, and in brackets after a type."""
-    bound = Counter(bound_names(file.tree, nested=True))
+    bound = Counter(name for node in file.nodes for name in names_bound_by(node))
     imported = {
         alias.asname or alias.name: alias.name
         for node in file.tree.body

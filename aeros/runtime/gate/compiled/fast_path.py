@@ -71,31 +71,39 @@ class DecisionCriteria:
 
 
 class FastPaths(dict[tuple[str, str, str], FastDecide]):
-    """Generated functions by module, skill and action kind, each compiled when it is first read.
+    """Generated functions by module, skill and action kind, each compiled when it is first called.
 
     A run asks a quarter of the functions of its site, and each takes some 4 ms to compile.
-
-    Attributes:
-        compilers: compile the function of each module, skill and kind that may be asked.
     """
 
     def __init__(self) -> None:
         super().__init__()
-        self.compilers: dict[tuple[str, str, str], Callable[[], FastDecide]] = {}
+        self._compilers: dict[tuple[str, str, str], Callable[[], FastDecide]] = {}
 
-    def __missing__(self, at: tuple[str, str, str]) -> FastDecide:
-        """Compile a function and keep it.
+    def add(self, at: tuple[str, str, str], compiler: Callable[[], FastDecide]) -> None:
+        """Add a function that its first call compiles.
+
+        Args:
+            at: module, skill and action kind.
+            compiler: compiles the function.
+        """
+
+        def compile_first(inputs: Any, readings: Any, parameters: Any, now: Any, usage: Any) -> Any:
+            return self.compile(at)(inputs, readings, parameters, now, usage)
+
+        self._compilers[at] = compiler
+        self[at] = compile_first
+
+    def compile(self, at: tuple[str, str, str]) -> FastDecide:
+        """Compile a function that was added, and keep it.
 
         Args:
             at: module, skill and action kind.
 
         Returns:
             The function.
-
-        Raises:
-            KeyError: this skill has no actions of this kind.
         """
-        function = self[at] = self.compilers[at]()
+        function = self[at] = self._compilers[at]()
         return function
 
 
@@ -131,11 +139,8 @@ def decide_fast(
     # A subclass of `str` could have a comparison of its own.
     if type(module) is not str or type(skill) is not str or type(kind) is not str:
         return None
-    try:
-        function = functions[module, skill, kind]
-    except KeyError:
-        return None
-    return function(inputs, readings, parameters, now, usage)
+    function = functions.get((module, skill, kind))
+    return None if function is None else function(inputs, readings, parameters, now, usage)
 
 
 def compile_read_each(state: Mapping[str, ValueChecker], required: frozenset[str]) -> ReadEach:

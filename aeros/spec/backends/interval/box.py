@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 from fractions import Fraction
-from functools import reduce
 from typing import TypeAlias
 
 from aeros.spec.backends.interval.interval import End, Interval
@@ -73,7 +72,7 @@ def propagate_sums(box: Box) -> bool:
         for of in sums:
             whole = box[of] = _interval(box[of]).intersect(_sum_interval(of, box))
             for place, (name, factor) in enumerate(of):
-                rest, before = _sum_interval((*of[:place], *of[place + 1 :]), box), box[name]
+                rest, before = _sum_interval(of, box, without=place), box[name]
                 box[name] = intersect(
                     before, whole.subtract(rest).scale(factor if factor in (1, -1) else 1 / factor)
                 )
@@ -121,8 +120,15 @@ def values_in_box(of: str | LinearSum, box: Box) -> ValueSet:
     return _sum_interval(of, box) if kept is None else kept
 
 
-def _sum_interval(of: LinearSum, box: Box) -> Interval:
-    return reduce(Interval.add, (_interval(box[name]).scale(factor) for name, factor in of))
+def _sum_interval(of: LinearSum, box: Box, *, without: int | None = None) -> Interval:
+    """Return the values of a sum, as its variables leave them, with or without one of its parts."""
+    total: Interval | None = None
+    for place, (name, factor) in enumerate(of):
+        if place != without:
+            part = _interval(box[name]).scale(factor)
+            total = part if total is None else total.add(part)
+    assert total is not None  # noqa: S101  a sum has two parts or more
+    return total
 
 
 def is_empty(values: ValueSet) -> bool:

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 from math import ceil, floor
-from typing import Literal, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
 End: TypeAlias = Literal["low", "high"] | None
 """End of an interval near which a number is picked; None for its middle."""
 
 
-@dataclass(frozen=True, slots=True)
-class Interval:
+class Interval(NamedTuple):
     """Interval of reals.
 
     Attributes:
@@ -32,7 +30,8 @@ class Interval:
         """True if the interval has no real."""
         if self.low is None or self.high is None:
             return False
-        return self.low > self.high or (self.low == self.high and (self.low_open or self.high_open))
+        order = _order(self.low, self.high)
+        return order > 0 or (order == 0 and (self.low_open or self.high_open))
 
     def intersect(self, other: Interval) -> Interval:
         """Intersect with another interval.
@@ -44,11 +43,15 @@ class Interval:
             The reals in both.
         """
         low, low_open = self.low, self.low_open
-        if other.low is not None and (low is None or other.low >= low):
-            low, low_open = other.low, other.low_open or (low == other.low and low_open)
+        if other.low is not None:
+            order = 1 if low is None else _order(other.low, low)
+            if order >= 0:
+                low, low_open = other.low, other.low_open or (order == 0 and low_open)
         high, high_open = self.high, self.high_open
-        if other.high is not None and (high is None or other.high <= high):
-            high, high_open = other.high, other.high_open or (high == other.high and high_open)
+        if other.high is not None:
+            order = -1 if high is None else _order(other.high, high)
+            if order <= 0:
+                high, high_open = other.high, other.high_open or (order == 0 and high_open)
         return Interval(low, high, low_open, high_open)
 
     def midpoint(self) -> Fraction:
@@ -143,3 +146,8 @@ class Interval:
         if factor > 0:
             return Interval(low, high, self.low_open, self.high_open)
         return Interval(high, low, self.high_open, self.low_open)
+
+
+def _order(one: Fraction, other: Fraction) -> int:
+    """Return a number with the sign of `one - other`; the operators of fractions take thrice as long."""
+    return one.numerator * other.denominator - other.numerator * one.denominator

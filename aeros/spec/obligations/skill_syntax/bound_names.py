@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
-from typing import Final
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, Final
 
 _COMPREHENSIONS: Final = ast.ListComp | ast.SetComp | ast.DictComp | ast.GeneratorExp
 
@@ -25,10 +25,11 @@ def identifiers(node: ast.AST) -> Iterator[str]:
     """
     kind = type(node).__name__
     for field, value in ast.iter_fields(node):
-        if (kind, field) not in _TEXT_FIELDS and field != "type_comment":
-            yield from (
-                one for one in (value if isinstance(value, list) else [value]) if isinstance(one, str)
-            )
+        if isinstance(value, str):
+            if (kind, field) not in _TEXT_FIELDS and field != "type_comment":
+                yield value
+        elif isinstance(value, list):
+            yield from (one for one in value if isinstance(one, str))
     if isinstance(node, ast.ImportFrom) and node.module != "__future__":
         yield from (part for part in (node.module or "").split(".") if part)
     if isinstance(node, ast.alias):
@@ -56,28 +57,38 @@ def bound_names(node: ast.AST, *, nested: bool = False) -> Iterator[str]:
             pending.extend(parts_in_same_scope(one))
 
 
-def names_bound_by(node: ast.AST) -> Iterator[str]:
-    """Yield the names that one node binds or deletes itself.
+def names_bound_by(node: ast.AST) -> Sequence[str]:
+    """List the names that one node binds or deletes itself.
 
     Args:
         node: node of a syntax tree; its parts are not looked at, but for the names of an import.
 
-    Yields:
+    Returns:
         The names.
     """
-    match node:
-        case ast.Name(id=name, ctx=ast.Store() | ast.Del()):
-            yield name
-        case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name) | ast.ClassDef(name=name):
-            yield name
-        case ast.ExceptHandler(name=str(name)) | ast.MatchAs(name=str(name)) | ast.MatchStar(name=str(name)):
-            yield name
-        case ast.MatchMapping(rest=str(name)) | ast.arg(arg=name):
-            yield name
-        case ast.alias(name=name, asname=other):
-            yield other or name.partition(".")[0]
-        case ast.Global(names=names) | ast.Nonlocal(names=names):
-            yield from names
+    names_of = _BINDERS.get(type(node))
+    return () if names_of is None else names_of(node)
+
+
+def _own_name(node: Any) -> Sequence[str]:
+    return () if node.name is None else (node.name,)
+
+
+_BINDERS: Final[Mapping[type[ast.AST], Callable[[Any], Sequence[str]]]] = {
+    ast.Name: lambda node: () if isinstance(node.ctx, ast.Load) else (node.id,),
+    ast.FunctionDef: _own_name,
+    ast.AsyncFunctionDef: _own_name,
+    ast.ClassDef: _own_name,
+    ast.ExceptHandler: _own_name,
+    ast.MatchAs: _own_name,
+    ast.MatchStar: _own_name,
+    ast.MatchMapping: lambda node: () if node.rest is None else (node.rest,),
+    ast.arg: lambda node: (node.arg,),
+    ast.alias: lambda node: (node.asname or node.name.partition(".")[0],),
+    ast.Global: lambda node: node.names,
+    ast.Nonlocal: lambda node: node.names,
+}
+"""The names that a node binds itself, for each class of nodes that can bind one."""
 
 
 def parts_in_same_scope(node: ast.AST) -> Iterator[ast.AST]:

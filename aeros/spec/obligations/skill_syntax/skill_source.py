@@ -159,8 +159,8 @@ def _require_visible(source: Source) -> None:
 
 def _require_ascii_names(source: Source) -> None:
     # Python reads `ｅｘｅｃ` as `exec` (NFKC, PEP 3131), and a reader takes the Cyrillic `а` for an `a`.
-    if source.text.isascii():
-        return
+    if not any(f"a{one}".isidentifier() for one in set(source.text) if not one.isascii()):
+        return  # sooner than by tokens: no name can hold a sign such as `°` or `±`
     for token in tokenize.generate_tokens(io.StringIO(source.text).readline):
         # Until Python 3.12 the names in an f-string are part of its one token.
         is_formatted = token.type == tokenize.STRING and "f" in token.string[:2].lower().partition('"')[0]

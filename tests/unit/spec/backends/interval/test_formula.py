@@ -90,7 +90,7 @@ def holds(formula: Formula, at: Mapping[str, Any]) -> bool:
             value = at[of] if isinstance(of, str) else sum(factor * at[name] for name, factor in of)
             return not is_empty(intersect(values, Interval(value, value)))
         case ValueConstraint(subject=str() as of, values=values):
-            return at[of] in values  # type: ignore[operator]
+            return at[of] in values
     raise AssertionError(formula)
 
 
