@@ -21,6 +21,7 @@ from typing import Final
 import pytest
 
 import tests.hypothesis_profiles  # noqa: F401 - loads the profile of this run
+from tests.compiled_ahead import compile_ahead
 from tests.host_layers import VARIABLE, expected_layers, pytest_terminal_summary  # noqa: F401 - a hook
 
 # A job of a shell that is not interactive ignores Ctrl-C, and so does everything that it starts.
@@ -111,6 +112,8 @@ def pytest_configure(config: pytest.Config) -> None:
     expected_layers(os.environ.get(VARIABLE, ""))
     if not hasattr(config, "workerinput"):
         os.environ[_STORE] = tempfile.mkdtemp(prefix="aeros-tests-")
+    if config.getoption("numprocesses", None) and config.args_source is config.ArgsSource.TESTPATHS:
+        compile_ahead(config)
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:

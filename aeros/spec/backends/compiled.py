@@ -16,7 +16,9 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any, cast
+from functools import lru_cache
+from types import CodeType
+from typing import Any, Literal, cast
 
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.doubles import adjacent_doubles
@@ -62,6 +64,20 @@ class _RealCode:
     magnitude: Fraction
     error: Fraction
     peak: Fraction
+
+
+@lru_cache(maxsize=4096)
+def bytecode_of(source: str, mode: Literal["eval", "exec"]) -> CodeType:
+    """Compile generated source once: runs of one process under one site generate the same text each time.
+
+    Args:
+        source: Python source code.
+        mode: `eval` for one expression, `exec` for statements.
+
+    Returns:
+        The code, which knows no globals yet.
+    """
+    return compile(source, "<generated>", mode, dont_inherit=True)
 
 
 def compile_condition(term: t.Term, ranges: Ranges) -> Predicate:
@@ -134,7 +150,8 @@ class _CodeGenerator:
     def function(self, parameters: str, code: str) -> Callable[..., Any]:
         """Compile `code` as a function of these parameters."""
         # The source is built from typed terms alone: names are quoted, numbers are repr of floats.
-        return cast("Callable[..., Any]", eval(f"lambda {parameters}: {code}", self.names))  # noqa: S307
+        source = f"lambda {parameters}: {code}"
+        return cast("Callable[..., Any]", eval(bytecode_of(source, "eval"), self.names))  # noqa: S307
 
     def condition(self, term: t.Term) -> str:
         return self._as_helper_call(term, self._condition(term))

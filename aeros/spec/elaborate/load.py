@@ -82,6 +82,9 @@ def _elaborate_with_diagnostics(source: Source) -> tuple[Site | None, Diagnostic
 def load_ecm(folder: Path, site: Site, diagnostics: Diagnostics) -> LoadedEcm | None:
     """Load the module in a folder, under a site.
 
+    A module without models that is as it was is elaborated once a process: the same text and code under the
+    same site give the same module.
+
     Args:
         folder: the module's folder, which holds `ecm.yaml`.
         site: site under which the module is elaborated.
@@ -91,18 +94,55 @@ def load_ecm(folder: Path, site: Site, diagnostics: Diagnostics) -> LoadedEcm | 
         The module with its code, or None after reporting every fault.
     """
     source = _source(folder / MANIFEST, diagnostics)
-    declared = None if source is None else _decode_source(source, declared_ecm.Ecm, diagnostics)
-    if source is None or declared is None:
+    if source is None:
+        return None
+    declared, faults = _decode_ecm(source)
+    diagnostics.extend(faults)
+    if declared is None or diagnostics.has_errors:
         return None
     try:
         code = code_files(folder)
     except OSError as error:
         diagnostics.error("AE002", f"cannot read the code in `{folder}`: {error.strerror}")
         return None
-    ecm = elaborate_ecm(
-        declared, site, str(folder), (text_digest(source.text), code_digest(code)), diagnostics
-    )
+    digests = text_digest(source.text), code_digest(code)
+    if declared.models:  # files, which elaboration reads itself
+        ecm = elaborate_ecm(declared, site, str(folder), digests, diagnostics)
+    else:
+        ecm, faults = _elaborate_unread(source, _SameSite(site), str(folder), digests)
+        diagnostics.extend(faults)
     return None if ecm is None else LoadedEcm(ecm, code)
+
+
+@lru_cache(maxsize=64)
+def _decode_ecm(source: Source) -> tuple[declared_ecm.Ecm | None, Diagnostics]:
+    diagnostics = Diagnostics()
+    return _decode_source(source, declared_ecm.Ecm, diagnostics), diagnostics
+
+
+class _SameSite:
+    """A site that equals only itself: two sites with one digest can differ in what messages point at."""
+
+    def __init__(self, site: Site) -> None:
+        self.site = site
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _SameSite) and other.site is self.site
+
+    def __hash__(self) -> int:
+        return id(self.site)
+
+
+@lru_cache(maxsize=64)
+def _elaborate_unread(
+    source: Source, site: _SameSite, folder: str, digests: tuple[str, str]
+) -> tuple[Ecm | None, Diagnostics]:
+    """Elaborate a module whose manifest names no file: its arguments are all that the result depends on."""
+    diagnostics = Diagnostics()
+    declared, _ = _decode_ecm(source)
+    if declared is None:
+        return None, diagnostics
+    return elaborate_ecm(declared, site.site, folder, digests, diagnostics), diagnostics
 
 
 def _source(path: str | os.PathLike[str], diagnostics: Diagnostics) -> Source | None:

@@ -12,7 +12,7 @@ from typing import Any
 
 from aeros.runtime.gate.value_check import Scalars, ValueChecker, doubles_in_range
 from aeros.runtime.ports import Reading
-from aeros.spec.backends.compiled import inline_conditions
+from aeros.spec.backends.compiled import bytecode_of, inline_conditions
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType, IntegerType, RealType, VectorType
 from aeros.spec.model.variables import Declared, ranges_of
@@ -116,7 +116,7 @@ class FunctionWriter:
             The function.
         """
         # The source comes from declarations alone: names are quoted, numbers are reprs of numbers.
-        exec("\n".join(source), self.names)  # noqa: S102
+        exec(bytecode_of("\n".join(source), "exec"), self.names)  # noqa: S102
         function: Callable[..., Any] = self.names[name]
         return function
 

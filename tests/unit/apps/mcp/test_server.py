@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Awaitable, Callable
+from importlib.util import find_spec
 from pathlib import Path
 from threading import Thread
 from typing import Any
@@ -16,14 +17,13 @@ from typing import Any
 import pytest
 
 from aeros.agent.identity import lock_folder
-from aeros.apps.mcp.server import _StdinLines
 from aeros.cli.main import main
 from aeros.exit_codes import Exit
 from aeros.runtime.audit.log import verify_log
 from tests.repo.tree import ROOT
 
-mcp = pytest.importorskip("mcp", reason="the extra `mcp` is not installed")
-anyio = pytest.importorskip("anyio")
+pytestmark = pytest.mark.skipif(find_spec("mcp") is None, reason="the extra `mcp` is not installed")
+"""The tests import it themselves: it takes a second, which each process that collects them would pay."""
 
 
 def arguments(folder: Path) -> list[str]:
@@ -35,6 +35,8 @@ def arguments(folder: Path) -> list[str]:
 
 def as_client(folder: Path, talk: Callable[[Any], Awaitable[None]]) -> list[dict[str, Any]]:
     """Return the audit records after a client has talked to a server."""
+    import anyio
+    import mcp
 
     async def session() -> None:
         server = mcp.StdioServerParameters(command=sys.executable, args=arguments(folder), cwd=ROOT)
@@ -161,6 +163,10 @@ def test_what_is_no_message_neither_breaks_nor_fills_the_server(sent: bytes, tmp
 
 async def lines_of(sent: bytes) -> list[str]:
     """The lines that the server reads of a client that sends this and stays."""
+    import anyio
+
+    from aeros.apps.mcp.server import _StdinLines
+
     reading, writing = os.pipe()
     keep = os.dup(0)
     os.dup2(reading, 0)
@@ -194,4 +200,6 @@ async def lines_of(sent: bytes) -> list[str]:
     ids=["short lines", "a long line", "a line without an end"],
 )
 def test_a_line_without_an_end_ends_the_session(sent: bytes, read: list[str]) -> None:
+    import anyio
+
     assert anyio.run(lines_of, sent) == read

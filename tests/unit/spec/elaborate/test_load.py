@@ -2,12 +2,14 @@ from __future__ import annotations
 
 import os
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.policy import Durability
 from aeros.spec.model.site import Site
 from aeros.spec.text.digests import code_digest, code_files
@@ -48,6 +50,34 @@ def test_a_module_is_loaded_with_its_code_and_digests(module: Path, site: Site) 
     assert found.code == code_files(module)
     assert found.ecm.code_digest == code_digest(found.code)
     assert len({found.ecm.code_digest, found.ecm.manifest_digest, site.digest}) == 3
+
+
+def test_a_module_is_elaborated_once_under_a_site_and_again_when_anything_of_it_changed(
+    module: Path, site: Site
+) -> None:
+    def loaded(under: Site = site) -> Ecm:
+        found = load_ecm(module, under, Diagnostics())
+        assert found is not None
+        return found.ecm
+
+    first = loaded()
+    assert loaded() is first
+    assert loaded(replace(site)) is not first
+    code, manifest = next(module.glob("*.py")), module / "ecm.yaml"
+    code.write_text(code.read_text() + "# more\n")
+    second = loaded()
+    assert second.code_digest != first.code_digest
+    manifest.write_text(manifest.read_text() + "# more\n")
+    assert loaded().manifest_digest != second.manifest_digest
+
+
+def test_a_fault_of_a_module_is_reported_each_time(module: Path, site: Site) -> None:
+    manifest = module / "ecm.yaml"
+    manifest.write_text(manifest.read_text().replace("pace", "pac", 1))
+    sinks = [Diagnostics(), Diagnostics()]
+    assert [load_ecm(module, site, sink) for sink in sinks] == [None, None]
+    assert [*sinks[0]] == [*sinks[1]]
+    assert codes(sinks[1])
 
 
 @pytest.mark.parametrize("path", ["nowhere", "."], ids=["missing", "folder"])
