@@ -140,7 +140,7 @@ def _active_motion_obligation(code: ModuleSource) -> TheoremObligation:
 
         one = object.__new__(deciding.DecisionPipeline)
         one._plant = SimpleNamespace(observe=dict, now=lambda: 0.0)
-        one._histories = SimpleNamespace(update=lambda measured, _: measured)
+        one._histories = SimpleNamespace(names={"was"}, update=lambda measured, _: measured)
         one._configuration = SimpleNamespace(digest="")
         one._encoder = SimpleNamespace(encode=lambda made: made)
         one._audit = SimpleNamespace(append=append)

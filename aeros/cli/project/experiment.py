@@ -56,8 +56,8 @@ _TLS_OPTIONS: Final = {
 }
 """Options for an encrypted connection to a cluster; all of them or none."""
 
-_REPORT_PACKAGES: Final = ("jinja2", "markdown_it", "matplotlib")
-"""Packages of the report writer, imported only when it runs."""
+_REPORT_PACKAGES: Final = ("jinja2", "markdown_it", "matplotlib", "scipy.stats")
+"""Packages of results and the report writer, imported before the first trial."""
 
 
 def add_to(commands: Subparsers) -> None:

@@ -20,7 +20,7 @@ from fractions import Fraction
 from itertools import chain
 from math import inf
 
-from aeros.runtime.gate.compiled.codegen import EXACT_INTEGERS, FunctionWriter
+from aeros.runtime.gate.compiled.codegen import EXACT_INTEGERS, FunctionWriter, double_of
 from aeros.runtime.gate.quotas import TimeWindow
 from aeros.runtime.gate.value_check import ValueChecker, value_checkers
 from aeros.runtime.ports import Reading, Readings, Snapshot
@@ -126,7 +126,7 @@ class _HistoryWriter(FunctionWriter):
 
     def _write_time_check(self) -> None:
         """Add a check of `now`; at a malformed or earlier time, no reading is valid until the next sample."""
-        self.add_line("exactly = now if type(now) is float else whole(now)")
+        self.add_line(f"exactly = {double_of('now')}")
         self.add_line(f"if not (latest <= exactly <= {EXACT_INTEGERS}):")
         for number in self._number.values():
             self.add_line(f"  if p{number} != inf: p{number} = None")

@@ -223,9 +223,9 @@ def test_a_kind_that_no_policy_knows_is_refused_with_the_way_out(
 @pytest.mark.parametrize(
     ("option", "value"),
     [
-        *(("--id", value) for value in ("", "a b", "a\nb", "\udcff", "\u202ea")),
-        *((name, value) for name in ("--module", "--skill") for value in ("", "Tidy", "tidy ", "\udcff")),
-        *(("--reason", value) for value in ("", "  ", "\udcff\udcfe")),
+        *(("--id", value) for value in ("", "a b", "a\nb", "\u202ea")),
+        *((name, value) for name in ("--module", "--skill") for value in ("", "Tidy", "tidy ")),
+        *(("--reason", value) for value in ("", "  ")),
     ],
 )
 def test_a_block_that_can_reach_nothing_or_cannot_be_recorded_is_refused(

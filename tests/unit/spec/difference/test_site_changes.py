@@ -111,5 +111,5 @@ def test_a_change_of_an_attenuation_is_reported_and_not_compared(old: Path, new:
 
 
 def test_a_change_of_a_sensor_is_reported(old: Path, new: Path) -> None:
-    change(new / "site.yaml", "sensor: encoders", "sensor: panel")
+    change(new / "site.yaml", "range: [-4, 4], sensor: encoders", "range: [-4, 4], sensor: panel")
     assert changed(sites(old, new)) == {"state/joint_angle/sensor": "changed"}
