@@ -392,8 +392,8 @@ THEOREM = Theorem(
             "overlooks-what-comes-to-rest",
             "under-way",
             DECISION_PIPELINE,
-            "[other.active_action for other in others])",
-            "[other.active_action for other in others if not other.is_halting])",
+            "[other.active_action for other in others]",
+            "[other.active_action for other in others if not other.is_halting]",
         ),
         Mutant(
             "tells-nothing-of-what-comes-to-rest",
