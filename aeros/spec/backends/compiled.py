@@ -12,6 +12,7 @@ Source: N. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., (2.4
 
 from __future__ import annotations
 
+import marshal
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -66,18 +67,23 @@ class _RealCode:
     peak: Fraction
 
 
-@lru_cache(maxsize=4096)
 def bytecode_of(source: str, mode: Literal["eval", "exec"]) -> CodeType:
-    """Compile generated source once: runs of one process under one site generate the same text each time.
+    """Compile generated source; the same text is compiled once in a process.
 
     Args:
         source: Python source code.
         mode: `eval` for one expression, `exec` for statements.
 
     Returns:
-        The code, which knows no globals yet.
+        New code, which knows no globals yet. CPython adapts code to the globals that it runs with, so functions
+        that shared code would slow each other down.
     """
-    return compile(source, "<generated>", mode, dont_inherit=True)
+    return cast("CodeType", marshal.loads(_marshalled(source, mode)))  # noqa: S302
+
+
+@lru_cache(maxsize=4096)
+def _marshalled(source: str, mode: Literal["eval", "exec"]) -> bytes:
+    return marshal.dumps(compile(source, "<generated>", mode, dont_inherit=True))
 
 
 def compile_condition(term: t.Term, ranges: Ranges) -> Predicate:

@@ -206,8 +206,10 @@ def _height_limited(term: t.Term, height: int) -> t.Term:
     return path[max(0, len(path) - height)]
 
 
-def test_the_same_source_is_compiled_once_and_another_is_not_taken_for_it() -> None:
+def test_functions_of_the_same_source_share_no_code_and_another_source_is_not_taken_for_it() -> None:
     code = compiled.bytecode_of("a + 1", "eval")
-    assert compiled.bytecode_of("a + 1", "eval") is code
+    again = compiled.bytecode_of("a + 1", "eval")
+    assert again == code
+    assert again is not code
     assert [eval(code, {"a": a}) for a in (1, 2)] == [2, 3]  # noqa: S307
     assert eval(compiled.bytecode_of("a + 2", "eval"), {"a": 1}) == 3  # noqa: S307
