@@ -19,7 +19,7 @@ from aeros.cli.terminal import print_diagnostics, safe_streams
 from aeros.exit_codes import EXIT_CODES, Exit, UsageError
 from aeros.spec.diagnostics.errors import UndecidedError, UserError
 from aeros.spec.diagnostics.render import escape_invisible, render_all
-from aeros.spec.migrations.renamed_names import RENAMED_OPTIONS
+from aeros.spec.migrations.renamed_options import RENAMED_OPTIONS
 
 _COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "verify": ("author.verify", "prove modules safe under a site's policy"),

@@ -9,7 +9,8 @@ import re
 
 from aeros.spec.migrations.format import Format, Kind
 from aeros.spec.migrations.formats import FORMATS
-from aeros.spec.migrations.renamed_names import RENAMED_EVENTS, RENAMED_OPTIONS
+from aeros.spec.migrations.renamed_names import RENAMED_EVENTS
+from aeros.spec.migrations.renamed_options import RENAMED_OPTIONS
 from tests.repo.tree import PYTHON, check_generated, text_of
 
 

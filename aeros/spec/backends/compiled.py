@@ -75,8 +75,8 @@ def bytecode_of(source: str, mode: Literal["eval", "exec"]) -> CodeType:
         mode: `eval` for one expression, `exec` for statements.
 
     Returns:
-        New code, which knows no globals yet. CPython adapts code to the globals that it runs with, so functions
-        that shared code would slow each other down.
+        New code, which knows no globals yet. CPython adapts code to the globals that it runs with, so
+        functions that shared code would slow each other down.
     """
     return cast("CodeType", marshal.loads(_marshalled(source, mode)))  # noqa: S302
 

@@ -6,7 +6,6 @@ run shows every problem.
 
 from __future__ import annotations
 
-import difflib
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -585,6 +584,8 @@ def did_you_mean(name: str, candidates: Iterable[str]) -> str | None:
     """
     if len(name) > _LONGEST_NAME:
         return None
+    import difflib
+
     nearest = difflib.get_close_matches(name, sorted(candidates), n=1, cutoff=0.6)
     return nearest[0] if nearest else None
 

@@ -1,4 +1,4 @@
-"""Old names of events and command-line options, with their current names.
+"""Old names of events, with their current names; files with old names of events or options are rewritten.
 
 Signed audit logs are never rewritten, so readers of logs pass the name of each event through `current_event`.
 No old name has a new meaning: a log that an older program began and this one continued is read correctly.
@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from aeros.spec.migrations.format import UnmigratableError
+from aeros.spec.migrations.renamed_options import RENAMED_OPTIONS
 
 RENAMED_EVENTS: Final[Mapping[str, str]] = {
     "checkpoint-refused": "checkpoint-rejected",
@@ -44,29 +45,6 @@ RENAMED_EVENTS: Final[Mapping[str, str]] = {
 
 The audit log's own records, such as `step-began` and the operator's `resumed`, have kept their names.
 """
-
-RENAMED_OPTIONS: Final[Mapping[str, Mapping[str, str]]] = {
-    "approve": {"--refuse": "--reject"},
-    "audit": {"--verdict": "--decision", "--from": "--from-record", "--to": "--to-record"},
-    "decide": {"--example": "--print-examples"},
-    "experiment": {"--first": "--first-seed", "--enter": "--architecture"},
-    "graph": {"--what": "--kind"},
-    "new": {"--in": "--parent", "--task": "--instruction"},
-    "plan": {"--start": "--initial", "--pddl": "--export-pddl"},
-    "predict": {"--set": "--probability", "--retry": "--max-retries", "--replans": "--max-replans"},
-    "run": {
-        "--plan-within": "--planning-timeout",
-        "--engine": "--pddl-engine",
-        "--person": "--people",
-        "--record": "--video",
-        "--no-record": "--no-video",
-        "--crashes": "--max-crashes",
-        "--within": "--crash-window",
-        "--silence": "--heartbeat-timeout",
-    },
-    "top": {"--every": "--interval"},
-}
-"""Options by command: old name to current name."""
 
 
 def current_event(name: str) -> str:

@@ -14,7 +14,7 @@ from aeros.cli.main import main
 from aeros.cli.run import decide
 from aeros.exit_codes import Exit, exit_for
 from aeros.runtime.audit.log import verify_log
-from aeros.spec.migrations.renamed_names import RENAMED_OPTIONS
+from aeros.spec.migrations.renamed_options import RENAMED_OPTIONS
 from aeros.spec.obligations.verdicts import Conclusion
 
 ROOT = Path(__file__).parents[3]

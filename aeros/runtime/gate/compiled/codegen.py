@@ -145,12 +145,13 @@ class FunctionWriter:
             checker: the measured variable.
         """
         self.write_guard(f"type(reading) is Reading and len(reading) == {len(Reading._fields)}")
-        self.add_line("if reading.time is not measured:")
+        self.add_line("moment = reading.time")
+        self.add_line("if moment is not measured:")
         start = len(self.lines)
-        self.add_line(f"number = {double_of('reading.time')}")
+        self.add_line(f"number = {double_of('moment')}")
         self.write_guard(f"{-EXACT_INTEGERS} <= number <= exactly")
         self.add_line("time, age = number, exactly - number")
-        self.add_line("measured = reading.time")
+        self.add_line("measured = moment")
         self.indent(start)
         self.write_unpack(checker, "reading.value")
 

@@ -11,12 +11,12 @@ from aeros.spec.migrations import formats
 from aeros.spec.migrations.format import Step, UnmigratableError
 from aeros.spec.migrations.renamed_names import (
     RENAMED_EVENTS,
-    RENAMED_OPTIONS,
     current_event,
     plant_log_to_2,
     run_options_to_2,
     trace_to_2,
 )
+from aeros.spec.migrations.renamed_options import RENAMED_OPTIONS
 from aeros.spec.migrations.rewriting import format_of, rewrite
 
 LINE = {"time": 1.0, "kind": "routed", "text": "x", "details": {"kind": "routed"}}
