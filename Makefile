@@ -19,7 +19,8 @@ QUICK := not slow and not page and not physics and not deep
 
 # Percent of statements and branches that tests/coverage.txt must reach, by part.
 COVERED := 97:aeros/runtime/gate/*.py,aeros/runtime/gate/compiled/*.py 98:aeros/spec/expr/*.py,aeros/spec/expr/typecheck/*.py 98:aeros/spec/obligations/*.py
-LOCK := $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --custom-compile-command 'make lock'
+# Extras stay in the locks: without `coverage[toml]==…`, pip 23 takes a newer `coverage[toml]`, which has no hash, and fails.
+LOCK := $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-strip-extras --custom-compile-command 'make lock'
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 .PHONY: help install demo quick test deep format lint types layers proofs pytest mutation coverage benchmark hook tools schemas dist lock clean
