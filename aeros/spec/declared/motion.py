@@ -194,6 +194,22 @@ class Tracking:
 
 
 @dataclass(frozen=True)
+class DrivingContact:
+    """Speed limit of a base that drives where a person may be touched, with the mass of all that drives.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    measured_by: Identifier = field(metadata={"doc": "the state variable with the speed of the base"})
+    speed: Identifier = field(
+        metadata={"doc": "constant: greatest speed there, which the rules on each moving kind must keep"}
+    )
+    mass: Identifier = field(metadata={"doc": "constant: mass m of the base and all that it carries"})
+
+
+@dataclass(frozen=True)
 class ContactLimits:
     """Limits of a contact with a person: v <= F/√(m·k) for every region of the body.
 
@@ -217,6 +233,9 @@ class ContactLimits:
     )
     stiffness: Identifier = field(metadata={"doc": "constants: stiffness k of each region"})
     mass: Identifier = field(metadata={"doc": "constant: effective mass m of the robot"})
+    base: DrivingContact | None = field(
+        default=None, metadata={"doc": "the same for a base that drives; required if the site has one"}
+    )
 
 
 @dataclass(frozen=True)

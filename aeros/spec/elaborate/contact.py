@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 from math import isqrt
+from typing import NamedTuple
 
 from aeros.spec.declared import motion as declared
 from aeros.spec.diagnostics.codes import Diagnostics, SpanLabel
@@ -17,7 +18,7 @@ from aeros.spec.elaborate.vocabulary import SiteVocabulary
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import RealType
 from aeros.spec.expr.units import FORCE, LENGTH, MASS, TIME, Dimension
-from aeros.spec.model.motion import ContactLimits
+from aeros.spec.model.motion import ContactLimits, DrivingContact
 from aeros.spec.text.fields import TextField
 
 _SPEED = LENGTH * TIME**-1
@@ -25,19 +26,20 @@ _STIFFNESS = FORCE * LENGTH**-1
 
 
 def elaborate_contact(
-    contact: declared.ContactLimits, vocabulary: SiteVocabulary, diagnostics: Diagnostics
+    contact: declared.ContactLimits, drives: bool, vocabulary: SiteVocabulary, diagnostics: Diagnostics
 ) -> ContactLimits | None:
     """Elaborate the limits of contact, and check the speed against the transient force of every region.
 
     Args:
         contact: the declared section.
+        drives: the site has a base that drives, which needs a limit of its own.
         vocabulary: vocabulary of the site, without faults.
         diagnostics: receives the faults.
 
     Returns:
         The limits in SI units, or None after reporting every fault.
     """
-    return _ContactElaborator(vocabulary, diagnostics).contact(contact)
+    return _ContactElaborator(vocabulary, diagnostics).contact(contact, drives)
 
 
 def transient_speed(force: Fraction, stiffness: Fraction, mass: Fraction) -> Fraction:
@@ -54,13 +56,28 @@ def transient_speed(force: Fraction, stiffness: Fraction, mass: Fraction) -> Fra
     return Fraction(isqrt(int(force * force / (mass * stiffness) * 10**12)), 10**6)
 
 
+class _Base(NamedTuple):
+    """A base that drives: its declaration, its speed, m/s, and the mass that drives, kg."""
+
+    declaration: declared.DrivingContact
+    speed: Fraction
+    mass: Fraction
+
+
 class _ContactElaborator:
     def __init__(self, vocabulary: SiteVocabulary, diagnostics: Diagnostics) -> None:
         self._vocabulary = vocabulary
         self._diagnostics = diagnostics
 
-    def contact(self, contact: declared.ContactLimits) -> ContactLimits | None:
+    def contact(self, contact: declared.ContactLimits, drives: bool) -> ContactLimits | None:
         before = len(self._diagnostics)
+        if drives and contact.base is None:
+            self._diagnostics.error(
+                "AE612",
+                "nothing limits the speed at which the base that drives may touch a person",
+                contact.span,
+                help=("add `base` to `motion.contact`, with the mass of the base and all that it carries",),
+            )
         self._state(contact.distance, LENGTH)
         self._state(contact.measured_by, _SPEED)
         within = self._scalar(contact.within, LENGTH)
@@ -70,6 +87,7 @@ class _ContactElaborator:
             self._table(contact.transient_force, FORCE),
             self._table(contact.stiffness, _STIFFNESS),
         )
+        base = None if contact.base is None else self._base(contact.base)
         if len(self._diagnostics) > before:
             return None
         # Nothing is None here: each None above was reported.
@@ -85,17 +103,28 @@ class _ContactElaborator:
                 contact.stiffness.span,
             )
             return None
-        if mass <= 0 or min(stiffness.values) <= 0 or min(force.values) <= 0:
+        masses = [mass] if base is None else [mass, base.mass]
+        if min(masses) <= 0 or min(stiffness.values) <= 0 or min(force.values) <= 0:
             self._diagnostics.error(
                 "AE112", "mass, stiffness and force of a contact are positive", contact.span
             )
             return None
-        self._check_speed(contact, speed, mass, force, stiffness)
-        return ContactLimits(contact.distance.value, within, contact.measured_by.value, speed)
+        self._check_speed(contact, contact.speed, speed, mass, force, stiffness)
+        limit = None
+        if base is not None:
+            self._check_speed(contact, base.declaration.speed, base.speed, base.mass, force, stiffness)
+            limit = DrivingContact(base.declaration.measured_by.value, base.speed)
+        return ContactLimits(contact.distance.value, within, contact.measured_by.value, speed, limit)
+
+    def _base(self, base: declared.DrivingContact) -> _Base | None:
+        self._state(base.measured_by, _SPEED)
+        speed, mass = self._scalar(base.speed, _SPEED), self._scalar(base.mass, MASS)
+        return None if speed is None or mass is None else _Base(base, speed, mass)
 
     def _check_speed(
         self,
         contact: declared.ContactLimits,
+        name: TextField,
         speed: Fraction,
         mass: Fraction,
         force: t.ConstantTable,
@@ -112,11 +141,11 @@ class _ContactElaborator:
         if speed > permitted[worst]:
             self._diagnostics.error(
                 "AE612",
-                f"`{contact.speed.value}` is {float(1000 * speed):.4g} mm/s; the transient force of `{worst}`"
+                f"`{name.value}` is {float(1000 * speed):.4g} mm/s; the transient force of `{worst}`"
                 f" permits {float(1000 * permitted[worst]):.4g} mm/s",
-                contact.speed.span,
+                name.span,
                 secondary=(SpanLabel(contact.transient_force.span, "v = F/√(m·k), of a region held fast"),),
-                help=(f"reduce `{contact.speed.value}`",),
+                help=(f"reduce `{name.value}`",),
             )
 
     def _state(self, name: TextField, dimension: Dimension) -> None:

@@ -187,7 +187,10 @@ class _MotionElaborator:
             self._back_off(motion.back_off)
         touch = motion.contact
         late_ticks = elaborate_late_ticks(motion.late_ticks, self._diagnostics)
-        contact = None if touch is None else elaborate_contact(touch, self._vocabulary, self._diagnostics)
+        contact = None
+        if touch is not None:
+            drives = motion.base is not None
+            contact = elaborate_contact(touch, drives, self._vocabulary, self._diagnostics)
         barriers = [
             _elaborate_barrier(barrier, self._vocabulary, self._diagnostics) for barrier in motion.barriers
         ]

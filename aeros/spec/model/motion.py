@@ -110,6 +110,19 @@ class Tracking:
 
 
 @dataclass(frozen=True)
+class DrivingContact:
+    """Greatest speed of a base that drives where it may touch a person.
+
+    Attributes:
+        variable: state variable with the speed of the base.
+        speed: its greatest value there, which the transient force of every region permits, m/s.
+    """
+
+    variable: str
+    speed: Fraction
+
+
+@dataclass(frozen=True)
 class ContactLimits:
     """Greatest speed of the robot where it may touch a person.
 
@@ -118,12 +131,14 @@ class ContactLimits:
         within: distance below which a contact may happen, m.
         variable: state variable with the speed of the fastest link.
         speed: its greatest value there, which the transient force of every region permits, m/s.
+        base: of a base that drives; None if the robot has none.
     """
 
     distance: str
     within: Fraction
     variable: str
     speed: Fraction
+    base: DrivingContact | None = None
 
 
 @dataclass(frozen=True)

@@ -113,8 +113,8 @@ def _satisfiable(site: Site, kind: ActionKind, rules: tuple[Rule, ...]) -> Oblig
 def _contact_speed_kept(site: Site, kind: ActionKind, rules: tuple[Rule, ...]) -> Iterator[Obligation]:
     """Claim that the rules on a kind that moves keep the contact speed wherever a person may be touched.
 
-    Unsatisfiable iff with a person within the distance neither the measured speed of the links nor the
-    speed that the action asks for can exceed it.
+    Unsatisfiable iff with a person within the distance neither the measured speed of the links or of a base
+    that drives, nor the speed that the action asks for, can exceed its limit.
     """
     motion = site.motion
     if motion is None or motion.contact is None:
@@ -124,28 +124,31 @@ def _contact_speed_kept(site: Site, kind: ActionKind, rules: tuple[Rule, ...]) -
         return
     contact = motion.contact
     distance = site.observed_variables[contact.distance].variable
-    speeds: list[tuple[str, t.Term]] = [
-        (contact.variable, site.observed_variables[contact.variable].variable)
+    limits = [(contact.variable, contact.speed)]
+    if contact.base is not None and (asked is None or asked.base_target is not None):
+        limits.append((contact.base.variable, contact.base.speed))
+    speeds: list[tuple[str, t.Term, Fraction]] = [
+        (name, site.observed_variables[name].variable, limit) for name, limit in limits
     ]
     if asked is not None and asked.peak_speed is not None:
-        speeds.append((asked.peak_speed, kind.parameters[asked.peak_speed].variable))
+        # It bounds the tool, or the base of a kind that moves the base alone.
+        moves_arm = asked.tool_target is not None or asked.joint_target is not None
+        limit = limits[0 if moves_arm else -1][1]
+        speeds.append((asked.peak_speed, kind.parameters[asked.peak_speed].variable, limit))
     far = t.Compare("<=", t.Literal(contact.within, RealType(LENGTH)), distance)
-    limit_term = t.Literal(contact.speed, RealType(LENGTH * TIME**-1))
-    slow = [t.Compare("<=", speed, limit_term) for _, speed in speeds]
-    names = " or ".join(f"`{name}`" for name, _ in speeds)
-    limit = f"{float(1000 * contact.speed):.4g} mm/s"
+    unit = RealType(LENGTH * TIME**-1)
+    slow = [t.Compare("<=", speed, t.Literal(limit, unit)) for _, speed, limit in speeds]
+    measured = " and ".join(f"`{name} <= ...`" for name, _ in limits)
+    names = " or ".join(f"`{name}` above {float(1000 * limit):.4g} mm/s" for name, _, limit in speeds)
     yield Obligation(
         id=ClaimForm.CONTACT_SPEED_KEPT(kind.name),
         code="AE612",
         mode=ClaimMode.ALWAYS,
         space=action_space(site, kind, *(rule.terms[kind.name] for rule in rules)),
         conclusion=t.Or((far, t.conjunction(*slow))),
-        headline=f"where a contact may happen, the rules on `{kind.name}` allow {names} above {limit}",
+        headline=f"where a contact may happen, the rules on `{kind.name}` allow {names}",
         primary=SpanLabel(kind.span, "no rule keeps the contact speed"),
-        help=(
-            f"require `{contact.variable} <= ...` where `{contact.distance}` is below "
-            f"{float(contact.within):g} m",
-        ),
+        help=(f"require {measured} where `{contact.distance}` is below {float(contact.within):g} m",),
     )
 
 

@@ -30,7 +30,7 @@ def broken(person: float, **parameters: float) -> tuple[str, ...]:
 def test_a_rule_is_broken_by_what_is_true_for_a_motion_as_it_was_decided() -> None:
     assert broken(5.0, speed=0.4) == ()
     assert broken(1.1, speed=0.05) == ()
-    assert "reduced-speed-near-person" in broken(1.1, speed=0.4)
+    assert "reduced-driving-near-person" in broken(1.1, speed=0.4)
     assert "separation" in broken(0.1, speed=0.1)
 
 

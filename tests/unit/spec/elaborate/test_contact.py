@@ -13,9 +13,11 @@ from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.render import render_text
 from aeros.spec.elaborate.contact import transient_speed
 from aeros.spec.elaborate.load import load_site
-from aeros.spec.model.motion import ContactLimits, LateTicks
+from aeros.spec.model.motion import ContactLimits, DrivingContact, LateTicks
 from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
+
+BASE = "    base: {measured_by: base_speed, speed: driving_contact_speed, mass: driven_mass}\n"
 
 
 def _loaded(tmp_path: Path, *edits: tuple[str, str]) -> tuple[Site | None, list[str]]:
@@ -48,7 +50,11 @@ def test_the_reference_site_names_its_contact_and_late_ticks(tmp_path: Path) -> 
     assert site is not None
     assert site.motion is not None
     assert site.motion.contact == ContactLimits(
-        "human_distance", Fraction(12, 10), "link_speed", Fraction(318, 1000)
+        "human_distance",
+        Fraction(12, 10),
+        "link_speed",
+        Fraction(318, 1000),
+        DrivingContact("base_speed", Fraction(114, 1000)),
     )
     assert site.motion.late_ticks == LateTicks(Fraction(5, 1000), 3, Fraction(20, 1000))
 
@@ -57,11 +63,17 @@ def test_the_reference_site_names_its_contact_and_late_ticks(tmp_path: Path) -> 
     ("old", "new", "message"),
     [
         ("value: 318 mm/s", "value: 319 mm/s", "error[AE612] contact-too-fast: `contact_speed` is 319 mm/s"),
-        ("75000, 50000, 60000", "76000, 50000, 60000", "error[AE612]"),
+        ("75000, 50000, 60000", "75300, 50000, 60000", "error[AE612]"),
         ("value: 10.3 kg", "value: 10.4 kg", "error[AE612]"),
         ("value: 10.3 kg", "value: 0 kg", "error[AE112]"),
         ("    distance: human_distance\n", "    distance: human\n", "error[AE122]"),
         ("    distance: human_distance\n", "    distance: tool_speed\n", "error[AE203]"),
+        ("value: 114 mm/s", "value: 115 mm/s", "error[AE612] contact-too-fast: `driving_contact_speed` is"),
+        ("value: 80 kg", "value: 81 kg", "error[AE612] contact-too-fast: `driving_contact_speed` is"),
+        ("value: 80 kg", "value: 0 kg", "error[AE112]"),
+        (BASE, "", "error[AE612] contact-too-fast: nothing limits the speed"),
+        (BASE, BASE.replace("base_speed", "base_position"), "error[AE203]"),
+        (BASE, BASE.replace("mass: driven_mass", "mass: region_mass"), "error[AE203]"),
         ("    speed: contact_speed\n", "    speed: robot_mass\n", "error[AE204]"),
         ("    speed: contact_speed\n", "    speed: region_stiffness\n", "error[AE203]"),
         ("    mass: robot_mass\n", "    mass: region_mass\n", "error[AE203]"),
