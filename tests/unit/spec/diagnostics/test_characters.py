@@ -28,7 +28,7 @@ BIDI_CONTROL = [(0x61C, 0x61C), (0x200E, 0x200F), (0x202A, 0x202E), (0x2066, 0x2
 
 
 @pytest.mark.parametrize(("first", "last"), [*DEFAULT_IGNORABLE, *BIDI_CONTROL])
-def test_what_unicode_calls_ignorable_or_a_bidirectional_control_is_hidden(first: int, last: int) -> None:
+def test_ignorable_characters_and_bidirectional_controls_are_hidden(first: int, last: int) -> None:
     for number in {first, (first + last) // 2, last}:
         assert is_hidden(chr(number)), hex(number)
         assert find_hidden(f"ab{chr(number)}c") == 2
@@ -61,7 +61,7 @@ def test_the_first_and_the_last_character_of_a_hidden_category_are_hidden(catego
         "Здравствуй שלום سلام हिन्दी",
     ],
 )
-def test_what_writing_needs_is_not_hidden(text: str) -> None:
+def test_characters_that_scripts_need_are_not_hidden(text: str) -> None:
     assert find_hidden(text) is None
 
 
