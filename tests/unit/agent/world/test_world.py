@@ -140,7 +140,7 @@ def test_an_action_parameter_is_never_known() -> None:
     assert world().evaluate(t.Variable("speed", BOOL, t.VariableRole.PARAMETER)) is None
 
 
-def test_why_not_shows_what_was_measured() -> None:
+def test_the_unmet_reason_shows_the_measured_values() -> None:
     assert world(fill_level=0.25).unmet_reason(term("fill_level > 0.5")) == "`fill_level` = 0.25"
 
 
@@ -244,7 +244,7 @@ def test_the_values_of_a_world_are_never_replaced_except_the_reasons_of_failures
 
 
 @given(_READINGS, _CONDITIONS)
-def test_why_steps_failed_is_read_by_no_condition(readings: dict[str, Reading], condition: str) -> None:
+def test_no_condition_reads_the_reasons_of_failed_steps(readings: dict[str, Reading], condition: str) -> None:
     seen = world_from_readings(STATE, readings, NOW)
     part = UnmetBound("wrapper_aligned", True, "exactly", False)
     explained = replace(seen, failures=(Cause("rule", "r", "wrapper_aligned", shortfalls=(part,)),))

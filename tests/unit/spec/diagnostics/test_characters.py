@@ -13,7 +13,7 @@ from aeros.spec.diagnostics.characters import (
     escape_hidden,
     find_hidden,
     is_hidden,
-    why_hidden,
+    hiding_reason,
 )
 
 # DerivedCoreProperties.txt of Unicode 15.1, Default_Ignorable_Code_Point.
@@ -90,7 +90,7 @@ def test_the_first_hidden_character_is_found() -> None:
 )
 def test_a_hidden_character_is_named_with_a_reason(character: str, description: str, why: str) -> None:
     assert is_hidden(character)
-    assert (describe_character(character), why_hidden(character)) == (description, why)
+    assert (describe_character(character), hiding_reason(character)) == (description, why)
 
 
 @pytest.mark.parametrize("marks", ["\u0336", "\u0336\u0301", "\u20dd", "\u0488", "\u0e31", "\u0903"])
@@ -99,5 +99,5 @@ def test_one_letter_holds_thirty_marks_and_no_more(marks: str) -> None:
     assert find_hidden(many) is None
     assert find_hidden(f"{many}b{many[1:]}") is None
     assert find_hidden(f"{many}{marks[0]}b") == MAX_MARKS + 1
-    assert why_hidden(marks[0]) == "one of more than 30 marks on one letter"
+    assert hiding_reason(marks[0]) == "one of more than 30 marks on one letter"
     assert "".join(escape_hidden(f"{many}{marks[0]}b", lambda one: "?")) == f"{many}?b"
