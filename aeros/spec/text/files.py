@@ -6,7 +6,7 @@ import os
 import stat
 from typing import Final
 
-from aeros.spec.diagnostics.characters import describe_character, find_hidden, is_hidden, hiding_reason
+from aeros.spec.diagnostics.characters import describe_character, find_hidden, hiding_reason, is_hidden
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel, quoted
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.source import Source, SourceSpan

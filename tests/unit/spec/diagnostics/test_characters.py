@@ -12,8 +12,8 @@ from aeros.spec.diagnostics.characters import (
     describe_character,
     escape_hidden,
     find_hidden,
-    is_hidden,
     hiding_reason,
+    is_hidden,
 )
 
 # DerivedCoreProperties.txt of Unicode 15.1, Default_Ignorable_Code_Point.
