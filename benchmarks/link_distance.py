@@ -25,7 +25,8 @@ from typing import Any, Final
 import numpy as np
 
 from aeros.cli.main import main as run_aeros
-from aeros.runtime.motion.swept_volume import SweptMotion, find_link_contact
+from aeros.runtime.motion.link_distance import find_link_contact
+from aeros.runtime.motion.swept_volume import SweptMotion
 from aeros.sim.bullet.client import DATA, bullet
 from aeros.sim.kinematic.robot import KinematicRobot
 from aeros.sim.robot.body import PANDA_BODY

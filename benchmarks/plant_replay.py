@@ -35,51 +35,51 @@ class RecordingPlant:
         self.calls: list[Call] = []
 
     def now(self) -> float:
-        """Implements `Plant.now`."""
+        """Implement `Plant.now`."""
         return self._plant.now()
 
     def observe(self) -> Readings:
-        """Implements `Plant.observe`."""
+        """Implement `Plant.observe`."""
         self.calls.append(("observe", ()))
         return self._plant.observe()
 
     def plan(self, action: Action) -> PlannedMotion:
-        """Implements `Plant.plan`."""
+        """Implement `Plant.plan`."""
         self.calls.append(("plan", (action,)))
         return self._plant.plan(action)
 
     def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
-        """Implements `Plant.begin`."""
+        """Implement `Plant.begin`."""
         self.calls.append(("begin", (action,)))
         return self._plant.begin(action, decided)
 
     def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
-        """Implements `Plant.advance`."""
+        """Implement `Plant.advance`."""
         self.calls.append(("advance", (until,)))
         return self._plant.advance(monitor, until)
 
     def halt(self, motion: MotionHandle) -> None:
-        """Implements `Plant.halt`."""
+        """Implement `Plant.halt`."""
         self.calls.append(("halt", (motion,)))
         self._plant.halt(motion)
 
     def stop(self) -> None:
-        """Implements `Plant.stop`."""
+        """Implement `Plant.stop`."""
         self.calls.append(("stop", ()))
         self._plant.stop()
 
     def skill_began(self, skill: str) -> None:
-        """Implements `Plant.skill_began`."""
+        """Implement `Plant.skill_began`."""
         self.calls.append(("skill_began", (skill,)))
         self._plant.skill_began(skill)
 
     def skill_ended(self, skill: str, *, finished: bool) -> None:
-        """Implements `Plant.skill_ended`."""
+        """Implement `Plant.skill_ended`."""
         self.calls.append(("skill_ended", (skill, finished)))
         self._plant.skill_ended(skill, finished=finished)
 
     def close(self) -> None:
-        """Implements `Plant.close`."""
+        """Implement `Plant.close`."""
         self._plant.close()
 
 

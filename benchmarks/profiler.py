@@ -15,7 +15,8 @@ Part = tuple[str, Any, tuple[str, ...]]
 class TimeShares:
     """Processor seconds spent in each part, without the parts that it calls.
 
-    rest: name of the time that is in no part.
+    Args:
+        rest: name of the time that is in no part.
     """
 
     def __init__(self, rest: str) -> None:

@@ -101,7 +101,7 @@ MARKED: Final = {
 }
 """Marker by folder or file pattern below `tests/`: what `make quick` leaves to `make test`.
 
-`physics` and `deep` are said in the files, by test.
+`physics` and `deep` are set in the files, by test.
 """
 
 _STORE = "AEROS_STORE_OF_TESTS"

@@ -24,7 +24,7 @@ import numpy as np
 from scipy.optimize import nnls
 from scipy.spatial import ConvexHull
 
-from aeros.runtime.motion.swept_volume import HullPair, PostureRange, hull_pairs
+from aeros.runtime.motion.link_distance import HullPair, PostureRange, hull_pairs
 from aeros.runtime.ports import Hull, RobotBody
 from aeros.sim.bullet.client import DATA
 from aeros.sim.robot.kinematics import DH_LENGTHS, DH_OFFSETS, DH_TWISTS, FLANGE

@@ -10,11 +10,5 @@ class AgentError(UserError):
 
     def __init__(self, reason: str) -> None:
         super().__init__(())
-        self.reason = reason
-
-    def __str__(self) -> str:
-        return self.reason
-
-    def __reduce__(self) -> tuple[type[AgentError], tuple[str]]:  # type: ignore[override]
-        # Made again from the reason where another process raised it; the user error's own way would lose it.
-        return type(self), (self.reason,)
+        self.text = self.reason = reason
+        self.args = (reason,)

@@ -270,6 +270,24 @@ def add_signing(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--unsigned", action="store_true", help="do not sign the audit log")
 
 
+def add_signature_check(parser: argparse.ArgumentParser) -> None:
+    """Add the options that name the key and the anchors with which an audit log is checked.
+
+    Args:
+        parser: Parser of the command.
+    """
+    parser.add_argument(
+        "--public-key", type=existing_path, help="public key that the log must be signed with"
+    )
+    parser.add_argument(
+        "--anchor",
+        type=existing_path,
+        action="append",
+        default=[],
+        help="file with a copy of the newest checkpoint; may be repeated",
+    )
+
+
 def require_signing_options(arguments: argparse.Namespace) -> None:
     """Check that the options of `add_signing` fit together.
 

@@ -31,19 +31,19 @@ class OpenGate(Gate):
         return MonitorRules(self._site)
 
     def with_configuration(self, configuration: Configuration) -> OpenGate:
-        """Implements `Gate.with_configuration`."""
+        """Implement `Gate.with_configuration`."""
         return OpenGate(configuration)
 
     def decide(
         self, caller: Caller, readings: Readings, action: Action, now: float, usage: Mapping[str, int]
     ) -> Decision:
-        """Implements `Gate.decide`: allows the action as it is."""
+        """Implement `Gate.decide`: allows the action as it is."""
         return Decision(DecisionKind.ALLOW, action, ())
 
     def decide_jointly(
         self, decision: Decision, readings: Readings, now: float, others: Sequence[ActiveAction]
     ) -> Decision:
-        """Implements `Gate.decide_jointly`: returns `decision` as it is."""
+        """Implement `Gate.decide_jointly`: returns `decision` as it is."""
         return decision
 
 

@@ -215,44 +215,44 @@ class ReplayingRuntime:
         return False
 
     def active_modules(self) -> Mapping[str, Ecm]:
-        """Implements `Runtime.active_modules`."""
+        """Implement `Runtime.active_modules`."""
         return self._configuration.modules
 
     def certificate(self, module: str) -> Certificate | None:
-        """Implements `Runtime.certificate`."""
+        """Implement `Runtime.certificate`."""
         return self._configuration.certificates.get(module)
 
     def now(self) -> float:
-        """Implements `Runtime.now`."""
+        """Implement `Runtime.now`."""
         return self._state.now
 
     def observe(self) -> Readings:
-        """Implements `Runtime.observe`."""
+        """Implement `Runtime.observe`."""
         return self._state.readings
 
     def start(self, request: StepRequest) -> StepHandle | StepResult:
-        """Implements `Runtime.start`."""
+        """Implement `Runtime.start`."""
         started: StepHandle | StepResult = self._call("start", request)
         return started
 
     def wait(self, until: float = inf) -> EndedStep | None:
-        """Implements `Runtime.wait`."""
+        """Implement `Runtime.wait`."""
         ended: EndedStep | None = self._call("wait", until)
         return ended
 
     def cancel(self, step: StepHandle, reason: str) -> None:
-        """Implements `Runtime.cancel`."""
+        """Implement `Runtime.cancel`."""
         self._call("cancel", step, reason)
 
     def note(self, event: str, details: Mapping[str, Any]) -> None:
-        """Implements `Runtime.note`: discards the note."""
+        """Implement `Runtime.note`: discards the note."""
 
     def log_head(self) -> LogHead:
-        """Implements `Runtime.log_head`: the head of an empty log."""
+        """Implement `Runtime.log_head`: the head of an empty log."""
         return EMPTY_LOG_HEAD
 
     def events_since(self, head: LogHead) -> tuple[AuditEvent, ...]:
-        """Implements `Runtime.events_since`: nothing is recorded."""
+        """Implement `Runtime.events_since`: nothing is recorded."""
         return ()
 
     def _call(self, name: str, *arguments: Any) -> Any:

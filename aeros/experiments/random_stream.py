@@ -64,14 +64,14 @@ class SeedRandomStream:
         self._number = number
 
     def observed_draws(self, opened: OpenPlant) -> tuple[float, tuple[float, float]]:
-        """Implements `RandomStream.observed_draws`.
+        """Implement `RandomStream.observed_draws`.
 
         Args:
             opened: the open plant.
 
         Returns:
-            The condition's number, and the interval in which all would be the same; empty where the plant
-            reports none.
+            The condition's rate, and the open interval of rates for which this seed draws the same; empty,
+            as (rate, rate), if the plant reports none.
         """
         return self._number, opened.equivalent_interval() if opened.equivalent_interval else (
             self._number,
@@ -79,12 +79,12 @@ class SeedRandomStream:
         )
 
     def reproduces(self, draws: tuple[float, tuple[float, float]]) -> bool:
-        """Implements `RandomStream.reproduces`."""
+        """Implement `RandomStream.reproduces`."""
         number, (low, high) = draws
         return self._number == number or low < self._number < high
 
     def equivalent_interval(self, draws: tuple[float, tuple[float, float]]) -> tuple[float, float]:
-        """Implements `RandomStream.equivalent_interval`."""
+        """Implement `RandomStream.equivalent_interval`."""
         return draws[1]
 
 
@@ -105,16 +105,16 @@ class OutcomeRandomStream:
         self._equivalence = equivalence
 
     def observed_draws(self, opened: OpenPlant) -> Any:
-        """Implements `RandomStream.observed_draws`: the outcomes, in order."""
+        """Implement `RandomStream.observed_draws`: the outcomes, in order."""
         assert opened.equivalent_interval is not None  # noqa: S101  a symbolic plant's
         return opened.equivalent_interval()
 
     def reproduces(self, draws: Any) -> bool:
-        """Implements `RandomStream.reproduces`."""
+        """Implement `RandomStream.reproduces`."""
         outcome = self._draws.outcome
         return all(outcome(skill, run).id == had for skill, run, had in draws)
 
     def equivalent_interval(self, draws: Any) -> tuple[float, float]:
-        """Implements `RandomStream.equivalent_interval`."""
+        """Implement `RandomStream.equivalent_interval`."""
         name = self._equivalence.skill
         return self._equivalence.equivalent_interval(self._seed, sum(one.skill == name for one in draws))

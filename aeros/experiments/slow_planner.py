@@ -35,7 +35,7 @@ class SlowPlanner:
         self._rules = RulePlanner()
 
     def plan(self, routed: RoutedTask, world: WorldModel, modules: Mapping[str, Ecm]) -> TaskGraph:
-        """Implements `Planner.plan`."""
+        """Implement `Planner.plan`."""
         time.sleep(self._replan_delay_s if world.failures else self._first_delay_s)
         graph = self._rules.plan(routed, world, modules)
         return TaskGraph(tuple(map(self._transform_step, graph.steps)))

@@ -56,7 +56,7 @@ class CountingRuntime:
         self.first_failed = False
 
     def start(self, request: StepRequest) -> StepHandle | StepResult:
-        """Implements `Runtime.start`."""
+        """Implement `Runtime.start`."""
         started = self._runtime.start(request)
         if not isinstance(started, StepResult):
             self.steps += 1
@@ -65,7 +65,7 @@ class CountingRuntime:
         return started
 
     def wait(self, until: float = inf) -> EndedStep | None:
-        """Implements `Runtime.wait`."""
+        """Implement `Runtime.wait`."""
         ended = self._runtime.wait(until)
         if ended is not None:
             self.actions += ended.result.allowed + ended.result.attenuated
@@ -119,7 +119,7 @@ class TrialContextImpl:
         return self._runtime
 
     def world(self) -> WorldModel:
-        """Implements `TrialContext.world`.
+        """Implement `TrialContext.world`.
 
         Raises:
             CallLimitError: the architecture has used up its calls.
@@ -136,7 +136,7 @@ class TrialContextImpl:
         return self._world
 
     def is_goal_reached(self) -> bool:
-        """Implements `TrialContext.is_goal_reached`."""
+        """Implement `TrialContext.is_goal_reached`."""
         return self.world().evaluate(self._routed.task.goal) is True
 
     def is_goal_measured(self) -> bool:
@@ -149,11 +149,11 @@ class TrialContextImpl:
         return self.is_goal_reached()
 
     def plan(self) -> tuple[PlanStep, ...]:
-        """Implements `TrialContext.plan`."""
+        """Implement `TrialContext.plan`."""
         return self._planner.plan(self._routed, self.world(), self._runtime.active_modules()).steps
 
     def run(self, step: PlanStep) -> StepAssessment:
-        """Implements `TrialContext.run`; of a capability the first provider that may start runs.
+        """Implement `TrialContext.run`; of a capability the first provider that may start runs.
 
         Raises:
             MisuseError: the module has no such skill.

@@ -159,7 +159,7 @@ class _CountingPlant:
         self._counts = counts
 
     def plan(self, action: Action) -> PlannedMotion:
-        """Implements `Plant.plan`."""
+        """Implement `Plant.plan`."""
         plan = self._plant.plan(action)
         if isinstance(plan, Trajectory) and moves_joints(plan):
             self._counts["ik_solutions"] += sum(len(path) + 1 for path in plan.joint_paths)

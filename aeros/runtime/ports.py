@@ -40,8 +40,9 @@ Readings = Mapping[str, Reading]
 class ColumnNames:
     """Names of the variables that are measured together, in alphabetical order.
 
-    names: the variables' names.
-    places: the position of each name in `names`.
+    Attributes:
+        names: the variables' names.
+        places: the position of each name in `names`.
     """
 
     __slots__ = ("names", "places")
@@ -56,9 +57,10 @@ class ColumnNames:
 class Snapshot(Mapping[str, Reading]):
     """Readings that were all measured at one time, with their values in one tuple. Immutable.
 
-    order: the names of the variables.
-    column: the value of each variable, in that order.
-    time: seconds on the plant's clock.
+    Attributes:
+        order: the names of the variables.
+        column: the value of each variable, in that order.
+        time: seconds on the plant's clock.
 
     Consecutive snapshots may share the tuple, or most of the objects in it. A reader that has processed the
     previous snapshot then needs to look only at what differs.

@@ -20,5 +20,5 @@ def rendered_errors() -> Iterator[None]:
         yield
     except UserError as error:
         if error.diagnostics:
-            error.args = (render_all(error.diagnostics),)
+            error.text = render_all(error.diagnostics)
         raise

@@ -50,9 +50,10 @@ class Session:
     The plant is opened with the first instruction, because its task names the scene.  The robot runs in a
     thread of its own.
 
-    proof: verification report of the site and the modules.
-    out: the folder with audit log (`audit.jsonl`), trace and samples.
-    report: report of the last run that ended; None before.
+    Attributes:
+        proof: verification report of the site and the modules.
+        out: the folder with audit log (`audit.jsonl`), trace and samples.
+        report: report of the last run that ended; None before.
 
     Example:
         >>> with aeros.open_session("ecms/clean_table", seed=7) as session:

@@ -29,7 +29,8 @@ class SkillGate:
     Pure: `decide` has no effect, reads no clock and counts nothing, so that the same arguments give the same
     decision.
 
-    skills: all skills, as `MODULE.SKILL`.
+    Attributes:
+        skills: all skills, as `MODULE.SKILL`.
 
     Example:
         >>> gate = aeros.load_gate("ecms/clean_table", skill="wipe")

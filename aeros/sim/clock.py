@@ -1,4 +1,4 @@
-"""The control period: in each, a simulated plant sets motors, steps the world and calls the monitor once."""
+"""Control period of the simulators: in each, they set motors, step the world and call the monitor once."""
 
 from __future__ import annotations
 

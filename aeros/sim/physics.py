@@ -213,7 +213,8 @@ class PhysicsPlant(FixedStepPlant):
         self._disturbance.before_tick()
         self._world.step()
         self._scene.tick()
-        self._people.update(self._world.time)
+        if self._people.walkers:
+            self._people.update(self._world.time)
         for viewer in self._spectators:
             viewer.tick(self._world, self._scene.view)
 
@@ -235,7 +236,8 @@ class PhysicsPlant(FixedStepPlant):
 
     def _fast_values(self) -> dict[str, Any]:
         values = super()._fast_values()
-        values["human_distance"] = min(SCANNER_RANGE, self._people.distance(SCANNER_RANGE))
+        nearest = self._people.distance(SCANNER_RANGE) if self._people.walkers else SCANNER_RANGE
+        values["human_distance"] = min(SCANNER_RANGE, nearest)
         return values
 
     def _check_tracking(self) -> None:

@@ -26,6 +26,7 @@ from proofs.lib.symbolic_reals import (
 )
 
 SWEEP: Final = "aeros.runtime.motion.swept_volume"
+LINKS: Final = "aeros.runtime.motion.link_distance"
 BEZIER: Final = "aeros.runtime.motion.bezier"
 
 # Where a point of the body stays while the joints are near a straight way.

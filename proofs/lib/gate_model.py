@@ -45,11 +45,12 @@ REQUESTED_ACTION: Final = "asked"
 class GateVariant:
     """The configuration that a gate is made for, where that is not arbitrary.
 
-    rules: what Φ says of the kind.
-    compiled: True if the gate is compiled; None for either.
-    certified: True if there is a certificate that may call something proved; what it calls so has
-        names that begin with `under`.
-    modules: those that are active, in their order; `m` is the one that asks.
+    Attributes:
+        rules: what Φ says of the kind.
+        compiled: True if the gate is compiled; None for either.
+        certified: True if there is a certificate that may call something proved; what it calls so has names
+            that begin with `under`.
+        modules: those that are active, in their order; `m` is the one that asks.
     """
 
     rules: tuple[str, ...] = RULES

@@ -12,7 +12,7 @@ from aeros.spec.theorems.module_copies import ModuleSource
 from aeros.spec.theorems.smtlib import smt_and, smt_implies
 from aeros.spec.theorems.symbolic_execution import DecideBranch, execute_symbolically, term_of
 from aeros.spec.theorems.theorem import SymbolicFunction, TheoremObligation
-from proofs.lib.ball_enclosures import SWEEP
+from proofs.lib.ball_enclosures import LINKS, SWEEP
 from proofs.lib.symbolic_reals import (
     AXES,
     POLYNOMIALS,
@@ -84,18 +84,18 @@ def _box_obligation(code: ModuleSource) -> TheoremObligation:
 
 def _separation_obligation(code: ModuleSource) -> TheoremObligation:
     """Products with the direction are symbols; the lemmas about them are `cauchy` and those of one axis."""
-    sweep = code.module(SWEEP)
+    module = code.module(LINKS)
 
     def run(ask: DecideBranch) -> str:
-        vars(sweep).update(
+        vars(module).update(
             min=min_stub,
             max=max_stub,
             abs=lambda one: SymbolicReal(f"(size {one.term})", ask),
             norm=lambda _: SymbolicReal("length", ask),
         )
         inner = [symbolic_vector(ask, f"still.{name}") for name in _CORNERS]
-        outer = [_enclosure(sweep, ask, name) for name in _CORNERS]
-        return term_of(sweep.separation(inner, outer, symbolic_vector(ask, "n")))
+        outer = [_enclosure(module, ask, name) for name in _CORNERS]
+        return term_of(module.separation(inner, outer, symbolic_vector(ask, "n")))
 
     n = vector_terms("n")
     place = {
@@ -159,7 +159,7 @@ def _apart_obligation(_: ModuleSource) -> TheoremObligation:
 
 def _gap_obligation(code: ModuleSource) -> TheoremObligation:
     """Of a pair's balls and hulls, with the search of a direction put aside."""
-    sweep = code.module(SWEEP)
+    module = code.module(LINKS)
     reaches: dict[str, set[str]] = {"balls": set(), "hulls": set()}
 
     def run(ask: DecideBranch) -> str:
@@ -173,15 +173,15 @@ def _gap_obligation(code: ModuleSource) -> TheoremObligation:
                 raise ValueError(inner, outer)
             reaches[kind].add(term_of(reach))
             apart = ask(f"(apart.{kind} {term_of(reach)})")
-            return sweep.Separation("direction" if apart else None, SymbolicReal("distance", ask))
+            return module.Separation("direction" if apart else None, SymbolicReal("distance", ask))
 
-        vars(sweep).update(search_separation=search, max=max_stub)
-        pair = sweep.HullPair(
+        vars(module).update(search_separation=search, max=max_stub)
+        pair = module.HullPair(
             *(hull("hulls", side, joint) for side, joint in (("inner", 1), ("outer", 3))),
             *(hull("balls", side, joint) for side, joint in (("inner", 1), ("outer", 3))),
         )
         frame = SimpleNamespace(rotate_to_base=lambda one: one, rotate_from_base=lambda one: one)
-        near = object.__new__(sweep.PostureRange)
+        near = object.__new__(module.PostureRange)
         vars(near).update(_posture=SimpleNamespace(frames=[None, frame, None, None]), _hints={})
         near._corners = lambda one: (one.link, one.kind, one.joint)
         near._enclosures = lambda one, standing: (one.link, one.kind, one.joint, standing)
@@ -210,7 +210,7 @@ def _gap_obligation(code: ModuleSource) -> TheoremObligation:
 
 def _standing_obligation(code: ModuleSource) -> TheoremObligation:
     """Of three joints, of which the first stands."""
-    sweep = code.module(SWEEP)
+    module = code.module(LINKS)
 
     def run(ask: DecideBranch, part: str, joint: int) -> str:
         asked: dict[str, Any] = {}
@@ -219,8 +219,8 @@ def _standing_obligation(code: ModuleSource) -> TheoremObligation:
             asked.update(half=half, room=room)
             return "terms"
 
-        vars(sweep).update(chord_terms=terms)
-        near = object.__new__(sweep.PostureRange)
+        vars(module).update(chord_terms=terms)
+        near = object.__new__(module.PostureRange)
         half, room = ([SymbolicReal(f"{name}.{k}", ask) for k in range(3)] for name in ("half", "room"))
         vars(near).update(_half=half, _room=room, _terms={})
         if near._chord_terms(1) != "terms":
@@ -247,7 +247,7 @@ _NEXT: Final = {("piece",): (("piece.0",), ("piece.1",)), ("one", "other"): (("o
 
 def _search(pieces: tuple[str, ...], code: ModuleSource) -> TheoremObligation:
     """An induction over the stretches that are searched: `safe` is what is said of a part of one."""
-    sweep = code.module(SWEEP)
+    module = code.module(LINKS)
 
     def run(ask: DecideBranch) -> str:
         pairs: Any = [SimpleNamespace(inner=SimpleNamespace(link="a"), outer=SimpleNamespace(link="b"))]
@@ -267,7 +267,7 @@ def _search(pieces: tuple[str, ...], code: ModuleSource) -> TheoremObligation:
                 raise ValueError(left)
             return None if ask(f"(safe {'-'.join(path)})") else "contact"
 
-        vars(sweep).update(
+        vars(module).update(
             path_chord=lambda path: (
                 ("middle", "half", [SymbolicReal("width", ask)]) if tuple(path) == pieces else None
             ),
@@ -276,10 +276,10 @@ def _search(pieces: tuple[str, ...], code: ModuleSource) -> TheoremObligation:
             _MAX_LINK_SUBDIVISIONS=1,
         )
         moving = SimpleNamespace(body="body", joint_tolerance=(SymbolicReal("slack", ask),))
-        searched = sweep._ContactSearch(moving, SymbolicReal("clearance", ask))
+        searched = module._ContactSearch(moving, SymbolicReal("clearance", ask))
         searched.search = safe
         depth = 1 if ask("is-deepest") else 0
-        found: Any = sweep._ContactSearch.search(searched, list(pieces), 0.0, 1.0, pairs, depth)
+        found: Any = module._ContactSearch.search(searched, list(pieces), 0.0, 1.0, pairs, depth)
         return "true" if found is None else "false"
 
     first, second = ("-".join(part) for part in _NEXT[pieces])
@@ -300,7 +300,7 @@ def _search(pieces: tuple[str, ...], code: ModuleSource) -> TheoremObligation:
 
 def _contact_obligation(code: ModuleSource) -> TheoremObligation:
     """Of two pairs and two paths, which stand for any number."""
-    sweep = code.module(SWEEP)
+    module = code.module(LINKS)
     pairs, paths = ("these", "those"), ("one", "other")
     rooms: set[str] = set()
 
@@ -316,12 +316,12 @@ def _contact_obligation(code: ModuleSource) -> TheoremObligation:
 
             return SimpleNamespace(search=search)
 
-        vars(sweep).update(
+        vars(module).update(
             _ContactSearch=searching,
             hull_pairs=lambda body, held: [*pairs] if (body, held) == ("body", "held") else [],
         )
         moving = SimpleNamespace(body="body", held="held", paths=paths)
-        found = sweep.find_link_contact(moving, SymbolicReal("clearance", ask))
+        found = module.find_link_contact(moving, SymbolicReal("clearance", ask))
         return "true" if found is None else "false"
 
     each = list(product(paths, pairs))

@@ -26,9 +26,10 @@ _MAX_RUNS = 10_000
 class ProcessGraph:
     """Graph of a process's steps, from place 0 on.
 
-    ways: how each place is reached.
-    steps: from where, what, the answer, to where.
-    ends: places where it ends, and its result.
+    Attributes:
+        ways: how each place is reached.
+        steps: from where, what, the answer, to where.
+        ends: places where it ends, and its result.
     """
 
     paths: Sequence[StepPath]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from aeros.spec.theorems.module_copies import Mutant
 from aeros.spec.theorems.theorem import Theorem
 from proofs.lib import kinematic_chain
-from proofs.lib.ball_enclosures import BEZIER, SWEEP, ball_obligations
+from proofs.lib.ball_enclosures import BEZIER, LINKS, SWEEP, ball_obligations
 from proofs.lib.link_search import link_obligations as pair_obligations
 from proofs.lib.sweep_search import search_obligations
 
@@ -98,8 +98,8 @@ THEOREM = Theorem(
             "forgets-the-clearance",
             "breach",
             SWEEP,
-            "_SweepSearch(moving, clearance + _ROUNDING)",
-            "_SweepSearch(moving, _ROUNDING)",
+            "_SweepSearch(moving, clearance + ROUNDING)",
+            "_SweepSearch(moving, ROUNDING)",
         ),
         Mutant(
             "looks-at-one-path",
@@ -125,49 +125,49 @@ THEOREM = Theorem(
         Mutant(
             "forgets-how-far-corners-get-from-the-way",
             "separation",
-            SWEEP,
+            LINKS,
             " - length * radius",
             "",
         ),
         Mutant(
             "compares-the-corners-without-the-outer-radius",
             "gap",
-            SWEEP,
+            LINKS,
             "reach = room + inner.radius + outer.radius",
             "reach = room + inner.radius",
         ),
         Mutant(
             "takes-all-joints-to-stand",
             "standing",
-            SWEEP,
+            LINKS,
             "[*none, *self._half[standing:]]",
             "[*none, *(0.0 for _ in self._half[standing:])]",
         ),
         Mutant(
             "forgets-the-slack-between-links",
             "pairs",
-            SWEEP,
+            LINKS,
             "[w + s for w, s in zip(width, self._moving.joint_tolerance, strict=True)]",
             "[w for w, s in zip(width, self._moving.joint_tolerance, strict=True)]",
         ),
         Mutant(
             "compares-links-on-the-first-half-alone",
             "pairs-of-two",
-            SWEEP,
+            LINKS,
             " or self.search(\n            second, halfway, high, left, depth\n        )",
             "",
         ),
         Mutant(
             "forgets-the-clearance-between-links",
             "contact",
-            SWEEP,
-            "_ContactSearch(moving, clearance + _ROUNDING)",
-            "_ContactSearch(moving, _ROUNDING)",
+            LINKS,
+            "_ContactSearch(moving, clearance + ROUNDING)",
+            "_ContactSearch(moving, ROUNDING)",
         ),
         Mutant(
             "compares-links-alone",
             "contact",
-            SWEEP,
+            LINKS,
             "hull_pairs(moving.body, moving.held)",
             "hull_pairs(moving.body, None)",
         ),

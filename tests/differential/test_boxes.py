@@ -166,7 +166,7 @@ _ASKED = [
 
 
 @pytest.mark.parametrize(("text", "expected"), _ASKED)
-def test_what_bounds_decide(text: str, expected: SatResult) -> None:
+def test_questions_that_bounds_decide(text: str, expected: SatResult) -> None:
     scope = Scope(
         VARIABLES,
         enums={"Joint": VARIABLES["arm"].type, "Mode": VARIABLES["mode"].type},  # type: ignore[dict-item]
@@ -190,7 +190,7 @@ def test_what_bounds_decide(text: str, expected: SatResult) -> None:
         ("max(x, y) <= 1 m and x > 1 m and x < 1 m", SatResult.UNSAT),
     ],
 )
-def test_what_has_no_range_may_be_anything(text: str, expected: SatResult | None) -> None:
+def test_a_variable_without_a_range_may_be_anything(text: str, expected: SatResult | None) -> None:
     term = check(parse(text), Scope(VARIABLES), BOOL)
     found = _agrees(list(t.variables_of(term).values()), {}, [term])
     assert (None if found is None else found.result) is expected
@@ -261,4 +261,4 @@ def test_the_comparison_refuses_a_broken_twin(monkeypatch: pytest.MonkeyPatch) -
 
     monkeypatch.setattr(Interval, "is_empty", property(closed))
     with pytest.raises(AssertionError):
-        test_what_bounds_decide("x >= 1 m and x <= 1 m", SatResult.SAT)
+        test_questions_that_bounds_decide("x >= 1 m and x <= 1 m", SatResult.SAT)

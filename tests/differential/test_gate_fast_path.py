@@ -36,7 +36,7 @@ def differs(gate: CompiledGate, asked: Request) -> bool:
     """Return true if the gate decides otherwise with its fast path than without."""
     if shortly(gate, asked) is None:
         return False
-    # The text tells 0.0 from -0.0, 1 from 1.0 and a list from a tuple.
+    # The text distinguishes 0.0 from -0.0, 1 from 1.0 and a list from a tuple.
     return repr(asked.decided_by(gate)) != repr(in_full(gate, asked))
 
 
@@ -73,13 +73,13 @@ def _gives_every_input(asked: Request) -> bool:
 
 
 @pytest.mark.parametrize(("skill", "kind"), [one for one in ALLOWED if one[0] != "paced"])
-def test_what_is_usual_is_allowed_the_short_way(skill: str, kind: str) -> None:
+def test_the_fast_path_allows_usual_actions(skill: str, kind: str) -> None:
     answer = shortly(GATE, request(skill, kind))
     assert type(answer) is Decision
     assert answer.kind is DecisionKind.ALLOW
 
 
-def test_what_breaks_rules_is_denied_the_short_way() -> None:
+def test_the_fast_path_denies_actions_that_break_rules() -> None:
     asked = request(stop_pressed=True, human_distance=0.0)
     answer = shortly(GATE, asked)
     assert type(answer) is Decision
@@ -88,7 +88,7 @@ def test_what_breaks_rules_is_denied_the_short_way() -> None:
 
 
 @pytest.mark.parametrize("used", [0, 1, 3, 4, 10**30])
-def test_what_the_quotas_leave_is_decided_the_short_way(used: int) -> None:
+def test_the_fast_path_decides_within_quotas(used: int) -> None:
     asked = replace(request("quickly", "carry"), usage={"carry-rate": used})
     assert type(shortly(GATE, asked)) is Decision
     assert not differs(GATE, asked)

@@ -176,7 +176,7 @@ def test_every_mode_decides_as_the_definition_does(asked: Request) -> None:
 
 @MORE
 @given(requests() | fast_requests())
-def test_what_the_proof_drops_changes_nothing(asked: Request) -> None:
+def test_code_that_the_proof_drops_changes_nothing(asked: Request) -> None:
     assert asked.decided_by(gate()) == asked.decided_by(EVERYTHING)
 
 

@@ -264,7 +264,7 @@ def test_memory_is_bounded_for_all_counts() -> None:
     assert histories.advance({"a": Reading(True, float(most))}, float(most)) == {}
 
 
-def test_what_nobody_knows_stays_unknown_also_where_more_than_is_kept_happens() -> None:
+def test_unknown_values_stay_unknown_also_when_more_happens_than_is_kept() -> None:
     _, site = kept(t.Compare("<=", _ONE, t.Occurrences(A, Fraction(10))))
     (history,) = site.histories
     few = replace(history, declared=replace(history.declared, range=(Fraction(0), Fraction(2))))

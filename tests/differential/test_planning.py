@@ -324,7 +324,7 @@ def _judged_in_runs(seen: Counter[str], **more: Any) -> None:
     law()
 
 
-def test_what_is_planned_is_written_as_json_and_read_as_it_was() -> None:
+def test_a_plan_written_as_json_is_read_unchanged() -> None:
     forks = Counter[bool]()
 
     @examples(100)

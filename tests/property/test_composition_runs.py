@@ -85,7 +85,7 @@ def _ends(
 
 @examples(200, report_multiple_bugs=False)
 @given(_compositions(), _skills(), st.frozensets(st.sampled_from(SKILLS)), st.integers(0, 2**32))
-def _what_is_proved_happens(
+def _proved_claims_hold(
     composition: Composition, skills: dict[str, Skill], anytime: frozenset[str], seed: int
 ) -> None:
     # As drawn, hardly one is proved.
@@ -109,9 +109,9 @@ def _what_is_proved_happens(
         RUNS["at the same time"] += runtime.most > 1
 
 
-def test_what_is_proved_happens() -> None:
+def test_proved_claims_hold_in_runs() -> None:
     # Few draws have a step that is cancelled: these do, and each night's are new.
-    run = seed(2)(_what_is_proved_happens) if PROFILE == "ci" else _what_is_proved_happens
+    run = seed(2)(_proved_claims_hold) if PROFILE == "ci" else _proved_claims_hold
     run()
     # Both verdicts and every kind of run occurred often enough.
     PLANS.assert_both("plan")

@@ -102,7 +102,7 @@ def test_a_whole_number_is_taken_as_either_type_and_executed_as_a_double(many: A
 
 
 @pytest.mark.parametrize("value", [2.5, True, False, EvilInt(2), "2", None, 5e-324, float("nan")], ids=repr)
-def test_what_is_no_whole_number_is_taken_nowhere(value: Any) -> None:
+def test_no_field_accepts_a_fraction_for_a_whole_number(value: Any) -> None:
     for asked in places(request(), value):
         is_truth = asked.readings.get(NEAR) == Reading(value, NOW) and type(value) is bool
         previous = asked.readings.get("previously pressed") == Reading(value, NOW) and type(value) is bool

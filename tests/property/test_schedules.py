@@ -83,7 +83,9 @@ class Watched(FakePlant):
 
 @bounded
 @given(BODIES, MOVES, st.lists(st.floats(0.1, 12.0), max_size=12))
-def test_what_always_holds(bodies: dict[str, list[Action]], moves: list[Any], durations: list[float]) -> None:
+def test_invariants_hold_for_every_schedule(
+    bodies: dict[str, list[Action]], moves: list[Any], durations: list[float]
+) -> None:
     with TemporaryDirectory() as folder:
         plant, skills = Watched(), {name: asking(*asked) for name, asked in bodies.items()}
         cart = Cart(Path(folder) / "audit.jsonl", skills, plant=plant)

@@ -6,6 +6,7 @@ import ast
 import inspect
 import re
 from collections.abc import Iterator
+from importlib import import_module
 from itertools import pairwise
 from textwrap import dedent
 from typing import Any, NamedTuple
@@ -18,6 +19,19 @@ PUBLIC = tuple(name for name in aeros.__all__ if name != "__version__")
 _SECTIONS = ("Args", "Attributes", "Returns", "Yields", "Raises", "Example")
 _WIDEST = 88
 _MODULE_OF_ALIASES = "aeros/skill.py"
+_PORT = "aeros.runtime.ports"
+PORT_TYPES = (
+    (_PORT, "Readings"),
+    (_PORT, "Reading"),
+    (_PORT, "Monitor"),
+    (_PORT, "PlannedMotion"),
+    (_PORT, "Trajectory"),
+    (_PORT, "NoMotion"),
+    (_PORT, "MotionHandle"),
+    (_PORT, "MotionCompletion"),
+    ("aeros.sim.conformance.suite", "PlantUnderTest"),
+)
+"""Module and name of the types that somebody who writes a plant needs besides the public names."""
 
 
 class Entry(NamedTuple):
@@ -42,7 +56,21 @@ def entries() -> Iterator[Entry]:
         elif inspect.isfunction(found):
             yield Entry(name, _signature(found), _doc(found))
         else:
-            yield Entry(name, "", _alias_doc(name))
+            yield Entry(name, "", _alias(name, _MODULE_OF_ALIASES)[1])
+
+
+def port_page() -> str:
+    """The generated part of the page about the types of plants."""
+    text = ""
+    for module, name in PORT_TYPES:
+        found = getattr(import_module(module), name)
+        text += f"\n### {module}.{name}\n\n"
+        if inspect.isclass(found):
+            text += _markdown(_doc(found))
+        else:
+            definition, doc = _alias(name, f"{module.replace('.', '/')}.py")
+            text += f"```text\n{definition}\n```\n\n{_markdown(doc)}"
+    return text + "\n"
 
 
 def page() -> str:
@@ -66,14 +94,14 @@ def _doc(found: Any) -> str:
     return inspect.getdoc(found) or ""
 
 
-def _alias_doc(name: str) -> str:
-    """The string below an alias, which Python does not keep."""
-    body = ast.parse(text_of(_MODULE_OF_ALIASES)).body
+def _alias(name: str, path: str) -> tuple[str, str]:
+    """The definition of an alias, and the string below it, which Python does not keep."""
+    body = ast.parse(text_of(path)).body
     for assigned, below in pairwise(body):
         if isinstance(assigned, ast.Assign) and ast.unparse(assigned.targets[0]) == name:
             assert isinstance(below, ast.Expr)
-            return inspect.cleandoc(ast.literal_eval(below.value))
-    raise AssertionError(f"{name} is no alias of {_MODULE_OF_ALIASES}")
+            return ast.unparse(assigned), inspect.cleandoc(ast.literal_eval(below.value))
+    raise AssertionError(f"{name} is no alias of {path}")
 
 
 def _members(name: str, of: type) -> Iterator[Entry]:

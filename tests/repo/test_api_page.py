@@ -8,7 +8,7 @@ from __future__ import annotations
 import importlib
 import re
 
-from tests.repo.api_page import PUBLIC, page
+from tests.repo.api_page import PUBLIC, page, port_page
 from tests.repo.tree import check_generated, text_of
 
 _PAGE = "docs/reference/api.md"
@@ -16,6 +16,16 @@ _PAGE = "docs/reference/api.md"
 
 def test_the_page_is_that_of_the_docstrings() -> None:
     check_generated(_PAGE, "names", page())
+    check_generated(_PAGE, "port", port_page())
+
+
+def test_every_exception_that_a_name_raises_is_explained_with_its_module() -> None:
+    text = text_of(_PAGE)
+    raised = set(re.findall(r"^- `(\w+Error)`: ", page(), re.MULTILINE))
+    explained = dict(re.findall(r"^\| `(\w+)` \| `(aeros\.[\w.]+)` \|", text, re.MULTILINE))
+    assert raised <= explained.keys()
+    for name, module in explained.items():
+        assert issubclass(getattr(importlib.import_module(module), name), Exception)
 
 
 def test_the_page_has_the_public_names_and_no_other() -> None:

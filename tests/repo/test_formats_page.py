@@ -14,7 +14,7 @@ from aeros.spec.migrations.renamed_options import RENAMED_OPTIONS
 from tests.repo.tree import PYTHON, check_generated, text_of
 
 
-def _how(one: Format) -> str:
+def _remedy(one: Format) -> str:
     return one.cure or "`aeros migrate`"
 
 
@@ -29,9 +29,8 @@ def test_the_table_is_that_of_the_registry() -> None:
     for one in FORMATS:
         files = ", ".join(f"`{name}`" for name in one.files) or "any name"
         schema = f"`{one.schema}`" if one.kind is not Kind.DATABASE else str(one.version)
-        expected += (
-            f"| {one.title} | {files} | {schema} | {one.kind.value} | {_changes(one)} | {_how(one)} |\n"
-        )
+        cells = (one.title, files, schema, one.kind.value, _changes(one), _remedy(one))
+        expected += f"| {' | '.join(cells)} |\n"
     check_generated("docs/formats.md", "formats", expected + "\n")
 
 

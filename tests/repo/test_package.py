@@ -27,7 +27,7 @@ def test_the_licence_is_the_whole_apache_2_0_unchanged() -> None:
     assert _PROJECT["project"]["license"] == "Apache-2.0"
 
 
-def test_what_is_needed_at_run_time_is_part_of_the_package() -> None:
+def test_files_needed_at_run_time_are_part_of_the_package() -> None:
     # Hatchling packs every file of the package that git does not ignore, and the pages of the codes.
     assert _PROJECT["tool"]["hatch"]["build"]["targets"] == {
         "wheel": {"packages": ["aeros"], "force-include": {"docs/codes": "aeros/docs/codes"}}

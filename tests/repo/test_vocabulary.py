@@ -25,6 +25,9 @@ BANNED: Final = frozenset(_BANNED_TEXT.split())
 BANNED_IN_TESTS: Final = frozenset({"told", "tell", "said", "luck", "meant", "whoever", "whatever"})
 """Words that no name in `tests/` uses. Test names are sentences, so verbs such as `takes` may stand."""
 
+QUESTIONS: Final = frozenset({"what", "whether", "who", "whoever", "how", "why"})
+"""Words that begin no function's name: a name is a verb phrase or a sentence, not a question."""
+
 _EXCEPTIONS: Final = Path(__file__).with_name("vocabulary_exceptions.txt")
 _MOST_EXCEPTIONS: Final = 0
 
@@ -72,6 +75,25 @@ def _banned_names() -> set[str]:
     return found | {f"file {path}" for path in _trees() if _words(Path(path).stem) & _banned_in(path)}
 
 
+def _questions() -> set[str]:
+    """Functions whose name, and tests whose docstring, begins with a question word."""
+    functions = {
+        f"question {path} {node.name}"
+        for path, tree in _trees().items()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
+        and node.name.removeprefix("test_").lstrip("_").split("_")[0] in QUESTIONS
+    }
+    return functions | {
+        f"docstring {path} {docstring.splitlines()[0]}"
+        for path, tree in _trees().items()
+        if path.startswith("tests/")
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef)
+        if (docstring := ast.get_docstring(node)) and docstring.split()[0].lower() in QUESTIONS
+    }
+
+
 def _banned_in(path: str) -> frozenset[str]:
     return BANNED_IN_TESTS if path.startswith("tests/") else BANNED
 
@@ -90,7 +112,7 @@ def _doubled_classes() -> set[str]:
 
 def test_no_name_uses_a_private_word_and_no_class_name_means_two_things() -> None:
     allowed = set(_EXCEPTIONS.read_text(encoding="utf-8").splitlines())
-    found = _banned_names() | _doubled_classes()
+    found = _banned_names() | _questions() | _doubled_classes()
     assert sorted(found - allowed) == [], "choose a plain word (CONTRIBUTING.md, Write)"
     assert sorted(allowed - found) == [], f"no longer true: delete these lines of {_EXCEPTIONS.name}"
     assert len(allowed) <= _MOST_EXCEPTIONS, "the list of exceptions may only shrink"

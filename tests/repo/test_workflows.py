@@ -185,12 +185,12 @@ def test_hooks_of_this_repository_run_what_is_installed_here() -> None:
         assert hook["language"] == "system"
 
 
-def test_what_coverage_runs_exists() -> None:
+def test_tests_that_coverage_runs_exist() -> None:
     paths = text_of("tests/coverage.txt").split()
     assert [path for path in paths if not (ROOT / path).exists()] == []
 
 
-def test_what_coverage_measures_exists() -> None:
+def test_code_that_coverage_measures_exists() -> None:
     (parts,) = re.findall(r"^COVERED := (.*)$", _MAKEFILE, re.MULTILINE)
     for part in parts.split():
         floor, _, patterns = part.partition(":")

@@ -163,7 +163,7 @@ def test_a_session_needs_current_certificates(tmp_path: Path) -> None:
         pass
 
 
-def test_what_there_is_not_is_named_with_what_there_is() -> None:
+def test_an_unknown_name_is_reported_with_the_known_names() -> None:
     gate = aeros.load_gate("ecms")
     action = aeros.act("wait", duration=0.5)
     with pytest.raises(MisuseError, match="no skill `wrapp`; did you mean `wrap`"):

@@ -75,7 +75,7 @@ def test_a_file_that_is_not_there_is_created_and_may_be_empty(tmp_path: Path) ->
     assert (tmp_path / "state").read_bytes() == b""
 
 
-def test_what_a_write_before_left_does_not_matter(tmp_path: Path) -> None:
+def test_the_leftovers_of_an_earlier_write_do_not_matter(tmp_path: Path) -> None:
     (tmp_path / "state.new").write_bytes(b"half of something longer")
     replace_durably(tmp_path / "state", b"new")
     assert (tmp_path / "state").read_bytes() == b"new"
@@ -133,7 +133,7 @@ def test_a_lock_is_one_opens_at_a_time(tmp_path: Path) -> None:
         os.close(second)
 
 
-def test_what_cannot_be_locked_is_an_error(tmp_path: Path) -> None:
+def test_a_file_that_cannot_be_locked_is_an_error(tmp_path: Path) -> None:
     descriptor = os.open(tmp_path / "lock", os.O_RDWR | os.O_CREAT)
     os.close(descriptor)
     with pytest.raises(OSError, match="Bad file descriptor"):
@@ -304,7 +304,7 @@ def test_a_root_that_others_may_change_is_not_used(tmp_path: Path) -> None:
     assert temporary_root(tmp_path) is None
 
 
-def test_what_is_no_folder_is_left_alone(tmp_path: Path) -> None:
+def test_a_path_that_is_no_folder_is_left_alone(tmp_path: Path) -> None:
     root = temporary_root(tmp_path)
     assert root is not None
     (root / "file").touch()

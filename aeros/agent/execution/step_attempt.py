@@ -39,10 +39,9 @@ RAN_STATUSES: Final = frozenset(
 def _counts_toward_record(result: StepResult) -> bool:
     """Return True if the result is evidence of how good the skill is.
 
-    An end that others caused is none, nor is a denial because of measured values alone: it is waited out, so
-        one
-    person who stands nearby would count sixty times. Any other denial counts: the skill requests what it may
-    not do, and will again.
+    An end that others caused is none. A denial because of measured values alone is none either: the skill
+    waits and tries again, so one person who stands nearby would count sixty times. Any other denial counts,
+    because the skill requests what it may not do, and will do so again.
     """
     return result.status in RAN_STATUSES or (result.status is StepStatus.DENIED and not result.is_transient)
 

@@ -3,8 +3,7 @@
 A step with several successes is followed by an `if` on what is measured then. Reactions to failure become the
 step's retries and its `on_failure`, if the strategy covers every state that these can lead to. The graph ends
 where the conversion runs into a cycle, grows too large, or cannot distinguish states by measurement: there
-    the
-agent plans again, from the state that it is in then.
+the agent plans again, from the state that it has reached.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from aeros.cli.arguments import add_command, existing_path, writable_path
+from aeros.cli.arguments import add_command, add_signature_check, existing_path, writable_path
 from aeros.cli.records.show import add_filters, explain_record, format_record, matches_filters
 from aeros.cli.terminal import print_line
 from aeros.exit_codes import EXIT_CODES, Exit
@@ -104,16 +104,7 @@ def add_to(commands: Subparsers) -> None:
     verify = _add(
         own, "verify", "check that the audit log is complete and untampered", _VERIFY_EXAMPLES, _verify
     )
-    verify.add_argument(
-        "--public-key", type=existing_path, help="public key that the log must be signed with"
-    )
-    verify.add_argument(
-        "--anchor",
-        type=existing_path,
-        action="append",
-        default=[],
-        help="file with a copy of the newest checkpoint; may be repeated",
-    )
+    add_signature_check(verify)
     verify.add_argument(
         "--state", type=existing_path, help="check with the key and the anchor in this agent's folder"
     )

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from aeros.apps.report_page.page import page_of
 from aeros.apps.report_page.run_data import AUDIT, RunData, read_run_data
-from aeros.cli.arguments import add_command, existing_path, writable_path
+from aeros.cli.arguments import add_command, add_signature_check, existing_path, writable_path
 from aeros.cli.terminal import print_line
 from aeros.exit_codes import Exit
 from aeros.files import replace_durably
@@ -56,16 +56,7 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument(
         "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"
     )
-    parser.add_argument(
-        "--public-key", type=existing_path, help="public key that the log must be signed with"
-    )
-    parser.add_argument(
-        "--anchor",
-        type=existing_path,
-        action="append",
-        default=[],
-        help="file with the copy of the newest checkpoint; may be repeated",
-    )
+    add_signature_check(parser)
     parser.set_defaults(command=_command)
 
 

@@ -49,7 +49,7 @@ class AerosAgent:
         self._plan_delays_s = (first_plan_delay_s, replan_delay_s)
 
     def pursue(self, context: TrialContext) -> ArchitectureReport:
-        """Implements `Architecture.pursue`."""
+        """Implement `Architecture.pursue`."""
         site = self._with_limits(context.runtime.site)
         runtime = (
             context.runtime
@@ -72,7 +72,7 @@ class AerosAgent:
         )
 
     def predict(self, model: TrialModel) -> Prediction:
-        """Implements `SelfPredicting.predict`: the shipped prediction, of rules with the same parts left out.
+        """Implement `SelfPredicting.predict`: the shipped prediction, of rules with the same parts left out.
 
         If no plan can be ready in time, no step ever starts, however often the agent plans.
 

@@ -41,7 +41,7 @@ class BehaviourTree:
         self._recovery = recovery
 
     def pursue(self, context: TrialContext) -> ArchitectureReport:
-        """Implements `Architecture.pursue`."""
+        """Implement `Architecture.pursue`."""
         counters = _Counters()
         root = Sequence("task", memory=True)
         for number, rule in enumerate(context.task.task.rules):

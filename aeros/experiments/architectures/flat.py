@@ -9,7 +9,7 @@ class FlatPipeline:
     """Pipeline that runs each step of its first plan once, and ends with the first that fails."""
 
     def pursue(self, context: TrialContext) -> ArchitectureReport:
-        """Implements `Architecture.pursue`."""
+        """Implement `Architecture.pursue`."""
         for step in context.plan():
             assessment = context.run(step)
             if assessment.failed:

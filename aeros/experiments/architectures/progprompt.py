@@ -22,7 +22,7 @@ class ProgPrompt:
         self._max_plans = max_plans
 
     def pursue(self, context: TrialContext) -> ArchitectureReport:
-        """Implements `Architecture.pursue`."""
+        """Implement `Architecture.pursue`."""
         reason = ""
         for made in range(self._max_plans):
             reason = _run_plan(context)

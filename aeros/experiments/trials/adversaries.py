@@ -68,7 +68,7 @@ class AdversaryTrials:
 
     @contextmanager
     def open(self, condition: TrialCondition, premises: TrialInputs) -> Iterator[Trial]:
-        """Implements `TrialKind.open`.
+        """Implement `TrialKind.open`.
 
         The module is installed once, or refused; each trial has its own plant.
         """
@@ -108,7 +108,7 @@ class AdversaryTrials:
             yield trial
 
     def expected_values(self, condition: TrialCondition, premises: TrialInputs) -> Mapping[str, float] | str:
-        """Implements `TrialKind.expected_values`: the claims of AEROS.
+        """Implement `TrialKind.expected_values`: the claims of AEROS.
 
         With AEROS nothing is violated, whatever is asked for; without it, a module that can violate a limit
         does.
@@ -224,11 +224,11 @@ class _ClampingPlant:
         self._greatest = limits
 
     def plan(self, action: Action) -> PlannedMotion:
-        """Implements `Plant.plan`."""
+        """Implement `Plant.plan`."""
         return cast(PlannedMotion, self._plant.plan(self._bounded(action)))
 
     def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
-        """Implements `Plant.begin`."""
+        """Implement `Plant.begin`."""
         return cast(MotionHandle | MotionCompletion, self._plant.begin(self._bounded(action), decided))
 
     def _bounded(self, action: Action) -> Action:

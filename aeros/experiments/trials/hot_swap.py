@@ -37,7 +37,7 @@ class HotSwapTrials:
 
     @contextmanager
     def open(self, condition: TrialCondition, premises: TrialInputs) -> Iterator[Trial]:
-        """Implements `TrialKind.open`: one registry for all trials, which each trial leaves as it was."""
+        """Implement `TrialKind.open`: one registry for all trials, which each trial leaves as it was."""
         tasks = [
             TrialCondition.create("task", condition.plant, condition.settings[one])
             for one in ("first", "second")
@@ -100,7 +100,7 @@ class HotSwapTrials:
             yield trial
 
     def expected_values(self, condition: TrialCondition, premises: TrialInputs) -> Mapping[str, float] | str:
-        """Implements `TrialKind.expected_values`.
+        """Implement `TrialKind.expected_values`.
 
         The tasks are independent of each other, and the swap must succeed.
         """
@@ -177,7 +177,7 @@ class _CachedGate(CompiledGate):
         self._kept = {} if kept is None else kept
 
     def with_configuration(self, configuration: Configuration) -> _CachedGate:
-        """Implements `Gate.with_configuration`."""
+        """Implement `Gate.with_configuration`."""
         if configuration.digest not in self._kept:
             self._kept[configuration.digest] = _CachedGate(configuration, self._kept)
         return self._kept[configuration.digest]

@@ -380,7 +380,7 @@ class KillTrials:
 
     @contextmanager
     def open(self, condition: TrialCondition, premises: TrialInputs) -> Iterator[Tried]:
-        """Implements `TrialKind.open`.
+        """Implement `TrialKind.open`.
 
         An undisturbed run measures once for a process how long the task takes.
         """
@@ -397,7 +397,7 @@ class KillTrials:
         yield trial
 
     def expected_values(self, condition: TrialCondition, premises: TrialInputs) -> Mapping[str, float] | str:
-        """Implements `TrialKind.expected_values`.
+        """Implement `TrialKind.expected_values`.
 
         What docs/survival.md promises of every kill, which is not that the goal is reached.
         """

@@ -48,7 +48,7 @@ class ReactionTrials:
 
     @contextmanager
     def open(self, condition: TrialCondition, premises: TrialInputs) -> Iterator[Trial]:
-        """Implements `TrialKind.open`, on physics, each trial with a plant of its own."""
+        """Implement `TrialKind.open`, on physics, each trial with a plant of its own."""
         from aeros.sim.bullet.people_file import read_people
         from aeros.sim.physics import make_plant
 
@@ -76,7 +76,7 @@ class ReactionTrials:
             yield trial
 
     def expected_values(self, condition: TrialCondition, premises: TrialInputs) -> Mapping[str, float] | str:
-        """Implements `TrialKind.expected_values`.
+        """Implement `TrialKind.expected_values`.
 
         The monitor is asked after every tick, and the plant stops in the same one.
         """

@@ -41,7 +41,7 @@ class RequestTrials:
 
     @contextmanager
     def open(self, condition: TrialCondition, premises: TrialInputs) -> Iterator[Trial]:
-        """Implements `TrialKind.open`: the gate decides all requests of a trial in turn."""
+        """Implement `TrialKind.open`: the gate decides all requests of a trial in turn."""
         settings = condition.settings
         requests: list[Request] = settings["requests"]
         configuration = _with_risk_and_blocks(premises.configuration, requests)
@@ -71,7 +71,7 @@ class RequestTrials:
         yield trial
 
     def expected_values(self, condition: TrialCondition, premises: TrialInputs) -> Mapping[str, float] | str:
-        """Implements `TrialKind.expected_values`.
+        """Implement `TrialKind.expected_values`.
 
         An enforced policy blocks exactly the requests that it does not allow.
         """

@@ -85,7 +85,7 @@ class ScaleTrials:
 
     @contextmanager
     def open(self, condition: TrialCondition, premises: TrialInputs) -> Iterator[Trial]:
-        """Implements `TrialKind.open`: the modules are proved and compiled once."""
+        """Implement `TrialKind.open`: the modules are proved and compiled once."""
         settings = condition.settings
         skills = settings["skills"]
         with temporary_folder(SCRATCH_ROOT) as folder:
@@ -94,7 +94,7 @@ class ScaleTrials:
                 yield lambda seed: _run_trial(robot, skills, seed)
 
     def expected_values(self, condition: TrialCondition, premises: TrialInputs) -> Mapping[str, float] | str:
-        """Implements `TrialKind.expected_values`.
+        """Implement `TrialKind.expected_values`.
 
         Only that a task is found, however many modules there are.
         """

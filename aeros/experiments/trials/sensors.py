@@ -40,7 +40,7 @@ class BadSensorTrials:
 
     @contextmanager
     def open(self, condition: TrialCondition, premises: TrialInputs) -> Iterator[Trial]:
-        """Implements `TrialKind.open`, on physics, each trial with a plant of its own."""
+        """Implement `TrialKind.open`, on physics, each trial with a plant of its own."""
         from aeros.sim.bullet.people_file import read_people
         from aeros.sim.physics import make_plant
 
@@ -74,7 +74,7 @@ class BadSensorTrials:
             yield trial
 
     def expected_values(self, condition: TrialCondition, premises: TrialInputs) -> Mapping[str, float] | str:
-        """Implements `TrialKind.expected_values`.
+        """Implement `TrialKind.expected_values`.
 
         Late or missing readings stop the robot, so nothing is violated; noise has no such promise.
         """
@@ -101,7 +101,7 @@ class _SensorCounters(CountingRuntime):
         self._unread = self._stops = self._blind_stops = 0
 
     def wait(self, until: float = float("inf")) -> EndedStep | None:
-        """Implements `Runtime.wait`."""
+        """Implement `Runtime.wait`."""
         ended = super().wait(until)
         if ended is not None:
             result = ended.result

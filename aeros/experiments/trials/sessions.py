@@ -53,7 +53,7 @@ class SessionTrials:
 
     @contextmanager
     def open(self, condition: TrialCondition, premises: TrialInputs) -> Iterator[Trial]:
-        """Implements `TrialKind.open`.
+        """Implement `TrialKind.open`.
 
         Plants for each session are made ready once; each trial has its own agent.
         """
@@ -102,7 +102,7 @@ class SessionTrials:
             yield trial
 
     def expected_values(self, condition: TrialCondition, premises: TrialInputs) -> Mapping[str, float] | str:
-        """Implements `TrialKind.expected_values`.
+        """Implement `TrialKind.expected_values`.
 
         For sessions with one try, over all records that memory can hold.
         """
@@ -118,7 +118,7 @@ class SessionTrials:
         }
 
     def expected_series(self, condition: TrialCondition) -> Mapping[str, Sequence[float]]:
-        """Implements `PredictsSeries.expected_series`.
+        """Implement `PredictsSeries.expected_series`.
 
         `best` is that of an agent that knows the probabilities.
         """

@@ -63,7 +63,7 @@ class TaskTrials:
 
     @contextmanager
     def open(self, condition: TrialCondition, premises: TrialInputs) -> Iterator[Trial]:
-        """Implements `TrialKind.open`.
+        """Implement `TrialKind.open`.
 
         Trials run one after the other; plants of their own share an audit log that is not kept.
         """
@@ -124,7 +124,7 @@ class TaskTrials:
             yield trial
 
     def comparison_group(self, condition: TrialCondition) -> tuple[str, float]:
-        """Implements `SharesTrials.comparison_group`.
+        """Implement `SharesTrials.comparison_group`.
 
         The conditions of a family differ in the rate alone, or in the mean length of bursts at the same rate:
         a seed draws the same numbers to compare it with.
@@ -136,7 +136,7 @@ class TaskTrials:
         )
 
     def scheduling_group(self, condition: TrialCondition) -> str:
-        """Implements `SharesTrials.scheduling_group`.
+        """Implement `SharesTrials.scheduling_group`.
 
         By plant and failures, whatever the architecture and rate.
         """
@@ -159,7 +159,7 @@ class TaskTrials:
         return lambda seed: OutcomeRandomStream(seed, OutcomeSampler(shares, bursts, seed), drawing)
 
     def expected_values(self, condition: TrialCondition, premises: TrialInputs) -> Mapping[str, float] | str:
-        """Implements `TrialKind.expected_values`.
+        """Implement `TrialKind.expected_values`.
 
         From the manifest as it ran, by the architecture's code or own prediction.
         """

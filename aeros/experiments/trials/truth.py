@@ -75,14 +75,14 @@ class RefereedPlant:
         self._on_violation = on_violation
 
     def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
-        """Implements `Plant.begin`."""
+        """Implement `Plant.begin`."""
         started = self._plant.begin(action, decided)
         if not isinstance(started, MotionCompletion):
             self._referee.moving[started] = action
         return started
 
     def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
-        """Implements `Plant.advance`."""
+        """Implement `Plant.advance`."""
         is_stopping = False
 
         def note(now: float, measured: Mapping[str, Any], rule: str | None) -> None:
@@ -97,7 +97,7 @@ class RefereedPlant:
         return ended
 
     def stop(self) -> None:
-        """Implements `Plant.stop`."""
+        """Implement `Plant.stop`."""
         self._plant.stop()
         self._referee.moving.clear()
 

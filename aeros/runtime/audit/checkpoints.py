@@ -161,7 +161,7 @@ class CheckpointVerifier:
         self._bare = 0  # records since the last checkpoint, not counting notes of repairs
 
     def __call__(self, record: Record, own: str) -> str | None:
-        """Implements `check.RecordCheck`."""
+        """Implement `check.RecordCheck`."""
         place = record["sequence"]
         if place == 0:
             self.log = own

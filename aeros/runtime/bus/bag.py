@@ -53,7 +53,7 @@ class Bag:
             raise BagError(f"a bag cannot be created in `{folder}`: {failure}") from failure
 
     def publisher(self, topic: str, kind: type[M], *, latched: bool = False) -> _Recorder[M]:
-        """Implements `PublisherFactory.publisher`; ignores `latched`."""
+        """Implement `PublisherFactory.publisher`; ignores `latched`."""
         if topic not in self._topics:
             self._topics[topic] = self._writer.add_connection(topic, kind.ros, typestore=self._store)
         return _Recorder(self, topic)
@@ -125,7 +125,7 @@ class _Recorder(Generic[M]):
         self._bag, self._topic = bag, topic
 
     def publish(self, message: M) -> None:
-        """Implements `port.Publisher.publish`."""
+        """Implement `port.Publisher.publish`."""
         self._bag.write_message(self._topic, message)
 
 

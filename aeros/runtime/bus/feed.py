@@ -72,11 +72,11 @@ class BusFeed:
         self._enqueue(line, _MAX_RECORDS)
 
     def on_tick(self, now: float, values: Mapping[str, Any], chain: RobotChain) -> None:
-        """Implements `MeasurementListener.on_tick`."""
+        """Implement `MeasurementListener.on_tick`."""
         self._enqueue(_State(now, dict(values), chain), _MAX_STATES)
 
     def on_observed(self, readings: Readings, chain: RobotChain) -> None:
-        """Implements `MeasurementListener.on_observed`."""
+        """Implement `MeasurementListener.on_observed`."""
         self._enqueue(_State(None, dict(readings), chain), _MAX_STATES)
 
     def close(self) -> None:

@@ -34,12 +34,12 @@ class InProcessBus:
         self._actions: dict[str, _ActionServer[Any, Any, Any]] = {}
 
     def publisher(self, topic: str, kind: type[M], *, latched: bool = False) -> _Publisher[M]:
-        """Implements `Bus.publisher`."""
+        """Implement `Bus.publisher`."""
         self._register_name(topic, (kind,))
         return _Publisher(self, topic, kind, latched)
 
     def subscribe(self, topic: str, kind: type[M], *, depth: int = 10) -> _Subscription[M]:
-        """Implements `Bus.subscribe`."""
+        """Implement `Bus.subscribe`."""
         self._register_name(topic, (kind,))
         subscription: _Subscription[Any] = _Subscription(self, topic, max(depth, _MIN_DEPTH))
         with self._changed:
@@ -52,7 +52,7 @@ class InProcessBus:
     def serve(
         self, service: str, kinds: tuple[type[Q], type[R]], answer: Callable[[Q], R]
     ) -> Callable[[], None]:
-        """Implements `Bus.serve`.
+        """Implement `Bus.serve`.
 
         Raises:
             BusError: the service has a server already.
@@ -65,7 +65,7 @@ class InProcessBus:
         return lambda: self._remove(self._services, service, answer)
 
     def call(self, service: str, kinds: tuple[type[Q], type[R]], request: Q) -> R:
-        """Implements `Bus.call`.
+        """Implement `Bus.call`.
 
         Raises:
             NoServerError: no server offers the service.
@@ -82,7 +82,7 @@ class InProcessBus:
     def serve_action(
         self, action: str, kinds: tuple[type[G], type[F], type[R]], *, waiting: int = 10
     ) -> _ActionServer[G, F, R]:
-        """Implements `Bus.serve_action`.
+        """Implement `Bus.serve_action`.
 
         Raises:
             BusError: the action has a server already.
@@ -96,7 +96,7 @@ class InProcessBus:
         return server
 
     def send_goal(self, action: str, kinds: tuple[type[G], type[F], type[R]], goal: G) -> _Goal[G, F, R]:
-        """Implements `Bus.send_goal`.
+        """Implement `Bus.send_goal`.
 
         Raises:
             NoServerError: no server offers the action.
@@ -112,7 +112,7 @@ class InProcessBus:
         return new_goal
 
     def names(self) -> Mapping[str, str]:
-        """Implements `Bus.names`."""
+        """Implement `Bus.names`."""
         with self._changed:
             return {name: kinds[0].ros for name, kinds in sorted(self._kinds.items())}
 
@@ -226,7 +226,7 @@ class _Publisher(Generic[M]):
         self._bus, self._topic, self._kind, self._latched = bus, topic, kind, latched
 
     def publish(self, message: M) -> None:
-        """Implements `port.Publisher.publish`."""
+        """Implement `port.Publisher.publish`."""
         self._bus.deliver(self._topic, check_message(message, self._kind), latched=self._latched)
 
 
@@ -243,11 +243,11 @@ class _Subscription(Generic[M]):
         self._queue.append(message)
 
     def receive(self, timeout: float = 0.0) -> M | None:
-        """Implements `port.Subscription.receive`."""
+        """Implement `port.Subscription.receive`."""
         return self._bus.wait_until(lambda: self._queue.popleft() if self._queue else None, timeout)
 
     def close(self) -> None:
-        """Implements `port.Subscription.close`."""
+        """Implement `port.Subscription.close`."""
         self._bus.unsubscribe(self)
 
 
@@ -263,7 +263,7 @@ class _Goal(Generic[G, F, R]):
         self._result: R | None = None
 
     def send_feedback(self, feedback: F) -> None:
-        """Implements `port.ServerGoal.send_feedback`."""
+        """Implement `port.ServerGoal.send_feedback`."""
         checked = check_message(feedback, self._kinds[1])
 
         def change() -> None:
@@ -272,7 +272,7 @@ class _Goal(Generic[G, F, R]):
         self._bus.update(change)
 
     def set_result(self, status: GoalStatus, result: R) -> None:
-        """Implements `port.ServerGoal.set_result`.
+        """Implement `port.ServerGoal.set_result`.
 
         Raises:
             BusError: the status does not end a goal, or the goal has ended.
@@ -289,7 +289,7 @@ class _Goal(Generic[G, F, R]):
         self._bus.update(change)
 
     def cancel(self) -> None:
-        """Implements `port.ClientGoal.cancel`."""
+        """Implement `port.ClientGoal.cancel`."""
 
         def change() -> None:
             if not self.status.is_over:
@@ -298,7 +298,7 @@ class _Goal(Generic[G, F, R]):
         self._bus.update(change)
 
     def feedback(self, timeout: float = 0.0) -> F | None:
-        """Implements `port.ClientGoal.feedback`."""
+        """Implement `port.ClientGoal.feedback`."""
 
         def take_feedback() -> F | None:
             latest, self._feedback = self._feedback, None
@@ -307,7 +307,7 @@ class _Goal(Generic[G, F, R]):
         return self._bus.wait_until(take_feedback, timeout)
 
     def result(self, timeout: float) -> R:
-        """Implements `port.ClientGoal.result`.
+        """Implement `port.ClientGoal.result`.
 
         Raises:
             NoServerError: there was no result in time.
@@ -350,7 +350,7 @@ class _ActionServer(Generic[G, F, R]):
         self._waiting.append(goal)
 
     def next_goal(self, timeout: float = 0.0) -> _Goal[G, F, R] | None:
-        """Implements `port.ActionServer.next_goal`."""
+        """Implement `port.ActionServer.next_goal`."""
 
         def next_one() -> _Goal[G, F, R] | None:
             if not self._waiting:
@@ -363,7 +363,7 @@ class _ActionServer(Generic[G, F, R]):
         return self._bus.wait_until(next_one, timeout)
 
     def close(self) -> None:
-        """Implements `port.ActionServer.close`."""
+        """Implement `port.ActionServer.close`."""
         self._bus.stop_server(self)
 
         def abort() -> None:

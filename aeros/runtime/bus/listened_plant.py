@@ -59,25 +59,25 @@ class ListenedPlant:
         self._travelling: set[MotionHandle] = set()
 
     def now(self) -> float:
-        """Implements `Plant.now`."""
+        """Implement `Plant.now`."""
         return self._plant.now()
 
     def observe(self) -> Readings:
-        """Implements `Plant.observe`."""
+        """Implement `Plant.observe`."""
         readings = self._plant.observe()
         for listener in self._listeners:
             listener.on_observed(readings, self._chain)
         return readings
 
     def plan(self, action: Action) -> PlannedMotion:
-        """Implements `Plant.plan`."""
+        """Implement `Plant.plan`."""
         plan = self._plant.plan(action)
         if isinstance(plan, Trajectory):
             self._chain = RobotChain(plan.body, None if self._travelling else plan.base)
         return plan
 
     def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
-        """Implements `Plant.begin`."""
+        """Implement `Plant.begin`."""
         motion = self._plant.begin(action, decided)
         if not isinstance(motion, MotionCompletion) and not _base_is_fixed(decided):
             self._travelling.add(motion)
@@ -85,7 +85,7 @@ class ListenedPlant:
         return motion
 
     def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
-        """Implements `Plant.advance`; listeners are called after the monitor and do not change its answer."""
+        """Implement `Plant.advance`; listeners are called after the monitor and do not change its answer."""
 
         def notify(now: float, values: Mapping[str, Any], rule: str | None) -> None:
             for listener in self._listeners:
@@ -101,24 +101,24 @@ class ListenedPlant:
         return bool(getattr(self._plant, "runs_in_real_time", False))
 
     def halt(self, motion: MotionHandle) -> None:
-        """Implements `Plant.halt`."""
+        """Implement `Plant.halt`."""
         self._plant.halt(motion)
 
     def stop(self) -> None:
-        """Implements `Plant.stop`."""
+        """Implement `Plant.stop`."""
         self._plant.stop()
         self._travelling.clear()
 
     def skill_began(self, skill: str) -> None:
-        """Implements `Plant.skill_began`."""
+        """Implement `Plant.skill_began`."""
         self._plant.skill_began(skill)
 
     def skill_ended(self, skill: str, *, finished: bool) -> None:
-        """Implements `Plant.skill_ended`."""
+        """Implement `Plant.skill_ended`."""
         self._plant.skill_ended(skill, finished=finished)
 
     def close(self) -> None:
-        """Implements `Plant.close`."""
+        """Implement `Plant.close`."""
         self._plant.close()
 
 

@@ -55,13 +55,13 @@ class SampleWriter:
                 self._file.write(b"\n")
 
     def on_tick(self, now: float, values: Mapping[str, Any], chain: RobotChain) -> None:
-        """Implements `MeasurementListener.on_tick`."""
+        """Implement `MeasurementListener.on_tick`."""
         if now - self._last.get("tick", -inf) >= PERIOD:
             self._last["tick"] = now
             self._write(now, {name: _read(value, now) for name, value in values.items()})
 
     def on_observed(self, readings: Readings, chain: RobotChain) -> None:
-        """Implements `MeasurementListener.on_observed`."""
+        """Implement `MeasurementListener.on_observed`."""
         state = {name: _read(reading, inf) for name, reading in readings.items()}
         now = max((reading.time for reading in state.values() if isfinite(reading.time)), default=inf)
         truths = {name: one.value for name, one in state.items() if type(one.value) in (bool, str)}

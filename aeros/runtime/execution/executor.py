@@ -133,24 +133,24 @@ class Executor:
 
     @property
     def is_stopped(self) -> bool:
-        """Implements `Runtime.is_stopped`."""
+        """Implement `Runtime.is_stopped`."""
         return self._governor.command is OperatorCommand.STOP
 
     def active_modules(self) -> Mapping[str, Ecm]:
-        """Implements `Runtime.active_modules`."""
+        """Implement `Runtime.active_modules`."""
         self._followed.follow()
         return self._followed.configuration.modules
 
     def certificate(self, module: str) -> Certificate | None:
-        """Implements `Runtime.certificate`."""
+        """Implement `Runtime.certificate`."""
         return self._followed.configuration.certificates.get(module)
 
     def now(self) -> float:
-        """Implements `Runtime.now`."""
+        """Implement `Runtime.now`."""
         return self._plant.now()
 
     def observe(self) -> Readings:
-        """Implements `Runtime.observe`."""
+        """Implement `Runtime.observe`."""
         return self._plant.observe()
 
     def note(self, event: str, details: Mapping[str, Any]) -> None:
@@ -163,11 +163,11 @@ class Executor:
         self._audit.append("note", {"event": event, "details": dict(details)})
 
     def log_head(self) -> LogHead:
-        """Implements `Runtime.log_head`."""
+        """Implement `Runtime.log_head`."""
         return self._audit.head
 
     def events_since(self, head: LogHead) -> Sequence[AuditEvent] | None:
-        """Implements `Runtime.events_since`."""
+        """Implement `Runtime.events_since`."""
         records = self._audit.records_since(head)
         if records is None:
             return None
@@ -193,7 +193,7 @@ class Executor:
         return self._table.results.pop(started)
 
     def start(self, request: StepRequest) -> StepHandle | StepResult:
-        """Implements `Runtime.start`; never raises for a bad request."""
+        """Implement `Runtime.start`; never raises for a bad request."""
         with self._clean_up.on_error:
             self._followed.follow()
             asked = {"module": request.module, "skill": request.skill, "inputs": request.inputs}
@@ -205,7 +205,7 @@ class Executor:
             return self._scheduler.enqueue(step)
 
     def wait(self, until: float = inf) -> EndedStep | None:
-        """Implements `Runtime.wait`.
+        """Implement `Runtime.wait`.
 
         Raises:
             MisuseError: no step was started.
@@ -234,7 +234,7 @@ class Executor:
         return self._table.next_ended() if self._table.results else None
 
     def cancel(self, step: StepHandle, reason: str) -> None:
-        """Implements `Runtime.cancel`."""
+        """Implement `Runtime.cancel`."""
         if step in self._table.steps:
             with self._clean_up.on_error:
                 self._clean_up.halt_step(step, SkillRunResult(StepStatus.CANCELLED, reason))

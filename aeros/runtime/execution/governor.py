@@ -76,24 +76,24 @@ class FixedGovernor:
 
     @property
     def generation(self) -> int:
-        """Implements `Governor.generation`."""
+        """Implement `Governor.generation`."""
         return 0
 
     @property
     def command(self) -> OperatorCommand:
-        """Implements `Governor.command`."""
+        """Implement `Governor.command`."""
         return OperatorCommand.RUN
 
     def configuration(self) -> tuple[int, Configuration]:
-        """Implements `Governor.configuration`."""
+        """Implement `Governor.configuration`."""
         return 0, self._configuration
 
     def hold_generation(self, generation: int) -> AbstractContextManager[bool]:
-        """Implements `Governor.hold_generation`."""
+        """Implement `Governor.hold_generation`."""
         return _ALWAYS_IN_FORCE if generation == 0 else nullcontext(False)
 
     def revocation_reason(self, module: str, skill: str, kind: str) -> str | None:
-        """Implements `Governor.revocation_reason`."""
+        """Implement `Governor.revocation_reason`."""
         return None
 
 

@@ -34,7 +34,8 @@ class ConditionValue(Enum):
 class DecidableCondition(Protocol):
     """One condition, prepared for evaluation.
 
-    names: the scalar variables it depends on.
+    Attributes:
+        names: the scalar variables it depends on.
     """
 
     names: frozenset[str]
@@ -93,7 +94,8 @@ class SolverCondition:
 
     It is encoded when it is first asked: a run asks a tenth of the conditions of its site.
 
-    solver: shared with other conditions of the same gate; None for one of its own.
+    Args:
+        solver: shared with other conditions of the same gate; None for one of its own.
     """
 
     def __init__(self, term: t.Term, declared: Iterable[Declared], solver: GateSolver | None = None) -> None:

@@ -115,8 +115,9 @@ class CompiledGate(Gate):
     decide the same. Z3 checks conditions; both deciders share the checks of form, range and age, the finite
     layers and the arithmetic of attenuation. The swept volume of a motion is not Z3's question.
 
-    mode: the method of evaluating conditions.
-    tally: numbers of decisions so far, continued by `with_configuration`.
+    Attributes:
+        mode: the method of evaluating conditions.
+        tally: numbers of decisions so far, continued by `with_configuration`.
     """
 
     def __init__(

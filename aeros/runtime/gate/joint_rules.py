@@ -47,7 +47,8 @@ class ActiveAction:
 class JointRules:
     """The joint rules of one site, prepared for decisions about pairs of actions.
 
-    compiled: decide by compiled functions; otherwise Z3 decides, with `solver` or one of their own.
+    Args:
+        compiled: decide by compiled functions; otherwise Z3 decides, with `solver` or one of their own.
     """
 
     def __init__(self, site: Site, *, compiled: bool, solver: GateSolver | None = None) -> None:

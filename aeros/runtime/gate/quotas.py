@@ -34,9 +34,10 @@ class TimeWindow:
 
     Exact, and fast where rounding cannot matter.
 
-    surely: a rounded difference below this double is within the window.
-    maybe: a rounded difference above this double is outside; in between, `contains_exactly` decides. Rounding
-        keeps order, so both comparisons are exact.
+    Attributes:
+        surely: a rounded difference below this double is within the window.
+        maybe: a rounded difference above this double is outside; in between, `contains_exactly` decides.
+            Rounding keeps order, so both comparisons are exact.
     """
 
     def __init__(self, length: Fraction) -> None:

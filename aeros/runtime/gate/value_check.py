@@ -42,9 +42,10 @@ def is_reading(given: Any) -> bool:
 class ValueChecker:
     """Checker of one declared variable's values, which also splits them into scalars.
 
-    declared: the variable.
-    names: its scalar variables, in order.
-    surely_fresh: a rounded age below this double (s) is within the variable's `max_age`.
+    Attributes:
+        declared: the variable.
+        names: its scalar variables, in order.
+        surely_fresh: a rounded age below this double (s) is within the variable's `max_age`.
     """
 
     def __init__(self, declared: Declared) -> None:

@@ -80,7 +80,7 @@ class IsolatedRun:
             raise
 
     def resume(self, observation: Observation, seconds: float) -> Action | SkillRunResult:
-        """Implements `SkillRunProtocol.resume`; kills the worker if it exceeds its time limit."""
+        """Implement `SkillRunProtocol.resume`; kills the worker if it exceeds its time limit."""
         if not self._is_alive:
             return SkillRunResult(StepStatus.RAISED, "the skill's process has ended")
         within = min(max(seconds, MIN_RESPONSE_TIMEOUT_S), self._answer_within)
@@ -104,7 +104,7 @@ class IsolatedRun:
             return SkillRunResult(StepStatus.RAISED, f"the skill's process was killed: {failure}")
 
     def close(self) -> str | None:
-        """Implements `SkillRunProtocol.close`; ends the skill and every process that it started."""
+        """Implement `SkillRunProtocol.close`; ends the skill and every process that it started."""
         if not self._is_alive:
             return None
         try:

@@ -57,7 +57,7 @@ class SkillRunFactory:
             raise
 
     def __call__(self, site: Site, ecm: Ecm, skill: Skill, inputs: Mapping[str, Any]) -> SkillRunProtocol:
-        """Implements `OpenRun`.
+        """Implement `OpenRun`.
 
         Raises:
             SkillRefusedError: the host lacks a required isolation layer.

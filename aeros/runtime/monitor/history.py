@@ -37,7 +37,8 @@ HistoryValues = dict[str, bool | int]
 class HistoryTracker:
     """The histories of one site, beginning with the first sample.
 
-    names: the names of the histories.
+    Attributes:
+        names: the names of the histories.
     """
 
     advance: Callable[[Readings, float], HistoryValues]

@@ -67,11 +67,12 @@ class _MonitoredActions:
 class RuntimeMonitor:
     """The monitor of all actions under way under one site; a `ports.Monitor`.
 
-    rules: the compiled rules of the site.
-    histories: the site's histories, updated at every tick.
-    stops: records of the stops under way.
-    tracker: compares the robot with the motions that were decided.
-    violation: the last rule that did not hold, with its values.
+    Attributes:
+        rules: the compiled rules of the site.
+        histories: the site's histories, updated at every tick.
+        stops: records of the stops under way.
+        tracker: compares the robot with the motions that were decided.
+        violation: the last rule that did not hold, with its values.
     """
 
     def __init__(self, rules: MonitorRules, histories: HistoryTracker) -> None:

@@ -58,7 +58,8 @@ _MAX_SUBDIVISIONS: Final = 5
 class ForwardKinematics:
     """Forward kinematics at one joint position `q` (rad).
 
-    frames: `frames[k]` is the frame of joint k in B, `frames[0]` the base's; m.
+    Attributes:
+        frames: `frames[k]` is the frame of joint k in B, `frames[0]` the base's; m.
     """
 
     def __init__(self, body: RobotBody, q: Sequence[float]) -> None:

@@ -34,6 +34,7 @@ from aeros.runtime.motion.kinematic_bounds import (
     joint_rates,
     tool_rates,
 )
+from aeros.runtime.motion.link_distance import find_link_contact
 from aeros.runtime.motion.merged import ConcurrentMotion, commanded_joint_position, merge_motions
 from aeros.runtime.motion.surface_contact import SurfaceBreach, SurfaceLimits, find_surface_breach
 from aeros.runtime.motion.swept_volume import (
@@ -42,7 +43,6 @@ from aeros.runtime.motion.swept_volume import (
     RemainingMotion,
     SweptMotion,
     find_breach,
-    find_link_contact,
     moves_joints,
 )
 from aeros.runtime.ports import (

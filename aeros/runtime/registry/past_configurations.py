@@ -18,14 +18,14 @@ from aeros.spec.diagnostics.errors import UserError
 
 
 class PastConfigurations:
-    """Implements `FindConfiguration` over a registry."""
+    """Implement `FindConfiguration` over a registry."""
 
     def __init__(self, registry: Registry) -> None:
         self._registry = registry
         self._adopted = recorded_configurations(registry.folder)
 
     def __call__(self, digest: str) -> Configuration:
-        """Implements `FindConfiguration`.
+        """Implement `FindConfiguration`.
 
         Raises:
             UnknownConfigurationError: the configuration is not recorded, not stored, or no longer provable.
@@ -64,7 +64,7 @@ class PastConfigurations:
 
 
 class FolderConfigurations:
-    """Implements `FindConfiguration` for runs that loaded their modules from a folder.
+    """Implement `FindConfiguration` for runs that loaded their modules from a folder.
 
     A configuration consists of the folder's modules, the site file, and what the operator had withdrawn and
     blocked.  The registry's log tells the last, so each state that it names is tried.
@@ -86,7 +86,7 @@ class FolderConfigurations:
             self._found.append(self._modules.load(RegistrySnapshot()).configuration)
 
     def __call__(self, digest: str) -> Configuration:
-        """Implements `FindConfiguration`.
+        """Implement `FindConfiguration`.
 
         Raises:
             UnknownConfigurationError: no recorded state of the registry leads to it.

@@ -36,7 +36,7 @@ class OperatorCommands:
 
     @property
     def command(self) -> OperatorCommand:
-        """Implements `Governor.command`."""
+        """Implement `Governor.command`."""
         return self._live.command
 
     def close(self) -> None:
@@ -51,7 +51,7 @@ class OperatorCommands:
 
 
 class RegistryGovernor(OperatorCommands):
-    """Implements `Governor` for a run on one robot, whatever modules it uses.
+    """Implement `Governor` for a run on one robot, whatever modules it uses.
 
     Args:
         registry: the robot's registry; need not exist yet.
@@ -80,11 +80,11 @@ class RegistryGovernor(OperatorCommands):
 
     @property
     def generation(self) -> int:
-        """Implements `Governor.generation`."""
+        """Implement `Governor.generation`."""
         return self._live.generation
 
     def configuration(self) -> tuple[int, Configuration]:
-        """Implements `Governor.configuration`; proves each generation once."""
+        """Implement `Governor.configuration`; proves each generation once."""
         if self._loaded.snapshot.generation != self._live.generation:
             self._loaded = self._load_modules()
         return self._loaded.snapshot.generation, self._loaded.configuration
@@ -100,11 +100,11 @@ class RegistryGovernor(OperatorCommands):
         return self._loaded.withheld
 
     def hold_generation(self, generation: int) -> AbstractContextManager[bool]:
-        """Implements `Governor.hold_generation`."""
+        """Implement `Governor.hold_generation`."""
         return self._live.hold_generation(generation)
 
     def revocation_reason(self, module: str, skill: str, kind: str) -> str | None:
-        """Implements `Governor.revocation_reason`; the policy counts as changed if its file is another."""
+        """Implement `Governor.revocation_reason`; the policy counts as changed if its file is another."""
         return self._loaded.revocation_reason(self._latest_snapshot(), module, skill, kind)
 
     def inactive_modules(self) -> Mapping[str, Ecm]:

@@ -88,7 +88,7 @@ class CachedRunFactory:
         self._code: dict[tuple[str, str, str], CertifiedCode] = {}
 
     def __call__(self, _: Site, ecm: Ecm, skill: Skill, inputs: Mapping[str, Any]) -> SkillRunProtocol:
-        """Implements `OpenRun`."""
+        """Implement `OpenRun`."""
         key = ecm.id, ecm.code_digest, skill.id
         if key not in self._code:
             self._code[key] = certified_code(ecm, skill)
@@ -120,7 +120,7 @@ class InProcessRun:
         self._body: SkillBody | None = None
 
     def resume(self, observation: Observation, seconds: float) -> Action | SkillRunResult:
-        """Implements `SkillRunProtocol.resume`; takes as long as the code does.
+        """Implement `SkillRunProtocol.resume`; takes as long as the code does.
 
         Raises:
             KeyboardInterrupt: the user interrupted the code.
@@ -143,7 +143,7 @@ class InProcessRun:
             return SkillRunResult(StepStatus.RAISED, describe_exception(failure))
 
     def close(self) -> str | None:
-        """Implements `SkillRunProtocol.close`.
+        """Implement `SkillRunProtocol.close`.
 
         Raises:
             KeyboardInterrupt: the user interrupted the clean-up.

@@ -124,7 +124,11 @@ class WalkSchedule:
 
 
 class People:
-    """The people in a world, and their distance from the robot."""
+    """The people in a world, and their distance from the robot.
+
+    Attributes:
+        walkers: each person's body, in the order in which they were added.
+    """
 
     def __init__(
         self, world: PhysicsWorld, robot: int, people: Sequence[Person], chance: RandomSource
@@ -140,7 +144,7 @@ class People:
         self._world = world
         self._robot = robot
         self._chance = chance
-        self._walkers = [_PersonBody(world, person, chance) for person in people]
+        self.walkers = [_PersonBody(world, person, chance) for person in people]
 
     def add_person(self, person: Person) -> None:
         """Add a person, whose path begins now.
@@ -148,7 +152,7 @@ class People:
         Args:
             person: the person.
         """
-        self._walkers.append(_PersonBody(self._world, person, self._chance, self._world.time))
+        self.walkers.append(_PersonBody(self._world, person, self._chance, self._world.time))
 
     def update(self, time: float) -> None:
         """Move everybody to their position at a time.
@@ -156,7 +160,7 @@ class People:
         Args:
             time: on the plant's clock, s.
         """
-        for walker in self._walkers:
+        for walker in self.walkers:
             walker.update(time)
 
     def distance(self, within: float) -> float:
@@ -170,9 +174,8 @@ class People:
         Returns:
             The distance, m; 0 if they overlap, inf if nobody is within the range.
         """
-        if not self._walkers:
-            return inf
-        return max(0.0, min(walker.distance(self._robot, within) for walker in self._walkers))
+        nearest = min((walker.distance(self._robot, within) for walker in self.walkers), default=inf)
+        return max(0.0, nearest)
 
 
 class _PersonBody:

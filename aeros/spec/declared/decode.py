@@ -21,7 +21,7 @@ from typing import Any, Final, Literal, TypeVar, get_args, get_origin
 from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean, quoted
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.diagnostics.source import SourceSpan
-from aeros.spec.expr.doubles import why_no_double
+from aeros.spec.expr.doubles import double_problem
 from aeros.spec.migrations.format import parse_schema
 from aeros.spec.migrations.formats import format_named
 from aeros.spec.text.fields import (
@@ -228,7 +228,7 @@ class _Decoder:
             )
             return None
         value = int(node.text) if base is IntegerField else Fraction(node.text)
-        lost = why_no_double(Fraction(value))
+        lost = double_problem(Fraction(value))
         if lost is not None:
             headline = f"{location.prefix}{quoted(node.text)} {lost}"
             self._diagnostics.error(code, headline, node.span, help=("write 0 or another number",))

@@ -135,7 +135,7 @@ def describe_character(character: str) -> str:
     return f"U+{ord(character):04X}" + (f" ({name})" if name else "")
 
 
-def why_hidden(character: str) -> str:
+def hiding_reason(character: str) -> str:
     """Say why a hidden character is not allowed.
 
     Args:

@@ -10,15 +10,21 @@ if TYPE_CHECKING:
 
 
 class UserError(Exception):
-    """File, claim or request that is refused. `diagnostics` say where and why."""
+    """File, claim or request that is refused.
+
+    Attributes:
+        diagnostics: where and why.
+        text: message for people; `rendered_errors` replaces it by the full text, with lines of the files.
+    """
 
     def __init__(self, diagnostics: Iterable[Diagnostic]) -> None:
         self.diagnostics = tuple(diagnostics)
-        super().__init__("; ".join(f"{problem.code}: {problem.headline}" for problem in self.diagnostics))
+        self.text = "; ".join(f"{problem.code}: {problem.headline}" for problem in self.diagnostics)
+        # The argument, not the message: pickle makes the error again from it, for another process.
+        super().__init__(self.diagnostics)
 
-    def __reduce__(self) -> tuple[type[UserError], tuple[tuple[Diagnostic, ...]]]:
-        # Pickle the diagnostics, not the message: another process may have raised the error.
-        return type(self), (self.diagnostics,)
+    def __str__(self) -> str:
+        return self.text
 
 
 class UndecidedError(UserError):

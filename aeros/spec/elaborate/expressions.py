@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, TypeVar
 from aeros.spec.diagnostics.codes import Diagnostics, SpanLabel
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.doubles import why_no_double
+from aeros.spec.expr.doubles import double_problem
 from aeros.spec.expr.parser import ExpressionSyntaxError, parse
 from aeros.spec.expr.scope import ExpressionTypeError, Scope
 from aeros.spec.expr.semantics import evaluate
@@ -200,7 +200,7 @@ def elaborate_quantity(text: TextField, dimension: Dimension, diagnostics: Diagn
             str(unit.dimension),
         )
         return None
-    lost = why_no_double(value * unit.factor)
+    lost = double_problem(value * unit.factor)
     if lost is not None:
         diagnostics.error(
             "AE207", f"`{text.value}` {lost}", text.span, help=("write 0 or another number, like `100 ms`",)

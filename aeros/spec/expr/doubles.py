@@ -38,7 +38,7 @@ def adjacent_doubles(value: Fraction) -> tuple[float, float]:
     return nextafter(nearest, -inf), nearest
 
 
-def why_no_double(value: Fraction) -> str | None:
+def double_problem(value: Fraction) -> str | None:
     """Say why no double stands for a rational: a run would compute with 0 or infinity in its place.
 
     Args:

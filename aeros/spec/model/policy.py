@@ -62,7 +62,7 @@ class OperatorOverride:
 
     @property
     def identity(self) -> tuple[str | None, ...]:
-        """All its content, wherever it is written."""
+        """All fields but the place in a file: equal for overrides that say the same."""
         return self.id, self.reason, self.module, self.skill, self.action
 
     def matches(self, module: str, skill: str, action: str) -> bool:

@@ -6,10 +6,9 @@ that no outcome sets (most measured numbers) keep their measured values.
 
 The domain has the skills of all modules with their default inputs; an input without default takes each of its
 values if its type is boolean or an enum. Skills are excluded, with the reason, if the operator blocks them,
-in whole or in part, or if an input has no value. A choice cannot start where Φ and the permission are proved
-to
-allow no action of some action kind of its envelope, whatever the variables are that no skill sets: there the
-gate could only deny.
+in whole or in part, or if an input has no value. A choice cannot start in a state where Φ and the permission
+are proved to allow no action of some action kind of its envelope, for all values of the variables that no
+skill sets. There the gate would deny every action of that kind.
 """
 
 from __future__ import annotations

@@ -71,9 +71,9 @@ class _ReasonCollector:
         for choice in helpers:
             if self._reason_count < _MAX_REASONS and choice.name not in self._asked:
                 self._asked.add(choice.name)
-                yield from self._why_not_startable(choice)
+                yield from self._start_obstacle(choice)
 
-    def _why_not_startable(self, choice: GroundSkill) -> Iterator[str]:
+    def _start_obstacle(self, choice: GroundSkill) -> Iterator[str]:
         """Yield the reasons that `choice` can never start."""
         clause = choice.skill.precondition
         precondition = self._domain.condition(t.TRUE if clause is None else clause.term, choice)

@@ -6,7 +6,7 @@ import os
 import stat
 from typing import Final
 
-from aeros.spec.diagnostics.characters import describe_character, find_hidden, is_hidden, why_hidden
+from aeros.spec.diagnostics.characters import describe_character, find_hidden, hiding_reason, is_hidden
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel, quoted
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.source import Source, SourceSpan
@@ -78,7 +78,7 @@ def hidden_character_error(span: SourceSpan, character: str | None = None) -> Di
         The diagnostic, which names the character and says why it is not allowed.
     """
     hidden = span.text if character is None else character
-    headline = f"the character {describe_character(hidden)} is not allowed: it is {why_hidden(hidden)}"
+    headline = f"the character {describe_character(hidden)} is not allowed: it is {hiding_reason(hidden)}"
     is_mark = hidden == "\ufeff" and span.start == 0
     cure = (
         "save the file as UTF-8 without a byte order mark" if is_mark else "delete it, or write it in words"

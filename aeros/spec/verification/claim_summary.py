@@ -102,7 +102,7 @@ class ListedClaims:
         return Claims.from_claims((*self._before, *self._after)).tally
 
     def read(self) -> tuple[tuple[ClaimSummary, ...], tuple[ClaimSummary, ...]]:
-        """Implements `OwnClaims.read`."""
+        """Implement `OwnClaims.read`."""
         return self._before, self._after
 
 

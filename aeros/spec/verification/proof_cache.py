@@ -67,7 +67,7 @@ class _KeptClaims:
         self._packed = packed_claims
 
     def read(self) -> tuple[tuple[ClaimSummary, ...], tuple[ClaimSummary, ...]]:
-        """Implements `OwnClaims.read`."""
+        """Implement `OwnClaims.read`."""
         before, after = json.loads(zlib.decompress(self._packed))
         return _claims_from_rows(before), _claims_from_rows(after)
 

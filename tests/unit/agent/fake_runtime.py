@@ -28,7 +28,7 @@ be undeclared, or what is raised."""
 
 
 class FakeRuntime:
-    """Implements `ports.Runtime`.
+    """Implement `ports.Runtime`.
 
     endings: what becomes of the next submissions of a skill, in order; then its first success outcome.
     chance: if given, chooses the outcome of every submission instead.

@@ -85,7 +85,7 @@ def stub(*replies: Reply) -> Iterator[Stub]:
             try:
                 reply(self)
             except OSError:
-                self.close_connection = True  # whoever asked went away
+                self.close_connection = True  # the client went away
 
         def log_message(self, *_: object) -> None:
             pass

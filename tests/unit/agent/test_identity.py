@@ -152,7 +152,7 @@ def test_of_many_that_wake_at_once_one_does_and_each_other_learns_which(tmp_path
         purpose = f"for “task {winner}”"
         others = [line for number, line in enumerate(message) if number != winner]
         assert all(line.startswith("refused this robot has an agent already") for line in others)
-        # One that asks before the winner has said who it is learns that it is there, and no more.
+        # An agent that asks before the winner has written its name learns only that there is one.
         assert all(
             (who in line and purpose in line) or "has not identified itself yet" in line for line in others
         )

@@ -108,7 +108,7 @@ class Changing(FakeRuntime):
         return ended
 
 
-def test_what_was_found_to_lead_to_the_goal_from_another_world_is_not_followed(tmp_path: Path) -> None:
+def test_a_path_found_from_another_world_is_not_followed(tmp_path: Path) -> None:
     # The judge falls asleep too, for long enough that something else is measured by then.
     runtime = Changing(endings={"wrap": ["misaligned"]}, at=site(replans=1))
 

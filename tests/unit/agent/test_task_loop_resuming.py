@@ -193,7 +193,7 @@ def test_budgets_are_not_renewed_by_dying(tmp_path: Path) -> None:
         assert len(whole.steps) - 1 <= len(report.steps) <= len(whole.steps) + 1
 
 
-def test_what_cannot_be_measured_is_not_done_twice(tmp_path: Path) -> None:
+def test_an_unmeasurable_step_is_not_done_twice(tmp_path: Path) -> None:
     plan = Given(do("salt"), do("prepare"), do("recover"), do("wrap"), do("boil"))
     ends = set()
     for runtime, report in at_every_instant(
@@ -208,7 +208,7 @@ def test_what_cannot_be_measured_is_not_done_twice(tmp_path: Path) -> None:
     assert ends == {True, False}
 
 
-def test_what_cannot_be_measured_is_not_done_after_a_second_death_either(tmp_path: Path) -> None:
+def test_an_unmeasurable_step_is_not_repeated_after_a_second_death_either(tmp_path: Path) -> None:
     plan, modules = Given(do("salt"), do("prepare")), {"dumpling": WITH_SALT}
 
     def salted_and_dead(instant: int) -> bool:
@@ -225,7 +225,7 @@ def test_what_cannot_be_measured_is_not_done_after_a_second_death_either(tmp_pat
         assert runtime.done.count("salt") == 1
 
 
-def test_what_may_be_done_twice_is_done_again(tmp_path: Path) -> None:
+def test_a_repeatable_step_is_done_again(tmp_path: Path) -> None:
     salt = replace(SALT, idempotent=True)
     modules = {"dumpling": module("dumpling", (*DUMPLING.skills.values(), salt), MAKE_DUMPLINGS)}
     plan = Given(do("salt"), do("prepare"), do("recover"), do("wrap"), do("boil"))
@@ -248,7 +248,7 @@ def test_branches_and_conditions_are_resumed_where_they_were(tmp_path: Path) -> 
         assert sorted(runtime.done) == ["boil", "dough", "filling", "recover", "wrap"]
 
 
-def test_what_helps_between_two_tries_is_not_run_again(tmp_path: Path) -> None:
+def test_a_recovery_skill_between_two_tries_is_not_run_again(tmp_path: Path) -> None:
     knead = skill("knead", outcome("aligned", {"wrapper_aligned": True}))
     modules = {"dumpling": module("dumpling", (*DUMPLING.skills.values(), knead), MAKE_DUMPLINGS)}
     plan = Given(do("prepare"), do("knead"), do("wrap", retry=2, handler=do("recover")), do("boil"))

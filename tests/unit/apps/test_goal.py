@@ -46,7 +46,9 @@ def test_a_goal_is_a_condition_over_the_sites_state(site: Site) -> None:
         ("speed > 1 m/s", 0, 5),  # a parameter is no state
     ],
 )
-def test_what_is_no_goal_is_refused_with_its_place(site: Site, text: str, start: int, end: int) -> None:
+def test_a_text_that_is_no_goal_is_refused_with_its_place(
+    site: Site, text: str, start: int, end: int
+) -> None:
     with pytest.raises(UserError) as refused:
         parse_goal(text, site)
     (problem,) = refused.value.diagnostics

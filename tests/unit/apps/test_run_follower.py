@@ -51,7 +51,7 @@ def test_a_run_with_old_event_names_is_followed(tmp_path: Path) -> None:
     assert run.plan is not None
 
 
-def test_what_is_not_there_yet_is_waited_for(writing: Writing) -> None:
+def test_a_missing_file_is_waited_for(writing: Writing) -> None:
     run = RunFollower(writing.folder)
     run.read()
     assert run.now == 0.0
@@ -145,7 +145,7 @@ def test_memory_does_not_grow_with_the_run(writing: Writing) -> None:
     assert (len(run.last), len(run.events)) == (50, 50)
 
 
-def test_what_is_under_way_is_held_against_its_bounds(tmp_path: Path) -> None:
+def test_a_motion_under_way_is_held_against_its_bounds(tmp_path: Path) -> None:
     site = load_site(reference_site_path(), Diagnostics())
     assert site is not None
     writing = Writing(tmp_path)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from argparse import ArgumentTypeError
+from argparse import ArgumentParser, ArgumentTypeError
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 from aeros.cli.arguments import (
+    add_signature_check,
     available_cpus,
     existing_path,
     mcap_path,
@@ -72,6 +73,17 @@ def test_processors_are_those_that_this_process_may_use(monkeypatch: pytest.Monk
 
         monkeypatch.setattr(os, "cpu_count", counted)
         assert available_cpus() == expected
+
+
+def test_a_log_is_checked_with_one_key_and_any_number_of_anchors(tmp_path: Path) -> None:
+    key, one, other = (tmp_path / name for name in ("key.pub", "one", "other"))
+    for path in (key, one, other):
+        path.touch()
+    parser = ArgumentParser()
+    add_signature_check(parser)
+    found = parser.parse_args(["--public-key", str(key), "--anchor", str(one), "--anchor", str(other)])
+    assert (found.public_key, found.anchor) == (key, [one, other])
+    assert vars(parser.parse_args([])) == {"public_key": None, "anchor": []}
 
 
 def test_a_second_solver_is_asked_for_by_name(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -83,7 +83,7 @@ COMMANDS = [
 
 
 def forged(text: str) -> bool:
-    """Tell if a line of `HOSTILE` stands where a message of AEROS would begin."""
+    """Check if a line of `HOSTILE` stands where a message of AEROS would begin."""
     return any(line.startswith("forged") for line in text.split("\n"))
 
 

@@ -106,7 +106,7 @@ def test_an_upgrade_takes_over_in_the_middle_of_a_run(robot: Robot, running: sub
     assert message == f"{len(decisions)} decisions reproduced; 0 differ\n"
 
 
-def test_what_is_withdrawn_in_the_middle_of_a_run_acts_no_more(
+def test_a_module_withdrawn_in_the_middle_of_a_run_acts_no_more(
     robot: Robot, running: subprocess.Popen[str]
 ) -> None:
     robot.terminal("deactivate make_dumplings")

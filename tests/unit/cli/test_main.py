@@ -35,7 +35,7 @@ def test_help_and_version_are_no_error(capsys: pytest.CaptureFixture[str]) -> No
         assert shown in capsys.readouterr().out
 
 
-def test_what_proves_and_reports_is_imported_only_for_a_command_that_does() -> None:
+def test_code_that_proves_and_reports_is_imported_only_by_commands_that_need_it() -> None:
     script = "import sys, aeros.cli.main, aeros.cli.author.explain; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     loaded = set(done.stdout.split())
@@ -93,7 +93,7 @@ def test_an_argument_after_two_dashes_is_no_option(
 
 
 @pytest.mark.parametrize("arguments", [[], ["proof"], ["--loud"]])
-def test_what_is_no_command_is_a_usage_error(
+def test_a_word_that_is_no_command_is_a_usage_error(
     arguments: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(SystemExit) as ended:
@@ -140,7 +140,7 @@ def test_our_own_bug_is_reported_without_a_traceback_unless_asked_for(
         ),
     ],
 )
-def test_what_the_system_does_not_let_us_is_no_bug(
+def test_a_refusal_of_the_operating_system_is_no_bug(
     error: OSError, message: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(decide, "prove_configuration", raising(error))

@@ -52,7 +52,7 @@ IDENTITY = {"id": str(uuid4()), "name": "chef", "created": "2026", "sessions": 1
         ("trials.jsonl", "aeros/trial/2", {"condition": "", "seed": 1, "found": {}}, TrialStore),
     ],
 )
-def test_what_is_newer_is_refused_and_kept(
+def test_a_newer_format_is_refused_and_kept(
     tmp_path: Path, name: str, schema: str, content: dict[str, object], read: Callable[[Path], object]
 ) -> None:
     text = json.dumps({**content, "schema": schema}) + "\n"

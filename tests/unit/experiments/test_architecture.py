@@ -19,7 +19,7 @@ from tests.unit.experiments.entered import Stubborn
 
 
 @pytest.mark.parametrize("name", BUILT_IN)
-def test_what_is_shipped_can_be_made(name: str) -> None:
+def test_every_shipped_architecture_can_be_made(name: str) -> None:
     assert callable(load_class(name)().pursue)
 
 
@@ -32,7 +32,7 @@ def test_what_is_shipped_can_be_made(name: str) -> None:
         ("tests.unit.experiments.entered:NoArchitecture", "has no method `pursue`"),
     ],
 )
-def test_what_is_no_architecture_is_refused(name: str, why: str) -> None:
+def test_an_object_that_is_no_architecture_is_refused(name: str, why: str) -> None:
     with pytest.raises(MisuseError, match=why):
         load_class(name)
 

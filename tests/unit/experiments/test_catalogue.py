@@ -140,23 +140,23 @@ def test_identical_conditions_are_one() -> None:
         (["8/aeros/clean_table/0.90"], 1),
     ],
 )
-def test_what_is_named_is_chosen_once(names: list[str], count: int) -> None:
+def test_a_name_given_twice_is_chosen_once(names: list[str], count: int) -> None:
     assert sum(len(one.rows) for one in select_rows(EXPERIMENTS, names)) == count
 
 
 @pytest.mark.parametrize("name", ["", "0", "4/flaat", "4/fla", "list"])
-def test_what_there_is_not_is_refused(name: str) -> None:
+def test_unknown_names_are_refused(name: str) -> None:
     with pytest.raises(MisuseError, match=f"there is no experiment `{name}`"):
         select_rows(EXPERIMENTS, [name])
 
 
-def test_what_is_tried_on_one_plant_alone_is_named_with_it() -> None:
+def test_an_experiment_for_one_plant_alone_names_it() -> None:
     assert 9 in catalogue("physics")
     with pytest.raises(MisuseError, match="it is tried with `--plant physics`"):
         select_rows(EXPERIMENTS, ["9/knife"])
 
 
-def test_what_is_across_is_of_every_row() -> None:
+def test_crossed_conditions_make_a_row_each() -> None:
     rows = catalogue("physics")[9].rows
     layers = [row.id.rpartition("/")[2] for row in rows if row.variant == "knife"]
     assert layers == ["open", "gate", "both"]

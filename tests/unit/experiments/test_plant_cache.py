@@ -115,7 +115,7 @@ def answers_of(runtime: ReplayingRuntime, asked: str) -> Iterator[bool]:
         yield ended.result.status is StepStatus.FINISHED
 
 
-def test_who_asks_the_same_follows_and_who_asks_something_else_goes_on_alone() -> None:
+def test_an_equal_request_follows_and_a_different_one_continues_alone() -> None:
     cached: list[PlantTrace] = []
     assert trial(cached, 0.3, "ab") == ([True, False], 2.0, (0.2, 0.5))
     assert Scripted.opened == 1
@@ -170,7 +170,7 @@ def test_a_trial_has_no_record() -> None:
         assert runtime.active_modules() is premises().configuration.modules
 
 
-def test_what_a_trial_would_take_alone_is_what_each_part_took_when_it_was_done(
+def test_the_time_of_a_trial_alone_is_the_sum_of_the_times_of_its_parts(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     clock = count()

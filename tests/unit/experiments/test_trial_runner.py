@@ -71,7 +71,7 @@ def test_conditions_that_are_equal_share_their_trials(tmp_path: Path) -> None:
     assert (reports[0].done, reports[-1].done, reports[-1].total) == (0, 3, 3)
 
 
-def test_what_is_finished_is_not_run_again(tmp_path: Path) -> None:
+def test_finished_trials_are_not_run_again(tmp_path: Path) -> None:
     with TrialStore(tmp_path) as store:
         run(store, [FETCH], 3)
         before = dict(store.trials)
@@ -245,7 +245,7 @@ def test_the_condition_is_named_by_all_that_decides_it() -> None:
     assert len(digests) == 8
 
 
-def test_what_a_worker_refuses_is_refused_here_and_what_is_finished_is_kept(tmp_path: Path) -> None:
+def test_a_refusal_by_a_worker_is_raised_here_and_finished_trials_are_kept(tmp_path: Path) -> None:
     unknown = TrialCondition.create("task", "symbolic", {**condition().settings, "task": "make_dumpling"})
     with TrialStore(tmp_path) as store, executor_at(None, 1) as (executor, workers):
         with pytest.raises(UserError) as refused:
@@ -302,7 +302,7 @@ def _assert_nothing_is_lost(folder: Path) -> int:
     return len(finished)
 
 
-def test_what_a_worker_has_finished_of_a_chunk_that_it_does_not_end_is_there_again(
+def test_finished_trials_of_an_unfinished_chunk_are_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     class EndsInTheThird(TaskTrials):
@@ -365,9 +365,9 @@ def test_a_worker_that_is_killed_after_others_were_cancelled_ends_the_run() -> N
     assert "BrokenProcessPool" in done.stderr.splitlines()[-1]
 
 
-def test_who_interrupts_again_does_not_wait(tmp_path: Path) -> None:
+def test_a_second_interrupt_does_not_wait(tmp_path: Path) -> None:
     process, workers = _started_run(tmp_path)
-    # What is under way would go on for ever: whoever waited for it would not come back.
+    # A trial under way would never end, so a caller that waited for it would not return.
     os.kill(workers[0], signal.SIGSTOP)
     process.send_signal(signal.SIGINT)
     assert process.stderr is not None
@@ -385,7 +385,7 @@ def test_who_interrupts_again_does_not_wait(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("interruptible")
-def test_who_interrupts_while_workers_are_dismissed_does_not_wait_either(
+def test_an_interrupt_while_workers_are_dismissed_does_not_wait_either(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     shutdown = ProcessPoolExecutor.shutdown

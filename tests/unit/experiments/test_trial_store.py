@@ -12,7 +12,7 @@ from aeros.spec.diagnostics.errors import MisuseError, UserError
 ONE, OTHER = StoredTrial("a", 1, {"reached": True}), StoredTrial("a", 2, {"reached": False})
 
 
-def test_what_was_kept_is_there_again(tmp_path: Path) -> None:
+def test_kept_results_are_there_again(tmp_path: Path) -> None:
     with TrialStore(tmp_path / "out") as store:
         store.append([ONE, OTHER])
     with TrialStore(tmp_path / "out") as store:
@@ -45,7 +45,7 @@ def test_a_spill_file_is_merged_once(tmp_path: Path) -> None:
     assert (tmp_path / TRIALS_FILE).read_bytes().count(b"\n") == 2
 
 
-def test_what_is_handed_over_is_not_needed_aside(tmp_path: Path) -> None:
+def test_a_result_that_was_handed_over_is_not_needed_in_the_side_file(tmp_path: Path) -> None:
     with TrialStore(tmp_path) as store:
         with SpillFile(store.spill_path(0)) as aside:
             aside.append(ONE)

@@ -60,7 +60,7 @@ def _alone(details: dict[str, Any]) -> dict[str, Any]:
         ("drive", "reach", {"hand": None}, "AE703 hand"),
     ],
 )
-def test_what_each_may_do_alone_is_decided_of_both_together(
+def test_actions_allowed_alone_are_decided_together(
     cart: MakeCart, mode: GateMode, first: str, second: str, values: dict[str, Any], reason: str | None
 ) -> None:
     speed = 0.75 if values.get("fast") else 0.25
@@ -68,7 +68,7 @@ def test_what_each_may_do_alone_is_decided_of_both_together(
     one.plant.values |= {name: value for name, value in values.items() if name in one.plant.values}
     one.plant.values = {name: value for name, value in one.plant.values.items() if value is not None}
     alone = one.executor.run_step(StepRequest("cart", second, {}))
-    # A reading that is no value is denied whoever asks.
+    # A reading that is no value is denied to every skill.
     assert (alone.status is FINISHED) == (values.get("charge") is not nan)
     if values.get("charge") is nan:
         return

@@ -34,7 +34,7 @@ def test_a_recording_is_there_when_the_block_ends(tmp_path: Path, *, is_file: bo
     ("is_file", "ending"),
     [(False, "; give a new folder with --bag"), (True, "; give a new file with --mcap")],
 )
-def test_what_is_there_is_not_overwritten(tmp_path: Path, ending: str, *, is_file: bool) -> None:
+def test_existing_files_are_not_overwritten(tmp_path: Path, ending: str, *, is_file: bool) -> None:
     pytest.importorskip("rosbags", reason="needs `pip install 'aeros[ros]'`")
     path = tmp_path / "run.mcap"
     path.write_text("mine")

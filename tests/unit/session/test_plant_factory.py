@@ -37,7 +37,7 @@ def test_the_plants_are_these() -> None:
     assert PLANTS == ("physics", "kinematic", "symbolic")
 
 
-def test_what_is_not_asked_for_is_empty_on_every_plant() -> None:
+def test_options_not_given_are_empty_on_every_plant() -> None:
     for plant in PLANTS:
         assert load_people(plant, None) == ()
         assert list(load_faults(plant, None, proved()[0], TIDY)) == []

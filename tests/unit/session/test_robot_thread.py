@@ -45,7 +45,7 @@ def test_it_is_opened_used_and_closed_in_one_thread_in_order() -> None:
     assert seen == ["opened in aeros-robot", "closed in aeros-robot"]
 
 
-def test_what_a_call_raises_is_in_its_future_and_the_next_is_made() -> None:
+def test_an_exception_of_a_call_is_in_its_future_and_the_next_call_is_made() -> None:
     thread = RobotThread(lambda: robot([]))
 
     def fail(_: str) -> None:
@@ -58,12 +58,12 @@ def test_what_a_call_raises_is_in_its_future_and_the_next_is_made() -> None:
     assert second.result() == 3
 
 
-def test_what_opening_raises_is_raised_to_the_caller() -> None:
+def test_an_exception_while_opening_is_raised_to_the_caller() -> None:
     with pytest.raises(RobotError, match="no power"):
         RobotThread(lambda: failing(opening=True))
 
 
-def test_what_closing_raises_is_raised_once() -> None:
+def test_an_exception_of_close_is_raised_once() -> None:
     thread = RobotThread(lambda: failing(opening=False))
     with pytest.raises(RobotError, match="no brake"):
         thread.close()

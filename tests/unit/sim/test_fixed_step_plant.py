@@ -119,7 +119,7 @@ def test_only_the_latest_plan_of_this_tick_is_started_and_only_once() -> None:
         (act("wait", duration=-1.0), "out of range: `duration` is outside [0, 600]"),
     ],
 )
-def test_what_cannot_be_done_is_refused_with_a_reason(action: Action, why: str) -> None:
+def test_impossible_requests_are_refused_with_a_reason(action: Action, why: str) -> None:
     plant = Bench()
     assert plant.plan(action) == plant.begin(action) == MotionCompletion(False, why)
     assert plant.begin(action, MotionCompletion(False, "as planned")) == MotionCompletion(False, "as planned")

@@ -42,7 +42,7 @@ class LyingPlant(KinematicPlant):
 
 
 def nothing(values: dict[str, Any], first: dict[str, Any]) -> None:
-    """Tell the truth."""
+    """Return the measured values unchanged."""
 
 
 def beside(values: dict[str, Any], first: dict[str, Any]) -> None:

@@ -43,7 +43,7 @@ def test_a_broken_link_is_a_path_too(tmp_path: Path) -> None:
         ("zzz", "give a people file, or one of `at_the_table`, `passing`"),
     ],
 )
-def test_what_is_neither_is_refused_with_a_suggestion(name: str, help_: str) -> None:
+def test_a_path_that_is_neither_is_refused_with_a_suggestion(name: str, help_: str) -> None:
     with pytest.raises(UserError) as refused:
         find_file(name, SHIPPED, "people file")
     (found,) = refused.value.diagnostics

@@ -36,10 +36,11 @@ def double_of(code: str) -> str:
 class FunctionWriter:
     """Writer of a function, line by line; each check that fails leaves it by the statement `exit_statement`.
 
-    lines: the body so far.
-    local: the local variable that holds each scalar variable's value.
-    names: the globals of the function.
-    implied: scalar variables whose range needs no check, because a later condition implies it.
+    Attributes:
+        lines: the body so far.
+        local: the local variable that holds each scalar variable's value.
+        names: the globals of the function.
+        implied: scalar variables whose range needs no check, because a later condition implies it.
     """
 
     exit_statement = "return None"

@@ -26,10 +26,13 @@ _MAX_CACHED: Final = 256
 class CompiledRuleSet:
     """Rules that are evaluated together.
 
-    rules: id, condition and term of each.
-    variables: the state variable that each scalar variable belongs to.
-    truths: the same conditions as one function, if there is one.
-    reads: the state variables that the rules read.
+    Args:
+        rules: id, condition and term of each.
+        variables: the state variable that each scalar variable belongs to.
+        truths: one compiled function of all these conditions; None if each is evaluated alone.
+
+    Attributes:
+        reads: the state variables that the rules read.
     """
 
     def __init__(
@@ -83,12 +86,14 @@ class FastTickCheck(NamedTuple):
 class MonitorRules:
     """The compiled rules of one site, shared by all monitors under it.
 
-    forms: the checker of each state variable.
-    unpackers: for each state variable a function from a value to its scalars, or to None if it is malformed.
-    parameters: for each action kind the same of its parameters.
-    by_kind: for each action kind the rules on its actions.
-    back_off: the action kind with the rules on backing off from a contact; None if the site names none.
-    site: the site.
+    Attributes:
+        forms: the checker of each state variable.
+        unpackers: for each state variable a function from a value to its scalars, or to None if it is
+            malformed.
+        parameters: for each action kind such a function for each of its parameters.
+        by_kind: for each action kind the rules on its actions.
+        back_off: the action kind with the rules on backing off from a contact; None if the site names none.
+        site: the site.
     """
 
     def __init__(self, site: Site) -> None:

@@ -83,7 +83,10 @@ REFUSED_NODES: Final[Mapping[str, tuple[str, str]]] = {
 }
 """Classes of nodes that are refused wherever they stand: what they do, and what to write instead."""
 
-_FORBIDDEN_BUILTINS: Final = frozenset(dir(builtins)) - names.ALLOWED_BUILTINS - {"False", "None", "True"}
+# Not `_`, which an interactive Python session adds to the builtins.
+_FORBIDDEN_BUILTINS: Final = (
+    frozenset(dir(builtins)) - names.ALLOWED_BUILTINS - {"False", "None", "True", "_"}
+)
 
 _GENERAL_HELP: Final = "import only from `aeros.skill` and modules such as `math`; yield actions for the rest"
 _TOP_HELP: Final = (

@@ -78,7 +78,9 @@ def test_an_end_says_the_outcome_or_why_it_failed(journal: Journal, events: list
     ]
 
 
-def test_what_did_not_start_is_recorded_with_its_causes(journal: Journal, events: list[AgentEvent]) -> None:
+def test_a_step_that_did_not_start_is_recorded_with_its_causes(
+    journal: Journal, events: list[AgentEvent]
+) -> None:
     record_not_started(
         journal, StepRole.STEP, "kitchen.steam", "no water", (Cause("input", "water", "no water"),)
     )

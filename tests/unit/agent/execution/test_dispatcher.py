@@ -88,7 +88,7 @@ def test_without_a_record_each_is_chosen_as_often_as_the_other(memory: Memory) -
     assert 70 <= times_steamed(memory) <= 130
 
 
-def test_what_has_served_better_is_chosen_more_often_and_the_other_still_tried(memory: Memory) -> None:
+def test_the_better_skill_is_chosen_more_often_and_the_other_is_still_tried(memory: Memory) -> None:
     remember(memory, "steam", 6, 2)
     remember(memory, "boil", 2, 6)
     assert 170 <= times_steamed(memory) < 200
@@ -127,7 +127,7 @@ def test_the_same_memory_and_seed_choose_the_same(memory: Memory) -> None:
     assert set(sequence) == {"boil", "steam"}
 
 
-def test_what_may_not_start_is_not_chosen_and_the_reason_is_reported(memory: Memory) -> None:
+def test_a_skill_that_may_not_start_is_not_chosen_and_the_reason_is_reported(memory: Memory) -> None:
     remember(memory, "steam", 50, 0)
     aligned = world(wrapper_aligned=True)
     dispatcher = Dispatcher(FakeRuntime({"kitchen": KITCHEN}), memory, TASK)
@@ -151,7 +151,7 @@ def test_where_none_may_start_every_reason_is_given(memory: Memory) -> None:
         dispatcher.dispatch("kitchen", "cooking", {}, world(wrapper_aligned=True))
 
 
-def test_what_was_denied_for_good_is_chosen_only_where_there_is_no_other(memory: Memory) -> None:
+def test_a_skill_that_was_denied_for_good_is_chosen_only_where_there_is_no_other(memory: Memory) -> None:
     dispatcher = Dispatcher(FakeRuntime({"kitchen": KITCHEN}), memory, TASK)
     remember(memory, "steam", 50, 0)
     dispatcher.avoid("kitchen", "steam")

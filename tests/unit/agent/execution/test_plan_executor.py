@@ -115,7 +115,7 @@ def test_a_branch_that_cannot_start_lets_no_other_start() -> None:
     assert kitchen.started == []
 
 
-def test_what_is_cancelled_reaches_branches_inside_branches() -> None:
+def test_a_cancellation_reaches_branches_inside_branches() -> None:
     kitchen = Kitchen({"filling": ["out"]}, last=("dough", "water"))
     inner = par(step("dough"), Seq((step("water"), step("align"))))
     assert kitchen.run(par(inner, step("filling"))) == PlanFailure("`kitchen.filling` failed: outcome `out`")

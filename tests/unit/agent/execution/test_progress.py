@@ -80,7 +80,7 @@ def test_an_attempt_that_never_started_is_not_counted() -> None:
     assert (progress.attempt_count(AT), progress.unfinished_attempts()) == (1, [])
 
 
-def test_what_is_marked_done_is_done_though_its_last_attempt_failed() -> None:
+def test_a_step_marked_done_is_done_though_its_last_attempt_failed() -> None:
     progress, _ = watched()
     progress.start_attempt(AT, ATTEMPT)
     progress.finish_attempt(AT, FAILED)

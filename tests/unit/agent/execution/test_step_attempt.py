@@ -213,7 +213,7 @@ def test_inputs_are_written_as_json_and_submitted_exactly() -> None:
     assert kitchen.note("step-started")["inputs"] == {"force": 0.5}
 
 
-def test_what_cannot_start_is_neither_submitted_nor_an_episode() -> None:
+def test_a_step_that_cannot_start_is_neither_submitted_nor_an_episode() -> None:
     kitchen = Kitchen()
     result = kitchen.attempt("wrap")
     assert (result.failed, result.is_retryable, result.record) == (True, False, None)
@@ -346,7 +346,7 @@ def test_the_head_is_that_of_the_runtimes_record() -> None:
     assert Kitchen().runner.audit_head == LogHead(0, "0")
 
 
-def test_how_long_a_success_takes_is_reported_where_it_is_known() -> None:
+def test_the_duration_of_a_success_is_reported_where_it_is_known() -> None:
     kitchen = Kitchen(record=SuccessRecord(3, 1))
     kitchen.memory.usual = DurationStats(2.0, 1.0, 3.0, 4)
     kitchen.attempt("prepare")

@@ -60,7 +60,7 @@ DROP = skill(
 )
 
 
-def test_what_is_unknown_makes_no_success_of_a_step_that_may_have_failed() -> None:
+def test_unknown_values_make_no_success_of_a_step_that_may_have_failed() -> None:
     judged = assess_step("dumpling", DROP, FINISHED, world(wrapper_aligned=False))
     assert (judged.outcome, judged.failed, judged.is_undeclared) == (None, True, False)
     assert judged.reason == "outcome `dropped` cannot be excluded: `dumpling_wrapped` is not measured"

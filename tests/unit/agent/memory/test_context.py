@@ -50,7 +50,7 @@ def test_a_skill_without_precondition_reads_nothing() -> None:
     assert context()["predicates"] == {}
 
 
-def test_what_is_not_measured_is_part_of_the_context_as_unknown() -> None:
+def test_unmeasured_variables_are_unknown_in_the_context() -> None:
     assert context(ALIGN)["predicates"] == {"wrapper_aligned": None}
 
 

@@ -60,7 +60,7 @@ def test_a_session_is_forgotten_as_a_whole(path: Path) -> None:
     assert MARKS[1].encode() in bytes_of(path)
 
 
-def test_what_is_older_is_forgotten(path: Path) -> None:
+def test_records_before_a_date_are_deleted(path: Path) -> None:
     now = datetime.now(UTC)
     assert forget(path.parent, path, filter_before(now - timedelta(days=1))) == DeletedRows(0, 0, 0, 0)
     assert forget(path.parent, path, filter_before(now + timedelta(days=1))) == DeletedRows(2, 80, 4, 2)

@@ -43,7 +43,7 @@ def test_the_kept_file_is_of_schema_1() -> None:
     assert content(OLD)["version"] == [(1,)]
 
 
-def test_what_was_remembered_under_schema_1_is_remembered_still(old: Path) -> None:
+def test_memory_of_schema_1_is_still_read(old: Path) -> None:
     before = content(old)
     with open_memory(old, Identity(uuid4(), "chef", "", 3)) as memory:
         # One success; one failure; a denial that may have been due to somebody nearby, and a cancellation.

@@ -103,7 +103,7 @@ def test_either_branch_of_an_if_must_lead_on() -> None:
         (Par((do("prepare"), do("recover")), SPAN), "parallel branches cannot be checked"),
     ],
 )
-def test_what_is_not_judged_is_not_accepted(part: Part, problem: str) -> None:
+def test_a_plan_that_is_not_checked_is_not_accepted(part: Part, problem: str) -> None:
     found = problems(part)
     assert len(found) == 1
     assert problem in found[0]

@@ -45,7 +45,7 @@ def test_a_goal_that_cannot_be_reached_has_no_plan() -> None:
     assert solve("(filling)") is None
 
 
-def test_what_is_no_pddl_is_an_error_of_the_engine() -> None:
+def test_text_that_is_no_pddl_is_an_error_of_the_engine() -> None:
     pytest.importorskip("unified_planning", reason="needs `pip install 'aeros[pddl]'`")
     with pytest.raises(ClassicalEngineError, match=r"^\w+: "):
         UnifiedPlanningEngine("pyperplan").solve("(define (domain", problem("(dough)"))

@@ -61,7 +61,7 @@ def planned(engine: Saying, ecm: Ecm = DUMPLING) -> TaskGraph:
     return PddlPlanner(site(), engine).plan(RoutedTask("dumpling", MAKE_DUMPLINGS), world, {"dumpling": ecm})
 
 
-def test_what_comes_of_failures_is_asked_for_too() -> None:
+def test_paths_after_failures_are_planned_too() -> None:
     engine = Saying(DO, [DO[0], *DO[2:]], DO)
     graph = planned(engine, RISKY)
     assert [step.skill for step in graph.steps] == ["prepare", "recover", "wrap", "boil"]
@@ -150,7 +150,7 @@ def missing(_: str) -> None:
         (["--planner", "pddl"], missing, Exit.REJECTED, "--planner pddl needs `pip install 'aeros[pddl]'`"),
     ],
 )
-def test_what_cannot_be_is_refused(
+def test_impossible_values_are_refused(
     arguments: list[str],
     find: Callable[[str], None] | None,
     code: Exit,

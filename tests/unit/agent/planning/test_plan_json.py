@@ -24,7 +24,7 @@ GRAPH = TaskGraph(
 )
 
 
-def test_what_is_written_is_read_as_it_was() -> None:
+def test_written_values_are_read_unchanged() -> None:
     assert plan_from_json(parse_strict_json(json.dumps(plan_to_json(GRAPH))), site()) == GRAPH
 
 
@@ -79,6 +79,6 @@ def test_another_form_is_refused_with_its_place(form: Any, message: str) -> None
         ('{"a": -Infinity}', "-Infinity is not a number"),
     ],
 )
-def test_what_is_no_json_is_refused(text: str | bytes, message: str) -> None:
+def test_text_that_is_no_json_is_refused(text: str | bytes, message: str) -> None:
     with pytest.raises(MalformedPlanError, match=message):
         parse_strict_json(text)

@@ -94,7 +94,7 @@ class Broken(FakeRuntime):
         raise InternalError("the plant is gone")
 
 
-def test_what_is_wrong_with_the_runtime_meanwhile_is_no_fault_of_the_planner(tmp_path: Path) -> None:
+def test_a_fault_of_the_runtime_while_planning_is_no_fault_of_the_planner(tmp_path: Path) -> None:
     runtime = Broken()
     runtime.state["dough_on_workspace"] = True
     with pytest.raises(InternalError, match="the plant is gone"):

@@ -87,7 +87,7 @@ def test_a_module_that_is_installed_and_not_active_is_named_where_it_is_the_only
         route("fly", {"clean": CLEAN}, lambda: {"dumpling": DUMPLING})
 
 
-def test_what_is_not_active_is_not_looked_at_where_a_task_is_found() -> None:
+def test_inactive_modules_are_not_read_where_a_task_is_found() -> None:
     def unread() -> dict[str, Ecm]:
         raise AssertionError
 

@@ -89,7 +89,7 @@ def test_recoveries_must_not_go_round_in_a_circle_over_several_steps() -> None:
 
 
 @pytest.mark.parametrize("graph", [None, "steps", TaskGraph(()), TaskGraph([PlanStep("dumpling", "wrap")])])  # type: ignore[arg-type]
-def test_what_is_no_plan_is_rejected(graph: object) -> None:
+def test_text_that_is_no_plan_is_rejected(graph: object) -> None:
     assert len(verify_plan(graph, MODULES, site())) == 1
 
 

@@ -85,7 +85,9 @@ def starts_another(pid_file: Path) -> None:
 
 
 @pytest.mark.parametrize("thinks", [lambda _: spins(), lambda _: time.sleep(FOREVER), starts_another])
-def test_who_is_late_is_gone_with_all_that_it_started(thinks: Callable[[Path], None], tmp_path: Path) -> None:
+def test_a_late_planner_is_killed_with_all_its_children(
+    thinks: Callable[[Path], None], tmp_path: Path
+) -> None:
     pid_file = tmp_path / "pid"
 
     def think() -> None:
@@ -136,7 +138,7 @@ def test_every_abort_of_planning_is_reported(think: Callable[[], Any], message: 
     assert str(failure.value).startswith(message)
 
 
-def test_who_thinks_has_no_terminal(capfd: pytest.CaptureFixture[str]) -> None:
+def test_the_planner_process_has_no_terminal(capfd: pytest.CaptureFixture[str]) -> None:
     def speaks() -> str:
         os.write(1, b"said")
         os.write(2, b"said")
@@ -146,7 +148,7 @@ def test_who_thinks_has_no_terminal(capfd: pytest.CaptureFixture[str]) -> None:
     assert capfd.readouterr() == ("", "")
 
 
-def test_who_thinks_ends_with_the_agent(tmp_path: Path) -> None:
+def test_the_planner_process_ends_with_the_agent(tmp_path: Path) -> None:
     pid_file = tmp_path / "pid"
     agent = subprocess.Popen([sys.executable, "-c", AGENT, str(pid_file)])
     while not (pid_file.exists() and pid_file.read_text()):

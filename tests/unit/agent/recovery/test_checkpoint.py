@@ -108,7 +108,7 @@ def _without(name: str) -> Callable[[dict[str, Any]], Any]:
         (lambda kept: None, "does not have the layout"),
     ],
 )
-def test_what_is_not_whole_or_of_another_version_is_unusable(
+def test_an_incomplete_file_or_one_of_another_version_is_unusable(
     damage: Callable[[dict[str, Any]], Any], why: str
 ) -> None:
     content = json.dumps(damage(json.loads(encode_checkpoint(FULL)))).encode()
@@ -150,7 +150,7 @@ def test_a_damaged_checkpoint_is_reported_with_its_path_and_the_previous_one_is_
     assert before == FULL
 
 
-def test_what_a_killed_write_left_does_not_matter(tmp_path: Path) -> None:
+def test_the_leftovers_of_a_killed_write_do_not_matter(tmp_path: Path) -> None:
     store = CheckpointStore(tmp_path)
     store.write(FULL)
     (tmp_path / "checkpoint.previous.json.new").write_text("half")

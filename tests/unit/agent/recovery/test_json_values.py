@@ -94,11 +94,11 @@ def test_an_attempt_is_written_as_it_was() -> None:
         {},
     ],
 )
-def test_what_is_no_such_value_is_refused(written: Any) -> None:
+def test_malformed_values_are_refused(written: Any) -> None:
     with pytest.raises(ValueError, match=r".+"):
         ValueSerializer().decode(written)
 
 
-def test_what_is_of_no_known_class_cannot_be_written() -> None:
+def test_values_of_unknown_classes_cannot_be_written() -> None:
     with pytest.raises(ValueError, match="a object cannot be written"):
         ValueSerializer().encode({"a": [object()]})

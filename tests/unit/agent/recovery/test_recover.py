@@ -19,7 +19,7 @@ from tests.unit.agent.dumplings import STATE, module, outcome, skill
 
 AT = (0,)
 LOOK = skill("look", outcome("seen", {}), outcome("not_seen", {}, failure=True))
-"""A skill whose outcomes no measurement can tell apart: its end is in the record alone."""
+"""A skill whose outcomes no measurement distinguishes: its end is in the record alone."""
 
 WRAP = skill("wrap", outcome("wrapped", {"dumpling_wrapped": True}))
 

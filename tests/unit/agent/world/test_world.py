@@ -103,7 +103,7 @@ def test_whole_numbers_and_lists_are_taken_as_what_they_denote() -> None:
     }
 
 
-def test_what_is_not_declared_is_left_out() -> None:
+def test_undeclared_values_are_left_out() -> None:
     assert "weather" not in world(weather=True).known
 
 
@@ -140,7 +140,7 @@ def test_an_action_parameter_is_never_known() -> None:
     assert world().evaluate(t.Variable("speed", BOOL, t.VariableRole.PARAMETER)) is None
 
 
-def test_why_not_shows_what_was_measured() -> None:
+def test_the_unmet_reason_shows_the_measured_values() -> None:
     assert world(fill_level=0.25).unmet_reason(term("fill_level > 0.5")) == "`fill_level` = 0.25"
 
 
@@ -165,7 +165,7 @@ _READINGS = st.dictionaries(
 
 
 @given(_READINGS, st.floats(0.0, 10.0))
-def test_what_is_known_later_is_what_the_same_readings_would_say_then(
+def test_later_knowledge_equals_that_of_the_same_readings_taken_then(
     readings: dict[str, Reading], passed: float
 ) -> None:
     seen = world_from_readings(STATE, readings, NOW)
@@ -229,7 +229,7 @@ def test_only_readings_make_a_world() -> None:
     assert made == ["aeros/agent/world/world.py"] * 2
 
 
-def test_what_a_world_holds_is_never_replaced_but_why_steps_failed() -> None:
+def test_the_values_of_a_world_are_never_replaced_except_the_reasons_of_failures() -> None:
     fields = {one.name for one in dataclass_fields(WorldModel)} - {"failures"}
     replaced = [
         (path.as_posix(), keyword.arg)
@@ -244,7 +244,7 @@ def test_what_a_world_holds_is_never_replaced_but_why_steps_failed() -> None:
 
 
 @given(_READINGS, _CONDITIONS)
-def test_why_steps_failed_is_read_by_no_condition(readings: dict[str, Reading], condition: str) -> None:
+def test_no_condition_reads_the_reasons_of_failed_steps(readings: dict[str, Reading], condition: str) -> None:
     seen = world_from_readings(STATE, readings, NOW)
     part = UnmetBound("wrapper_aligned", True, "exactly", False)
     explained = replace(seen, failures=(Cause("rule", "r", "wrapper_aligned", shortfalls=(part,)),))

@@ -55,7 +55,7 @@ def test_arrows_go_from_border_to_border_through_their_labels_and_no_two_share_a
     assert len(set(ends)) == len(ends)
 
 
-def test_what_is_ranked_lower_stands_lower_and_a_chain_stands_upright() -> None:
+def test_a_lower_rank_is_drawn_lower_and_a_chain_is_drawn_upright() -> None:
     layout: DiagramLayout = layered_layout(
         {"a": 0, "b": 1, "c": 2},
         {"a": (40, 20), "b": (90, 20), "c": (60, 20)},

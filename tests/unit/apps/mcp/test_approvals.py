@@ -22,7 +22,7 @@ from aeros.apps.mcp.approvals import (
 WHAT = {"what": "execute", "client": "c", "steps": [{"skill": "a.b", "inputs": {}}], "goal": "x"}
 
 
-def test_what_was_approved_is_taken_once(tmp_path: Path) -> None:
+def test_an_approval_is_used_once(tmp_path: Path) -> None:
     approvals = Approvals(tmp_path)
     id_ = approvals.request(WHAT)
     assert approvals.consume(id_) is None
@@ -72,7 +72,7 @@ def test_an_approval_that_is_late_is_void(tmp_path: Path) -> None:
         approve(tmp_path, id_)
 
 
-def test_what_waits_too_long_is_void(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_request_that_waits_too_long_is_void(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     approvals = Approvals(tmp_path)
     id_ = approvals.request(WHAT)
     approve(tmp_path, id_)
@@ -82,7 +82,7 @@ def test_what_waits_too_long_is_void(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert approvals.is_rejected(id_)
 
 
-def test_what_an_earlier_server_left_is_void(tmp_path: Path) -> None:
+def test_requests_left_by_an_earlier_server_are_void(tmp_path: Path) -> None:
     id_ = Approvals(tmp_path).request(WHAT)
     approve(tmp_path, id_)
     assert Approvals(tmp_path).consume(id_) is None

@@ -148,7 +148,7 @@ NO_MESSAGES = (b"\xff\xfe\n" * 100, b'{"jsonrpc": "2.0"}\n[[[[\n{}\n', b"x" * 2_
         *(pytest.param(one, id=f"alone {at}", marks=pytest.mark.deep) for at, one in enumerate(NO_MESSAGES)),
     ],
 )
-def test_what_is_no_message_neither_breaks_nor_fills_the_server(sent: bytes, tmp_path: Path) -> None:
+def test_bytes_that_are_no_message_neither_break_nor_fill_the_server(sent: bytes, tmp_path: Path) -> None:
     ended = subprocess.run(
         [sys.executable, *arguments(tmp_path)],
         input=sent,

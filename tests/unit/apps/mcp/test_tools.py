@@ -227,7 +227,7 @@ def test_nothing_is_executed_without_the_operator(usual: Cell) -> None:
     assert usual.decisions() == 0
 
 
-def test_what_is_approved_is_executed_once_and_who_asked_is_on_record(usual: Cell) -> None:
+def test_an_approved_request_is_executed_once_and_its_author_is_on_record(usual: Cell) -> None:
     name = usual.proposed()
     id_ = usual.call("execute_plan", plan=name)["operator"].split()[-1]
     approve(usual.folder / "state", id_)
@@ -245,7 +245,7 @@ def test_what_is_approved_is_executed_once_and_who_asked_is_on_record(usual: Cel
     assert [note["planner"] for note in usual.noted("plan-accepted")] == ["mcp"]
 
 
-def test_what_the_operator_refuses_is_not_executed(usual: Cell) -> None:
+def test_a_request_that_the_operator_refuses_is_not_executed(usual: Cell) -> None:
     name = usual.proposed()
     id_ = usual.call("execute_plan", plan=name)["operator"].split()[-1]
     reject(usual.folder / "state", id_)

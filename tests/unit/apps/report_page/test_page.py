@@ -1,4 +1,4 @@
-"""The page about a run needs nothing else, and whatever a module said on it is text."""
+"""The page about a run needs no other file, and texts of modules on it stay text."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def hostile_run(folder: Path, text: str) -> str:
 
 
 @pytest.mark.parametrize("text", HOSTILE)
-def test_what_a_module_says_is_text(text: str, tmp_path: Path) -> None:
+def test_text_of_a_module_stays_text(text: str, tmp_path: Path) -> None:
     harmless = elements(hostile_run(tmp_path / "harmless", re.sub(r"\S", "x", text)))
     found = elements(hostile_run(tmp_path / "hostile", text))
     assert found.tags == harmless.tags
@@ -133,7 +133,7 @@ def test_a_denial_is_reported_with_its_reasons(tmp_path: Path) -> None:
     assert "No bounds are drawn under sites that are not available: " + "0" * 64 in text
 
 
-def test_what_follows_a_broken_link_is_not_shown(tmp_path: Path) -> None:
+def test_records_after_a_broken_link_are_not_shown(tmp_path: Path) -> None:
     out = written_run(tmp_path / "out", [("decision", decision(time)) for time in (1.0, 2.0, 3.0)])
     log = out / "audit.jsonl"
     log.write_text(log.read_text().replace('"time":2.0', '"time":2.5'))

@@ -56,7 +56,7 @@ def test_faults_stops_denials_and_re_plans_are_marked_in_order() -> None:
         (ended("halted", failed=True), "stopped"),
     ],
 )
-def test_how_a_step_ended_is_its_colour(run: SkillExecution, sort: str) -> None:
+def test_a_step_has_the_colour_of_its_end(run: SkillExecution, sort: str) -> None:
     assert category_of(run) == sort
     assert f'fill="{COLOURS[sort]}"' in timeline(RunData(runs=[run]), [])
 
@@ -78,7 +78,7 @@ def test_bounds_are_drawn_from_decision_to_decision_with_their_rules() -> None:
     assert re.findall(r'd="M([\d.]+) [\d.]+h([\d.]+)"', svg) == [("280.0", "180.0"), ("640.0", "450.0")]
 
 
-def test_what_was_asked_for_ends_with_its_action() -> None:
+def test_a_request_ends_with_its_action() -> None:
     quantity = PlottedQuantity(
         "move.speed", "m/s", True, True, [(1.0, 0.2), (3.0, None)], [Limit(1.0, 0.5, "r")]
     )

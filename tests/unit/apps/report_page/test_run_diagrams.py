@@ -37,7 +37,7 @@ def test_the_latest_plan_is_drawn_with_how_its_parts_were_left() -> None:
     assert plan_diagram(RunData(runs=runs)) is None
 
 
-def test_what_followed_what_is_counted(tmp_path: Path) -> None:
+def test_transitions_between_steps_are_counted(tmp_path: Path) -> None:
     drawing = run_diagram(read_run_data(run_symbolic(tmp_path)))
     names = {node.id: node.lines[0].partition(".")[2] or node.lines[0] for node in drawing.nodes}
     assert {(names[e.source], names[e.target], e.label, e.dashed) for e in drawing.edges} == {

@@ -58,7 +58,7 @@ def test_the_tightest_bound_is_in_force_from_decision_to_end() -> None:
     assert distance.upper == []
 
 
-def test_what_was_asked_for_is_shown_while_it_is_bounded() -> None:
+def test_the_requested_speed_is_plotted_while_a_rule_bounds_it() -> None:
     left = RunData(
         decisions=[moving(1.0, 0.15, human_distance=3.0)],
         samples=[sample(2.0, human_distance=1.0), sample(2.5, human_distance=3.0)],
@@ -96,7 +96,7 @@ def test_of_a_family_the_nearest_member_is_named() -> None:
     assert nearest.margin == pytest.approx(0.175)
 
 
-def test_what_was_denied_bounds_nothing_and_so_does_a_site_that_is_not_at_hand() -> None:
+def test_a_denied_action_and_an_absent_site_bound_nothing() -> None:
     denied = RunData(decisions=[moving(1.0, 0.1, "DENY", human_distance=3.0)])
     assert build_series(denied, SITES).quantities == {}
     allowed = RunData(decisions=[moving(1.0, 0.1, human_distance=3.0)])

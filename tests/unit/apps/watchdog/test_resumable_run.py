@@ -35,7 +35,7 @@ def asked(state: Path, **changed: object) -> Namespace:
     return Namespace(state=state, **{**given, **changed})
 
 
-def test_what_was_asked_comes_back_wherever_it_is_resumed(
+def test_the_instruction_comes_back_wherever_it_is_resumed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     state = tmp_path / "new" / "state"
@@ -59,7 +59,7 @@ def test_what_was_asked_comes_back_wherever_it_is_resumed(
     }
 
 
-def test_what_was_forgotten_cannot_be_resumed(tmp_path: Path) -> None:
+def test_a_deleted_task_cannot_be_resumed(tmp_path: Path) -> None:
     save_run_options(asked(tmp_path))
     delete_run_options(tmp_path)
     delete_run_options(tmp_path)
@@ -82,7 +82,7 @@ def test_what_was_forgotten_cannot_be_resumed(tmp_path: Path) -> None:
         ('{"state": {}}', "is an older format"),
     ],
 )
-def test_what_cannot_be_read_is_refused(content: str | bytes, why: str, tmp_path: Path) -> None:
+def test_unreadable_input_is_refused(content: str | bytes, why: str, tmp_path: Path) -> None:
     (tmp_path / "run.json").write_bytes(content.encode() if isinstance(content, str) else content)
     with pytest.raises(AgentError, match=why):
         load_run_options(asked(tmp_path))

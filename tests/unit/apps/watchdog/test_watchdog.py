@@ -81,7 +81,7 @@ class Watched:
     def events(self) -> list[dict[str, Any]]:
         path = self.out / "audit.jsonl"
         log = path.read_bytes() if path.exists() else b""
-        if len(log) != self._known[0]:  # whoever waits asks often, and mostly nothing is new
+        if len(log) != self._known[0]:  # a waiting test asks often, and mostly nothing is new
             self._known = len(log), [json.loads(one) for one in log.splitlines() if one.endswith(b"}")]
         return self._known[1]
 

@@ -36,7 +36,9 @@ def diff(*arguments: str) -> int:
 MODULES = ("tidy", "new", "--site", "site.yaml")
 
 
-def test_what_is_the_same_is_equal(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_modules_without_differences_are_reported_as_equal(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert diff(*MODULES, "--fail-on", "newly-allowed") == Exit.SUCCESS
     shown = capsys.readouterr().out.splitlines()
     assert len(shown) == 1
@@ -119,7 +121,7 @@ def test_a_side_that_cannot_be_read_is_reported_and_nothing_compared(
     assert "did you mean `force`?" in capsys.readouterr().out
 
 
-def test_what_cannot_be_compared_is_undecided(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_sets_that_cannot_be_compared_are_undecided(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     change(here / "new" / "ecm.yaml", "      pause: {", "      nap: {")
     change(here / "new" / "ecm.yaml", "inputs.pause", "inputs.nap")
     assert diff(*MODULES) == Exit.UNDECIDED

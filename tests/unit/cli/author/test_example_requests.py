@@ -68,7 +68,7 @@ def test_a_request_has_all_that_the_gate_reads_at_one_time_and_no_usage() -> Non
     assert carry["inputs"]["limit"] <= 0.1
 
 
-def test_what_no_proof_depends_on_is_in_the_middle_of_its_range() -> None:
+def test_a_value_that_no_proof_depends_on_is_in_the_middle_of_its_range() -> None:
     stop = examples("slowly")[-1]
     state = {name: one["value"] for name, one in stop["state"].items()}
     assert (state["human_distance"], state["load"], state["wind"]) == (10.0, 2.5, 10.0)

@@ -30,7 +30,7 @@ def test_a_near_miss_is_asked_about(asked: str, suggested: str, capsys: pytest.C
     assert capsys.readouterr().err == f"aeros: there is no code `{asked}`; did you mean `{suggested}`?\n"
 
 
-def test_what_is_near_nothing_is_shown_harmlessly(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_name_without_near_misses_is_shown_harmlessly(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["explain", "\x1b[31mwhat"]) == Exit.USAGE
     assert "\\x1b[31mwhat" in capsys.readouterr().err
 

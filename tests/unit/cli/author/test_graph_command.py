@@ -66,7 +66,9 @@ def test_every_arrow_of_every_format_joins_two_nodes(what: str, capsys: pytest.C
     assert len(tree.findall(".//{*}path[@marker-end]")) == len(arrows)
 
 
-def test_what_cannot_reach_the_goal_stands_out(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_states_that_cannot_reach_the_goal_stand_out(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     shutil.copytree(BASE / "tidy", tmp_path / "tidy")
     manifest = tmp_path / "tidy" / "ecm.yaml"
     manifest.write_text(manifest.read_text().replace("wiped: {effects: {bench_clean: true}, ", "wiped: {"))

@@ -85,7 +85,7 @@ def test_the_tests_it_makes_pass_and_fail_when_the_module_is_no_longer_proved(tm
     assert "1 failed, 1 passed" in ran.stdout
 
 
-def test_what_it_makes_is_well_formatted_python(tmp_path: Path) -> None:
+def test_the_result_is_well_formatted_python(tmp_path: Path) -> None:
     _new(tmp_path)
     tools = Path(sys.executable).parent
     for command in (["check", "--select", "B,E,F,I,N,UP"], ["format", "--check"]):
@@ -152,7 +152,7 @@ def test_a_name_that_the_policy_grants_something_is_refused(
 
 @pytest.mark.parametrize("taken", ["tidy", "test_tidy.py"])
 @pytest.mark.parametrize("kind", ["file", "folder", "dangling link"])
-def test_what_is_there_already_stays(
+def test_existing_files_stay(
     taken: str, kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / taken

@@ -78,7 +78,7 @@ def test_fractions_longer_than_python_writes_are_written(capsys: pytest.CaptureF
         ["--max-replans", "-1"],
     ],
 )
-def test_what_is_not_well_formed_is_a_usage_error(
+def test_malformed_arguments_are_usage_errors(
     arguments: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(SystemExit) as ended:
@@ -102,7 +102,7 @@ def test_what_is_not_well_formed_is_a_usage_error(
         ([DUMPLINGS, "--max-retries", "fry=1"], "no rule of `make_dumplings` runs `fry`"),
     ],
 )
-def test_what_the_module_does_not_have_is_a_usage_error(
+def test_a_name_that_the_module_lacks_is_a_usage_error(
     arguments: list[str], why: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["predict", *arguments]) == Exit.USAGE
@@ -116,9 +116,7 @@ def test_what_the_module_does_not_have_is_a_usage_error(
         ("rejected/form/unknown_invariant_left_to_the_gate", "AE122"),
     ],
 )
-def test_what_cannot_be_predicted_is_refused(
-    module: str, code: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_unpredictable_cases_are_refused(module: str, code: str, capsys: pytest.CaptureFixture[str]) -> None:
     arguments = ["predict", str(CORPUS / module), "--site", str(CORPUS / "site" / "table.yaml")]
     assert main(arguments) == Exit.REJECTED
     assert code in capsys.readouterr().err

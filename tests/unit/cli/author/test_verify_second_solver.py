@@ -101,7 +101,7 @@ def test_agreement_is_reported_and_changes_no_certificate(
     assert (module / LOCK).read_bytes() == without
 
 
-def test_what_is_beyond_the_second_solver_is_reported_and_z3_stands(
+def test_questions_beyond_the_second_solver_are_reported_and_the_answer_of_z3_stands(
     module: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     unknown = SolverAnswer(SatResult.UNKNOWN, {}, "out of its depth")

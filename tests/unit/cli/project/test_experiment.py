@@ -151,7 +151,7 @@ def test_reaction_times_with_a_slow_planner_are_drawn_over_its_latency(tmp_path:
         (["4", "--out", "/proc/nobody"], "cannot write to `/proc/nobody`"),
     ],
 )
-def test_what_there_is_not_is_refused(
+def test_unknown_names_are_refused(
     arguments: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     common = ("--plant", "symbolic", "--trials", "4", "--ecms", ECMS, "--out", str(tmp_path))

@@ -65,7 +65,7 @@ def test_nothing_is_written_where_it_is_not_asked_for(
     assert (here / "tidy" / "ecm.yaml").read_bytes() == before
 
 
-def test_what_a_registry_keeps_is_not_rewritten(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_files_of_a_registry_are_not_rewritten(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     kept = here / "modules" / "digest" / "tidy"
     shutil.copytree(here / "tidy", kept)
     (here / "registry.sqlite3").touch()
@@ -129,7 +129,7 @@ def test_in_a_folder_what_is_not_of_aeros_is_left_alone(
         ("ecm.lock", b'{"schema": "aeros/certificate/0"}', "its `schema` is not `aeros/certificate/1`"),
     ],
 )
-def test_what_is_named_and_cannot_be_migrated_is_refused(
+def test_a_named_file_that_cannot_be_migrated_is_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, content: bytes, why: str
 ) -> None:
     path = tmp_path / name

@@ -151,7 +151,7 @@ def test_an_update_that_changes_nothing_but_the_time_writes_nothing(
         ),
     ],
 )
-def test_what_is_no_theorem_fails(
+def test_a_name_that_is_no_theorem_fails(
     proofs: Callable[..., Path],
     capsys: pytest.CaptureFixture[str],
     wrong: dict[str, str],
@@ -170,7 +170,7 @@ def test_a_refutation_shows_the_way_that_the_code_goes(
     assert "nothing: (< skill kind) false; (< site skill) true; result false" in capsys.readouterr().out
 
 
-def test_what_the_solvers_cannot_decide_is_undecided(
+def test_a_question_that_no_solver_decides_is_undecided(
     proofs: Callable[..., Path], capsys: pytest.CaptureFixture[str]
 ) -> None:
     powers = "(not (= (+ (* kind kind kind) (* skill skill skill)) (+ 33 (* site site site))))"
@@ -206,7 +206,7 @@ def test_a_generated_file_that_says_otherwise_fails(
     assert all(problem.startswith(name) for problem in found["problems"])
 
 
-def test_what_another_version_of_z3_spent_is_not_compared_but_its_verdicts_are(
+def test_verdicts_of_another_version_of_z3_are_compared_but_its_costs_are_not(
     proofs: Callable[..., Path], capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder = proofs()

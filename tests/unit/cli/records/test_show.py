@@ -172,7 +172,7 @@ def test_a_line_has_number_time_event_and_summary() -> None:
         (record("note", event="x\x1b[2J"), "note            x\\x1b[2J"),
     ],
 )
-def test_what_a_record_lacks_is_left_out(one: Record, ending: str) -> None:
+def test_a_field_that_a_record_lacks_is_left_out(one: Record, ending: str) -> None:
     assert line(one).endswith(ending)
 
 

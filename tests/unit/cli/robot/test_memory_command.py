@@ -122,9 +122,7 @@ def test_export_is_everything_a_line_each(state: Path, capsys: pytest.CaptureFix
     assert rows[4]["reason"] == "100% of it\x1b[2J spilt"
 
 
-def test_what_is_remembered_can_be_read_while_the_agent_is_awake(
-    state: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_memory_can_be_read_while_the_agent_is_awake(state: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with lock_folder(state), open_memory(state / MEMORY_FILE, Identity(uuid4(), "chef", "", 2)):
         assert run(capsys, "show", "--state", str(state))[0] == 0
         code, _, err = run(capsys, "forget", "--session", "1", "--yes", "--state", str(state))
@@ -146,7 +144,7 @@ def test_nothing_is_forgotten_without_a_yes(state: Path, capsys: pytest.CaptureF
         (("--older-than", "1"), "UTC: 0 sessions, 0 episodes, 0 events, 0 facts"),
     ],
 )
-def test_what_is_forgotten_is_counted(
+def test_deleted_records_are_counted(
     state: Path, capsys: pytest.CaptureFixture[str], asked: tuple[str, ...], message: str
 ) -> None:
     code, out, _ = run(capsys, "forget", *asked, "--yes", "--state", str(state))

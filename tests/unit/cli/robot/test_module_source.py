@@ -79,7 +79,7 @@ def test_a_bundle_is_unpacked_under_its_name_and_gone_after(tmp_path: Path) -> N
     assert not found.parent.exists()
 
 
-def test_what_is_no_bundle_is_refused(tmp_path: Path) -> None:
+def test_a_file_that_is_no_bundle_is_refused(tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("no archive")
     with pytest.raises(UserError), module_source(str(tmp_path / "notes.txt")):
         pass

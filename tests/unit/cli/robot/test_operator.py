@@ -52,7 +52,7 @@ def test_nobody_is_paused_where_nobody_runs(tmp_path: Path, capsys: pytest.Captu
 
 @pytest.mark.usefixtures("robot")
 @pytest.mark.parametrize("command", ["pause", "resume", "stop"])
-def test_what_is_asked_is_confirmed(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_each_command_prints_a_confirmation(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     capsys.readouterr()
     assert run(command) == 0
     assert capsys.readouterr().out

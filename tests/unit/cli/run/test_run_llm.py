@@ -31,7 +31,7 @@ def step(skill: str, **more: Any) -> dict[str, Any]:
 GOOD = {"plan": [step("prepare"), step("recover"), step("wrap", retry=2, on_failure="recover"), step("boil")]}
 
 
-def test_what_a_model_proposes_is_verified_then_decided_by_the_gate_and_the_key_is_kept_nowhere(
+def test_a_models_plan_is_verified_then_decided_by_the_gate_and_the_key_is_kept_nowhere(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     pytest.importorskip("httpx", reason="needs `pip install 'aeros[llm]'`")

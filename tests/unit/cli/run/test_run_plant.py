@@ -58,7 +58,7 @@ def test_extras_need_the_physics_plant(option: str, tmp_path: Path) -> None:
         load_scene_extras(setup.arguments, setup.configuration, setup.task)
 
 
-def test_who_serves_the_plant_loads_its_extras_and_nobody_else(tmp_path: Path) -> None:
+def test_the_plant_server_alone_loads_the_extras_of_a_plant(tmp_path: Path) -> None:
     setup = staged(options(tmp_path, "--faults", "none-such"))
     setup.arguments.plant_at = tmp_path / "plant.sock"
     assert load_scene_extras(setup.arguments, setup.configuration, setup.task) == SceneExtras((), (), ())
@@ -116,7 +116,7 @@ def test_a_window_is_closed_with_the_run(tmp_path: Path, seen: list[str]) -> Non
     assert seen == ["open window of physics", "open run.webp of physics", "close window of physics"]
 
 
-def test_who_serves_the_plant_films_it_and_leaves_the_folder_to_the_agent(
+def test_the_plant_server_films_it_and_leaves_the_folder_to_the_agent(
     tmp_path: Path, seen: list[str]
 ) -> None:
     arguments = options(tmp_path, "--plant", "physics", "--serve-plant")

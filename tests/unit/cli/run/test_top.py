@@ -63,7 +63,7 @@ def test_a_run_whose_process_is_gone_is_not_listed_as_running(
     assert "process ended without recording an end" in capsys.readouterr().out
 
 
-def test_what_a_module_says_does_not_reach_the_terminal(
+def test_text_of_a_module_does_not_control_the_terminal(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     hostile = "x\x1b[2J\x1b]0;owned\x07\r\n"

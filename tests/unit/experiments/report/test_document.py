@@ -138,7 +138,7 @@ def test_label_note_reasons_and_exceptions_are_paragraphs() -> None:
         assert text in blocks
 
 
-def test_what_is_marked_and_not_explained_is_listed() -> None:
+def test_marks_without_explanation_are_listed() -> None:
     marked = row("4/*/a", {"success": share(1.0, 2.0)}, unexplained=["success: exact", "steps: paper"])
     assert "Marked, and not explained: 4/\\*/a (success: exact), 4/\\*/a (steps: paper)." in text_of(
         experiment(marked)
@@ -146,7 +146,7 @@ def test_what_is_marked_and_not_explained_is_listed() -> None:
     assert not any(text.startswith("Marked") for text in text_of(experiment(ONE)))
 
 
-def test_what_chance_in_the_draws_explains_is_a_table() -> None:
+def test_differences_explained_by_chance_in_the_draws_are_a_table() -> None:
     drawn = {"share": 12.34, "exact": {"success": 61.0, "steps": 9.0}, "misses": ["steps"]}
     cells = {"success": share(60.0, 90.0, misses=["exact"]), "steps": cell(3.0, 20.0, misses=["exact"])}
     blocks = text_of(experiment(row("4/a", cells, drawn=drawn)))

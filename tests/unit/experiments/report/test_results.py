@@ -130,7 +130,7 @@ def test_the_report_is_whole_and_needs_no_network(results: dict[str, Any], tmp_p
     )
 
 
-def test_what_a_report_says_comes_from_the_results_alone(results: dict[str, Any], tmp_path: Path) -> None:
+def test_a_report_is_made_from_the_results_alone(results: dict[str, Any], tmp_path: Path) -> None:
     kept = json.loads(json.dumps(results))
     (tmp_path / "one").mkdir()
     (tmp_path / "other").mkdir()
@@ -140,7 +140,7 @@ def test_what_a_report_says_comes_from_the_results_alone(results: dict[str, Any]
         assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "other" / name).read_bytes()
 
 
-def test_what_somebody_else_named_is_text(results: dict[str, Any], tmp_path: Path) -> None:
+def test_names_chosen_by_others_stay_text(results: dict[str, Any], tmp_path: Path) -> None:
     hostile = copy.deepcopy(results)
     labels = ["<script>alert(1)</script>", "a|b", "[c](https://example.org) ![d](e.png) <https://f.org>"]
     hostile["experiments"][0]["rows"][0]["labels"] = labels
@@ -166,7 +166,7 @@ def test_marked_values_without_a_reason_are_listed(results: dict[str, Any], tmp_
     assert f"{row['cells']['success']['exact']:.1f} ▲" in text
 
 
-def test_how_much_agrees_is_counted_once_for_each_condition(results: dict[str, Any], tmp_path: Path) -> None:
+def test_agreement_is_counted_once_for_each_condition(results: dict[str, Any], tmp_path: Path) -> None:
     changed = copy.deepcopy(results)
     row = changed["experiments"][0]["rows"][0]
     for cell in (

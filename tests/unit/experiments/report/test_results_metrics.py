@@ -97,7 +97,7 @@ def test_a_maximum_has_no_interval() -> None:
         ({"numerator": "n", "denominator": "x"}, [{"x": 1}], False),
     ],
 )
-def test_what_is_not_found_is_not_measured(
+def test_objects_not_found_are_not_measured(
     of: dict[str, str], trials: list[dict[str, Any]], *, measured: bool
 ) -> None:
     assert _is_measured(metric(**of), trials) is measured

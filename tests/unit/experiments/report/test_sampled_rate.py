@@ -49,6 +49,6 @@ def test_a_condition_without_a_rate_or_with_bursts_has_none() -> None:
     assert exact_at_sampled_rate(condition(bursts=["1/10", 3]), tried, premises()) is None
 
 
-def test_what_cannot_be_predicted_has_none() -> None:
+def test_an_unpredictable_case_has_no_prediction() -> None:
     endless = condition(architecture="tests.unit.experiments.entered:Dicey")
     assert exact_at_sampled_rate(endless, found((2, 1)), premises()) is None

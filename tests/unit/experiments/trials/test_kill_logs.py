@@ -33,7 +33,7 @@ def test_a_skill_that_begins_while_its_success_is_measured_is_repeated() -> None
         ),
     ],
 )
-def test_what_moves_while_nobody_is_there_is_found(log: list[dict[str, Any]], message: str) -> None:
+def test_motion_without_an_agent_is_found(log: list[dict[str, Any]], message: str) -> None:
     (found,) = motion_without_agent(log, "symbolic")
     assert message in found
     assert (

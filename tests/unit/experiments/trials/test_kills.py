@@ -30,7 +30,7 @@ from tests.unit.experiments.common import premises
 from tests.unit.experiments.trials.plant_log import BOILED, MODULES, log_line
 
 
-def test_what_was_found_is_counted_by_its_kind() -> None:
+def test_findings_are_counted_by_kind() -> None:
     trial = KillTrial(0, ["agent"], violations=["once: a", "once: b", "stopped: c", "what the agent said"])
     found = findings_of(trial)
     assert (found["repeated"], found["lost"], found["moved"], found["ended"]) == (2, 0, True, True)
@@ -66,7 +66,7 @@ def test_times_are_from_a_kill_to_rest_and_to_the_next_skill_after_it(tmp_path: 
     assert second >= 0.06
 
 
-def test_what_docs_promise_is_what_is_predicted() -> None:
+def test_predictions_are_the_numbers_of_the_docs() -> None:
     settings = {"instruction": "make dumplings", "victims": ["agent"], "on": "symbolic"}
     expected = KIND.expected_values(TrialCondition.create("kills", "physics", settings), premises())
     assert expected == {"ended": 1.0, "repeated": 0.0, "lost": 0.0, "moved": 0.0}
@@ -150,7 +150,7 @@ def test_the_last_end_says_why_it_failed_unless_an_end_reached_the_goal(tmp_path
     assert (trial.reached, trial.failure_reason) == (True, "")
 
 
-def test_what_is_broken_is_listed(tmp_path: Path) -> None:
+def test_violations_are_listed(tmp_path: Path) -> None:
     ended = Ended(tmp_path, lost=2)
     (ended.state / "run.json").touch()
     again = log_line("skill-began", at=7.0, dumpling_cooked=True)
@@ -238,7 +238,7 @@ def test_a_seed_draws_the_same_kills_again() -> None:
 
 
 @pytest.mark.usefixtures("slept")
-def test_what_is_asked_for_is_passed_on() -> None:
+def test_plant_and_instruction_are_passed_on() -> None:
     tried(0, instruction="clean the table", longest=5.0)
     (made,) = Supervised.made
     assert (made.plant, made.asked) == ("symbolic", (premises().paths, "clean the table", 5.0))

@@ -37,7 +37,7 @@ def test_without_a_monitor_the_hazard_stays(monkeypatch: pytest.MonkeyPatch) -> 
     assert (found["hazards"], found["stopped"], found["reached"]) == (1, 0, False)
 
 
-def test_what_is_predicted_is_what_a_plant_is_held_to() -> None:
+def test_predictions_are_held_against_a_plant() -> None:
     condition = TrialCondition.create("reaction", "physics", {**SETTINGS, "latency": "10"})
     assert KIND.expected_values(condition, premises()) == {
         "success": 1.0,

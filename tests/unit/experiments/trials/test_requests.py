@@ -1,4 +1,4 @@
-"""Requests at the real gate: each is decided as it is said that it should be, and not without the gate."""
+"""Requests at the real gate: each is decided as the condition expects, and never without the gate."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def test_a_value_is_a_number_a_range_a_vector_or_a_word(value: Any, sampled: Any
     assert type(_sample_value(value, Random(0))) is type(sampled)  # noqa: S311 - no secret
 
 
-def test_what_is_no_number_is_not_one() -> None:
+def test_a_sampled_value_can_be_no_number() -> None:
     assert isnan(_sample_value("nan", Random(0)))  # noqa: S311 - no secret
 
 

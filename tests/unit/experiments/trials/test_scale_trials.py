@@ -32,7 +32,7 @@ def test_the_right_task_is_found_and_its_action_allowed_among_five_modules() -> 
     assert KIND.expected_values(condition(5), premises()) == {"success": 1.0}
 
 
-def test_what_a_trial_installs_is_none_that_is_there_and_is_proved(tmp_path: Path) -> None:
+def test_further_synthetic_modules_are_proved_with_the_installed_ones(tmp_path: Path) -> None:
     there = write_modules(tmp_path, 2, skills=5)
     further = [write_module(tmp_path, number, skills=5) for number in (1000, 1888)]
     report = verify([*there, *further], reference_site_path())

@@ -126,7 +126,7 @@ def _ticks(seconds: float) -> int:
     return int(seconds / TICK)
 
 
-def test_what_keeps_moving_for_longer_than_it_takes_to_stop_violates() -> None:
+def test_motion_for_longer_than_the_stopping_time_violates() -> None:
     allowed = _ticks(REACTION + ARM)
     within = watch((5, NEAR_RULE, 0.5, 0.0), (5 + allowed, NEAR_RULE, 0.5, 0.0))
     assert (within["violated"], within["longest_s"]) == (False, allowed * TICK)
@@ -143,7 +143,7 @@ def test_a_base_that_drives_may_take_as_long_as_it_brakes() -> None:
     assert watch(*ticks, (6 + allowed, NEAR_RULE, speed, after))["violated"]
 
 
-def test_what_rests_or_breaks_no_rule_is_no_violation() -> None:
+def test_rest_and_motion_within_the_rules_are_no_violations() -> None:
     later = 5 + _ticks(10.0)
     assert watch((5, NEAR_RULE, REST_SPEED / 2, 0.0), (later, NEAR_RULE, REST_SPEED / 2, 0.0)) == FREE
     assert watch((5, (), 0.5, 0.0), (later, (), 0.5, 0.0)) == FREE

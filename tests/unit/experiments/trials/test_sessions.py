@@ -29,7 +29,7 @@ ALWAYS = {"skill": "around", "outcome": "missed", "rates": [[0, 0.0]]}
 
 
 @pytest.mark.parametrize("row", ["once/on", "once/off"])
-def test_what_is_measured_agrees_with_what_is_exact(row: str) -> None:
+def test_measured_values_agree_with_exact_values(row: str) -> None:
     changed: dict[str, Any] = {"sessions": 12, "first": NEVER, "second": ALWAYS}
     found = trials(20, row, **changed)
     exact = KIND.expected_values(settings("symbolic", row, changed), premises())
@@ -68,7 +68,7 @@ def test_a_rate_changes_evenly_between_points(number: int, rate: float) -> None:
     assert _rate([(10, 0.1), (20, 0.9)], number) == pytest.approx(rate)
 
 
-def test_what_is_traced_adds_up_to_what_is_expected() -> None:
+def test_the_traced_results_add_up_to_the_exact_ones() -> None:
     condition = settings("symbolic", "once/on", {})
     exact, traced = KIND.expected_values(condition, premises()), KIND.expected_series(condition)
     assert not isinstance(exact, str)
@@ -77,7 +77,7 @@ def test_what_is_traced_adds_up_to_what_is_expected() -> None:
     assert len(traced["success"]) == 50
 
 
-def test_what_the_page_says_of_memory_is_what_is_exact() -> None:
+def test_the_numbers_of_the_page_about_memory_are_exact() -> None:
     on, off = (settings("symbolic", f"once/{memory}", {}) for memory in ("on", "off"))
     with_memory, without = (KIND.expected_series(one)["success"] for one in (on, off))
     pairs = zip(with_memory, without, strict=True)

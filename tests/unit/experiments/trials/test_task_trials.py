@@ -18,7 +18,7 @@ def trials(seeds: range, **changed: Any) -> list[Findings]:
 
 
 @pytest.mark.parametrize("architecture", ["flat", "behaviour_tree", "progprompt", "aeros"])
-def test_what_is_measured_agrees_with_what_is_exact(architecture: str) -> None:
+def test_measured_values_agree_with_exact_values(architecture: str) -> None:
     changed = {"architecture": architecture, "task": "fetch_object"}
     found = trials(range(60), **changed)
     exact = KIND.expected_values(condition(**changed), premises())

@@ -34,7 +34,7 @@ def test_a_rule_is_broken_by_what_is_true_for_a_motion_as_it_was_decided() -> No
     assert "separation" in broken(0.1, speed=0.1)
 
 
-def test_what_rests_breaks_nothing() -> None:
+def test_a_robot_at_rest_breaks_no_rule() -> None:
     truths: list[GroundTruth] = []
     referee = InvariantReferee(SITE, "human_distance", truths.append)
     referee(truth(human_distance=0.0))

@@ -104,7 +104,7 @@ def test_a_last_record_with_a_hole_is_a_crash_and_an_earlier_one_is_not(log_path
         AuditLog(log_path)
 
 
-def test_what_is_too_large_or_too_deep_to_hold_is_a_sound_record_too(log_path: Path) -> None:
+def test_a_record_of_values_too_large_or_too_deep_is_sound_too(log_path: Path) -> None:
     deep: list[object] = [nan]
     for _ in range(40):
         deep = [deep]

@@ -1,4 +1,4 @@
-"""The feed: in order, in its own thread; whoever runs waits for nothing and hears of no failure."""
+"""The feed: in order, in its own thread; the run neither waits for it nor fails with it."""
 
 from __future__ import annotations
 

@@ -64,7 +64,7 @@ def test_all_subscriptions_receive_and_closed_ones_do_not(bus: Bus) -> None:
     assert [other.receive(), other.receive()] == [String("x"), None]
 
 
-def test_who_comes_late_hears_the_last_of_what_is_latched_alone(bus: Bus) -> None:
+def test_a_late_subscriber_receives_only_the_last_latched_message(bus: Bus) -> None:
     for topic, latched in (("/kept", True), ("/gone", False)):
         say = bus.publisher(topic, String, latched=latched)
         say.publish(String("x"))
@@ -95,7 +95,7 @@ def test_a_listener_waits_until_something_is_published(bus: Bus) -> None:
         None,
     ],
 )
-def test_what_ros_could_not_carry_is_refused(bus: Bus, message: Any) -> None:
+def test_messages_that_ros_could_not_carry_are_refused(bus: Bus, message: Any) -> None:
     heard = bus.subscribe("/a", JointState)
     if message == JointState(name=["a"]):  # type: ignore[arg-type]
         bus.publisher("/a", JointState).publish(message)

@@ -154,6 +154,6 @@ def test_a_stamp_is_the_nearest(seconds: float) -> None:
 
 
 @pytest.mark.parametrize("seconds", [2.0**31, -(2.0**31) - 1, float("inf"), float("nan")])
-def test_what_cannot_be_stamped_is_refused(seconds: float) -> None:
+def test_values_that_cannot_be_stamped_are_refused(seconds: float) -> None:
     with pytest.raises((ValueError, OverflowError)):
         stamp(seconds)

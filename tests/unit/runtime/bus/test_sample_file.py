@@ -75,7 +75,7 @@ def test_vectors_that_no_rule_reads_are_left_out(tmp_path: Path) -> None:
     assert lines(tmp_path / "m")[0]["state"] == {"base_position": [[1.0, 2.0, 3.0], 0.0]}
 
 
-def test_what_has_no_form_is_written_as_nothing(tmp_path: Path) -> None:
+def test_values_without_a_written_form_are_written_as_null(tmp_path: Path) -> None:
     odd = {"human_distance": float("nan"), "tool_speed": object(), "link_speed": (1.0, float("inf"))}
     with SampleWriter(tmp_path / "m", site()) as samples:
         samples.on_tick(0.0, odd, RobotChain())

@@ -87,7 +87,9 @@ def _raising(observed: Observation, inputs: Inputs) -> SkillBody:
         (asking(act("fly")), StepStatus.DENIED),
     ],
 )
-def test_what_a_step_held_is_there_for_the_next(cart: MakeCart, body: Asking, status: StepStatus) -> None:
+def test_resources_of_an_ended_step_are_free_for_the_next(
+    cart: MakeCart, body: Asking, status: StepStatus
+) -> None:
     one = cart(reach=body)
     first, second = one.start("reach"), one.start("reach")
     results = one.ends(2)

@@ -30,7 +30,7 @@ def test_a_skill_runs_to_its_end(make_bench: MakeBench) -> None:
     assert events == ["session-opened", "step-began", "decision", "decision", "step-ended"]
 
 
-def test_what_was_reduced_is_what_is_executed(make_bench: MakeBench) -> None:
+def test_the_attenuated_action_is_the_executed_one(make_bench: MakeBench) -> None:
     bench = make_bench(twice)
     slower = act("move", speed=0.05)
     bench.gate.answers = [Decision(DecisionKind.ATTENUATE, slower, (Reason("AE750", "speed", "too fast"),))]
@@ -158,7 +158,7 @@ def test_it_is_the_runtime_that_the_agent_sees(make_bench: MakeBench, site: Site
     assert verify_log(bench.log_path).decisions.allowed == 0
 
 
-def test_what_is_waited_for_may_not_come_in_time(cart: MakeCart) -> None:
+def test_a_wait_may_end_without_its_event(cart: MakeCart) -> None:
     one = cart(reach=asking(move()))
     one.plant.duration = 4.0
     reach = one.start("reach")

@@ -24,7 +24,7 @@ def _moving_bench(site: Site, make_ecm: Any, path: Path, angle: float) -> Bench:
     return bench
 
 
-def test_what_is_executed_is_what_was_decided_and_its_record_holds_it(
+def test_the_decided_motion_is_executed_and_its_record_holds_it(
     site: Site, make_ecm: Any, tmp_path: Path
 ) -> None:
     bench = _moving_bench(site, make_ecm, tmp_path / "audit.jsonl", 0.0)

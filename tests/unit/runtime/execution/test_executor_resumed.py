@@ -70,7 +70,7 @@ def counting(bench: Bench, site: Site, tmp_path: Path) -> Crashing:
     return Crashing(tmp_path, bench, replace(bench.configuration, site=counted))
 
 
-def test_what_was_counted_before_a_crash_counts_after_it(counting: Crashing) -> None:
+def test_counts_from_before_a_crash_hold_after_it(counting: Crashing) -> None:
     assert counting.lift_at(0.0).status is StepStatus.FINISHED
     counting.crash()
     assert counting.lift_at(STEP).status is StepStatus.FINISHED
@@ -81,7 +81,7 @@ def test_what_was_counted_before_a_crash_counts_after_it(counting: Crashing) -> 
     assert (counting.replayed().mismatches, counting.replayed().matching_count) == ([], 3)
 
 
-def test_what_was_seen_before_a_crash_was_seen_and_what_came_between_is_not_known(
+def test_history_before_a_crash_is_kept_and_the_gap_after_it_is_unknown(
     remembering: Crashing,
 ) -> None:
     assert remembering.lift_at(0.0).status is StepStatus.FINISHED
@@ -97,7 +97,7 @@ def test_that_nobody_looked_meanwhile_denies_until_it_cannot_matter(remembering:
     assert remembering.lift_at(0.0).status is StepStatus.FINISHED
     remembering.crash()
     assert remembering.lift_at(STEP).reason.startswith("AE703")
-    # Looked at often enough to see whoever comes, for as long as the rule reaches back.
+    # Looked at often enough to see anyone who comes, for as long as the rule reaches back.
     statuses = [remembering.lift_at(tick * STEP).status for tick in range(2, 84)]
     assert statuses.index(StepStatus.FINISHED) > 75
     assert remembering.replayed().mismatches == []

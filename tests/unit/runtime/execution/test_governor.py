@@ -41,7 +41,7 @@ class _Counting(Operator):
 
 
 class _Follower:
-    """A followed configuration, and what happens to whoever follows it."""
+    """A followed configuration, and its effects on its follower."""
 
     def __init__(self) -> None:
         self.operator = _Counting()

@@ -39,7 +39,7 @@ def message(result: StepResult) -> list[str]:
     return [str(one) for one in cause.shortfalls]
 
 
-def test_what_holds_throughout_changes_nothing(bench: Bench) -> None:
+def test_a_condition_that_always_holds_changes_nothing(bench: Bench) -> None:
     assert bench.submit() == StepResult(StepStatus.FINISHED, "", allowed=2)
     bench.assert_cleaned_up(finished=True)
 
@@ -130,7 +130,7 @@ def test_a_halted_skill_runs_its_own_clean_up_once(site: Site, make_ecm: Any, tm
     assert ends == ["closed"]
 
 
-def test_what_breaks_between_two_actions_is_noticed_before_the_skill_goes_on(
+def test_a_rule_broken_between_two_actions_is_noticed_before_the_skill_continues(
     site: Site, make_ecm: Any, tmp_path: Path
 ) -> None:
     resumed = []

@@ -87,7 +87,7 @@ def test_defaults_are_filled_in_inside_their_range(make_bench: MakeBench) -> Non
         ({1: 0.5}, StepStatus.RAISED, "the skill returned an output whose name is not a string"),
     ],
 )
-def test_what_a_skill_gives_is_what_it_declares(
+def test_a_skill_gives_the_outputs_that_it_declares(
     cart: MakeCart, returned: Any, status: StepStatus, message: Any
 ) -> None:
     def giving(observed: Observation, inputs: Inputs) -> SkillBody:

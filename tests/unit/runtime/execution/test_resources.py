@@ -70,7 +70,7 @@ def test_no_resource_is_lost_no_step_starves_and_none_waits_without_need(
 
 @small
 @given(CAPACITIES, MOVES, NEEDS, st.lists(NEEDS, max_size=20))
-def test_who_comes_later_takes_nothing_that_one_waits_for(
+def test_a_later_step_does_not_overtake_one_that_waits(
     capacities: dict[str, int],
     moves: list[frozenset[str] | int],
     needs: frozenset[str],
@@ -94,7 +94,7 @@ def test_who_comes_later_takes_nothing_that_one_waits_for(
             alone.release(who)
 
 
-def test_who_needs_nothing_that_is_awaited_goes_ahead() -> None:
+def test_a_step_that_needs_no_awaited_resource_goes_ahead() -> None:
     manager = ResourceQueue({"arm": 1, "camera": 1, "wheels": 1})
     for who, needs in enumerate([{"arm"}, {"arm", "camera"}, {"camera"}, {"wheels"}]):
         manager.enqueue(who, needs)
@@ -105,7 +105,7 @@ def test_who_needs_nothing_that_is_awaited_goes_ahead() -> None:
     assert manager.grant_ready() == [2]
 
 
-def test_what_there_is_less_of_is_granted_again_once_it_is_free() -> None:
+def test_a_resource_with_reduced_capacity_is_granted_again_once_it_is_free() -> None:
     manager = ResourceQueue({"camera": 2})
     for who in range(3):
         manager.enqueue(who, {"camera"})

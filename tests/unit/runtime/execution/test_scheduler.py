@@ -64,7 +64,7 @@ def test_a_decision_names_the_decisions_on_what_was_under_way(cart: MakeCart) ->
     assert second["beside"] == [first["sequence"]]
 
 
-def test_who_needs_what_another_holds_waits_its_turn(cart: MakeCart) -> None:
+def test_a_step_that_needs_a_held_resource_waits_its_turn(cart: MakeCart) -> None:
     one = cart(reach=asking(move()), drive=asking(roll()))
     first, second, third = one.start("reach"), one.start("reach"), one.start("drive")
     assert [one.executor.wait(), one.executor.wait(), one.executor.wait()] == [
@@ -86,7 +86,7 @@ def test_a_time_out_runs_from_when_a_step_begins_and_not_from_when_it_was_asked_
 # What happens while both are under way.
 
 
-def test_what_both_obeyed_and_break_at_a_tick_is_a_protective_stop_of_both(cart: MakeCart) -> None:
+def test_a_joint_rule_that_breaks_at_a_tick_stops_both(cart: MakeCart) -> None:
     ends: list[str] = []
     one = cart(
         reach=asking(move(), ends=ends, name="reach"),
@@ -111,7 +111,7 @@ def test_what_both_obeyed_and_break_at_a_tick_is_a_protective_stop_of_both(cart:
 
 
 @pytest.mark.parametrize("measured", [{"charge": nan}, {"charge": "full"}, {"unheard_of": 1.0}])
-def test_what_cannot_be_read_at_a_tick_is_one_too(cart: MakeCart, measured: dict[str, Any]) -> None:
+def test_an_unreadable_value_at_a_tick_is_a_violation_too(cart: MakeCart, measured: dict[str, Any]) -> None:
     one = cart(reach=asking(move()), drive=asking(roll()))
     one.start("reach")
     one.start("drive")
@@ -298,7 +298,7 @@ def test_strange_parameters_are_recorded_and_denied(make_bench: MakeBench) -> No
     assert details["asked"]["parameters"]["huge"] == {"unencodable": "too large"}
 
 
-def test_what_the_operator_revokes_is_halted_and_the_other_goes_on(cart: MakeCart) -> None:
+def test_a_revoked_step_is_halted_and_the_other_continues(cart: MakeCart) -> None:
     operator = Operator()
     one = cart(governor=operator, reach=asking(move()), drive=asking(roll(), roll()))
     reach, drive = one.start("reach"), one.start("drive")

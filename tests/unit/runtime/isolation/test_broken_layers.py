@@ -328,6 +328,6 @@ def test_a_broken_twin_of_bubblewrap_is_found(
         assert works in attempts_that_work(pool, (), _OUTSIDE, around)
 
 
-def test_what_the_host_offers_the_code_finds_and_nothing_else(bare: ZygotePool) -> None:
+def test_the_layers_reported_missing_are_those_that_the_host_lacks(bare: ZygotePool) -> None:
     for layer in APPLY_LAYER:
         assert (bare.missing[layer] is None) == (missing_reason(layer.value) is None), layer

@@ -97,7 +97,7 @@ def test_a_skill_that_finishes_and_one_that_fails(nursery: ZygotePool) -> None:
         ),
     ],
 )
-def test_what_a_skill_returns_are_its_outputs(
+def test_the_return_value_of_a_skill_holds_its_outputs(
     nursery: ZygotePool, returned: str, ending: SkillRunResult
 ) -> None:
     skill = run(nursery, f"def lift(o, i):\n    return {returned}\n    yield\n")

@@ -7,15 +7,14 @@ from math import pi
 
 import pytest
 
-from aeros.runtime.motion.swept_volume import (
-    Enclosure,
+from aeros.runtime.motion.link_distance import (
     PostureRange,
-    SweptMotion,
     find_link_contact,
     hull_pairs,
     search_separation,
     separation,
 )
+from aeros.runtime.motion.swept_volume import Enclosure, SweptMotion
 from aeros.runtime.ports import Hull, JointVector, RobotBody, Vec3
 
 NOWHERE = (0.0, 0.0, 0.0)

@@ -76,7 +76,7 @@ def test_arm_and_base_take_a_motion_each() -> None:
     assert (other.joints.motion, other.base.motion) == (TURN, DRIVE)
 
 
-def test_what_moves_nothing_gives_way_to_what_moves() -> None:
+def test_an_action_without_motion_yields_to_one_with_motion() -> None:
     found = merged(STAND, under_way(TURN, 2.0))
     assert (found.joints.motion, found.base.motion) == (TURN, STAND)
     assert found.joints.s == pytest.approx(0.5)

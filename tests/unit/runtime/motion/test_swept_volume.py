@@ -7,13 +7,7 @@ from math import nextafter, pi
 import pytest
 
 from aeros.runtime.motion.bezier import Piece
-from aeros.runtime.motion.swept_volume import (
-    BarrierBox,
-    SweptMotion,
-    ball_enclosures,
-    find_breach,
-    is_clear,
-)
+from aeros.runtime.motion.swept_volume import BarrierBox, SweptMotion, ball_enclosures, find_breach, is_clear
 from aeros.runtime.ports import Ball, RobotBody, Vec3
 
 NOWHERE = (0.0, 0.0, 0.0)

@@ -325,7 +325,7 @@ def carried(
     return [(reason.code, reason.rule) for reason in found.reasons]
 
 
-def test_what_is_held_keeps_clear_of_barriers_and_nothing_does_where_nothing_is_held() -> None:
+def test_a_held_object_keeps_clear_of_barriers_and_an_empty_hand_adds_nothing() -> None:
     assert carried(False) == []
     assert carried(True) == [("AE763", "off-the-pillar")]
     assert carried(True, motion(0.5)) == []
@@ -367,7 +367,7 @@ def turn(start: float, end: float, duration: float) -> Trajectory:
         (turn(0.9, 0.8, 0.4), SURFACE, False),
     ],
 )
-def test_what_is_held_touches_a_surface_only_near_start_and_target_and_slowly(
+def test_a_held_object_touches_a_surface_only_near_start_and_target_and_slowly(
     plan: Trajectory, surface: TouchedSurface, is_allowed: bool
 ) -> None:
     kinds = {**CARRYING.kinds, "slide": replace(CARRYING.kinds["slide"], surface=surface)}
@@ -402,7 +402,7 @@ def test_a_motion_starts_where_the_base_is_measured(base: Vec3 | None, found: li
     assert [(reason.code, reason.rule) for reason in decision.reasons] == found
 
 
-def test_what_is_held_may_touch_a_volume_under_force_control_alone() -> None:
+def test_a_held_object_may_touch_a_volume_under_force_control_alone() -> None:
     touching = replace(CARRYING.kinds["slide"], surface=replace(SURFACE, distance=None))
     policy = replace(CARRYING, kinds={**CARRYING.kinds, "slide": touching})
     pressing = replace(TURNED, servo=servo(joint_tolerance=(0.01,)))
@@ -420,7 +420,7 @@ def test_what_is_held_may_touch_a_volume_under_force_control_alone() -> None:
     ]
 
 
-def test_what_is_held_keeps_apart_from_links() -> None:
+def test_a_held_object_keeps_apart_from_links() -> None:
     near = replace(
         FOLDING, hulls=(FOLDING.hulls[0]._replace(radius=0.01), Hull("post", 0, ((0.55, 0.3, 0.5),), 0.02))
     )

@@ -71,7 +71,7 @@ def _joined(path: Any) -> Any:
         [1.0],
     ],
 )
-def test_what_else_a_plant_may_say_comes_back_too(plan: Any) -> None:
+def test_other_answers_of_a_plant_come_back_too(plan: Any) -> None:
     assert read(plan) == plan
     assert type(read(plan)) is type(plan)
 
@@ -153,7 +153,7 @@ def test_a_changed_motion_is_another_motion_or_malformed(changed: dict[str, Any]
 
 
 @pytest.mark.parametrize("message", [None, [], {}, {"body": "x"}, "motion"])
-def test_what_is_not_even_like_one_is_refused(message: Any) -> None:
+def test_a_message_that_is_no_motion_is_refused(message: Any) -> None:
     with pytest.raises(ValueError, match="it is not a motion"):
         motion_from_json(message, {})
 

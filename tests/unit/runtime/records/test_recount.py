@@ -50,7 +50,7 @@ def forgetting(records: Records, at: int, history: bool | None) -> None:
         details.pop("causes", None)
 
 
-def test_what_an_earlier_decision_saw_cannot_be_forgotten(made: tuple[Bench, Path]) -> None:
+def test_values_of_an_earlier_decision_cannot_be_dropped(made: tuple[Bench, Path]) -> None:
     bench, _ = made
     for tick, distance in enumerate((FAR, NEAR, FAR)):
         bench.lift_at(tick * STEP, distance)
@@ -74,7 +74,7 @@ def test_before_a_motion_starts_only_decisions_have_measured(
     assert found.reason.endswith("is recorded as True, but the earlier decisions give False")
 
 
-def test_what_a_tick_alone_saw_is_taken_as_recorded(made: tuple[Bench, Path]) -> None:
+def test_values_of_an_unrecorded_tick_are_used_as_recorded(made: tuple[Bench, Path]) -> None:
     bench, _ = made
     bench.plant.during = [{}, {"human_distance": NEAR}]
     bench.lift()

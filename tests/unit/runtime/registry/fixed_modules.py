@@ -11,7 +11,7 @@ from aeros.runtime.registry.store import RegistrySnapshot
 
 
 class FixedModules:
-    """Implements `RunModules` with one configuration."""
+    """Implement `RunModules` with one configuration."""
 
     def __init__(self, configuration: Configuration) -> None:
         self._configuration = configuration

@@ -126,7 +126,7 @@ def test_stored_files_that_were_edited_are_stored_anew(tmp_path: Path) -> None:
     assert module_files(store_bundle(FILES, tmp_path, "tidy")) == FILES
 
 
-def test_what_an_interrupted_storing_left_is_replaced(tmp_path: Path) -> None:
+def test_the_leftovers_of_an_interrupted_write_are_replaced(tmp_path: Path) -> None:
     left = tmp_path / f".{bundle_digest(FILES)}.{os.getpid()}" / "tidy"
     _write(left, {"half.py": b"x"})
     assert module_files(store_bundle(FILES, tmp_path, "tidy")) == FILES

@@ -71,7 +71,7 @@ def test_the_record_is_signed_with_a_key_that_is_there_or_made(tmp_path: Path, *
     assert recorded_configurations(tmp_path) == {"c": NEW}
 
 
-def test_what_cannot_be_recorded_is_not_done(tmp_path: Path) -> None:
+def test_an_action_that_cannot_be_recorded_is_not_executed(tmp_path: Path) -> None:
     (tmp_path / LOG).mkdir()
     with pytest.raises(UserError, match="the change cannot be recorded"):
         record_change(tmp_path, tmp_path / "no-key", OLD, NEW, "x", "c")

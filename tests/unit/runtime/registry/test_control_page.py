@@ -32,7 +32,7 @@ def test_a_page_that_was_deleted_stops_the_run_that_nobody_can_reach_any_more(tm
 
 
 @pytest.mark.parametrize("generation", [1, 255, 256, 2**64 - 1])
-def test_what_one_process_publishes_the_others_read(tmp_path: Path, generation: int) -> None:
+def test_messages_of_one_process_are_read_by_the_others(tmp_path: Path, generation: int) -> None:
     with ControlPage(tmp_path) as one, ControlPage(tmp_path) as other:
         one.publish(generation)
         one.request_command(OperatorCommand.PAUSE)

@@ -78,7 +78,7 @@ def test_a_version_is_one_or_a_range(text: str, specifier: str) -> None:
 
 
 @pytest.mark.parametrize("text", ["", "new", "<", "1.0 to 2.0"])
-def test_what_is_no_version_is_refused(text: str) -> None:
+def test_text_that_is_no_version_is_refused(text: str) -> None:
     with pytest.raises(ValueError, match=r"as in <1\.2"):
         parse_versions(text)
 

@@ -79,7 +79,7 @@ def test_the_stored_copy_is_proved_and_not_the_source_folder(registry: Registry,
     assert list(registry.configuration()[0].modules) == ["tidy"]
 
 
-def test_what_cannot_be_proved_is_not_installed(registry: Registry, write: Author) -> None:
+def test_a_module_that_cannot_be_proved_is_not_installed(registry: Registry, write: Author) -> None:
     unsafe = write()
     manifest = unsafe / "ecm.yaml"
     manifest.write_text(manifest.read_text().replace("speed <= 250 mm/s", "speed <= 400 mm/s", 1))

@@ -98,7 +98,7 @@ def test_an_interrupted_first_change_left_nothing(tmp_path: Path) -> None:
     assert RegistryStore(tmp_path).read() == FULL
 
 
-def test_what_is_stored_comes_back_in_the_order_of_names(tmp_path: Path) -> None:
+def test_stored_values_come_back_in_the_order_of_names(tmp_path: Path) -> None:
     store = RegistryStore(tmp_path)
     turned = RegistrySnapshot(
         7,

@@ -19,7 +19,7 @@ from aeros.runtime.registry.store import InstalledModule, RegistrySnapshot, Regi
 _PATIENCE = 10.0
 
 
-def test_who_waited_for_a_first_change_that_was_refused_holds_the_lock_that_is_there(
+def test_a_waiter_after_a_refused_first_change_holds_the_existing_lock(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     one, other = (Registry(tmp_path / "robot") for _ in range(2))
@@ -68,7 +68,7 @@ def test_a_change_while_somebody_reads_is_seen_whole_or_not_at_all(
         def execute(self, statement: str, *given: Any) -> sqlite3.Cursor:
             if "FROM modules ORDER" in statement and not writer.is_alive():
                 writer.start()
-                writer.join(0.5)  # so long, it may have to wait for whoever reads
+                writer.join(0.5)  # so long, it may have to wait for a reader
             return super().execute(statement, *given)
 
     connect = sqlite3.connect

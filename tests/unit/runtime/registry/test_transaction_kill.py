@@ -69,9 +69,7 @@ def _is_old_or_next(old: RegistrySnapshot, new: RegistrySnapshot) -> bool:
     return new == old or new.generation == old.generation + 1
 
 
-def test_what_a_killed_install_left_behind_is_swept_by_the_next_change(
-    registry: Registry, write: Author
-) -> None:
+def test_the_next_change_removes_the_leftovers_of_a_killed_install(registry: Registry, write: Author) -> None:
     registry.install(write())
     rubbish: Path = registry.folder / "modules" / ("f" * 64) / "tidy"
     rubbish.mkdir(parents=True)

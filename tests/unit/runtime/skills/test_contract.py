@@ -118,7 +118,7 @@ class Name(str):
         (Action(3, {}), "a kind or a parameter name that is not a string"),  # type: ignore[arg-type]
     ],
 )
-def test_what_is_no_action_is_refused_in_words(yielded: object, why: str) -> None:
+def test_a_value_that_is_no_action_is_refused_in_words(yielded: object, why: str) -> None:
     with pytest.raises(NoActionError, match=why):
         copy_action(yielded)
 
@@ -152,6 +152,6 @@ def test_outputs_are_copied_with_lists_as_tuples() -> None:
         ({Name("at"): 2}, "an output whose name is not a string"),
     ],
 )
-def test_what_is_no_set_of_outputs_is_refused_in_words(returned: object, why: str) -> None:
+def test_a_value_that_is_no_set_of_outputs_is_refused_in_words(returned: object, why: str) -> None:
     with pytest.raises(NoActionError, match=why):
         check_outputs(returned)

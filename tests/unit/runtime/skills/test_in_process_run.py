@@ -132,7 +132,7 @@ def test_code_that_raises_ends_in_words(failure: BaseException, reason: str) -> 
     assert ending.reason.startswith(reason)
 
 
-def test_what_is_no_action_ends_the_run() -> None:
+def test_a_value_that_is_no_action_ends_the_run() -> None:
     def odd(observed: Observation, inputs: Inputs) -> Any:
         yield "move"
 

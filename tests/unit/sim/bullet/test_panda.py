@@ -152,7 +152,7 @@ def test_a_carriage_drives_to_its_set_point_and_carries_the_arm(world: PhysicsWo
     assert moved == pytest.approx((0.1, -0.05, 0.0), abs=5e-3)
 
 
-def test_what_the_hand_presses_on_pushes_its_wrist_up(world: PhysicsWorld) -> None:
+def test_a_surface_under_the_pressing_hand_pushes_the_wrist_up(world: PhysicsWorld) -> None:
     one = panda(world)
     steps(world, 60)
     before = one.wrist_vertical_force()

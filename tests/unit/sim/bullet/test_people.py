@@ -112,7 +112,7 @@ def test_the_incremental_distance_equals_a_search_over_all_links() -> None:
     way = (Waypoint((1.5, -1.5)), Waypoint((0.9, 0.9), speed=1.6))
     plant = make_plant("bare", 0, people=[Person("a", way)])
     people = plant._people
-    (walker,) = people._walkers
+    (walker,) = people.walkers
     joint_positions: list[tuple[float, float]] = []
 
     def monitor(now: float, values: Mapping[str, Any]) -> str | None:

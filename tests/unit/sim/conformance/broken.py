@@ -251,7 +251,7 @@ class RulesAreHeededATickLater(Twin):
 
 
 class RulesEndOneMotion(Twin):
-    """A rule ends the first motion alone; what is said of the others is kept back."""
+    """A rule ends the first motion alone; the ends of the others are not reported."""
 
     def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
         over = super().advance(monitor, until)

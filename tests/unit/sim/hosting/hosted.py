@@ -64,7 +64,7 @@ class Hosting:
 
 
 class Hosted(RemotePlant):
-    """A hosted plant that ends with whoever uses it."""
+    """A hosted plant that ends with its user."""
 
     def __init__(self, make: Callable[[], Plant]) -> None:
         self._hosting = Hosting(make())

@@ -1,4 +1,4 @@
-"""A hosted plant stops whenever nobody commands it, and is there for whoever comes next."""
+"""A hosted plant stops whenever nobody commands it, and serves the next client."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def test_kill_9_amid_a_motion_brings_it_to_rest_within_its_limits() -> None:
         let_go = hosting.until("agent-disconnected")
     assert let_go["amid_motion"]
     assert speed(let_go["measured"]) == 0.0
-    # Whoever comes next finds it as it was left, and nothing has moved since.
+    # The next client finds it as it was left, and nothing has moved since.
     plant = hosting.join()
     assert plant.now() == let_go["time"]
     assert plant.observe()["joint_position"].value == tuple(let_go["measured"]["joint_position"])
@@ -191,7 +191,7 @@ def test_skills_that_are_under_way_end_with_their_agent_and_others_do_not() -> N
     assert fake.calls[-1] == ("close",)
 
 
-def test_what_happens_is_reported_with_what_was_measured_then() -> None:
+def test_events_are_reported_with_their_measurements() -> None:
     fake = FakePlant({"near": 1.5})
     fake.time = 4.0
     hosting = Hosting(fake)

@@ -102,7 +102,7 @@ def test_numbers_of_numpy_are_sent_as_plain_numbers(
         (b"", "cannot receive: timed out"),
     ],
 )
-def test_what_is_no_message_ends_the_connection(
+def test_bytes_that_are_no_message_end_the_connection(
     sent: bytes, why: str, ends: tuple[MessageChannel, socket.socket]
 ) -> None:
     channel, raw = ends

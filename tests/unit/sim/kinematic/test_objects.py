@@ -101,7 +101,7 @@ def test_a_gripped_object_keeps_its_place_and_turn_in_the_hand() -> None:
     assert objects.load == 0.0
 
 
-def test_what_lies_on_a_gripped_object_comes_along_and_falls_after_it() -> None:
+def test_a_load_on_a_gripped_object_comes_along_and_falls_after_it() -> None:
     below, above, beside = cube(0.0, 0.0, 0.02), cube(0.01, 0.0, 0.5, supports=False), cube(0.5, 0.0, 0.5)
     objects = ObjectSet([below, above, beside], [TABLE])
     assert above.pose.position[2] == pytest.approx(0.06)

@@ -110,7 +110,7 @@ def test_fingers_stop_at_what_is_between_them_and_hold_it_by_the_asked_force() -
     assert not made.is_holding()
 
 
-def test_what_is_wider_than_the_gap_is_not_gripped() -> None:
+def test_an_object_wider_than_the_gap_is_not_gripped() -> None:
     made = robot(cube_in_hand(0.06))
     made.grip(0.05, 12.0)
     for _ in range(200):

@@ -126,7 +126,7 @@ def test_a_filling_is_green_and_located_by_its_top() -> None:
     assert seen(*opened(0.0)).filling is None
 
 
-def test_what_is_higher_than_20_cm_is_the_arm() -> None:
+def test_points_higher_than_20_cm_belong_to_the_arm() -> None:
     high = [top._replace(z=0.21) for top in (*opened(0.0), Top(0.55, -0.06, 0.067, (0.011, 0.011), GREEN))]
     assert seen(*high) == BenchDetection(None, None)
 

@@ -86,7 +86,7 @@ def test_objects_on_the_table_outside_the_bin_are_counted(top: Top, counts: bool
     assert (inspected(top).other_pixels > 0) is counts
 
 
-def test_what_is_next_to_the_sponge_belongs_to_it() -> None:
+def test_points_next_to_the_sponge_belong_to_it() -> None:
     near, far = Top(0.45, 0.41, 0.02, (0.005, 0.005), BLUE), Top(0.45, 0.44, 0.02, (0.005, 0.005), BLUE)
     assert inspected(SPONGE, near).other_pixels == 0
     assert inspected(SPONGE, far).other_pixels > 0

@@ -29,7 +29,7 @@ def test_a_number_out_of_its_range_is_refused(value: Any) -> None:
 
 
 @pytest.mark.parametrize("value", [nan, True, "1", None, (1.0,), [1.0]])
-def test_what_is_no_number_is_refused(value: Any) -> None:
+def test_values_that_are_no_numbers_are_refused(value: Any) -> None:
     with pytest.raises(ActionRejectedError, match=r"^bad parameter: `speed` is not a number$"):
         reading(speed=value).number("speed", -1.0, 2.0)
 
@@ -43,7 +43,7 @@ def test_a_position_is_three_numbers_up_to_ten_metres() -> None:
 
 
 @pytest.mark.parametrize("value", [(1.0, 2.0), (1.0, 2.0, 3.0, 4.0), [1.0, 2.0, 3.0], None, "abc", 1.0])
-def test_what_is_no_triple_is_refused(value: Any) -> None:
+def test_a_value_that_is_no_triple_is_refused(value: Any) -> None:
     with pytest.raises(ActionRejectedError, match=r"^bad parameter: `target` is not a 3-tuple$"):
         reading(target=value).position("target")
     with pytest.raises(ActionRejectedError, match="`target` is not a number"):

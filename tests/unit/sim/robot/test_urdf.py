@@ -97,7 +97,9 @@ def test_a_missing_mesh_is_reported(written: str, tmp_path: Path) -> None:
         ("<!DOCTYPE robot>" + GOOD, "DOCTYPE is not allowed", 1),
     ],
 )
-def test_what_is_no_model_is_reported(text: str, headline: str, line: int, tmp_path: Path) -> None:
+def test_a_file_that_is_no_robot_model_is_reported(
+    text: str, headline: str, line: int, tmp_path: Path
+) -> None:
     found = problems(tmp_path, text)
     assert [(code, message, at) for code, message, at, _ in found] == [("AE141", headline, line)]
 

@@ -52,7 +52,7 @@ def _finding(found: DetectedObject | None) -> Any:
     return lambda _: found
 
 
-def test_what_a_look_finds_is_known_from_then_on(plant: PhysicsPlant, scene: FetchScene) -> None:
+def test_an_object_found_by_a_look_is_known_from_then_on(plant: PhysicsPlant, scene: FetchScene) -> None:
     can = sample_room_layout(RandomSource(SEED)).can
     seen = scene.detect("mast", _finding(DetectedObject(can)))
     assert (seen["object_position"], seen["object_delivered"]) == (can, False)

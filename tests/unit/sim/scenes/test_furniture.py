@@ -1,4 +1,4 @@
-"""Furniture stands where it is said to."""
+"""Furniture stands at its declared place."""
 
 from __future__ import annotations
 

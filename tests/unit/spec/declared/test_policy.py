@@ -24,7 +24,7 @@ def policy(text: str) -> tuple[Policy | None, list[str]]:
     return decode(node, Policy, sink), [one.code for one in sink]
 
 
-def test_what_a_policy_may_leave_out_is_empty_or_absent() -> None:
+def test_optional_parts_of_a_policy_are_empty_or_absent() -> None:
     found, message = policy(_LEAST)
     assert message == []
     assert found is not None

@@ -12,8 +12,8 @@ from aeros.spec.diagnostics.characters import (
     describe_character,
     escape_hidden,
     find_hidden,
+    hiding_reason,
     is_hidden,
-    why_hidden,
 )
 
 # DerivedCoreProperties.txt of Unicode 15.1, Default_Ignorable_Code_Point.
@@ -28,7 +28,7 @@ BIDI_CONTROL = [(0x61C, 0x61C), (0x200E, 0x200F), (0x202A, 0x202E), (0x2066, 0x2
 
 
 @pytest.mark.parametrize(("first", "last"), [*DEFAULT_IGNORABLE, *BIDI_CONTROL])
-def test_what_unicode_calls_ignorable_or_a_bidirectional_control_is_hidden(first: int, last: int) -> None:
+def test_ignorable_characters_and_bidirectional_controls_are_hidden(first: int, last: int) -> None:
     for number in {first, (first + last) // 2, last}:
         assert is_hidden(chr(number)), hex(number)
         assert find_hidden(f"ab{chr(number)}c") == 2
@@ -61,7 +61,7 @@ def test_the_first_and_the_last_character_of_a_hidden_category_are_hidden(catego
         "Здравствуй שלום سلام हिन्दी",
     ],
 )
-def test_what_writing_needs_is_not_hidden(text: str) -> None:
+def test_characters_that_scripts_need_are_not_hidden(text: str) -> None:
     assert find_hidden(text) is None
 
 
@@ -90,7 +90,7 @@ def test_the_first_hidden_character_is_found() -> None:
 )
 def test_a_hidden_character_is_named_with_a_reason(character: str, description: str, why: str) -> None:
     assert is_hidden(character)
-    assert (describe_character(character), why_hidden(character)) == (description, why)
+    assert (describe_character(character), hiding_reason(character)) == (description, why)
 
 
 @pytest.mark.parametrize("marks", ["\u0336", "\u0336\u0301", "\u20dd", "\u0488", "\u0e31", "\u0903"])
@@ -99,5 +99,5 @@ def test_one_letter_holds_thirty_marks_and_no_more(marks: str) -> None:
     assert find_hidden(many) is None
     assert find_hidden(f"{many}b{many[1:]}") is None
     assert find_hidden(f"{many}{marks[0]}b") == MAX_MARKS + 1
-    assert why_hidden(marks[0]) == "one of more than 30 marks on one letter"
+    assert hiding_reason(marks[0]) == "one of more than 30 marks on one letter"
     assert "".join(escape_hidden(f"{many}{marks[0]}b", lambda one: "?")) == f"{many}?b"

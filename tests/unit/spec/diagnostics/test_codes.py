@@ -62,7 +62,7 @@ def test_a_problem_is_kept_once() -> None:
     assert (len(sink), sink.dropped) == (1, 0)
 
 
-def test_what_exceeds_the_limit_of_its_severity_is_counted_alone() -> None:
+def test_only_cases_beyond_the_limit_of_their_severity_are_counted() -> None:
     sink = Diagnostics(limit=2)
     sink.report(at(A.span(0, 1)))
     assert (sink.is_full, sink.dropped) == (False, 0)

@@ -56,7 +56,7 @@ def test_a_change_of_a_module_is_found_in_its_direction(
     assert changed(modules(new, old)) == {name: words[-way] for name, way in expected.items()}
 
 
-def test_what_no_rule_allows_is_not_newly_allowed(old: Path, new: Path) -> None:
+def test_an_action_that_no_rule_allows_is_not_newly_allowed(old: Path, new: Path) -> None:
     for path, before in ((old, "40 N"), (new, "50 N")):
         change(path / "tidy" / "ecm.yaml", "grip: force <= 15 N", "grip: force <= 60 N")
         change(path / "tidy" / "ecm.yaml", "grip: force <= 10 N", f"grip: force <= {before}")

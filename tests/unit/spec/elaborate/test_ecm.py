@@ -62,7 +62,7 @@ def test_a_range_of_versions_has_numbers_that_python_reads(tmp_path: Path) -> No
         ("resources: [arm]", f"resources: [{'a' * 129}]", "AE105"),
     ],
 )
-def test_what_is_read_is_what_a_reader_sees(tmp_path: Path, old: str, new: str, code: str) -> None:
+def test_code_is_read_as_a_person_sees_it(tmp_path: Path, old: str, new: str, code: str) -> None:
     messages = messages_of_module(tmp_path, (old, new))
     assert [line.partition("]")[0].partition("[")[2] for line in messages] == [code]
 

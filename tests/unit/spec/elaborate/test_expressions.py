@@ -137,7 +137,7 @@ def test_a_number_has_the_dimension_of_its_units() -> None:
 
 
 @pytest.mark.parametrize(("text", "code"), [("1 < 2", "AE203"), ("1 +", "AE201"), ("nobody", "AE202")])
-def test_what_is_no_number_is_refused(text: str, code: str) -> None:
+def test_values_that_are_no_numbers_are_refused(text: str, code: str) -> None:
     assert _refused(lambda sink: elaborate_number(_expression(text), NOTHING, sink)).code == code
 
 

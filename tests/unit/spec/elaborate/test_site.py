@@ -1,4 +1,4 @@
-"""Sites as a whole: what is not said beside a fault."""
+"""Sites as a whole: diagnostics that are not reported in addition to a fault."""
 
 from __future__ import annotations
 

@@ -194,7 +194,7 @@ def test_a_condition_is_reported_about_the_start() -> None:
     assert SymbolicState().condition(term(COOKED), STATE) == term(COOKED)
 
 
-def test_what_was_measured_earlier_is_declared_as_it_is_measured() -> None:
+def test_earlier_measurements_are_declared_as_they_are_measured() -> None:
     old = t.Variable("fill_level@2", STATE["fill_level"].variable.type, t.VariableRole.STATE)
     terms = (t.Compare("<", old, STATE["fill_level"].variable), t.Compare("<", old, old))
     (found,) = earlier_measurements(terms, STATE)

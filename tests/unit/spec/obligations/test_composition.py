@@ -29,7 +29,7 @@ def test_every_claim_about_the_module_is_proved() -> None:
 @pytest.mark.parametrize(
     ("change", "expected"),
     [
-        # A failure of which nothing is said; a further try is enough.
+        # A failure without declared effects; a further try is enough.
         ((FETCH, "{skill: fetch}\n"), {"fetch/handled": "AE854"}),
         ((FETCH, "{skill: fetch, retry: 1}\n"), {}),
         # A broken hold-condition is a failure too, and one of probability 0 is none.

@@ -27,7 +27,7 @@ def ecm(tmp_path_factory: pytest.TempPathFactory) -> Ecm:
 
 
 def fault(ecm: Ecm, code: bytes) -> str | None:
-    """The first line of what is said of a module whose `skills.py` is `code`."""
+    """The first line of the report on a module whose `skills.py` is `code`."""
     (found,) = entry_point_obligations(ecm, read_skill_files("", {"skills.py": code}))
     return None if found.diagnostic is None else render_text(found.diagnostic).splitlines()[0]
 

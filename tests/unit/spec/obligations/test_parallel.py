@@ -126,7 +126,7 @@ def test_joint_rules_are_claimed_of_each_two_steps_once() -> None:
     assert found["par-1/sweep_arm/weigh/actuators"] == "AE859"
 
 
-def test_what_both_branches_use_is_shown_in_each() -> None:
+def test_resources_that_both_branches_use_are_shown_in_each() -> None:
     ecm = module(par("{skill: sweep_arm}", "{skill: sweep_arm, id: again}"))
     claims = interference_claims(ecm.compositions["both"], ecm.skills, site())
     reported = [one.diagnostic for one in claims if one.diagnostic is not None]

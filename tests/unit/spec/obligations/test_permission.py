@@ -133,7 +133,7 @@ def test_a_sensor_without_permission_is_refused_wherever_a_condition_of_the_modu
         assert "AE405" in failed(permission_obligations(one, place)).values()
 
 
-def test_what_is_asked_for_of_channels_and_computing_devices_must_be_granted_too() -> None:
+def test_access_to_channels_and_computing_devices_must_be_granted_too() -> None:
     asked = (PERMITTED, f"{PERMITTED}  channels: [announcements]\n  compute: [gpu]\n")
     granted = (GRANTED, f"{GRANTED}    channels: [announcements]\n    compute: [gpu]\n")
     assert faults(asked, at=(granted,)) == {}

@@ -1,4 +1,4 @@
-"""The solver finds a plan with the fewest steps, or says that it cannot tell."""
+"""The solver finds a plan with the fewest steps, or reports that it cannot decide."""
 
 from __future__ import annotations
 

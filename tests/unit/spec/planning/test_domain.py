@@ -89,7 +89,7 @@ def test_no_plan_needs_what_the_site_would_always_deny() -> None:
     assert "`fetch_object.grasp` is left out: the operator's block `maintenance` denies" in why
 
 
-def test_what_a_broken_hold_condition_leaves_is_provided_for_and_not_counted_on() -> None:
+def test_plans_provide_for_the_outcome_of_a_broken_hold_condition_without_relying_on_it() -> None:
     holding = replace(
         BOIL, precondition=None, hold_condition=ActionCondition(term("dumpling_wrapped"), "", SPAN)
     )
@@ -184,7 +184,7 @@ def test_only_an_invariant_that_is_known_to_fail_is_broken() -> None:
     assert domain.violated_invariant((None, None)) is None
 
 
-def test_what_bears_on_an_invariant_and_what_is_asked_for_by_name_is_in_the_domain() -> None:
+def test_variables_of_invariants_and_variables_requested_by_name_are_in_the_domain() -> None:
     kept = TaskInvariant("kept", term("not filling_on_workspace"), "", SPAN)
     modules = {"kitchen": module("kitchen", (BOIL, WRAP, TIDY))}
 

@@ -95,7 +95,7 @@ def test_that_there_is_no_plan_is_proved_without_enumeration() -> None:
     assert names(shortest_plan(domain_of(BOIL, READY), (False, False), AvoidSet(), few=0)) == ["wrap", "boil"]
 
 
-def test_what_is_never_undone_gives_a_bound_on_the_number_of_steps() -> None:
+def test_effects_that_are_never_undone_bound_the_number_of_steps() -> None:
     relaxed = DeleteRelaxation(chain(4), (False,) * 4)
     assert relaxed.steps_to_goal == 4
     assert relaxed.values == {f"switch_{number}": {False, True} for number in range(4)}

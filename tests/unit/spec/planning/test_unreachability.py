@@ -14,7 +14,7 @@ from tests.unit.agent.dumplings import SPAN, module, outcome, site, skill, term
 from tests.unit.spec.planning.kitchen import BOIL, UNTOUCHED, WRAP, domain_of, reason
 
 
-def test_what_no_skill_brings_about_is_followed_from_the_goal_backwards() -> None:
+def test_conditions_that_no_skill_achieves_are_traced_back_from_the_goal() -> None:
     assert reason(domain_of(BOIL, WRAP)) == (
         "no plan reaches the goal: "
         "the goal needs `dumpling_cooked`, which only `kitchen.boil` could make true; "
@@ -23,7 +23,7 @@ def test_what_no_skill_brings_about_is_followed_from_the_goal_backwards() -> Non
     )
 
 
-def test_what_is_not_measured_satisfies_nothing() -> None:
+def test_an_unmeasured_variable_satisfies_nothing() -> None:
     known = {name: value for name, value in UNTOUCHED.items() if name != "dough_on_workspace"}
     message = reason(domain_of(BOIL, WRAP, known=known), known)
     assert message.endswith(
@@ -67,7 +67,7 @@ def test_a_condition_that_no_skill_brings_about_is_reported_as_that() -> None:
     )
 
 
-def test_what_never_happens_brings_nothing_about() -> None:
+def test_an_outcome_that_never_happens_has_no_effect() -> None:
     never = Outcome("never", {"dumpling_cooked": True}, False, Fraction(0), None)
     domain = domain_of(skill("boil", outcome("cold", {"dumpling_cooked": False}), never))
     assert (

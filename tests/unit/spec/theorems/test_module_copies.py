@@ -26,7 +26,7 @@ def test_a_copy_imports_the_copies_it_is_given() -> None:
     assert code.module("aeros.runtime.gate.request_check").check_freshness is not form.check_freshness
 
 
-def test_what_is_put_aside_has_to_be_there() -> None:
+def test_a_result_in_the_side_file_has_to_be_there() -> None:
     with pytest.raises(InternalError, match="no `_is_number` any more"):
         ModuleSource().module(_LAYERS, _is_number=None)
     with pytest.raises(InternalError, match="no `gone` any more"):

@@ -62,7 +62,7 @@ def test_constants_are_left_out_or_decide() -> None:
 
 
 @given(st.lists(st.sampled_from(["p", "q", TRUE, FALSE]), max_size=4))
-def test_what_is_joined_has_the_truth_of_its_parts(parts: list[str]) -> None:
+def test_conjunctions_and_disjunctions_have_the_truth_of_their_parts(parts: list[str]) -> None:
     def truth(formula: str, at: dict[str, bool]) -> bool:
         words = formula.replace("(", "").replace(")", "").split()
         every = [at[word] for word in words if word in at]

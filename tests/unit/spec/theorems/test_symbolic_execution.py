@@ -31,7 +31,7 @@ def test_every_way_is_gone_once_and_ends_in_its_result() -> None:
     assert [path_for_answers(found, one)[1] for one in answers] == gone
 
 
-def test_what_makes_no_difference_is_not_in_the_diagram() -> None:
+def test_branches_that_make_no_difference_are_not_in_the_diagram() -> None:
     assert execute_symbolically(lambda ask: f"{len([ask('p'), ask('q')])}") == "2"
     assert execute_symbolically(lambda ask: f"{[ask('p'), ask('q')][1]}") == DecisionNode(
         "q", "True", "False"
@@ -54,7 +54,7 @@ def test_code_that_asks_otherwise_the_second_time_is_noticed() -> None:
         execute_symbolically(lambda ask: str(ask(f"p{next(number)}") and ask("q")))
 
 
-def test_what_raises_has_a_result_where_it_is_expected() -> None:
+def test_an_expected_exception_has_a_result() -> None:
     def run(ask: DecideBranch) -> str:
         return ["fine"][not ask("p")]
 

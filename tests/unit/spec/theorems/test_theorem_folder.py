@@ -123,7 +123,7 @@ def test_there_is_a_file_for_each_obligation_and_one_for_the_results() -> None:
     assert files["expected.json"].endswith("}\n")
 
 
-def test_what_was_just_written_is_not_stale_and_is_not_written_again(tmp_path: Path) -> None:
+def test_a_freshly_written_file_is_not_stale_and_is_not_written_again(tmp_path: Path) -> None:
     assert write_generated(OUTCOME, tmp_path) == ["it.smt2", "other.smt2", "expected.json"]
     assert stale_files(OUTCOME, tmp_path) == []
     slower = replace(OUTCOME, seconds=99.0)
@@ -131,7 +131,7 @@ def test_what_was_just_written_is_not_stale_and_is_not_written_again(tmp_path: P
     assert json.loads((tmp_path / "expected.json").read_text())["seconds"] == 1.23
 
 
-def test_what_is_missing_changed_or_left_over_is_stale_and_is_mended(tmp_path: Path) -> None:
+def test_missing_changed_and_surplus_files_are_stale_and_are_renewed(tmp_path: Path) -> None:
     write_generated(OUTCOME, tmp_path)
     (tmp_path / "it.smt2").write_text("(check-sat)\n")
     (tmp_path / "other.smt2").unlink()

@@ -152,7 +152,7 @@ def findings(*changes: Change) -> dict[str, ObligationResult]:
 REACH = "reach: distance(hand, goal) <= 100 mm"
 
 
-def test_what_is_proved_or_left_to_the_gate_is_not_reported() -> None:
+def test_proved_and_runtime_checked_rules_are_not_reported() -> None:
     assert all(diagnostic_of(one) is None for one in findings().values())
 
 
@@ -183,7 +183,7 @@ def test_a_repair_of_several_lines_is_no_edit() -> None:
     assert (diagnostic.help[0], diagnostic.fix) == ("write `reach: false`", None)
 
 
-def test_what_is_undecided_is_reported_as_that_even_where_the_gate_would_decide() -> None:
+def test_an_undecided_claim_is_reported_as_undecided_even_where_the_gate_would_decide() -> None:
     found = findings()["safety/fetch/reach/stop-button"]
     diagnostic = diagnostic_of(
         replace(found, verdict=Verdict.UNKNOWN, witness=None, reason="the budget is spent")

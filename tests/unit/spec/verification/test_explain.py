@@ -31,7 +31,7 @@ def explained(*changes: Change) -> dict[str, tuple[ObligationResult, ObligationR
     return {str(one.obligation.id): (one, other) for one, other in zip(found, after, strict=True)}
 
 
-def test_what_is_proved_stays_as_it_is() -> None:
+def test_proved_modules_stay_unchanged() -> None:
     for before, after in explained().values():
         if before.verdict is Verdict.PROVED:
             assert after is before
@@ -62,7 +62,7 @@ def test_an_empty_condition_is_labelled_where_its_parts_clash() -> None:
     assert [one.span.text for one in found.labels] == ["dirt < 10 %", "dirt > 20 %"]
 
 
-def test_what_is_undecided_gets_no_explanation() -> None:
+def test_an_undecided_claim_gets_no_explanation() -> None:
     ecm = module()
     claims = [one for one in permission_obligations(ecm, site()) if isinstance(one, Obligation)]
     asked = [one for one in claims if str(one.id) == "permission/fetch/reach"]

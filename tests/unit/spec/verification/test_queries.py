@@ -31,7 +31,7 @@ def test_conditions_exclude_each_other_inside_the_declared_range() -> None:
     assert not is_unsatisfiable([below(replace(X, range=None), "0")], [replace(X, range=None)], oracle)
 
 
-def test_what_is_known_of_a_variable_counts() -> None:
+def test_known_facts_of_a_variable_count() -> None:
     known = replace(A, known_facts=(t.Or((t.Not(A.variable), below(X, "1"))),))
     far = t.Not(below(X, "1"))
     assert is_unsatisfiable([A.variable, far], [X, known], Oracle())

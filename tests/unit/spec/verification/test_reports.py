@@ -87,7 +87,7 @@ def test_a_report_is_as_bad_as_its_worst_subject() -> None:
     assert Report(good, (open_,), None).subjects == (good, open_)
 
 
-def test_what_cannot_be_read_is_rejected_with_its_reason() -> None:
+def test_unreadable_input_is_rejected_with_its_reason() -> None:
     report = unreadable_site_report(FOLDER, UserError([ERROR]))
     assert (report.name, report.path, report.conclusion, report.diagnostics) == (
         str(FOLDER), FOLDER, Conclusion.REJECTED, (ERROR,)

@@ -121,7 +121,7 @@ def test_a_fingerprint_depends_on_code_file_headline_text_and_repetition() -> No
     assert len(set(fingerprints(one, *others))) == 6
 
 
-def test_what_has_no_place_is_about_its_manifest() -> None:
+def test_a_diagnostic_without_a_place_is_about_its_manifest() -> None:
     (one,) = run_of(result_with(Diagnostic("AE130", "nothing"), path=Path("deep down/mödule")))["results"]
     uri = one["locations"][0]["physicalLocation"]["artifactLocation"]["uri"]
     assert uri == "deep%20down/m%C3%B6dule/ecm.yaml"

@@ -358,7 +358,7 @@ def test_a_malformed_or_unknown_reading_has_no_answer(changed: dict[str, Any]) -
     assert ask(readings=snapshot(**changed)) is None
 
 
-def test_what_no_condition_reads_may_be_missing_and_nothing_else() -> None:
+def test_only_values_that_no_condition_reads_may_be_missing() -> None:
     for name, is_answered in (("hand", True), ("distance", False), ("pressed", False)):
         values = {key: value for key, value in VALUES.items() if key != name}
         measured = {key: Reading(value, NOW) for key, value in values.items()}

@@ -89,7 +89,7 @@ def test_objects_are_as_wide_as_they_are() -> None:
     assert things.width_between(Pose((cx, cy, cz + 0.036), yaw_orientation(0.0))) is None
 
 
-def test_what_is_held_is_not_seen() -> None:
+def test_an_object_in_the_hand_is_not_detected() -> None:
     scene, things, laid = _table()
     things.grip(laid.cube)
     assert _look(scene)["clutter_position"] == pytest.approx((*laid.can.position[:2], 0.025))
