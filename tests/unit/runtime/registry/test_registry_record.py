@@ -204,6 +204,17 @@ def test_a_record_that_lost_changes_is_not_believed(blocked: Registry, damage: s
         blocked.repair()
 
 
+def test_a_registry_put_back_with_its_anchor_is_not_noticed(tmp_path: Path) -> None:
+    """Nothing on the disk is newer then; `docs/threat-model.md` says so."""
+    registry = Registry(tmp_path / "robot")
+    registry.set_policy(BASE / "site.yaml")
+    shutil.copytree(tmp_path / "robot", tmp_path / "backup")
+    registry.add_block(BLOCK)
+    shutil.rmtree(tmp_path / "robot")
+    (tmp_path / "backup").rename(tmp_path / "robot")
+    assert Registry(tmp_path / "robot").snapshot().blocks == {}
+
+
 def test_where_there_is_no_registry_nothing_is_repaired(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="there is none"):
         Registry(tmp_path / "none").repair()
