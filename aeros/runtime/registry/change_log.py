@@ -234,7 +234,9 @@ def read_recorded_state(folder: Path, key: Path) -> RecordedState:
     try:
         public = find_public_key(key)
         anchor = None if public is None else read_anchor(anchor_of(folder), public)
-    except (AnchorError, InvalidKeyError) as failure:
+    except InvalidKeyError as failure:
+        return RecordedState(damage=f"{failure}; restore the key from a backup")
+    except AnchorError as failure:
         return RecordedState(damage=str(failure))
     signatures = None if public is None else CheckpointVerifier(public, () if anchor is None else (anchor,))
     changes = _Changes(signatures)

@@ -229,7 +229,7 @@ def _lose_the_keys(folder: Path, key: Path) -> None:
     [
         (_forge_with_another_key, "is not signed with this key"),
         (_lose_the_keys, "is signed, and the key"),
-        (lambda folder, key: key.write_text("none"), "is not a private key"),
+        (lambda folder, key: key.write_text("none"), "as PEM; restore the key from a backup"),
         (lambda folder, key: shutil.rmtree(folder), "is the anchor of one"),
         (lambda folder, key: anchor_of(folder).write_text("none"), "is not an anchor"),
         (lambda folder, key: anchor_of(folder).unlink(), "its anchor `"),
