@@ -70,10 +70,11 @@ def serve(tools: Tools, is_over: Callable[[], bool]) -> None:
         nonlocal holding
         holding = anyio.CapacityLimiter(4)
         lines: Any = _StdinLines()
+        answers: Any = _StdoutLines()
         # Cancelling the scope ends the reader; otherwise only the client can end it.
         async with anyio.create_task_group() as group:
             group.start_soon(watch, group.cancel_scope)
-            async with stdio_server(stdin=lines) as (reading, writing):
+            async with stdio_server(stdin=lines, stdout=answers) as (reading, writing):
                 await server.run(reading, writing, server.create_initialization_options())
             group.cancel_scope.cancel()
 
@@ -107,6 +108,40 @@ class _StdinLines:
             self._rest += read
         line, _, self._rest = self._rest.partition(b"\n")
         return line.decode("utf-8", "replace")
+
+
+class _StdoutLines:
+    """Lines of standard output; whatever else is written there goes to standard error from now on.
+
+    The SDK writes text of clients and skills as it is. Here each message is JSON in ASCII, so that no
+    character of it acts on a terminal.
+    """
+
+    def __init__(self) -> None:
+        self._file = os.dup(1)
+        os.dup2(2, 1)
+
+    async def write(self, text: str) -> None:
+        await anyio.to_thread.run_sync(self._write, ascii_message(text).encode() + b"\n")
+
+    async def flush(self) -> None:
+        pass
+
+    def _write(self, line: bytes) -> None:
+        while line:
+            line = line[os.write(self._file, line) :]
+
+
+def ascii_message(text: str) -> str:
+    """Write a message of the protocol without a character that a reader cannot see.
+
+    Args:
+        text: JSON.
+
+    Returns:
+        The same JSON on one line of printable ASCII characters.
+    """
+    return json.dumps(json.loads(text), separators=(",", ":")).replace("\x7f", "\\u007f")
 
 
 def _tool_description(name: str) -> types.Tool:

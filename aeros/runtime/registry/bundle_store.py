@@ -17,6 +17,7 @@ from aeros.files import make_folder, sync_folder, write_durably
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.text.digests import code_digest
+from aeros.spec.text.files import hidden_path_error
 
 MAX_MODULE: Final = 256 * 1024 * 1024
 """Limit on the bytes of all files of a module."""
@@ -34,7 +35,8 @@ def module_files(folder: Path) -> dict[str, bytes]:
         Content by path relative to the folder.
 
     Raises:
-        UserError: there is a link or a device, a file cannot be read, or there are too many bytes.
+        UserError: there is a link or a device, a name holds a character that a reader cannot see, a file
+            cannot be read, or there are too many bytes.
     """
     files: dict[str, bytes] = {}
     total = 0
@@ -47,6 +49,9 @@ def module_files(folder: Path) -> dict[str, bytes]:
                 continue
             if path.is_symlink() or not path.is_file():
                 raise _unreadable(path, "it is not a regular file")
+            hidden = hidden_path_error(name.as_posix())
+            if hidden is not None:
+                raise UserError([hidden])
             total += path.stat().st_size
             if total > MAX_MODULE:
                 raise _unreadable(path, f"a module has at most {MAX_MODULE >> 20} MiB")

@@ -6,7 +6,7 @@ the next writer signs what it finds with a checkpoint that closes nothing. A cha
 stored, because its process was killed, is stored by whoever reads the registry next.
 
 The newest checkpoint is copied to an anchor beside the folder. So a folder that was deleted, or put back from
-a backup, is noticed.
+a backup, is noticed, and so is an anchor that was deleted.
 """
 
 from __future__ import annotations
@@ -182,6 +182,7 @@ class _Changes:
         self._states = {0: RegistrySnapshot()}  # by generation, before the latest change
         self._latest: tuple[int, RegistrySnapshot] | None = None  # from which generation, and to what
         self.has_checkpoint = False
+        self.was_closed = False
 
     def __call__(self, record: Record, own: str) -> str | None:
         problem = None if self._signatures is None else self._signatures(record, own)
@@ -194,9 +195,11 @@ class _Changes:
             except (AttributeError, KeyError, TypeError, ValueError):
                 return f"record {record['sequence']} is not of the form of a change"
         elif record["event"] == CHECKPOINT:
+            is_closing = record["details"].get("closing") is True
             # The first one also signs changes of a release that signed nothing: `aeros repair` wrote it.
-            if record["details"].get("closing") is True or not self.has_checkpoint:
+            if is_closing or not self.has_checkpoint:
                 self._count()
+            self.was_closed |= is_closing
             self.has_checkpoint = True
             self._recorded.clear()
         return None
@@ -231,7 +234,9 @@ def read_recorded_state(folder: Path, key: Path) -> RecordedState:
     try:
         public = find_public_key(key)
         anchor = None if public is None else read_anchor(anchor_of(folder), public)
-    except (AnchorError, InvalidKeyError) as failure:
+    except InvalidKeyError as failure:
+        return RecordedState(damage=f"{failure}; restore the key from a backup")
+    except AnchorError as failure:
         return RecordedState(damage=str(failure))
     signatures = None if public is None else CheckpointVerifier(public, () if anchor is None else (anchor,))
     changes = _Changes(signatures)
@@ -249,6 +254,9 @@ def read_recorded_state(folder: Path, key: Path) -> RecordedState:
         damage = signatures.missing_tail(prefix.records)
     if damage is None and public is None and changes.has_checkpoint:
         damage = f"it is signed, and the key `{key}` is gone; restore it from a backup"
+    if damage is None and anchor is None and changes.was_closed:
+        # A writer anchors the checkpoint with which it opens the log, before it can close it.
+        damage = f"its anchor `{anchor_of(folder)}` is gone, so nothing shows that no record was cut off"
     return changes.state() if damage is None else RecordedState(damage=damage)
 
 

@@ -130,7 +130,7 @@ def _is_new(value: ast.expr, bound: set[str]) -> bool:
         case ast.Call(func=ast.Name(id=name)):
             return name in _MAKING_BUILTINS and name not in bound
         case ast.Call(func=ast.Attribute(attr=name)):
-            return name in _COPYING_METHODS
+            return name in _COPYING_METHODS and name not in bound  # a class may have one that copies nothing
     return isinstance(value, _MAKING_EXPRESSIONS)
 
 

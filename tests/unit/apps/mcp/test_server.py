@@ -140,6 +140,9 @@ def test_a_robot_that_has_an_agent_gets_no_second_one(tmp_path: Path) -> None:
 NO_MESSAGES = (b"\xff\xfe\n" * 100, b'{"jsonrpc": "2.0"}\n[[[[\n{}\n', b"x" * 2_000_000)
 """Bytes, lines of JSON and, as it ends the session, a line that is too long."""
 
+HIDDEN = json.dumps({"jsonrpc": "2.0", "id": "\u202e\x9b\x7f", "method": "none"}, ensure_ascii=False).encode()
+"""A request whose answer repeats characters that act on a terminal."""
+
 
 @pytest.mark.parametrize(
     "sent",
@@ -151,13 +154,15 @@ NO_MESSAGES = (b"\xff\xfe\n" * 100, b'{"jsonrpc": "2.0"}\n[[[[\n{}\n', b"x" * 2_
 def test_bytes_that_are_no_message_neither_break_nor_fill_the_server(sent: bytes, tmp_path: Path) -> None:
     ended = subprocess.run(
         [sys.executable, *arguments(tmp_path)],
-        input=sent,
+        input=HIDDEN + b"\n" + sent,
         capture_output=True,
         cwd=ROOT,
         timeout=60,
         check=False,
     )
     assert ended.returncode == Exit.SUCCESS, ended.stderr
+    assert rb'"id":"\u202e\u009b\u007f"' in ended.stdout
+    assert all(character in b"\n" or 0x20 <= character < 0x7F for character in ended.stdout)
     assert verify_log(tmp_path / "out" / "audit.jsonl").is_sound
 
 

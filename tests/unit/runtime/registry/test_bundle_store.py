@@ -65,6 +65,14 @@ def test_a_link_and_a_pipe_are_refused(tmp_path: Path) -> None:
         assert _refusal(folder) == f"`{folder / 'odd'}` cannot be stored: it is not a regular file"
 
 
+@pytest.mark.parametrize("name", ["a\u202egnp.md", "a\x1b[2J", "a\nb", "data\u200b/a", "a\u00a0b"])
+def test_a_name_that_a_listing_would_not_show_as_it_is_is_refused(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).parent.mkdir(exist_ok=True)
+    (tmp_path / name).touch()
+    with pytest.raises(UserError, match="holds the character U\\+"):
+        module_files(tmp_path)
+
+
 def test_a_module_has_a_greatest_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert MAX_MODULE == 268_435_456
     folder = _write(tmp_path, {"a": b"12345", "b": b"12345"})

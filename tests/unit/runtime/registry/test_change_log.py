@@ -201,6 +201,18 @@ def test_an_unsigned_log_is_read_and_not_believed(tmp_path: Path) -> None:
     assert read_recorded_state(folder, key) == RecordedState(replace(NEW, generation=6), NEW)
 
 
+def test_a_writer_that_died_before_it_anchored_a_new_log_leaves_no_damage(tmp_path: Path) -> None:
+    folder, key = tmp_path / "registry", tmp_path / "key"
+    folder.mkdir()
+    make_key(key)
+    signing = SigningConfiguration(read_signing_key(key), (anchor_of(folder),))
+    os.close(AuditLog(folder / LOG, signing=signing)._file)  # as a kill would
+    anchor_of(folder).unlink()
+    assert read_recorded_state(folder, key) == RecordedState()
+    record_change(folder, key, OLD, NEW, "x", "c")
+    assert read_recorded_state(folder, key) == RecordedState(NEW)
+
+
 def _forge_with_another_key(folder: Path, key: Path) -> None:
     (folder / LOG).unlink()
     anchor_of(folder).unlink()
@@ -217,9 +229,10 @@ def _lose_the_keys(folder: Path, key: Path) -> None:
     [
         (_forge_with_another_key, "is not signed with this key"),
         (_lose_the_keys, "is signed, and the key"),
-        (lambda folder, key: key.write_text("none"), "is not a private key"),
+        (lambda folder, key: key.write_text("none"), "as PEM; restore the key from a backup"),
         (lambda folder, key: shutil.rmtree(folder), "is the anchor of one"),
         (lambda folder, key: anchor_of(folder).write_text("none"), "is not an anchor"),
+        (lambda folder, key: anchor_of(folder).unlink(), "its anchor `"),
         (lambda folder, key: _cut(folder, 0), "the log was cut"),
     ],
 )

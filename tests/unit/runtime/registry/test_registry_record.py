@@ -92,6 +92,11 @@ def _put_folder_back(registry: Registry) -> None:
     shutil.copytree(registry.folder.parent / "older", registry.folder)
 
 
+def _put_folder_back_without_anchor(registry: Registry) -> None:
+    _put_folder_back(registry)
+    anchor_of(registry.folder).unlink()
+
+
 def _exchange_key(registry: Registry) -> None:
     key = registry.folder.parent / "audit.key"
     for path in (key, key.with_name("audit.key.pub")):
@@ -132,7 +137,12 @@ REPAIRABLE: dict[str, Damage] = {
 }
 UNREPAIRABLE: dict[str, Damage] = {
     "a record cut short": (_cut_latest_change, "the log was cut"),
-    "a record cut short, and the anchor gone": (_cut_with_anchor, "records are missing"),
+    "a record cut short, and the anchor gone": (_cut_with_anchor, "nothing shows that no record was cut off"),
+    "an older folder, and the anchor gone": (_put_folder_back_without_anchor, "nothing shows that no record"),
+    "a deleted anchor": (
+        lambda registry: anchor_of(registry.folder).unlink(),
+        "nothing shows that no record",
+    ),
     "another key": (_exchange_key, "is not signed with this key"),
     "a deleted record": (lambda registry: (registry.folder / LOG).unlink(), "is the anchor of one"),
     "a deleted folder": (lambda registry: shutil.rmtree(registry.folder), "is the anchor of one"),
@@ -192,6 +202,17 @@ def test_a_record_that_lost_changes_is_not_believed(blocked: Registry, damage: s
         assert "restore the newest copy of" in refusal
     with pytest.raises(UserError, match=message):
         blocked.repair()
+
+
+def test_a_registry_put_back_with_its_anchor_is_not_noticed(tmp_path: Path) -> None:
+    """Nothing on the disk is newer then; `docs/threat-model.md` says so."""
+    registry = Registry(tmp_path / "robot")
+    registry.set_policy(BASE / "site.yaml")
+    shutil.copytree(tmp_path / "robot", tmp_path / "backup")
+    registry.add_block(BLOCK)
+    shutil.rmtree(tmp_path / "robot")
+    (tmp_path / "backup").rename(tmp_path / "robot")
+    assert Registry(tmp_path / "robot").snapshot().blocks == {}
 
 
 def test_where_there_is_no_registry_nothing_is_repaired(tmp_path: Path) -> None:
