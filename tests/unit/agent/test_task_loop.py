@@ -204,7 +204,9 @@ def test_an_undeclared_outcome_ends_the_run_where_the_site_does_not_say_otherwis
 
 def test_a_broken_hold_condition_is_a_failed_try_that_is_repeated() -> None:
     holding = skill("boil", outcome("cooked", {"dumpling_cooked": True}), hold="dumpling_wrapped")
-    boil = task("make_dumplings", ("make dumplings",), "dumpling_cooked", rule("dumpling_cooked", "boil", retry=2))
+    boil = task(
+        "make_dumplings", ("make dumplings",), "dumpling_cooked", rule("dumpling_cooked", "boil", retry=2)
+    )
     runtime = FakeRuntime(
         {"dumpling": module("dumpling", (holding,), boil)}, endings={"boil": [StepStatus.HOLD_LOST]}
     )
