@@ -143,7 +143,11 @@ def _parse_sentence(tokens: Words, is_question: bool) -> Sentence:
 
 
 def _segments(tokens: Words) -> Iterator[Segment]:
-    """Yield the segments of a sentence."""
+    """Yield the segments of a sentence.
+
+    Raises:
+        InstructionError: a link has nothing after it, or a condition is on time.
+    """
     position, link, joint = 0, Link.START, ""
     while position < len(tokens):
         start, mood, marker = _begin_segment(tokens, position)
@@ -168,7 +172,11 @@ def _stronger(link: Link, joint: str, other: Link, other_joint: str) -> tuple[Li
 
 
 def _begin_segment(tokens: Words, position: int) -> tuple[int, Mood, Words]:
-    """Skip openers, and read the words of a prohibition or condition; return where its words start."""
+    """Skip openers, and read the words of a prohibition or condition; return where its words start.
+
+    Raises:
+        InstructionError: a condition on time begins here.
+    """
     while True:
         opener = _match(tokens, position, english.OPENERS)
         prohibition = _match(tokens, position, english.PROHIBITIONS)

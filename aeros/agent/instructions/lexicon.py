@@ -81,11 +81,11 @@ class TaskPhrases:
             found, length = self._longest(words, at)
             word = words[at]
             if length:
-                said = words[at : at + length]
+                spoken = words[at : at + length]
                 if found is self.triggers:
-                    triggers.append(said)
+                    triggers.append(spoken)
                 elif found is self.objects:
-                    objects.append(said)
+                    objects.append(spoken)
                 at += length
                 continue
             number = english.number_of(word)
@@ -137,14 +137,14 @@ def task_phrases(modules: Mapping[str, Ecm]) -> tuple[TaskPhrases, ...]:
 
 
 def _as_words(phrases: Sequence[str]) -> tuple[Words, ...]:
-    said = (words for one in phrases if (words := normalized_words(one)))
-    return tuple(sorted(said, key=len, reverse=True))
+    spoken = (words for one in phrases if (words := normalized_words(one)))
+    return tuple(sorted(spoken, key=len, reverse=True))
 
 
 def _stands_at(phrase: Words, words: Words, at: int) -> bool:
     """Compare a declared phrase with words, in any number, and verbs in their -ing form, too."""
-    said = words[at : at + len(phrase)]
-    return len(said) == len(phrase) and all(
+    spoken = words[at : at + len(phrase)]
+    return len(spoken) == len(phrase) and all(
         declared == word or declared in english.base_forms(word)
-        for declared, word in zip(phrase, said, strict=True)
+        for declared, word in zip(phrase, spoken, strict=True)
     )

@@ -58,6 +58,9 @@ class AmbiguousInstructionError(InstructionError):
 
         Args:
             instruction: words of the user.
+
+        Returns:
+            True if their words are the same.
         """
         return normalized_words(self.part) == normalized_words(instruction)
 
@@ -242,7 +245,11 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
 
 
 def _requests(sentence: Sentence) -> Iterator[tuple[Segment, Segment | None]]:
-    """Yield requests and prohibitions, each with its condition."""
+    """Yield requests and prohibitions, each with its condition.
+
+    Raises:
+        InstructionError: a prohibition has a condition, or a condition has no request.
+    """
     leading: Segment | None = None
     for at, segment in enumerate(sentence):
         if segment.mood is Mood.CONDITION:
@@ -325,16 +332,16 @@ def _errand(
 
 def _condition(condition: Segment, entry: TaskPhrases) -> tuple[t.Term, str] | None:
     """Find the condition that a task declares for some words; a pronoun stands for any of its objects."""
-    said = tuple(word for word in condition.words if word not in english.DETERMINERS)
-    if said[1:2] == ("s",):
-        said = (said[0], "is", *said[2:])
+    spoken = tuple(word for word in condition.words if word not in english.DETERMINERS)
+    if spoken[1:2] == ("s",):
+        spoken = (spoken[0], "is", *spoken[2:])
     for phrase, declared in entry.routed.task.condition_phrases.items():
         words = tuple(word for word in normalized_words(phrase) if word not in english.DETERMINERS)
         subject = next((one for one in entry.objects if words[: len(one)] == one), ())
         with_pronoun = (
             {("it", *words[len(subject) :]), ("they", *words[len(subject) :])} if subject else set()
         )
-        if said == words or said in with_pronoun:
+        if spoken == words or spoken in with_pronoun:
             return declared.term, declared.text
     return None
 
@@ -384,7 +391,7 @@ def _prohibited(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence
     found: list[RoutedTask] = []
     for part in parts:
         coverages = [entry.cover(part, knows_pronoun=entry.routed == last) for entry in tasks]
-        meant = [
+        possible = [
             one.entry.routed
             for one in coverages
             if not (one.unknown or one.repetitions) and (one.triggers or one.objects)
@@ -393,9 +400,9 @@ def _prohibited(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence
             for one in coverages
             if one.triggers and all(word in english.UNIVERSAL for word in one.unknown)
         ]
-        if not meant:
+        if not possible:
             raise _not_covered(replace(segment, words=part), coverages)
-        found += meant
+        found += possible
     return found
 
 
@@ -432,8 +439,10 @@ def _not_covered(segment: Segment, coverages: Sequence[Coverage]) -> Instruction
         unknown = ", ".join(quoted(word) for word in dict.fromkeys(best.unknown))
         return InstructionError(f"in {text}, `{routed}` does not know {unknown}; {_known_phrases(best)}")
     if best.counts or best.repetitions:
-        said = ", ".join(quoted(word) for word in best.counts + best.repetitions)
-        return InstructionError(f"in {text}, {said} is not understood: `{routed}` is done once for one goal")
+        counted = ", ".join(quoted(word) for word in best.counts + best.repetitions)
+        return InstructionError(
+            f"in {text}, {counted} is not understood: `{routed}` is done once for one goal"
+        )
     if not best.triggers:
         return InstructionError(f"{text} does not say what to do; {_known_phrases(best)}")
     return InstructionError(f"{text} does not say with what; {_known_phrases(best)}")

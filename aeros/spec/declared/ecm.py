@@ -211,7 +211,7 @@ class Task:
     )
     conditions: tuple[NamedCondition, ...] = field(
         default=(),
-        metadata={"doc": "conditions that an instruction may make, as in `if the table is dirty, …`"},
+        metadata={"doc": "conditions that an instruction may make, with their words"},
     )
 
 
