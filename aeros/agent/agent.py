@@ -8,19 +8,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
+from aeros.agent.errands import ErrandPosition, barred_skills, combined_report
 from aeros.agent.errors import AgentError
 from aeros.agent.execution.journal import Journal, Observer
 from aeros.agent.execution.report import RunReport
 from aeros.agent.execution.step_attempt import StepRunner
 from aeros.agent.identity import Identity, acquire_identity, new_identity
+from aeros.agent.instructions.grammar import InstructionError
+from aeros.agent.instructions.understand import Errand, Understanding, understand, with_goal
 from aeros.agent.memory.schema import IN_MEMORY
 from aeros.agent.memory.store import Memory, open_memory
 from aeros.agent.planning.base import Planner, RulePlanner
-from aeros.agent.planning.routing import RoutedTask, RoutingError, route
+from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.recovery.checkpoint import CheckpointStore, TaskCheckpoint, UnusableCheckpointError
 from aeros.agent.recovery.lifecycle import Lifecycle, LifecycleEvent, Phase
 from aeros.agent.recovery.quarantine import Quarantine
@@ -68,22 +70,24 @@ class Agent:
     ) -> RunReport:
         """Pursue `instruction` until its goal is reached or the run gives up, as `task_loop.py` defines.
 
+        Tasks that an instruction asks for are pursued in order, until one is not reached.
+
         Args:
-            instruction: words of the user, which must name exactly one active task.
+            instruction: words of the user, which must be understood whole by the active tasks.
             timeout: plant time (s) after which running steps are cancelled; None for no limit.
-            goal: goal that replaces the task's own goal.
+            goal: goal that replaces the goal of the only task.
 
         Returns:
-            The steps that were run, whether the goal was reached and, if not, the reason.
+            The steps that were run, whether the goals were reached and, if not, the reason.
 
         Raises:
-            RoutingError: the instruction names no task, or several.
+            InstructionError: the instruction is not understood, or `goal` is given for several tasks.
 
         Errors while writing the audit record or memory propagate.
         """
-        routed = self._route(instruction, goal)
+        meaning = self._understand(instruction, goal)
         self._forget()
-        return self._pursue(instruction, routed, timeout)
+        return self._pursue_all(meaning, timeout)
 
     def resume(
         self, instruction: str, timeout: float | None = None, goal: ActionCondition | None = None
@@ -104,15 +108,16 @@ class Agent:
 
         Raises:
             AgentError: the checkpoints that exist cannot be resumed from.
-            RoutingError: the instruction names no task, or several.
+            InstructionError: the instruction is not understood, or `goal` is given for several tasks.
         """
-        routed = self._route(instruction, goal)
-        found = self._load_checkpoint(instruction, routed)
+        meaning = self._understand(instruction, goal)
+        found = self._load_checkpoint(meaning)
         if found is not None and (ended := found[0].final_report) is not None:
-            text = f"{routed} had ended: {_outcome_text(ended)}"
-            self._journal.record("run-already-ended", text, task=str(routed), **_summary(ended))
+            task = f"{ended.module}.{ended.task}"
+            text = f"{task} had ended: {_outcome_text(ended)}"
+            self._journal.record("run-already-ended", text, task=task, **_summary(ended))
             return ended
-        return self._pursue(instruction, routed, timeout, found)
+        return self._pursue_all(meaning, timeout, found)
 
     def set_paused(self, *, is_paused: bool) -> None:
         """Record that the operator paused or resumed; the runtime obeys that by itself.
@@ -124,49 +129,69 @@ class Agent:
         if self.lifecycle.is_allowed(change):
             self.lifecycle.apply(change)
 
-    def _pursue(
+    def _pursue_all(
         self,
-        instruction: str,
-        routed: RoutedTask,
+        meaning: Understanding,
         timeout: float | None,
         resumed: tuple[TaskCheckpoint, Sequence[AuditEvent]] | None = None,
     ) -> RunReport:
+        """Pursue the errands in order, from that of the checkpoint on, and save the end of the last."""
+        first = 0 if resumed is None else resumed[0].errand
+        reports = [] if resumed is None else list(resumed[0].earlier_reports)
+        deadline = None if timeout is None else self._runtime.now() + timeout
+        for number, errand in enumerate(meaning.errands[first:], first):
+            if number > first:
+                self._record_selection(meaning, number)
+            remaining = None if deadline is None else max(0.0, deadline - self._runtime.now())
+            position = ErrandPosition(number, tuple(reports), barred_skills(meaning, errand))
+            steps_before = len(resumed[0].steps) if resumed is not None and number == first else 0
+            loop = self._task_loop(errand.routed, remaining, position)
+            if resumed is not None and number == first:
+                loop.resume(*resumed)
+            report = self._pursue(loop, meaning.instruction, errand)
+            reports.append(report)
+            if not report.reached or number + 1 == len(meaning.errands):
+                break
+        whole = combined_report(meaning.instruction, reports)
+        was_stopped = self._runtime.is_stopped or any(
+            one.status is StepStatus.HALTED for one in report.steps[steps_before:]
+        )
+        if whole.reached or not was_stopped:
+            # Last of all: as long as the final checkpoint is not written, the run can be resumed.
+            loop.save_final(whole)
+        return whole
+
+    def _task_loop(self, routed: RoutedTask, timeout: float | None, position: ErrandPosition) -> TaskLoop:
+        return TaskLoop(
+            self._runtime,
+            self._planner,
+            StepRunner(self._runtime, self._memory, self._journal, str(routed), self._seed),
+            self._journal,
+            routed,
+            timeout,
+            self._checkpoints,
+            str(self.identity.id),
+            position,
+            planning_timeout=self._within,
+        )
+
+    def _pursue(self, loop: TaskLoop, instruction: str, errand: Errand) -> RunReport:
         self.lifecycle.apply(LifecycleEvent.BEGIN)
+        routed = errand.routed
         try:
-            attempts = StepRunner(self._runtime, self._memory, self._journal, str(routed), self._seed)
-            pursuit = TaskLoop(
-                self._runtime,
-                self._planner,
-                attempts,
-                self._journal,
-                routed,
-                timeout,
-                self._checkpoints,
-                str(self.identity.id),
-                planning_timeout=self._within,
-            )
-            if resumed is not None:
-                pursuit.resume(*resumed)
-            report = pursuit.run(instruction)
+            report = loop.run(instruction, errand)
         except KeyboardInterrupt:
             self._journal.record("run-interrupted", f"{routed} was interrupted", task=str(routed))
             raise
         self.lifecycle.apply(LifecycleEvent.END)
         self._record_result(routed, report)
-        new_steps = report.steps[0 if resumed is None else len(resumed[0].steps) :]
-        was_stopped = self._runtime.is_stopped or any(one.status is StepStatus.HALTED for one in new_steps)
-        if report.reached or not was_stopped:
-            # Last of all: as long as the final checkpoint is not written, the run can be resumed.
-            pursuit.save_final(report)
         return report
 
     def _forget(self) -> None:
         if self._checkpoints is not None:
             self._checkpoints.delete()
 
-    def _load_checkpoint(
-        self, instruction: str, routed: RoutedTask
-    ) -> tuple[TaskCheckpoint, Sequence[AuditEvent]] | None:
+    def _load_checkpoint(self, meaning: Understanding) -> tuple[TaskCheckpoint, Sequence[AuditEvent]] | None:
         """Return the newest usable checkpoint and the runtime events since it; None if there is none.
 
         Raises:
@@ -177,7 +202,7 @@ class Agent:
             try:
                 if isinstance(kept, UnusableCheckpointError):
                     raise kept
-                return kept, self._events_since(kept, instruction, routed)
+                return kept, self._events_since(kept, meaning)
             except UnusableCheckpointError as unusable:
                 problems.append(str(unusable))
                 self._journal.record("checkpoint-rejected", str(unusable), reason=str(unusable))
@@ -187,18 +212,16 @@ class Agent:
             raise AgentError("the task cannot be resumed: its checkpoint is gone; start it again")
         return None
 
-    def _events_since(
-        self, kept: TaskCheckpoint, instruction: str, routed: RoutedTask
-    ) -> Sequence[AuditEvent]:
+    def _events_since(self, kept: TaskCheckpoint, meaning: Understanding) -> Sequence[AuditEvent]:
         """Return the runtime events since the checkpoint.
 
         Raises:
             UnusableCheckpointError: the checkpoint is of another agent, task or plant.
         """
-        now, task = self._runtime.now(), routed.task
+        now = self._runtime.now()
         if kept.agent != str(self.identity.id):
             raise UnusableCheckpointError("the checkpoint belongs to another agent")
-        if (kept.instruction, kept.task, kept.goal) != (instruction, str(routed), task.goal_text):
+        if kept.instruction != meaning.instruction or not _is_checkpoint_of(kept, meaning):
             raise UnusableCheckpointError(
                 f"the checkpoint is of another task: “{kept.instruction}”, {kept.task}"
             )
@@ -231,18 +254,29 @@ class Agent:
             abandoned=abandoned,
         )
 
-    def _route(self, instruction: str, goal: ActionCondition | None) -> RoutedTask:
+    def _understand(self, instruction: str, goal: ActionCondition | None) -> Understanding:
         try:
-            routed = route(instruction, self._runtime.active_modules())
-        except RoutingError as error:
+            meaning = understand(instruction, self._runtime.active_modules())
+            if goal is not None:
+                meaning = with_goal(meaning, goal)
+        except InstructionError as error:
             self._journal.record("task-not-found", error.reason, instruction=instruction, reason=error.reason)
             raise
+        self._record_selection(meaning, 0)
+        return meaning
+
+    def _record_selection(self, meaning: Understanding, number: int) -> None:
+        errand, words = meaning.errands[number], meaning.instruction
+        routed = errand.routed
+        text = f"“{words}” → {'; then '.join(meaning.formal_lines)}" if number == 0 else errand.formal_text
         self._journal.record(
-            "task-selected", f"“{instruction}” → {routed}", instruction=instruction, task=str(routed)
+            "task-selected",
+            text,
+            instruction=words,
+            task=str(routed),
+            understood=list(meaning.formal_lines),
+            number=number + 1,
         )
-        if goal is not None:
-            return replace(routed, task=replace(routed.task, goal=goal.term, goal_text=goal.text))
-        return routed
 
     def _record_result(self, routed: RoutedTask, report: RunReport) -> None:
         summary = _summary(report)
@@ -261,6 +295,14 @@ def _summary(report: RunReport) -> dict[str, Any]:
         "replans": report.replans,
         "reason": report.reason,
     }
+
+
+def _is_checkpoint_of(kept: TaskCheckpoint, meaning: Understanding) -> bool:
+    """Return True if a checkpoint is of the errand of its number."""
+    if not 0 <= kept.errand < len(meaning.errands):
+        return False
+    routed = meaning.errands[kept.errand].routed
+    return (kept.task, kept.goal) == (str(routed), routed.task.goal_text)
 
 
 def _outcome_text(report: RunReport) -> str:

@@ -28,11 +28,13 @@ from collections.abc import Iterable
 from math import inf
 from typing import Any, Final
 
+from aeros.agent.errands import ErrandPosition, barred_steps
 from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.plan_executor import PlanExecutor, PlanFailure
 from aeros.agent.execution.progress import PlanProgress
 from aeros.agent.execution.report import RunReport
 from aeros.agent.execution.step_attempt import StepRunner
+from aeros.agent.instructions.understand import Errand
 from aeros.agent.planning.base import Planner
 from aeros.agent.planning.planner_client import PlannerClient
 from aeros.agent.planning.routing import RoutedTask
@@ -42,12 +44,15 @@ from aeros.agent.recovery.checkpoint import CheckpointStore, TaskCheckpoint
 from aeros.agent.recovery.recover import ProgressRecovery
 from aeros.descriptions import describe_exception
 from aeros.runtime.ports import AuditEvent, Runtime
+from aeros.spec.expr import terms as t
 
 RETRY_INTERVAL_S: Final = 1.0
 """Time between two requests for an action that may be allowed later, in plant seconds."""
 
 MAX_WAIT_S: Final = 60.0
 """Longest total wait before the agent gives up, in plant seconds."""
+
+_ONLY_ERRAND: Final = ErrandPosition()
 
 
 class TaskLoop:
@@ -66,11 +71,14 @@ class TaskLoop:
         timeout: float | None = None,
         checkpoints: CheckpointStore | None = None,
         agent: str = "",
+        position: ErrandPosition = _ONLY_ERRAND,
         *,
         planning_timeout: float | None = None,
     ) -> None:
         self._checkpoints = checkpoints
         self._agent = agent
+        self._position = position
+        self._is_resumed = False
         self._instruction = ""
         self._plan: TaskGraph | None = None
         self._progress = PlanProgress()
@@ -87,28 +95,55 @@ class TaskLoop:
         self._replans = 0
         self._rejected: list[str] = []
 
-    def run(self, instruction: str) -> RunReport:
+    def run(self, instruction: str, errand: Errand | None = None) -> RunReport:
         """Pursue the goal until it is reached or the run gives up.
+
+        A condition of the errand is measured first, unless the run is resumed. If it is false, nothing is
+        done and the report says `reached`, as the goal was to hold only if the condition did.
 
         Args:
             instruction: words of the user, for the report and the checkpoints.
+            errand: the request with its condition; None for no condition.
 
         Returns:
             The steps, the result and, if the goal was not reached, the reason.
         """
         self._instruction = instruction
-        reason = self._run_until_goal()
-        task = self._routed.task
+        task, condition = self._routed.task, None if errand is None else errand.condition
+        goal = task.goal_text
+        reason: str | None
+        if errand is None or condition is None:
+            reason = self._run_until_goal()
+        else:
+            goal = f"if {errand.condition_text}: {goal}"
+            reason = self._run_if(condition, errand.condition_text)
         return RunReport(
             instruction=instruction,
             module=self._routed.module,
             task=task.id,
-            goal=task.goal_text,
+            goal=goal,
             reached=reason is None,
             measured=self._attempts.world.measured_values(task.goal),
             steps=tuple(self._attempts.records),
             replans=self._replans,
             reason=reason,
+        )
+
+    def _run_if(self, condition: t.Term, text: str) -> str | None:
+        """Run if a condition is measured as true; return None if it is false or the goal is reached."""
+        holds = True if self._is_resumed else self._attempts.observe().evaluate(condition)
+        if holds is True:
+            return self._run_until_goal()
+        state = "does not hold" if holds is False else "is unknown"
+        self._journal.record(
+            "errand-skipped",
+            f"{self._routed} is not begun: its condition {state}: {text}",
+            task=str(self._routed),
+            condition=text,
+            measured=holds,
+        )
+        return (
+            None if holds is False else f"nothing was done, as the condition of the request {state}: {text}"
         )
 
     def resume(self, checkpoint: TaskCheckpoint, events: Iterable[AuditEvent]) -> None:
@@ -134,6 +169,7 @@ class TaskLoop:
         recovery.recover(progress, events, checkpoint.audit_head.records)
         self._plan = checkpoint.plan if recovery.is_position_known else None
         self._progress = progress
+        self._is_resumed = True
         position = "goes on with its plan" if self._plan is not None else "plans anew"
         task = str(self._routed)
         self._journal.record(
@@ -181,6 +217,8 @@ class TaskLoop:
             done_paths=tuple(sorted(progress.done_paths)),
             branch_choices=tuple(progress.branch_choices.items()),
             final_report=ended,
+            errand=self._position.number,
+            earlier_reports=self._position.earlier_reports,
         )
 
     def _run_until_goal(self) -> str | None:
@@ -241,7 +279,7 @@ class TaskLoop:
             self._progress = PlanProgress()
             return self._make_verified_plan()
         plan, self._plan = self._plan, None
-        problems = verify_plan(plan, self._runtime.active_modules(), self._runtime.site)
+        problems = self._plan_problems(plan)
         if problems:
             return self._reject_plan(problems)
         self._followed = plan
@@ -255,7 +293,7 @@ class TaskLoop:
         except PlannerProcessError as failure:
             return self._reject_plan([f"the planner failed: {failure}"])
         try:
-            problems = verify_plan(graph, self._runtime.active_modules(), self._runtime.site)
+            problems = self._plan_problems(graph)
         except Exception as error:
             # An object that an untrusted planner returned may raise anything when it is read.
             reason = describe_exception(error, MOST_REASON, one_line=True)
@@ -278,8 +316,7 @@ class TaskLoop:
         if self._followed is not None and not is_over:
             rest = self._proposals.remaining_plan(self._followed, self._routed, world, self._until)
             is_as_then = self._attempts.observe().predicates == world.predicates
-            modules, site = self._runtime.active_modules(), self._runtime.site
-            if rest is not None and (not is_as_then or verify_plan(rest, modules, site)):
+            if rest is not None and (not is_as_then or self._plan_problems(rest)):
                 rest = None
         steps = [] if rest is None else [str(part) for part in rest.parts]
         does = f"goes on with {' → '.join(steps)}" if steps else "stands still"
@@ -287,6 +324,11 @@ class TaskLoop:
             "planning-timeout", f"{reason}; {does}", planner=self._proposals.name, reason=reason, steps=steps
         )
         return PlanFailure(f"{reason}; {does}", is_final=self._runtime.is_stopped) if rest is None else rest
+
+    def _plan_problems(self, graph: TaskGraph) -> list[str]:
+        """List the reasons not to start a plan; an untrusted planner's object may raise anything."""
+        problems = verify_plan(graph, self._runtime.active_modules(), self._runtime.site)
+        return problems or barred_steps(graph, self._position.barred_skills)
 
     def _reject_plan(self, problems: list[str]) -> PlanFailure:
         self._attempts.observe()

@@ -13,8 +13,8 @@ from typing import get_args
 
 from aeros.agent.execution.journal import AgentEvent, Observer
 from aeros.agent.execution.report import RunReport
+from aeros.agent.instructions.understand import understand
 from aeros.agent.planning.base import Planner
-from aeros.agent.planning.routing import route
 from aeros.files import temporary_folder
 from aeros.runtime.audit.checkpoints import SigningConfiguration
 from aeros.runtime.execution.governor import FixedGovernor, Governor
@@ -33,7 +33,13 @@ from aeros.session.plant_factory import PLANTS, PlantName, open_plant
 from aeros.session.rendered_errors import rendered_errors
 from aeros.session.robot_thread import RobotThread
 from aeros.session.run_governor import RunGovernor
-from aeros.session.setup import build_signing, create_output_folder, find_signing_key, open_governor
+from aeros.session.setup import (
+    build_signing,
+    create_output_folder,
+    find_signing_key,
+    open_governor,
+    task_of_plant,
+)
 from aeros.session.skill_gate import GateModeName
 from aeros.spec.diagnostics.errors import InternalError, MisuseError
 from aeros.spec.model.ecm import Task
@@ -91,7 +97,7 @@ class Session:
         Ctrl-C stops the robot; KeyboardInterrupt is raised once the robot is at rest.
 
         Args:
-            instruction: The task, in the words that a task of the modules declares.
+            instruction: What to do, in words that tasks of the modules declare (`aeros tasks`).
             timeout: Seconds on the plant's clock after which the task is cancelled; None for never.
 
         Returns:
@@ -99,7 +105,7 @@ class Session:
             `steps`, the skills that ran; `allowed`, `attenuated` and `denied`, numbers of decided actions.
 
         Raises:
-            AgentError: The instruction names no task or several, or the agent may not start.
+            AgentError: The instruction is not understood whole, or the agent may not start.
             PlantSetupError: The plant cannot be opened.
             SkillRefusedError: This host isolates skill code less than the site requires.
             AuditError: The audit log cannot be written, so nothing moves.
@@ -126,7 +132,7 @@ class Session:
         early stops the robot permanently; `report` has the outcome after the last event.
 
         Args:
-            instruction: The task, in the words that a task of the modules declares.
+            instruction: What to do, in words that tasks of the modules declare (`aeros tasks`).
             timeout: Seconds on the plant's clock after which the task is cancelled; None for never.
 
         Yields:
@@ -192,7 +198,8 @@ class Session:
             raise MisuseError("a run is under way: take its events to the end, or call `stop`")
         require_text("instruction", instruction)
         with rendered_errors():
-            task = route(instruction, self._governor.configuration()[1].modules).task
+            meaning = understand(instruction, self._governor.configuration()[1].modules)
+            task = task_of_plant(meaning, "physics" if self._is_bound_to_scene else "symbolic")
             if self._thread is None:
                 setup = self._make_setup(task, lambda event: self._events.put(event))
                 self._scene = task.scene

@@ -5,12 +5,13 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import Final
 
 from aeros.agent.errors import AgentError
-from aeros.agent.planning.routing import RoutedTask, route
+from aeros.agent.instructions.understand import Understanding, understand
 from aeros.files import make_private_folder
 from aeros.runtime.audit.checkpoints import AnchorError, SigningConfiguration
 from aeros.runtime.audit.keys import (
@@ -35,6 +36,7 @@ from aeros.session.bag import BagOutputError
 from aeros.session.plant_factory import PlantSetupError
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.model.ecm import Task
 from aeros.spec.verification.reports import Report
 
 AUDIT: Final = "audit.jsonl"
@@ -162,8 +164,10 @@ def _nothing_to_run_error(withheld: Mapping[str, str]) -> UserError:
     return UserError([Diagnostic("AE960", f"there is nothing to run: {reasons}", help=cures)])
 
 
-def select_task(instruction: str, configuration: Configuration, governor: RegistryGovernor) -> RoutedTask:
-    """Select the task that `instruction` names among those of the active modules.
+def understand_instruction(
+    instruction: str, configuration: Configuration, governor: RegistryGovernor
+) -> Understanding:
+    """Understand an instruction whole, with the words of the active modules.
 
     Args:
         instruction: The user's words.
@@ -171,12 +175,36 @@ def select_task(instruction: str, configuration: Configuration, governor: Regist
         governor: Governor of the run; its inactive modules are searched for a hint.
 
     Returns:
-        The task and its module.
+        The tasks that it asks for, in order.
 
     Raises:
-        RoutingError: No task or several match; the message says if an inactive module has the task.
+        InstructionError: A part is not understood; the message says if an inactive module has the task.
     """
-    return route(instruction, configuration.modules, governor.inactive_modules)
+    return understand(instruction, configuration.modules, governor.inactive_modules)
+
+
+def task_of_plant(understanding: Understanding, plant: str) -> Task:
+    """Return a task whose scene and initial state serve all tasks of an instruction.
+
+    Args:
+        understanding: The tasks, in order.
+        plant: Name of the plant.  The symbolic one has no scene.
+
+    Returns:
+        The first task, with the initial values of the others for variables that it does not name.
+
+    Raises:
+        PlantSetupError: The tasks take place in different scenes.
+    """
+    tasks = [errand.routed.task for errand in understanding.errands]
+    scenes = list(dict.fromkeys(str(task.scene) for task in tasks))
+    if plant != "symbolic" and len(scenes) > 1:
+        raise PlantSetupError(
+            f"the tasks take place in different scenes ({', '.join(scenes)}), and the {plant} plant has one: "
+            "run them one after the other, or use `--plant symbolic`"
+        )
+    initial = {name: value for task in reversed(tasks) for name, value in task.initial.items()}
+    return replace(tasks[0], initial=initial)
 
 
 @contextmanager

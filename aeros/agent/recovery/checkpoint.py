@@ -64,6 +64,8 @@ class TaskCheckpoint:
         done_paths: step paths where nothing is left to do.
         branch_choices: decisions of the plan's `if`s.
         final_report: result of the run, for a user who did not receive it; None while it can be resumed.
+        errand: number of the instruction's errands before this task.
+        earlier_reports: reports of those errands.
     """
 
     agent: str
@@ -87,6 +89,8 @@ class TaskCheckpoint:
     done_paths: tuple[StepPath, ...]
     branch_choices: tuple[tuple[StepPath, bool], ...]
     final_report: RunReport | None = None
+    errand: int = 0
+    earlier_reports: tuple[RunReport, ...] = ()
 
     @property
     def earliest_head(self) -> LogHead:

@@ -9,8 +9,9 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from aeros.agent.instructions.grammar import InstructionError
+from aeros.agent.instructions.understand import single_errand, understand
 from aeros.agent.planning.plan_json import plan_to_json
-from aeros.agent.planning.routing import RoutingError, route
 from aeros.agent.planning.strategy_to_graph import strategy_to_graph
 from aeros.agent.planning.strong_cyclic import explain_no_plan
 from aeros.agent.planning.task_graph import verify_plan
@@ -134,8 +135,8 @@ def _command(arguments: argparse.Namespace) -> Exit:
     task: Task | None = None
     if instruction is not None:
         try:
-            task = route(instruction, modules, others).task
-        except RoutingError as refusal:
+            task = single_errand(understand(instruction, modules, others)).task
+        except InstructionError as refusal:
             print(f"aeros: {refusal}", file=sys.stderr)
             return Exit.REJECTED
     goal = parse_goal(arguments.goal, site) if arguments.goal is not None else _task_goal(task)

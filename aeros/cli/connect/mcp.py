@@ -11,6 +11,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from aeros.agent.instructions.understand import single_errand
 from aeros.agent.planning.routing import RoutedTask
 from aeros.apps.mcp.approvals import Approvals
 from aeros.apps.mcp.plan_review import ClientPlanChecker
@@ -41,7 +42,7 @@ from aeros.session.setup import (
     create_output_folder,
     find_signing_key,
     open_governor,
-    select_task,
+    understand_instruction,
 )
 from aeros.spec.diagnostics.codes import did_you_mean
 from aeros.spec.diagnostics.render import escape_invisible
@@ -100,7 +101,7 @@ def _serve(arguments: argparse.Namespace) -> Exit:
     try:
         warn_of_withheld_modules(governor)
         key = None if arguments.unsigned else find_signing_key(arguments.state, arguments.audit_key)
-        routed = select_task(arguments.instruction, configuration, governor)
+        routed = single_errand(understand_instruction(arguments.instruction, configuration, governor))
         out = create_output_folder(arguments.out, f"mcp-{routed.task.id}")
         signing = None if key is None else build_signing(key, arguments.state, out, arguments.anchor)
         with governor, RunGovernor(governor) as run_governor:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import argparse
 import sys
+from dataclasses import replace
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from aeros.agent.errors import AgentError
 from aeros.agent.identity import lock_folder
+from aeros.agent.instructions.understand import single_errand
 from aeros.agent.recovery.checkpoint import CheckpointStore
 from aeros.agent.recovery.quarantine import Quarantine
 from aeros.apps.goal import parse_goal
@@ -25,6 +27,7 @@ from aeros.cli.arguments import (
     video_path,
     warn_of_withheld_modules,
 )
+from aeros.cli.run.instruction import understand_or_ask
 from aeros.cli.run.planners import LLM_KEY, build_planner
 from aeros.cli.run.run_plant import (
     PlantSetup,
@@ -46,7 +49,7 @@ from aeros.session.setup import (
     create_output_folder,
     find_signing_key,
     open_governor,
-    select_task,
+    task_of_plant,
 )
 from aeros.sim.hosting.wire import ConnectionLostError
 
@@ -60,6 +63,7 @@ The folder of --out gets run.webp (video, physics), trace.jsonl (events of the a
 The exit code is 0 if the goal is reached, else 1.
 Blocks, policy and withdrawn modules of the state folder bind the run, also with --ecms or --site, and also
 if they change while it runs (`aeros block`, `deactivate`, `policy`, `stop`; docs/lifecycle.md).
+An instruction is understood whole or refused: each word must be declared by a task (`aeros tasks`).
 Ctrl-C stops the robot; a video, bag or MCAP file is complete up to then.  After a kill there is none.
 Simulated people walk scripted paths and ignore the robot; it slows down or stops as the site demands.
 A composition is a graph of skills that the module declares; its branches run at the same time.
@@ -68,6 +72,9 @@ The planner smt plans for any goal from preconditions and outcomes, without plan
 examples:
   aeros run "make dumplings"
   aeros run "clean the table" --seed 7 --out runs/clean
+  aeros run "make dumplings, then clean the table" --plant symbolic
+  aeros run "if the table is dirty, clean it, but do not make dumplings" --plant symbolic
+  aeros run --task fetch_object
   aeros run "make dumplings" --plant symbolic --gate compiled
   aeros run "fetch the object" --plant kinematic --seed 3
   aeros run "fetch the object" --composition fetch_once --timeout 60
@@ -100,6 +107,9 @@ def add_to(commands: Subparsers) -> None:
     """
     parser = add_command(commands, "run", __doc__, _EXAMPLES)
     parser.add_argument("instruction", nargs="?", help='the instruction, as in "make dumplings"')
+    parser.add_argument(
+        "--task", metavar="NAME", help="the task, in place of an instruction; `aeros tasks` lists them"
+    )
     parser.add_argument("--seed", type=parse_seed, default=0, help="seed of all random numbers (default: 0)")
     parser.add_argument("--plant", choices=PLANTS, default="physics", help="default: physics")
     parser.add_argument(
@@ -260,8 +270,12 @@ def _seconds(text: str) -> float:
 
 def _command(arguments: argparse.Namespace) -> Exit:
     is_going_on = arguments.resume or arguments.serve_plant
+    if arguments.task is not None and arguments.instruction is None:
+        arguments.instruction = arguments.task
+    elif arguments.task is not None:
+        raise UsageError("give an instruction or --task, not both")
     if is_going_on != (arguments.instruction is None):
-        raise UsageError("give an instruction, or --resume and none")
+        raise UsageError("give an instruction, or --task, or --resume and none of both")
     require_signing_options(arguments)
     with private_umask():
         return _run(arguments, is_going_on=is_going_on)
@@ -319,7 +333,12 @@ def _run_agent(arguments: argparse.Namespace) -> Exit:
         warn_of_withheld_modules(governor)
         is_signed = not (arguments.unsigned or arguments.serve_plant)
         key = find_signing_key(arguments.state, arguments.audit_key) if is_signed else None
-        routed = select_task(arguments.instruction, configuration, governor)
+        meaning = understand_or_ask(arguments.instruction, configuration, governor)
+        # A choice that was made on the terminal holds for the rest of the run, and for `--resume`.
+        arguments.instruction = meaning.instruction
+        if arguments.composition is not None:
+            single_errand(meaning)
+        routed = replace(meaning.first, task=task_of_plant(meaning, arguments.plant))
         goal = None if arguments.goal is None else parse_goal(arguments.goal, configuration.site)
         planner = build_planner(arguments, configuration.modules[routed.module], configuration.site)
         around = load_scene_extras(arguments, configuration, routed)

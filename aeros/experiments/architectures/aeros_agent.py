@@ -66,7 +66,7 @@ class AerosAgent:
         with open_temporary_agent(
             site.id, runtime, planner, on_event, context.seed, self._planning_timeout
         ) as agent:
-            report = agent.run(context.task.task.trigger_phrases[0])
+            report = agent.run(str(context.task))
         return ArchitectureReport(
             report.retries, report.recoveries, report.replans, report.reason or "", len(late)
         )

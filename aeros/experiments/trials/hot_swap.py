@@ -68,8 +68,8 @@ class HotSwapTrials:
                         with open_temporary_agent(
                             configuration.site.id, cast(Runtime, runtime), seed=seed
                         ) as agent:
-                            found = {"first": _succeeds(agent, routed[0].task.trigger_phrases[0])}
-                            found["refused_before"] = _is_rejected(agent, routed[1].task.trigger_phrases[0])
+                            found = {"first": _succeeds(agent, str(routed[0]))}
+                            found["refused_before"] = _is_rejected(agent, str(routed[1]))
                             swap_began = time.perf_counter()
                             _load(registry, Path(second.folder), second.id)
                             found["swapped"] = second.id in runtime.active_modules()
@@ -86,7 +86,7 @@ class HotSwapTrials:
                                 ) as moved,
                             ):
                                 runtime.move(moved)
-                                found["second"] = _succeeds(agent, routed[1].task.trigger_phrases[0])
+                                found["second"] = _succeeds(agent, str(routed[1]))
                 registry.deactivate(second.id)
                 registry.remove(second.id)
                 return {

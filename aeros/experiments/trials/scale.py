@@ -17,8 +17,9 @@ from pathlib import Path
 from random import Random
 from typing import Any, Final, NamedTuple
 
+from aeros.agent.instructions.understand import understand
 from aeros.agent.planning.base import RulePlanner
-from aeros.agent.planning.routing import RoutedTask, route
+from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.smt import SmtPlanner
 from aeros.agent.world.world import WorldModel, world_from_readings
 from aeros.experiments.condition import TrialCondition
@@ -112,7 +113,7 @@ def _run_trial(robot: _Installation, skills: int, seed: int) -> Findings:
     rules, shortest = RulePlanner(), SmtPlanner(robot.configuration.site)
     found = {
         "installing_s": _cpu_seconds(lambda: _install_one_more(robot, skills, seed)),
-        "lookup_us": 1e6 * _cpu_seconds(lambda: route(errand.words, modules), _REPETITIONS),
+        "lookup_us": 1e6 * _cpu_seconds(lambda: understand(errand.words, modules), _REPETITIONS),
         "decide_us": 1e6
         * _cpu_seconds(lambda: robot.gate.decide(caller, errand.readings, _GRIP, 0.0, unused), _REPETITIONS),
         "rules_us": 1e6
@@ -121,7 +122,7 @@ def _run_trial(robot: _Installation, skills: int, seed: int) -> Findings:
         "proving_s": robot.proving,
         "compiling_s": robot.compiling,
     }
-    right = verdict is DecisionKind.ALLOW and route(errand.words, modules) == errand.routed
+    right = verdict is DecisionKind.ALLOW and understand(errand.words, modules).first == errand.routed
     return {**found, "reached": right, "processor_s": time.process_time() - began}
 
 

@@ -84,7 +84,7 @@ class SessionTrials:
                             ) as executor,
                             _agent(Path(state), site.id, executor, own, settings["remembers"]) as agent,
                         ):
-                            report = agent.run(routed.task.trigger_phrases[0])
+                            report = agent.run(str(routed))
                         reached.append(report.reached)
                         tries.append(len(report.steps))
                         first.append([one.skill == settings["first"]["skill"] for one in report.steps])

@@ -154,6 +154,21 @@ class TaskInvariant:
 
 
 @dataclass(frozen=True)
+class NamedCondition:
+    """Condition on the state, with the words that people use for it.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    words: tuple[TextField, ...] = field(
+        metadata={"doc": "the phrases for it, as in `words: [the table is dirty]`"}
+    )
+    require: ExpressionField = field(metadata={"doc": "the condition, as in `require: not table_wiped`"})
+
+
+@dataclass(frozen=True)
 class Task:
     """A goal that a person can ask for, and the rules that lead to it from any state.
 
@@ -163,7 +178,12 @@ class Task:
 
     span: SourceSpan
     description: TextField = field(metadata={"doc": "the task's result, for people"})
-    words: tuple[TextField, ...] = field(metadata={"doc": "the words that route an instruction to this task"})
+    words: tuple[TextField, ...] = field(
+        metadata={
+            "doc": "the phrases that ask for this task: verbs, as in `words: [clean, tidy up]`, if it has "
+            "`objects`; verbs may be said in their -ing form"
+        }
+    )
     goal: ExpressionField = field(metadata={"doc": "the condition that must hold at the end"})
     rules: tuple[PlanningRule, ...] = field(metadata={"doc": "the planning rules, in order"})
     initial: Named[ExpressionField] = field(
@@ -175,6 +195,23 @@ class Task:
     )
     scene: Identifier | None = field(
         default=None, metadata={"doc": "the simulated scene in which the task can be rehearsed"}
+    )
+    objects: tuple[TextField, ...] = field(
+        default=(),
+        metadata={
+            "doc": "the phrases for what it acts on, in the singular, as in `objects: [table]`; "
+            "an instruction must name one"
+        },
+    )
+    extras: tuple[TextField, ...] = field(
+        default=(),
+        metadata={
+            "doc": "phrases that may be said as well and ask for nothing more, as in `extras: [to me]`"
+        },
+    )
+    conditions: tuple[NamedCondition, ...] = field(
+        default=(),
+        metadata={"doc": "conditions that an instruction may make, with their words"},
     )
 
 

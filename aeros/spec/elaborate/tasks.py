@@ -7,13 +7,14 @@ from typing import Any
 
 from aeros.spec.declared import ecm as declared
 from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.diagnostics.words import normalized_words
 from aeros.spec.elaborate.action_conditions import elaborate_action_condition
 from aeros.spec.elaborate.expressions import elaborate_expression
 from aeros.spec.elaborate.names import resolve_name
 from aeros.spec.elaborate.scopes import state_scope
 from aeros.spec.elaborate.values import elaborate_state_values, elaborate_value
 from aeros.spec.expr import terms as t
-from aeros.spec.model.ecm import PlanningRule, Skill, Task, TaskInvariant
+from aeros.spec.model.ecm import ActionCondition, PlanningRule, Skill, Task, TaskInvariant
 from aeros.spec.model.site import Site
 from aeros.spec.text.fields import TextField
 
@@ -65,7 +66,28 @@ class _TaskElaborator:
             invariants=self._invariants(task.invariants),
             goal_conjuncts=() if goal is None else goal.conjuncts,
             word_spans=tuple(word.span for word in task.words),
+            object_phrases=self._phrases(task.objects),
+            extra_phrases=self._phrases(task.extras),
+            condition_phrases=self._conditions(task.conditions),
         )
+
+    def _phrases(self, phrases: tuple[TextField, ...]) -> tuple[str, ...]:
+        """Return phrases in lower case; each must have a letter or digit, or nobody could say it."""
+        for phrase in phrases:
+            if not normalized_words(phrase.value):
+                self._diagnostics.error("AE112", f"`{phrase.value}` has no word", phrase.span)
+        return tuple(phrase.value.casefold() for phrase in phrases)
+
+    def _conditions(self, listed: tuple[declared.NamedCondition, ...]) -> dict[str, ActionCondition]:
+        conditions: dict[str, ActionCondition] = {}
+        for one in listed:
+            condition = elaborate_action_condition(one.require, state_scope(self._site), self._diagnostics)
+            for phrase, text in zip(one.words, self._phrases(one.words), strict=True):
+                if text in conditions:
+                    self._diagnostics.error("AE120", f"the condition `{text}` is declared twice", phrase.span)
+                if condition is not None:
+                    conditions[text] = condition
+        return conditions
 
     def _invariants(self, listed: tuple[declared.TaskInvariant, ...]) -> tuple[TaskInvariant, ...]:
         invariants: dict[str, TaskInvariant] = {}

@@ -58,6 +58,21 @@ def to_4(text: str) -> str:
     return _rewritten(text, 4, lambda body: _renamed_fields("Checkpoint", _renamed(body)))
 
 
+def to_5(text: str) -> str:
+    """Add `errand` and `earlier_reports`: until version 4 an instruction had one task.
+
+    Args:
+        text: checkpoint of version 4.
+
+    Returns:
+        The checkpoint in version 5.
+
+    Raises:
+        UnmigratableError: it is damaged.
+    """
+    return _rewritten(text, 5, lambda body: {**body, "errand": 0, "earlier_reports": {"tuple": []}})
+
+
 _CLASS_NAMES: Final = {
     "Step": "PlanStep",
     "Head": "LogHead",

@@ -152,7 +152,7 @@ class Task:
 
     Attributes:
         id: name of the task in its module.
-        trigger_phrases: phrases of an instruction that select it.
+        trigger_phrases: phrases that ask for it: verbs, if it has object phrases.
         goal: condition on the state.
         goal_text: the goal as written.
         goal_conjuncts: the conditions that the goal is the conjunction of.
@@ -163,6 +163,9 @@ class Task:
         word_spans: places of the trigger phrases.
         initial: typical value (SI) of each state variable at the start; a simulator without physics starts
             from it.
+        object_phrases: phrases for what it acts on, of which an instruction must name one, if there are any.
+        extra_phrases: phrases that an instruction may add, and that ask for nothing more.
+        condition_phrases: conditions that an instruction may make, by their phrase.
     """
 
     id: str
@@ -176,6 +179,9 @@ class Task:
     invariants: tuple[TaskInvariant, ...] = ()
     goal_conjuncts: tuple[Conjunct, ...] = ()
     word_spans: tuple[SourceSpan, ...] = ()
+    object_phrases: tuple[str, ...] = ()
+    extra_phrases: tuple[str, ...] = ()
+    condition_phrases: Mapping[str, ActionCondition] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -22,11 +22,13 @@ class TaskPhrase:
     Attributes:
         task: id of the task.
         word: the word, casefolded.
+        objects: phrases of which one must be said with it, casefolded; empty if none is needed.
         span: place in the manifest.
     """
 
     task: str
     word: str
+    objects: tuple[str, ...]
     span: SourceSpan
 
 
@@ -145,7 +147,7 @@ def summarize_module(ecm: Ecm) -> ModuleSummary:
         frozenset(ecm.skills),
         tuple(ecm.capabilities),
         tuple(
-            TaskPhrase(task.id, word, span)
+            TaskPhrase(task.id, word, task.object_phrases, span)
             for task in ecm.tasks.values()
             for word, span in zip(task.trigger_phrases, task.word_spans, strict=True)
         ),
@@ -185,8 +187,8 @@ def _packed(value: Any) -> Any:
     match value:
         case SourceSpan(start=start, end=end):
             return [start, end]
-        case TaskPhrase(task=task, word=word, span=span):
-            return [task, word, *_packed(span)]
+        case TaskPhrase(task=task, word=word, objects=objects, span=span):
+            return [task, word, list(objects), *_packed(span)]
         case BlockSummary(id=id_, module=module, skill=skill, span=span):
             return [id_, module, skill, *_packed(span)]
         case frozenset():
@@ -226,7 +228,8 @@ def module_summary_from_json(data: Any, manifest: Source) -> ModuleSummary:
             "skills": frozenset(data["skills"]),
             "capabilities": tuple(data["capabilities"]),
             "task_phrases": tuple(
-                TaskPhrase(task, word, span(at)) for task, word, *at in data["task_phrases"]
+                TaskPhrase(task, word, tuple(objects), span(at))
+                for task, word, objects, *at in data["task_phrases"]
             ),
             "effect_values": {name: frozenset(values) for name, values in data["effect_values"].items()},
             "requires_spans": {name: span(at) for name, at in data["requires_spans"].items()},

@@ -84,16 +84,28 @@ class _TaskPhrase:
     phrase: _PhraseWords
     module: str
     task: str
+    objects: frozenset[_PhraseWords]
     span: SourceSpan
+
+    def may_mean(self, other: _TaskPhrase) -> bool:
+        """Return True if an instruction with this phrase may mean the task of another module's phrase."""
+        shares_object = not (self.objects and other.objects) or not self.objects.isdisjoint(other.objects)
+        return self.module != other.module and shares_object
 
 
 def _routing(ecms: Sequence[ModuleSummary]) -> Iterator[StaticClaim]:
-    """Claim that no phrase of one module's tasks is part of a phrase of another's.
+    """Claim that no phrase of one module's tasks is part of a phrase of another's about the same objects.
 
-    Phrases are compared as `aeros.agent.planning.routing` reads them.
+    Phrases are compared as `aeros.agent.instructions` reads them.
     """
     phrases = [
-        _TaskPhrase(normalized_words(entry.word), ecm.id, entry.task, entry.span)
+        _TaskPhrase(
+            normalized_words(entry.word),
+            ecm.id,
+            entry.task,
+            frozenset(map(normalized_words, entry.objects)),
+            entry.span,
+        )
         for ecm in ecms
         for entry in ecm.task_phrases
     ]
@@ -101,10 +113,11 @@ def _routing(ecms: Sequence[ModuleSummary]) -> Iterator[StaticClaim]:
     for phrase, equal in by_phrase.items():
         inner = {phrase[i:j] for i in range(len(phrase)) for j in range(i + 1, len(phrase) + 1)}
         contained = [entry for part in sorted(inner) for entry in by_phrase.get(part, ())]
-        other = next((entry for entry in contained if entry.module != equal[0].module), None)
+        pairs = ((one, other) for one in equal for other in contained if one.may_mean(other))
+        clash = next(pairs, None)
         yield StaticClaim(
             ClaimForm.WORDS_UNAMBIGUOUS("-".join(phrase)),  # no word holds a `-`
-            None if other is None else _ambiguous_phrases(equal[0], other),
+            None if clash is None else _ambiguous_phrases(*clash),
         )
 
 
@@ -115,7 +128,10 @@ def _ambiguous_phrases(one: _TaskPhrase, other: _TaskPhrase) -> Diagnostic:
         f"`{' '.join(one.phrase)}` may mean {tasks}",
         SpanLabel(one.span, f"routes to `{one.task}`"),
         (SpanLabel(other.span, f"routes to `{other.task}`"),),
-        help=("change the words: no word of a task may be part of another task's word",),
+        help=(
+            "change the words, or declare `objects` that differ: no word of a task may be part of another "
+            "task's word about the same objects",
+        ),
     )
 
 

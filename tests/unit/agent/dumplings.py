@@ -147,6 +147,6 @@ RULES = (
     rule("dumpling_wrapped", "wrap", retry=2, on_failure="recover"),
     rule("dumpling_cooked", "boil"),
 )
-MAKE_DUMPLINGS = task("make_dumplings", ("dumpling", "dumplings"), "dumpling_cooked", *RULES)
+MAKE_DUMPLINGS = task("make_dumplings", ("dumpling", "make dumpling"), "dumpling_cooked", *RULES)
 DUMPLING = module("dumpling", SKILLS, MAKE_DUMPLINGS)
 CLEAN = module("clean", (), task("clean_table", ("clean", "wipe the table"), "area == table"))

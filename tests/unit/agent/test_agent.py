@@ -15,8 +15,8 @@ from aeros.agent.agent import open_temporary_agent, start_agent
 from aeros.agent.errors import AgentError
 from aeros.agent.execution.journal import AgentEvent
 from aeros.agent.execution.report import RunReport
+from aeros.agent.instructions.grammar import InstructionError
 from aeros.agent.planning.base import Planner
-from aeros.agent.planning.routing import RoutingError
 from aeros.runtime.ports import Runtime
 from tests.unit.agent.fake_runtime import FakeRuntime
 
@@ -78,7 +78,7 @@ def test_an_agent_awake_once_remembers_until_then_and_leaves_nothing(
 
 def test_an_unroutable_instruction_is_noted_and_raised(tmp_path: Path) -> None:
     runtime = FakeRuntime()
-    with start_agent(tmp_path, "chef", runtime) as agent, pytest.raises(RoutingError):
+    with start_agent(tmp_path, "chef", runtime) as agent, pytest.raises(InstructionError):
         agent.run("fly to the moon")
     assert runtime.kinds() == ["task-not-found"]
 

@@ -7,7 +7,7 @@ import pickle
 import pytest
 
 from aeros.agent.errors import AgentError
-from aeros.agent.planning.routing import RoutingError
+from aeros.agent.instructions.grammar import InstructionError
 from aeros.spec.diagnostics.errors import UserError
 
 
@@ -21,7 +21,7 @@ def test_an_agent_error_is_a_users_error_that_says_its_reason() -> None:
     )
 
 
-@pytest.mark.parametrize("kind", [AgentError, RoutingError])
+@pytest.mark.parametrize("kind", [AgentError, InstructionError])
 def test_an_error_of_another_process_keeps_its_kind_and_reason(kind: type[AgentError]) -> None:
     again = pickle.loads(pickle.dumps(kind("no task is named so")))  # noqa: S301 - pickled here
     assert type(again) is kind

@@ -114,7 +114,7 @@ def test_the_cap_on_replans_ends_the_run() -> None:
 def test_an_exhausted_plan_without_the_goal_is_replanned() -> None:
     runtime = FakeRuntime(endings={"boil": [{"dumpling_cooked": True}]})
     never = task(
-        "make_dumplings", ("dumplings",), "dumpling_cooked and area == pot", rule("area == pot", "boil")
+        "make_dumplings", ("make dumplings",), "dumpling_cooked and area == pot", rule("area == pot", "boil")
     )
     runtime.modules = {"dumpling": module("dumpling", tuple(DUMPLING.skills.values()), never)}
     runtime.state |= {"dumpling_wrapped": True}
@@ -155,7 +155,7 @@ def test_an_unmet_precondition_is_not_submitted_and_replans() -> None:
 
 
 def test_a_stale_precondition_is_unmet() -> None:
-    boil = task("make_dumplings", ("dumplings",), "dumpling_cooked", rule("dumpling_cooked", "boil"))
+    boil = task("make_dumplings", ("make dumplings",), "dumpling_cooked", rule("dumpling_cooked", "boil"))
     runtime = FakeRuntime({"dumpling": module("dumpling", tuple(DUMPLING.skills.values()), boil)})
     runtime.state["dumpling_wrapped"] = True
     runtime.ages["dumpling_wrapped"] = 5.5
@@ -204,7 +204,9 @@ def test_an_undeclared_outcome_ends_the_run_where_the_site_does_not_say_otherwis
 
 def test_a_broken_hold_condition_is_a_failed_try_that_is_repeated() -> None:
     holding = skill("boil", outcome("cooked", {"dumpling_cooked": True}), hold="dumpling_wrapped")
-    boil = task("make_dumplings", ("dumplings",), "dumpling_cooked", rule("dumpling_cooked", "boil", retry=2))
+    boil = task(
+        "make_dumplings", ("make dumplings",), "dumpling_cooked", rule("dumpling_cooked", "boil", retry=2)
+    )
     runtime = FakeRuntime(
         {"dumpling": module("dumpling", (holding,), boil)}, endings={"boil": [StepStatus.HOLD_LOST]}
     )
@@ -409,10 +411,10 @@ def test_every_run_ends_within_its_bound(seed: int, success: float, retries: int
 def test_a_resumed_run_keeps_its_deadline_and_ends_with_it(tmp_path: Path, timeout: float | None) -> None:
     runtime = FakeRuntime(endings={"wrap": [KeyboardInterrupt(), *["misaligned"] * 9]})
     with pytest.raises(KeyboardInterrupt), start_agent(tmp_path, "chef", runtime) as agent:
-        agent.run("dumplings", timeout=6.0)
+        agent.run("make dumplings", timeout=6.0)
     assert runtime.clock == 103.0
     with start_agent(tmp_path, "chef", runtime) as agent:
-        report = agent.resume("dumplings", timeout)
+        report = agent.resume("make dumplings", timeout)
     assert runtime.clock == 106.0
     over = "the time limit has passed" if timeout is None else "the time limit of 6 s has passed"
     assert str(report.reason).startswith(f"{over}; the plan ended: ")

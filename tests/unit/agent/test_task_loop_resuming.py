@@ -29,7 +29,18 @@ from aeros.spec.migrations.formats import CHECKPOINT
 from aeros.spec.migrations.rewriting import rewrite
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.step_graph import If, Par, Seq
-from tests.unit.agent.dumplings import DUMPLING, MAKE_DUMPLINGS, SPAN, module, outcome, site, skill, term
+from tests.unit.agent.dumplings import (
+    DUMPLING,
+    MAKE_DUMPLINGS,
+    SPAN,
+    module,
+    outcome,
+    rule,
+    site,
+    skill,
+    task,
+    term,
+)
 from tests.unit.agent.fake_runtime import FakeRuntime
 
 STATE_OF_CHECKPOINT_2 = Path(__file__).parents[1] / "spec/migrations/data/state_of_checkpoint_2"
@@ -124,26 +135,28 @@ class Given:
         return TaskGraph(self.parts)
 
 
-def survive(folder: Path, runtime: Mortal, planner: Planner) -> tuple[RunReport, int]:
+def survive(
+    folder: Path, runtime: Mortal, planner: Planner, instruction: str = "dumplings"
+) -> tuple[RunReport, int]:
     """Run, and resume for as long as the agent dies; the report, and how often that was."""
     deaths = 0
     while True:
         try:
             with start_agent(folder, "chef", runtime, planner) as agent:
-                return (agent.resume if deaths else agent.run)("dumplings"), deaths
+                return (agent.resume if deaths else agent.run)(instruction), deaths
         except Killed:
             deaths += 1
 
 
 def at_every_instant(
-    folder: Path, make: Callable[[float], Mortal], planner: Planner
+    folder: Path, make: Callable[[float], Mortal], planner: Planner, instruction: str = "dumplings"
 ) -> list[tuple[Mortal, RunReport]]:
     whole = make(inf)
-    report, _ = survive(folder / "whole", whole, planner)
+    report, _ = survive(folder / "whole", whole, planner, instruction)
     runs = [(whole, report)]
     for instant in range(1, whole.lived + 1):
         runtime = make(instant)
-        report, deaths = survive(folder / str(instant), runtime, planner)
+        report, deaths = survive(folder / str(instant), runtime, planner, instruction)
         assert deaths == 1
         runs.append((runtime, report))
     return runs
@@ -171,6 +184,27 @@ def test_by_rules_every_step_happens_once_wherever_the_agent_dies(tmp_path: Path
     for runtime, report in runs:
         assert report.reached
         assert runtime.done == ["prepare", "recover", "wrap", "boil"]
+
+
+# `area` is not measured before, so the skill is repeated only because it may be.
+POLISH = replace(skill("polish", outcome("polished", {"area": "table"})), idempotent=True)
+POLISHING = module(
+    "polishing", (POLISH,), task("polish_it", ("polish",), "area == table", rule("area == table", "polish"))
+)
+
+
+def test_the_tasks_of_an_instruction_are_each_done_once_wherever_the_agent_dies(tmp_path: Path) -> None:
+    modules = {"dumpling": DUMPLING, "polishing": POLISHING}
+    runs = at_every_instant(
+        tmp_path, lambda dying: Mortal(dying, modules), RulePlanner(), "dumplings, then polish"
+    )
+    (_, whole), *_ = runs
+    assert whole.goal == "(dumpling_cooked), then (area == table)"
+    for runtime, report in runs:
+        assert report.reached
+        assert report.goal == whole.goal
+        assert list(dict.fromkeys(runtime.done)) == ["prepare", "recover", "wrap", "boil", "polish"]
+        assert len(runtime.done) <= 5 + runtime.done.count("polish") - 1
 
 
 def test_a_plan_without_conditions_is_resumed_where_it_was(tmp_path: Path) -> None:
@@ -351,7 +385,7 @@ def resume(folder: Path, runtime: Mortal, instruction: str = "dumplings") -> Run
         (lambda text: text.replace("recover", "rewover", 1), "its digest does not match"),
         (
             lambda text: text.replace(f'"schema": {SCHEMA}', '"schema": 99'),
-            "`99` was written by a newer AEROS, and this one reads `4`; install a newer AEROS",
+            "`99` was written by a newer AEROS, and this one reads `5`; install a newer AEROS",
         ),
         (lambda text: "[]", "does not have the layout"),
     ],

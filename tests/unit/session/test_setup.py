@@ -7,7 +7,7 @@ from typing import Any, cast
 import pytest
 
 from aeros.agent.errors import AgentError
-from aeros.agent.planning.routing import RoutingError
+from aeros.agent.instructions.grammar import InstructionError
 from aeros.cli.main import main
 from aeros.runtime.audit.keys import InvalidKeyError, make_key, read_public_key
 from aeros.runtime.audit.log import AuditLog
@@ -24,7 +24,7 @@ from aeros.session.setup import (
     find_signing_key,
     open_governor,
     open_isolated_skills,
-    select_task,
+    understand_instruction,
 )
 from tests.repo.tree import ROOT
 from tests.unit.runtime.bench import configuration
@@ -57,7 +57,7 @@ def test_the_governor_of_named_modules_obeys_the_operator(tmp_path: Path) -> Non
         assert list(configuration.modules) == ["clean_table"]
         assert [one.name for one in proof.modules] == ["clean_table"]
         assert governor.command is OperatorCommand.RUN
-        assert str(select_task("please clean the table", configuration, governor)) == (
+        assert str(understand_instruction("please clean the table", configuration, governor).first) == (
             "clean_table.clean_table"
         )
 
@@ -122,8 +122,8 @@ def test_without_modules_of_its_own_a_robot_runs_those_of_the_folder_ecms(
     Registry(state).set_policy(BASE / "site.yaml")
     with open_governor(state, None, None)[0] as governor:
         assert governor.configuration()[1].site.id == "bench"
-        with pytest.raises(RoutingError, match="no installed module provides"):
-            select_task("clean it", governor.configuration()[1], governor)
+        with pytest.raises(InstructionError, match="no installed module provides"):
+            understand_instruction("clean it", governor.configuration()[1], governor)
     (tmp_path / "ecms").mkdir()
     shutil.copytree(BASE / "tidy", tmp_path / "ecms" / "tidy")
     assert main(["verify", "ecms", "--site", str(BASE / "site.yaml")]) == 0
@@ -142,8 +142,8 @@ def test_a_module_that_is_installed_and_not_active_is_named_as_a_hint(tmp_path: 
     registry.install(BASE / "tidy")
     with open_governor(tmp_path, None, None)[0] as governor:
         configuration = governor.configuration()[1]
-        with pytest.raises(RoutingError, match=r"`aeros activate tidy`"):
-            select_task("clean it", configuration, governor)
+        with pytest.raises(InstructionError, match=r"`aeros activate tidy`"):
+            understand_instruction("clean it", configuration, governor)
 
 
 class Skills:

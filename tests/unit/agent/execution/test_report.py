@@ -15,7 +15,7 @@ RECOVERY = replace(STEP, role=StepRole.RECOVERY, allowed=0, attenuated=0, denied
 
 
 def report(*steps: StepRecord) -> RunReport:
-    return RunReport("dumplings", "m", "make", "cooked", True, {"cooked": True}, steps, 0, None)
+    return RunReport("make dumplings", "m", "make", "cooked", True, {"cooked": True}, steps, 0, None)
 
 
 def test_a_step_lasts_from_its_start_to_its_end() -> None:

@@ -95,7 +95,7 @@ def test_planners_learn_why_the_plan_before_failed_and_memory_keeps_it_as_data(t
 
 def test_a_skill_does_not_start_where_its_hold_condition_is_not_known(tmp_path: Path) -> None:
     holding = skill("boil", outcome("cooked", {"dumpling_cooked": True}), hold="fill_level > 0.5")
-    boil = task("make_dumplings", ("dumplings",), "dumpling_cooked", rule("dumpling_cooked", "boil"))
+    boil = task("make_dumplings", ("make dumplings",), "dumpling_cooked", rule("dumpling_cooked", "boil"))
     runtime = FakeRuntime({"dumpling": module("dumpling", (holding,), boil)})
     report = run(tmp_path, runtime)
     assert runtime.submitted == []

@@ -30,7 +30,7 @@ STEP = StepRecord(
     StepRole.RETRY, "m", "wrap", {"f": 0.5}, StepStatus.DENIED, None, True, "no", 1.0, 2.0, 3, 4, 5
 )
 UNFINISHED = UnfinishedAttempt("m", "boil", {}, {"cooked": False}, LogHead(7, "seven"))
-REPORT = RunReport("dumplings", "m", "make", "cooked", False, {"cooked": None}, (STEP,), 1, "it is cold")
+REPORT = RunReport("make dumplings", "m", "make", "cooked", False, {"cooked": None}, (STEP,), 1, "it is cold")
 FULL = TaskCheckpoint(
     agent="chef",
     instruction="dumplings",

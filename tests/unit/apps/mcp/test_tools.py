@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from aeros.agent.agent import start_agent
-from aeros.agent.planning.routing import route
+from aeros.agent.instructions.understand import understand
 from aeros.apps.mcp.approvals import Approvals, approve, pending_requests, reject
 from aeros.apps.mcp.plan_review import ClientPlanChecker
 from aeros.apps.mcp.robot import ClientPlanner, LatestMeasurements, McpRobotThread, RobotParts
@@ -100,7 +100,7 @@ def configuration() -> Configuration:
 @contextmanager
 def cell(configuration: Configuration, folder: Path, policy: McpPolicy, seed: int = 0) -> Iterator[Cell]:
     configuration = replace(configuration, site=replace(configuration.site, mcp=policy))
-    routed = route("make dumplings", configuration.modules)
+    routed = understand("make dumplings", configuration.modules).first
     operator, heard = _Operator(configuration), LatestMeasurements()
 
     @contextmanager

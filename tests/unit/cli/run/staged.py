@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
-from aeros.agent.planning.routing import route
+from aeros.agent.instructions.understand import understand
 from aeros.cli.run import run
 from aeros.cli.run.run_plant import PlantSetup, SceneExtras
 from aeros.runtime.gate.configuration import Configuration
@@ -49,6 +49,6 @@ def options(folder: Path, *more: str) -> Namespace:
 def staged(arguments: Namespace) -> PlantSetup:
     """The setup of its plant, with an output folder that is there."""
     configuration = proved()[0]
-    task = route("clean it", configuration.modules)
+    task = understand("clean it", configuration.modules).first
     arguments.out.mkdir(parents=True, exist_ok=True)
     return PlantSetup(arguments, configuration, task, SceneExtras((), (), ()), (), arguments.out)

@@ -78,10 +78,10 @@ def test_incremental_encoding_equals_decision_details(tmp_path: Path) -> None:
     chance = Random(7)  # noqa: S311 - a test, the same every time
     encoder, one_by_one = IncrementalDecisionEncoder(), IncrementalReadingsEncoder()
     callers = [
-        Caller("dumplings", "wrap", {}),
+        Caller("make dumplings", "wrap", {}),
         Caller("é", "wrap", {"aim": (0.1, 0.2), "float": 1.0}),
-        Caller("dumplings", "wrap", {"float": 1.0}),
-        Caller("dumplings", "wrap", {"pieces": 2}),
+        Caller("make dumplings", "wrap", {"float": 1.0}),
+        Caller("make dumplings", "wrap", {"pieces": 2}),
     ]
     as_text = 0
     with (
@@ -118,7 +118,7 @@ def test_incremental_encoding_equals_decision_details(tmp_path: Path) -> None:
 def test_an_encoded_decision_takes_as_much_room_as_it_needs_at_most() -> None:
     asked = Action("move", {"aim": (0.1, 0.2), "speed": 0.25})
     readings = {"lid": Reading(True, 1.0), "pot": Reading((0.1, 0.2), 1.0)}
-    message = _encoded(1.0, readings, Caller("dumplings", "wrap", {}), asked, {"grip": 1}, [])
+    message = _encoded(1.0, readings, Caller("make dumplings", "wrap", {}), asked, {"grip": 1}, [])
     decision = Decision(DecisionKind.ALLOW, asked, ())
     made = DecisionRecord(decision, **message)
     incremental = IncrementalDecisionEncoder().encode(made)

@@ -28,7 +28,8 @@ FILE = Source("a.yaml", "0123456789abcdefghij")
 TEA = build(
     Task,
     id="tea",
-    trigger_phrases=("brew", "tea"),
+    trigger_phrases=("brew", "make"),
+    object_phrases=("tea", "green tea"),
     word_spans=(FILE.span(1, 2), FILE.span(3, 5)),
     span=FILE.span(0, 6),
 )
@@ -77,8 +78,8 @@ def test_a_module_is_summarized_for_others() -> None:
     assert summary.skills == {"boil", "pour"}
     assert summary.capabilities == ("heating", "brewing")
     assert summary.task_phrases == (
-        TaskPhrase("tea", "brew", FILE.span(1, 2)),
-        TaskPhrase("tea", "tea", FILE.span(3, 5)),
+        TaskPhrase("tea", "brew", ("tea", "green tea"), FILE.span(1, 2)),
+        TaskPhrase("tea", "make", ("tea", "green tea"), FILE.span(3, 5)),
     )
     assert summary.requires == {"pouring": ">=1"}
 
@@ -112,7 +113,10 @@ def test_a_module_in_json_has_offsets_for_spans_and_sorted_sets() -> None:
     packed = summary_to_json(summarize_module(MODULE))
     assert packed["span"] == [0, 20]
     assert packed["skills"] == ["boil", "pour"]
-    assert packed["task_phrases"] == [["tea", "brew", 1, 2], ["tea", "tea", 3, 5]]
+    assert packed["task_phrases"] == [
+        ["tea", "brew", ["tea", "green tea"], 1, 2],
+        ["tea", "make", ["tea", "green tea"], 3, 5],
+    ]
     assert packed["effect_values"]["place"] == ["cup", "pot"]
     assert packed["requires_spans"] == {"pouring": [7, 9]}
 

@@ -1,0 +1,150 @@
+"""Phrases that the tasks of modules declare, and how they cover the words of a request."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from aeros.agent.instructions import english
+from aeros.agent.instructions.english import Words
+from aeros.agent.planning.routing import RoutedTask
+from aeros.spec.diagnostics.words import normalized_words
+from aeros.spec.model.ecm import Ecm
+
+
+@dataclass(frozen=True, slots=True)
+class Coverage:
+    """Words of a request as one task understands them.
+
+    Attributes:
+        entry: the task.
+        triggers: declared phrases that ask for the task.
+        objects: declared phrases of what it acts on, and pronouns.
+        unknown: words that the task does not declare.
+        counts: numbers, as said, but for a `one` before an object.
+        repetitions: words that ask for several times, as said.
+    """
+
+    entry: TaskPhrases
+    triggers: tuple[Words, ...]
+    objects: tuple[Words, ...]
+    unknown: Words
+    counts: Words
+    repetitions: Words
+
+    @property
+    def is_whole(self) -> bool:
+        """True if the words ask for the task, name an object if it needs one, and leave nothing over."""
+        names_object = bool(self.objects) or not self.entry.objects
+        leaves_nothing = not (self.unknown or self.counts or self.repetitions)
+        return bool(self.triggers) and names_object and leaves_nothing
+
+    @property
+    def is_object_alone(self) -> bool:
+        """True if the words name objects of the task and nothing else."""
+        return bool(self.objects) and not (self.triggers or self.unknown or self.counts or self.repetitions)
+
+
+@dataclass(frozen=True, slots=True)
+class TaskPhrases:
+    """A task with its declared phrases as words, longest first.
+
+    Attributes:
+        routed: the task.
+        triggers: phrases that ask for it: verbs, or any words if it declares no objects.
+        objects: phrases of what it acts on.
+        extras: phrases that may be said with it and change nothing.
+    """
+
+    routed: RoutedTask
+    triggers: tuple[Words, ...]
+    objects: tuple[Words, ...]
+    extras: tuple[Words, ...]
+
+    def cover(self, words: Words, *, knows_pronoun: bool) -> Coverage:
+        """Cover words with the longest declared phrases, from the left.
+
+        Args:
+            words: of a request, without openers and closers.
+            knows_pronoun: True if `it` can only mean an object of this task.
+
+        Returns:
+            The coverage.
+        """
+        triggers: list[Words] = []
+        objects: list[Words] = []
+        unknown: list[str] = []
+        counts: list[str] = []
+        repetitions: list[str] = []
+        at = 0
+        while at < len(words):
+            found, length = self._longest(words, at)
+            word = words[at]
+            if length:
+                spoken = words[at : at + length]
+                if found is self.triggers:
+                    triggers.append(spoken)
+                elif found is self.objects:
+                    objects.append(spoken)
+                at += length
+                continue
+            number = english.number_of(word)
+            # A task without objects acts on one thing only.
+            if (knows_pronoun or not self.objects) and word in english.PRONOUNS:
+                objects.append((word,))
+            elif word in english.REPETITIONS:
+                repetitions.append(word)
+            elif number is not None:
+                nouns = self.objects or self.triggers
+                if number != 1 or self._longest(words, at + 1)[0] is not nouns:
+                    counts.append(word)
+            elif word not in english.FILLERS and word not in english.DETERMINERS:
+                unknown.append(word)
+            at += 1
+        return Coverage(
+            self, tuple(triggers), tuple(objects), tuple(unknown), tuple(counts), tuple(repetitions)
+        )
+
+    def _longest(self, words: Words, at: int) -> tuple[tuple[Words, ...], int]:
+        """Return the list with the longest phrase at a place, and the phrase's length; 0 if there is none."""
+        found: tuple[tuple[Words, ...], int] = ((), 0)
+        for phrases in (self.triggers, self.objects, self.extras):
+            length = next((len(one) for one in phrases if _stands_at(one, words, at)), 0)
+            if length > found[1]:
+                found = phrases, length
+        return found
+
+
+def task_phrases(modules: Mapping[str, Ecm]) -> tuple[TaskPhrases, ...]:
+    """Collect the phrases of all tasks.
+
+    Args:
+        modules: modules by id.
+
+    Returns:
+        One entry for each task.
+    """
+    return tuple(
+        TaskPhrases(
+            RoutedTask(name, task),
+            _as_words(task.trigger_phrases),
+            _as_words(task.object_phrases),
+            _as_words(task.extra_phrases),
+        )
+        for name, module in modules.items()
+        for task in module.tasks.values()
+    )
+
+
+def _as_words(phrases: Sequence[str]) -> tuple[Words, ...]:
+    spoken = (words for one in phrases if (words := normalized_words(one)))
+    return tuple(sorted(spoken, key=len, reverse=True))
+
+
+def _stands_at(phrase: Words, words: Words, at: int) -> bool:
+    """Compare a declared phrase with words, in any number, and verbs in their -ing form, too."""
+    spoken = words[at : at + len(phrase)]
+    return len(spoken) == len(phrase) and all(
+        declared == word or declared in english.base_forms(word)
+        for declared, word in zip(phrase, spoken, strict=True)
+    )

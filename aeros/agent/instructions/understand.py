@@ -1,0 +1,471 @@
+"""Understand an instruction whole or not at all.
+
+1.  Each request must be covered word by word by the phrases of exactly one task of the active modules and by
+    the words of `english.py`. A word that nothing declares is named, and the instruction refused.
+2.  Requests are done in the order in which they are said; `A after B` is B, then A.
+3.  A prohibition never moves anything. Skills that only prohibited tasks use are used for nothing else.
+4.  A condition of a request is measured when its turn comes. Unless it is measured as true, the request is
+    skipped.
+5.  If several tasks may be meant, all are named; the caller may ask the user which one.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import Final
+
+from aeros.agent.instructions import english
+from aeros.agent.instructions.english import Words
+from aeros.agent.instructions.grammar import (
+    InstructionError,
+    Link,
+    Mood,
+    Segment,
+    Sentence,
+    check_scopes,
+    parse_instruction,
+)
+from aeros.agent.instructions.lexicon import Coverage, TaskPhrases, task_phrases
+from aeros.agent.planning.routing import RoutedTask
+from aeros.spec.diagnostics.codes import quoted
+from aeros.spec.diagnostics.words import normalized_words
+from aeros.spec.expr import terms as t
+from aeros.spec.model.ecm import ActionCondition, Ecm
+
+_MAX_MERGES: Final = 6
+"""Limit on the joints of a sentence at which segments may be one request: all combinations are tried."""
+
+
+class AmbiguousInstructionError(InstructionError):
+    """An instruction of which a part may mean several tasks.
+
+    Args:
+        reason: text of the reason.
+        part: words of the part.
+        candidates: the tasks, as MODULE.TASK.
+    """
+
+    def __init__(self, reason: str, part: str, candidates: tuple[str, ...]) -> None:
+        super().__init__(reason)
+        self.part = part
+        self.candidates = candidates
+
+    def is_about_all(self, instruction: str) -> bool:
+        """Check if the part is the whole instruction, so that a candidate may be given in its place.
+
+        Args:
+            instruction: words of the user.
+
+        Returns:
+            True if their words are the same.
+        """
+        return normalized_words(self.part) == normalized_words(instruction)
+
+
+@dataclass(frozen=True, slots=True)
+class Errand:
+    """One request of an instruction.
+
+    Attributes:
+        routed: the task that it asks for.
+        condition: it is done only if this is measured as true at its turn; None for always.
+        condition_text: the condition as the module declares it; empty if there is none.
+    """
+
+    routed: RoutedTask
+    condition: t.Term | None = None
+    condition_text: str = ""
+
+    @property
+    def formal_text(self) -> str:
+        """Formal text: the task, its goal and its condition."""
+        text = f"{self.routed}: {self.routed.task.goal_text}"
+        return f"{text} (if {self.condition_text})" if self.condition is not None else text
+
+
+@dataclass(frozen=True, slots=True)
+class Understanding:
+    """Meaning of a whole instruction.
+
+    Attributes:
+        instruction: words of the user.
+        errands: requests in the order in which they are done; at least one.
+        prohibited: tasks that must not be done.
+    """
+
+    instruction: str
+    errands: tuple[Errand, ...]
+    prohibited: tuple[RoutedTask, ...] = ()
+
+    @property
+    def first(self) -> RoutedTask:
+        """The task of the first request."""
+        return self.errands[0].routed
+
+    @property
+    def formal_lines(self) -> tuple[str, ...]:
+        """Formal text of each request in order, then of each prohibition."""
+        return tuple(one.formal_text for one in self.errands) + tuple(
+            f"never {routed}" for routed in self.prohibited
+        )
+
+
+def understand(
+    instruction: str,
+    modules: Mapping[str, Ecm],
+    inactive: Callable[[], Mapping[str, Ecm]] = dict,
+) -> Understanding:
+    """Find the tasks that an instruction asks for.
+
+    Args:
+        instruction: words of the user, or the name of a task (`MODULE.TASK` or `TASK`).
+        modules: active modules by id.
+        inactive: returns the other installed modules; called only if the instruction is not understood.
+
+    Returns:
+        The meaning of the whole instruction.
+
+    Raises:
+        AmbiguousInstructionError: a request may mean several tasks.
+        InstructionError: a part is not understood, prohibits what another part asks for, or asks for nothing.
+    """
+    tasks = task_phrases(modules)
+    named = _named_tasks(instruction, tasks)
+    if len(named) > 1:
+        raise _ambiguous(instruction, [entry.routed for entry in named])
+    if named:
+        return Understanding(instruction, (Errand(named[0].routed),))
+    try:
+        return _understand(instruction, tasks)
+    except AmbiguousInstructionError:
+        raise
+    except InstructionError as refusal:
+        raise _with_inactive(instruction, refusal, inactive()) from refusal
+
+
+def single_errand(understanding: Understanding) -> RoutedTask:
+    """Return the task of an instruction that asks for exactly one, without a condition or prohibition.
+
+    Args:
+        understanding: meaning of the instruction.
+
+    Returns:
+        The task.
+
+    Raises:
+        InstructionError: it asks for more.
+    """
+    errands = understanding.errands
+    if len(errands) == 1 and errands[0].condition is None and not understanding.prohibited:
+        return errands[0].routed
+    raise InstructionError(
+        f"{quoted(understanding.instruction)} asks for more than one task: "
+        f"{'; '.join(understanding.formal_lines)}; here, give an instruction for one task without conditions"
+    )
+
+
+def with_goal(understanding: Understanding, goal: ActionCondition) -> Understanding:
+    """Replace the goal of the only task of an instruction.
+
+    Args:
+        understanding: meaning of the instruction.
+        goal: the goal to pursue instead.
+
+    Returns:
+        The meaning with that goal.
+
+    Raises:
+        InstructionError: the instruction asks for several tasks.
+    """
+    if len(understanding.errands) != 1:
+        raise InstructionError(
+            f"a goal replaces that of one task, and {quoted(understanding.instruction)} asks for several"
+        )
+    (errand,) = understanding.errands
+    task = replace(errand.routed.task, goal=goal.term, goal_text=goal.text)
+    return replace(understanding, errands=(replace(errand, routed=replace(errand.routed, task=task)),))
+
+
+def _named_tasks(instruction: str, tasks: Sequence[TaskPhrases]) -> list[TaskPhrases]:
+    """Return the tasks whose name is the instruction."""
+    words = normalized_words(instruction)
+    return [
+        entry
+        for entry in tasks
+        if words in (normalized_words(entry.routed.task.id), normalized_words(str(entry.routed)))
+    ]
+
+
+def _with_inactive(
+    instruction: str, refusal: InstructionError, inactive: Mapping[str, Ecm]
+) -> InstructionError:
+    """Return the refusal, or one that names the modules to activate if they would understand it."""
+    if not inactive:
+        return refusal
+    tasks = task_phrases(inactive)
+    named = _named_tasks(instruction, tasks)
+    try:
+        found = [entry.routed for entry in named] or [
+            errand.routed for errand in _understand(instruction, tasks).errands
+        ]
+    except AmbiguousInstructionError:
+        return refusal
+    except InstructionError:
+        return refusal
+    means = ", ".join(f"`{routed}` (`aeros activate {routed.module}`)" for routed in found)
+    return InstructionError(f"no active module provides {quoted(instruction)}; installed is {means}")
+
+
+def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding:
+    errands: list[Errand] = []
+    prohibited: list[RoutedTask] = []
+    prohibits_all = ""
+    for sentence in parse_instruction(instruction):
+        for segment, condition in _requests(_merged(check_scopes(sentence), tasks, errands)):
+            if segment.mood is Mood.REQUEST:
+                errand = _errand(segment, condition, tasks, errands)
+                if not errands or errands[-1] != errand:
+                    errands.append(errand)
+            elif _is_universal(segment):
+                prohibits_all = segment.text
+            else:
+                prohibited += [one for one in _prohibited(segment, tasks, errands) if one not in prohibited]
+    if prohibits_all and errands:
+        raise InstructionError(f"{quoted(prohibits_all)} contradicts the rest of the instruction")
+    if prohibits_all or not errands:
+        never = ", ".join(f"`{routed}`" for routed in prohibited) or quoted(prohibits_all)
+        raise InstructionError(f"nothing is asked for, and {never} is prohibited, so nothing moves")
+    for errand in errands:
+        if errand.routed in prohibited:
+            raise InstructionError(f"the instruction asks for `{errand.routed}` and prohibits it")
+    return Understanding(instruction, tuple(errands), tuple(prohibited))
+
+
+def _requests(sentence: Sentence) -> Iterator[tuple[Segment, Segment | None]]:
+    """Yield requests and prohibitions, each with its condition.
+
+    Raises:
+        InstructionError: a prohibition has a condition, or a condition has no request.
+    """
+    leading: Segment | None = None
+    for at, segment in enumerate(sentence):
+        if segment.mood is Mood.CONDITION:
+            if at == 0 or segment.link is not Link.ADJUNCT:
+                leading = segment
+            continue
+        trailing = sentence[at + 1] if at + 1 < len(sentence) else None
+        is_trailing = (
+            trailing is not None and trailing.mood is Mood.CONDITION and trailing.link is Link.ADJUNCT
+        )
+        condition = trailing if is_trailing else leading
+        if condition is not None and segment.mood is Mood.PROHIBITION:
+            raise InstructionError(
+                f"a prohibition with a condition is not understood: {quoted(condition.text)}"
+            )
+        yield segment, condition
+        leading = None
+    if leading is not None:
+        raise InstructionError(
+            f"{quoted(leading.text)} has no request: write `if …, …`, with a comma before the request"
+        )
+
+
+def _merged(sentence: Sentence, tasks: Sequence[TaskPhrases], before: Sequence[Errand]) -> Sentence:
+    """Merge segments that are one request: `wipe and tidy the table`, `the table and the bench`.
+
+    The fewest merges are made with which every request is understood; if none is, nothing is merged.
+    """
+    joints = [
+        at
+        for at in range(1, len(sentence))
+        if sentence[at].link is Link.JOINED
+        and sentence[at].mood is Mood.REQUEST
+        and sentence[at - 1].mood is Mood.REQUEST
+    ]
+    if len(joints) > _MAX_MERGES:
+        return sentence
+    for choice in sorted(product((False, True), repeat=len(joints)), key=sum):
+        merged: list[Segment] = []
+        joined = {at for at, is_merged in zip(joints, choice, strict=True) if is_merged}
+        for at, segment in enumerate(sentence):
+            if at in joined:
+                merged[-1] = replace(merged[-1], words=merged[-1].words + segment.words)
+            else:
+                merged.append(segment)
+        context = list(before)
+        try:
+            for segment in merged:
+                if segment.mood is Mood.REQUEST:
+                    context.append(Errand(_task_of(segment, tasks, context)))
+        except AmbiguousInstructionError:
+            return sentence
+        except InstructionError:
+            continue
+        return tuple(merged)
+    return sentence
+
+
+def _errand(
+    segment: Segment, condition: Segment | None, tasks: Sequence[TaskPhrases], before: Sequence[Errand]
+) -> Errand:
+    if condition is None:
+        return Errand(_task_of(segment, tasks, before))
+    meanings = [(entry, *found) for entry in tasks if (found := _condition(condition, entry)) is not None]
+    if not meanings:
+        declared = sorted({phrase for entry in tasks for phrase in entry.routed.task.condition_phrases})
+        known = ", ".join(f"`{one}`" for one in declared[:8]) or "none is declared"
+        raise InstructionError(f"the condition {quoted(condition.text)} is not understood; known: {known}")
+    # The condition names an object, so `it` in the request may stand for that.
+    context = [*before, Errand(meanings[0][0].routed)]
+    routed = _task_of(segment, tasks, context)
+    own = next(((term, text) for entry, term, text in meanings if entry.routed == routed), None)
+    if own is None:
+        raise InstructionError(f"`{routed}` declares no condition {quoted(condition.text)}")
+    term, text = own
+    if condition.marker == ("unless",):
+        return Errand(routed, t.Not(term), f"not ({text})")
+    return Errand(routed, term, text)
+
+
+def _condition(condition: Segment, entry: TaskPhrases) -> tuple[t.Term, str] | None:
+    """Find the condition that a task declares for some words; a pronoun stands for any of its objects."""
+    spoken = tuple(word for word in condition.words if word not in english.DETERMINERS)
+    if spoken[1:2] == ("s",):
+        spoken = (spoken[0], "is", *spoken[2:])
+    for phrase, declared in entry.routed.task.condition_phrases.items():
+        words = tuple(word for word in normalized_words(phrase) if word not in english.DETERMINERS)
+        subject = next((one for one in entry.objects if words[: len(one)] == one), ())
+        with_pronoun = (
+            {("it", *words[len(subject) :]), ("they", *words[len(subject) :])} if subject else set()
+        )
+        if spoken == words or spoken in with_pronoun:
+            return declared.term, declared.text
+    return None
+
+
+def _task_of(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence[Errand]) -> RoutedTask:
+    """Find the one task that covers a request.
+
+    Raises:
+        AmbiguousInstructionError: several tasks cover it.
+        InstructionError: none does, or it holds a negation or a choice.
+    """
+    for word in segment.words:
+        if word in english.NEGATIVES:
+            raise InstructionError(f"the negation {quoted(word)} in {quoted(segment.text)} is not understood")
+        if word in english.CHOICES:
+            raise InstructionError(f"{quoted(segment.text)} leaves a choice; ask for one thing")
+    last = before[-1].routed if before else None
+    coverages = [entry.cover(segment.words, knows_pronoun=entry.routed == last) for entry in tasks]
+    whole = [coverage.entry.routed for coverage in coverages if coverage.is_whole]
+    if len(whole) == 1:
+        return whole[0]
+    if whole:
+        raise _ambiguous(segment.text, whole)
+    raise _not_covered(segment, coverages)
+
+
+def _ambiguous(text: str, candidates: Sequence[RoutedTask]) -> AmbiguousInstructionError:
+    named = ", ".join(f"`{routed}` ({', '.join(routed.task.trigger_phrases)})" for routed in candidates)
+    return AmbiguousInstructionError(
+        f"{quoted(text)} may mean several tasks: {named}", text, tuple(map(str, candidates))
+    )
+
+
+def _prohibited(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence[Errand]) -> list[RoutedTask]:
+    """Return all tasks that a prohibition may mean: if it is not certain, all are prohibited.
+
+    Raises:
+        InstructionError: it means none, or holds another negation.
+    """
+    for word in segment.words:
+        if word in english.NEGATIVES:
+            raise InstructionError(f"{quoted(segment.text)} negates twice, which is not understood")
+    parts = list(_split(segment.words, english.CHOICES))
+    if not all(parts):
+        raise InstructionError(f"it is not clear what {quoted(segment.text)} prohibits")
+    last = before[-1].routed if before else None
+    found: list[RoutedTask] = []
+    for part in parts:
+        coverages = [entry.cover(part, knows_pronoun=entry.routed == last) for entry in tasks]
+        possible = [
+            one.entry.routed
+            for one in coverages
+            if not (one.unknown or one.repetitions) and (one.triggers or one.objects)
+        ] or [
+            one.entry.routed
+            for one in coverages
+            if one.triggers and all(word in english.UNIVERSAL for word in one.unknown)
+        ]
+        if not possible:
+            raise _not_covered(replace(segment, words=part), coverages)
+        found += possible
+    return found
+
+
+def _split(words: Words, at: frozenset[str]) -> Iterator[Words]:
+    part: list[str] = []
+    for word in words:
+        if word in at:
+            yield tuple(part)
+            part = []
+        else:
+            part.append(word)
+    yield tuple(part)
+
+
+def _is_universal(segment: Segment) -> bool:
+    """Return True for a prohibition of everything: `do not do anything`, `stop`."""
+    words = [word for word in segment.words if word not in english.FILLERS]
+    if not words:
+        return segment.marker in (("stop",), ("quit",), ("cease",))
+    return all(word in english.UNIVERSAL for word in words)
+
+
+def _not_covered(segment: Segment, coverages: Sequence[Coverage]) -> InstructionError:
+    """Say why no task covers a request, from the task that comes nearest."""
+    text = quoted(segment.text)
+    near = [one for one in coverages if one.triggers or one.objects]
+    if not near:
+        return InstructionError(
+            f"no installed module provides {text}; {_suggestion(segment.words, coverages)}"
+        )
+    best = min(near, key=lambda one: (not one.triggers, len(one.unknown), not one.objects))
+    routed = best.entry.routed
+    if best.unknown:
+        unknown = ", ".join(quoted(word) for word in dict.fromkeys(best.unknown))
+        return InstructionError(f"in {text}, `{routed}` does not know {unknown}; {_known_phrases(best)}")
+    if best.counts or best.repetitions:
+        counted = ", ".join(quoted(word) for word in best.counts + best.repetitions)
+        return InstructionError(
+            f"in {text}, {counted} is not understood: `{routed}` is done once for one goal"
+        )
+    if not best.triggers:
+        return InstructionError(f"{text} does not say what to do; {_known_phrases(best)}")
+    return InstructionError(f"{text} does not say with what; {_known_phrases(best)}")
+
+
+def _known_phrases(coverage: Coverage) -> str:
+    entry = coverage.entry
+    verbs = ", ".join(f"`{' '.join(one)}`" for one in reversed(entry.triggers[-8:]))
+    if not entry.objects:
+        return f"`{entry.routed}` knows {verbs}"
+    objects = ", ".join(f"`{' '.join(one)}`" for one in reversed(entry.objects[-8:]))
+    return f"`{entry.routed}` knows {verbs} with {objects}"
+
+
+def _suggestion(words: Words, coverages: Sequence[Coverage]) -> str:
+    declared = {
+        " ".join(phrase): one.entry.routed
+        for one in coverages
+        for phrase in (*one.entry.triggers, *one.entry.objects)
+    }
+    if not declared:
+        return "no task is installed"
+    # An instruction may be any text at all, and difflib is quadratic.
+    close = [near for word in words[:50] for near in difflib.get_close_matches(word[:64], declared, n=1)]
+    shown = dict.fromkeys(close or sorted(declared))
+    return "nearest: " + ", ".join(f"`{word}` ({declared[word]})" for word in list(shown)[:8])

@@ -1,0 +1,103 @@
+"""`aeros tasks`: list the tasks that can be asked for, or show how an instruction is understood."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from aeros.agent.instructions.grammar import InstructionError
+from aeros.cli.arguments import add_command, existing_path, warn_of_withheld_modules
+from aeros.cli.terminal import print_line
+from aeros.exit_codes import Exit
+from aeros.runtime.gate.configuration import Configuration
+from aeros.session.setup import open_governor, understand_instruction
+
+if TYPE_CHECKING:
+    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
+
+SCHEMA: Final = "aeros/tasks/1"
+
+_EXAMPLES: Final = """\
+Without an instruction: every task of the modules, its goal, and the words that ask for it.  With one: the
+formal goals that `aeros run` would pursue, in order, and what is prohibited.  Nothing moves.  The exit code
+is 1 if the instruction is not understood; a word that no task declares is named.
+
+examples:
+  aeros tasks
+  aeros tasks "make dumplings, then clean the table"
+  aeros tasks "bring me a beer from the fridge"             refused, with the words that are not known
+  aeros tasks --ecms ecms/clean_table --format json
+"""
+
+
+def add_to(commands: Subparsers) -> None:
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
+    parser = add_command(commands, "tasks", __doc__, _EXAMPLES)
+    parser.add_argument("instruction", nargs="?", help="an instruction to be understood, and not run")
+    parser.add_argument("--ecms", type=existing_path, help="the modules (default: as for `aeros run`)")
+    parser.add_argument("--site", type=existing_path, help="the site file (default: as for `aeros run`)")
+    parser.add_argument(
+        "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"
+    )
+    parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
+    parser.set_defaults(command=_command)
+
+
+def _command(arguments: argparse.Namespace) -> Exit:
+    governor, configuration, _ = open_governor(arguments.state, arguments.ecms, arguments.site)
+    with governor:
+        warn_of_withheld_modules(governor)
+        if arguments.instruction is None:
+            _list_tasks(configuration, arguments.format)
+            return Exit.SUCCESS
+        try:
+            meaning = understand_instruction(arguments.instruction, configuration, governor)
+        except InstructionError as refusal:
+            if arguments.format == "json":
+                found = {"schema": SCHEMA, "instruction": arguments.instruction, "reason": refusal.reason}
+                print(json.dumps({**found, "understood": None}, indent=1))
+            else:
+                print(f"aeros: {refusal}", file=sys.stderr)
+            return Exit.REJECTED
+    if arguments.format == "json":
+        found = {"schema": SCHEMA, "instruction": arguments.instruction, "reason": None}
+        print(json.dumps({**found, "understood": list(meaning.formal_lines)}, indent=1))
+    else:
+        for line in meaning.formal_lines:
+            print_line(line)
+    return Exit.SUCCESS
+
+
+def _list_tasks(configuration: Configuration, form: str) -> None:
+    listed: list[dict[str, Any]] = [
+        {
+            "task": f"{module.id}.{task.id}",
+            "goal": task.goal_text,
+            "words": list(task.trigger_phrases),
+            "objects": list(task.object_phrases),
+            "extras": list(task.extra_phrases),
+            "conditions": {phrase: one.text for phrase, one in task.condition_phrases.items()},
+            "scene": task.scene,
+        }
+        for module in configuration.modules.values()
+        for task in module.tasks.values()
+    ]
+    if form == "json":
+        print(json.dumps({"schema": SCHEMA, "tasks": listed}, indent=1))
+        return
+    for one in listed:
+        print_line(one["task"])
+        print_line(f"  goal     {one['goal']}")
+        print_line(f"  say      {', '.join(one['words'])}")
+        for label, key in (("with", "objects"), ("also", "extras")):
+            if one[key]:
+                print_line(f"  {label:<8} {', '.join(one[key])}")
+        for phrase, text in one["conditions"].items():
+            print_line(f"  if       {phrase}: {text}")

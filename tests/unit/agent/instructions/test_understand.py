@@ -1,0 +1,194 @@
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aeros.agent.instructions import english
+from aeros.agent.instructions.grammar import InstructionError
+from aeros.agent.instructions.understand import (
+    AmbiguousInstructionError,
+    Understanding,
+    single_errand,
+    understand,
+    with_goal,
+)
+from aeros.spec.model.ecm import ActionCondition, Ecm
+from tests.hypothesis_profiles import examples
+from tests.unit.agent.dumplings import CLEAN, DUMPLING, SPAN, module, task, term
+from tests.unit.agent.instructions.reference import LETTERS, reference_modules
+
+EXPECTED: dict[str, str] = {
+    text: meaning
+    for group in yaml.safe_load((Path(__file__).parent / "instructions.yaml").read_text()).values()
+    for text, meaning in group.items()
+}
+REFUSE = "refuse"
+MODULES = {"dumpling": DUMPLING, "clean": CLEAN}
+
+
+def letters(meaning: Understanding) -> str:
+    errands = [
+        LETTERS[one.routed.module] + ("?" if one.condition is not None else "") for one in meaning.errands
+    ]
+    return " ".join(errands + [f"-{LETTERS[one.module]}" for one in meaning.prohibited])
+
+
+def answer(instruction: str) -> str:
+    try:
+        return letters(understand(instruction, reference_modules()))
+    except InstructionError:
+        return REFUSE
+
+
+def test_instructions_of_many_styles_mean_what_a_person_expects_and_none_moves_wrongly() -> None:
+    counted: Counter[str] = Counter()
+    differing = {}
+    for text, expected in EXPECTED.items():
+        got = answer(text)
+        doable = expected != REFUSE
+        kind = "right" if got == expected else "wrongly refused" if got == REFUSE else "wrong motion"
+        counted[f"{'doable' if doable else 'refusable'}: {kind}"] += 1
+        if got != expected:
+            differing[text] = f"{got}, not {expected}"
+    assert counted["doable: wrong motion"] + counted["refusable: wrong motion"] == 0, differing
+    assert counted["doable: right"] >= 0.95 * (counted["doable: right"] + counted["doable: wrongly refused"])
+    assert sum(counted.values()) >= 300
+    assert counted["doable: right"] > 150
+    assert counted["refusable: right"] > 150
+
+
+@examples(150)
+@given(
+    st.sampled_from(sorted(text for text, expected in EXPECTED.items() if expected != REFUSE)),
+    st.sampled_from(sorted(english.NEGATIVES | {"fridge", "seven", "twice", "or", "blue", "zzz"})),
+    st.data(),
+)
+def test_a_word_that_is_put_in_never_leaves_the_same_motion(
+    text: str, word: str, data: st.DataObject
+) -> None:
+    parts = text.split(" ")
+    at = data.draw(st.integers(0, len(parts)))
+    changed = " ".join([*parts[:at], word, *parts[at:]])
+    assert answer(changed) != answer(text), changed
+
+
+@examples(100)
+@given(st.text(max_size=80))
+def test_any_text_is_understood_or_refused_with_a_reason(text: str) -> None:
+    outcome: object
+    try:
+        outcome = understand(text, reference_modules()).errands
+    except InstructionError as refusal:
+        outcome = str(refusal)
+    assert outcome
+
+
+@pytest.mark.parametrize(
+    ("instruction", "reason"),
+    [
+        ("bring me a beer from the fridge", "does not know `beer`, `from`, `fridge`"),
+        ("make 12 dumplings", "`12` is not understood: `make_dumplings.make_dumplings` is done once"),
+        ("fetch", "does not say with what; `fetch_object.fetch_object` knows"),
+        ("the table", "does not say what to do; `clean_table.clean_table` knows"),
+        ("do not fetch anything", "`fetch_object.fetch_object` is prohibited, so nothing moves"),
+        ("stop", "nothing is asked for, and `stop` is prohibited, so nothing moves"),
+        (
+            "make dumplings but do not make dumplings",
+            "asks for `make_dumplings.make_dumplings` and prohibits",
+        ),
+        ("do not do anything, but clean the table", "`do not anything` contradicts the rest"),
+        ("is the table clean?", "is a question"),
+        (
+            "clean the table when I am gone",
+            "`when` is not understood: a request can have a condition with `if`",
+        ),
+        ("if it rains, clean the table", "the condition `if it rains` is not understood; known: `the table"),
+        ("make dumplings if the table is dirty", "`make_dumplings.make_dumplings` declares no condition"),
+        ("do not clean the table and make dumplings", "is the second wanted, or prohibited, too?"),
+        ("clean the table, please don't", "it is not clear what `please don t` prohibits"),
+        ("fly to the moon", "no installed module provides `fly to the moon`; nearest: "),
+        ("make -1 dumplings", "the number `-1` is not understood"),
+        ("clean the table and", "nothing follows after `and`"),
+        ("clean the table " * 80, "more than 200 words"),
+        ("", "has no words"),
+    ],
+)
+def test_a_refusal_says_which_part_is_not_understood_and_why(instruction: str, reason: str) -> None:
+    with pytest.raises(InstructionError) as refused:
+        understand(instruction, reference_modules())
+    assert reason in str(refused.value)
+    assert len(str(refused.value)) < 600
+
+
+def test_the_formal_text_names_tasks_goals_conditions_and_prohibitions() -> None:
+    meaning = understand("if the table is dirty, clean it, but never make dumplings", reference_modules())
+    assert meaning.formal_lines == (
+        "clean_table.clean_table: table_wiped and table_organized and table_verified (if not table_wiped)",
+        "never make_dumplings.make_dumplings",
+    )
+
+
+def test_unless_is_the_negated_condition() -> None:
+    (errand,) = understand("clean the table unless it is untidy", reference_modules()).errands
+    assert errand.condition_text == "not (clutter_on_table)"
+
+
+def test_a_task_without_objects_needs_only_its_words() -> None:
+    assert str(understand("Clean up, please!".replace(" up", ""), MODULES).first) == "clean.clean_table"
+    assert str(understand("one DUMPLING", MODULES).first) == "dumpling.make_dumplings"
+    with pytest.raises(InstructionError, match="does not know `thoughts`"):
+        understand("clean thoughts", MODULES)
+
+
+def test_what_may_mean_several_tasks_names_them_all() -> None:
+    twice = {
+        "m": module("m", (), task("a", ("go",), "wrapper_aligned"), task("b", ("go",), "wrapper_aligned"))
+    }
+    with pytest.raises(
+        AmbiguousInstructionError, match=r"`go` may mean several tasks: `m\.a` .*`m\.b`"
+    ) as asked:
+        understand("go", twice)
+    assert asked.value.candidates == ("m.a", "m.b")
+    assert asked.value.is_about_all("go")
+    with pytest.raises(AmbiguousInstructionError) as other:
+        understand("go. clean", {**MODULES, **twice})
+    assert not other.value.is_about_all("go. clean")
+    assert str(understand("m.b", twice).first) == "m.b"
+
+
+def test_an_installed_module_that_is_not_active_is_named_only_if_no_active_one_understands() -> None:
+    with pytest.raises(InstructionError) as refused:
+        understand("dumpling", {"clean": CLEAN}, lambda: {"dumpling": DUMPLING})
+    assert refused.value.reason == (
+        "no active module provides `dumpling`; installed is `dumpling.make_dumplings`"
+        " (`aeros activate dumpling`)"
+    )
+    with pytest.raises(InstructionError, match="no installed module provides `fly`"):
+        understand("fly", {"clean": CLEAN}, lambda: {"dumpling": DUMPLING})
+
+    def unread() -> dict[str, Ecm]:
+        raise AssertionError
+
+    assert str(understand("clean", {"clean": CLEAN}, unread).first) == "clean.clean_table"
+
+
+def test_without_tasks_nothing_is_provided() -> None:
+    for modules in ({}, {"empty": module("empty", ())}):
+        with pytest.raises(InstructionError, match="no task is installed"):
+            understand("make dumplings", modules)
+
+
+def test_only_a_single_request_is_a_single_errand_and_takes_another_goal() -> None:
+    goal = ActionCondition(term("wrapper_aligned"), "wrapper_aligned", SPAN)
+    one, two = (understand(text, MODULES) for text in ("clean", "clean, then dumpling"))
+    assert str(single_errand(one)) == "clean.clean_table"
+    assert with_goal(one, goal).first.task.goal_text == "wrapper_aligned"
+    with pytest.raises(InstructionError, match="asks for more than one task"):
+        single_errand(two)
+    with pytest.raises(InstructionError, match="asks for several"):
+        with_goal(two, goal)
