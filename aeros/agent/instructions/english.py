@@ -44,6 +44,11 @@ REVERSED: Final = _phrases("reversed")
 PROHIBITIONS: Final = _phrases("prohibitions")
 CONDITIONALS: Final = _phrases("conditionals")
 TIME_CONDITIONALS: Final = _phrases("time_conditionals")
+NEW_REQUEST: Final = _phrases("new_request")
+PERFECT: Final = frozenset(_phrases("perfect"))
+LEADING: Final = _phrases("leading")
+LABELS: Final = frozenset(_phrases("labels"))
+_PARTICIPLES: Final[dict[str, str]] = _DATA["participles"]
 _NUMBERS: Final[dict[str, int]] = _DATA["numbers"]
 
 
@@ -59,6 +64,28 @@ def number_of(word: str) -> int | None:
     if word.isascii() and word.isdigit():
         return int(word[:18])
     return _NUMBERS.get(word)
+
+
+def participle_bases(word: str) -> frozenset[str]:
+    """List the verbs that `word` may be the past participle of.
+
+    Args:
+        word: one normalized word.
+
+    Returns:
+        Candidates; empty if it is no participle.
+    """
+    if word in _PARTICIPLES:
+        return frozenset({_PARTICIPLES[word]})
+    if not word.endswith("ed") or len(word) < 4:
+        return frozenset()
+    stem = word[:-2]
+    forms = {stem, stem + "e"}
+    if stem.endswith("i"):
+        forms.add(stem[:-1] + "y")
+    if stem[-1] == stem[-2]:
+        forms.add(stem[:-1])
+    return frozenset(forms)
 
 
 def base_forms(word: str) -> frozenset[str]:

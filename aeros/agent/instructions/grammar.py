@@ -67,6 +67,8 @@ class Segment:
         link: connection with the segment before it.
         marker: words of the prohibition or condition, as in `do not`; empty for a request.
         joint: word of the link, for messages; empty if there is none.
+        is_new: True if its first words show that it is wanted, even after a prohibition.
+        is_perfect: True if its verb is in the perfect, as in `once you have cleaned …`.
     """
 
     mood: Mood
@@ -74,6 +76,8 @@ class Segment:
     link: Link
     marker: Words = ()
     joint: str = ""
+    is_new: bool = False
+    is_perfect: bool = False
 
     @property
     def text(self) -> str:
@@ -118,26 +122,32 @@ def _sentences(instruction: str) -> Iterator[tuple[Words, bool]]:
         for part in text.split(_COMMA):
             if words := normalized_words(part):
                 tokens += [_COMMA, *words] if tokens else words
-        if tokens:
+        is_label = bool(end and ":" in end.group()) and tuple(tokens) in english.LABELS
+        if tokens and not is_label:
             yield tuple(tokens), bool(end and "?" in end.group())
 
 
 def _parse_sentence(tokens: Words, is_question: bool) -> Sentence:
     tokens = tokens[len(_match(tokens, 0, english.SENTENCE_OPENERS)) :]
-    order = tokens[:1] if tokens[:1] in (("after",), ("before",)) and _COMMA in tokens else ()
-    segments = list(_segments(tokens[len(order) :]))
+    whole = tokens
+    # Also after a comma, as in `…, will you?`.
+    while (shorter := _strip_closers(tokens)) != tokens or tokens[-1:] == (_COMMA,):
+        tokens = shorter if shorter[-1:] != (_COMMA,) else shorter[:-1]
+    leading = _match(tokens, 0, english.LEADING) if _COMMA in tokens else ()
+    segments = list(_segments(tokens[len(leading) :]))
     if not segments:
         raise InstructionError("the instruction asks for nothing")
-    if order and len(segments) != 2:
-        raise InstructionError("the order of more than two requests is clear only with `then`")
-    if order:
-        segments[1] = replace(segments[1], link=Link.AFTER if order == ("before",) else Link.THEN)
-    first = segments[0]
-    if first.mood is Mood.REQUEST:
+    if leading:
+        if len(segments) != 2:
+            raise InstructionError("the order of more than two requests is clear only with `then`")
+        comes_later = leading[0] in ("before", "prior")
+        segments[0] = replace(segments[0], is_perfect=leading in english.PERFECT)
+        segments[1] = replace(segments[1], link=Link.AFTER if comes_later else Link.THEN)
+    if segments[0].mood is Mood.REQUEST:
         asked = _strip_openers(tokens)
-        was_polite = asked != tokens
+        was_polite = asked != whole
         if (is_question and not was_polite) or (asked and asked[0] in english.QUESTIONS):
-            text = " ".join(token for token in tokens if token != _COMMA)
+            text = " ".join(token for token in whole if token != _COMMA)
             raise InstructionError(f"{quoted(text)} is a question; only requests are understood")
     return tuple(segments)
 
@@ -149,10 +159,14 @@ def _segments(tokens: Words) -> Iterator[Segment]:
         InstructionError: a link has nothing after it, or a condition is on time.
     """
     position, link, joint = 0, Link.START, ""
+    before: Mood | None = None
     while position < len(tokens):
         start, mood, marker = _begin_segment(tokens, position)
         end, next_link, next_joint = _end_segment(tokens, start, mood)
-        words = _strip_closers(tokens[start:end])
+        whole = tokens[start:end]
+        words = _strip_closers(whole)
+        takes_place = before is Mood.PROHIBITION and words[-1:] == ("instead",)
+        words = words[:-1] if takes_place else words
         after = end + len(next_joint.split())
         if not words and mood is Mood.REQUEST:
             # As in `hello, …` or `please, …`: only openers.
@@ -161,7 +175,13 @@ def _segments(tokens: Words) -> Iterator[Segment]:
                 continue
             link, joint = _stronger(link, joint, next_link, next_joint)
             continue
-        yield Segment(mood, words, link, marker, joint)
+        is_new = takes_place or bool(_match(tokens, position, english.NEW_REQUEST))
+        is_perfect = tuple(joint.replace(_COMMA, " ").split()) in english.PERFECT
+        if words[-1:] == ("first",) and (link is Link.START or joint.endswith("but")):
+            # `…, but … first`, and `… first, then …`.
+            words, link = words[:-1], link if link is Link.START else Link.AFTER
+        before = mood
+        yield Segment(mood, words, link, marker, joint, is_new, is_perfect)
         position, link, joint = after, next_link, next_joint
     if link is not Link.START and joint not in ("", _COMMA) and position >= len(tokens):
         raise InstructionError(f"nothing follows after {quoted(joint)}")
@@ -266,7 +286,7 @@ def check_scopes(sentence: Sentence) -> Sentence:
     for before, segment in pairwise(sentence):
         if before.mood is Mood.PROHIBITION and segment.mood is Mood.REQUEST:
             ends_itself = before.marker in _BOUNDED and segment.joint == _COMMA
-            if segment.link is not Link.THEN and not ends_itself:
+            if segment.link is not Link.THEN and not ends_itself and not segment.is_new:
                 raise InstructionError(
                     f"{quoted(before.text)}, {quoted(segment.text)}: is the second wanted, or prohibited, "
                     "too? say it in two sentences"

@@ -61,12 +61,13 @@ class TaskPhrases:
     objects: tuple[Words, ...]
     extras: tuple[Words, ...]
 
-    def cover(self, words: Words, *, knows_pronoun: bool) -> Coverage:
+    def cover(self, words: Words, *, knows_pronoun: bool, is_perfect: bool = False) -> Coverage:
         """Cover words with the longest declared phrases, from the left.
 
         Args:
             words: of a request, without openers and closers.
             knows_pronoun: True if `it` can only mean an object of this task.
+            is_perfect: True if the verb is a past participle, as after `once you have`.
 
         Returns:
             The coverage.
@@ -78,7 +79,7 @@ class TaskPhrases:
         repetitions: list[str] = []
         at = 0
         while at < len(words):
-            found, length = self._longest(words, at)
+            found, length = self._longest(words, at, is_perfect=is_perfect)
             word = words[at]
             if length:
                 spoken = words[at : at + length]
@@ -96,7 +97,7 @@ class TaskPhrases:
                 repetitions.append(word)
             elif number is not None:
                 nouns = self.objects or self.triggers
-                if number != 1 or self._longest(words, at + 1)[0] is not nouns:
+                if number != 1 or self._longest(words, at + 1, is_perfect=is_perfect)[0] is not nouns:
                     counts.append(word)
             elif word not in english.FILLERS and word not in english.DETERMINERS:
                 unknown.append(word)
@@ -105,11 +106,13 @@ class TaskPhrases:
             self, tuple(triggers), tuple(objects), tuple(unknown), tuple(counts), tuple(repetitions)
         )
 
-    def _longest(self, words: Words, at: int) -> tuple[tuple[Words, ...], int]:
+    def _longest(self, words: Words, at: int, *, is_perfect: bool) -> tuple[tuple[Words, ...], int]:
         """Return the list with the longest phrase at a place, and the phrase's length; 0 if there is none."""
         found: tuple[tuple[Words, ...], int] = ((), 0)
         for phrases in (self.triggers, self.objects, self.extras):
-            length = next((len(one) for one in phrases if _stands_at(one, words, at)), 0)
+            length = next(
+                (len(one) for one in phrases if _stands_at(one, words, at, is_perfect=is_perfect)), 0
+            )
             if length > found[1]:
                 found = phrases, length
         return found
@@ -141,10 +144,15 @@ def _as_words(phrases: Sequence[str]) -> tuple[Words, ...]:
     return tuple(sorted(spoken, key=len, reverse=True))
 
 
-def _stands_at(phrase: Words, words: Words, at: int) -> bool:
-    """Compare a declared phrase with words, in any number, and verbs in their -ing form, too."""
+def _stands_at(phrase: Words, words: Words, at: int, *, is_perfect: bool) -> bool:
+    """Compare a declared phrase with words, in any number, and verbs in their -ing form, too.
+
+    In the perfect, verbs may be past participles.
+    """
     spoken = words[at : at + len(phrase)]
     return len(spoken) == len(phrase) and all(
-        declared == word or declared in english.base_forms(word)
+        declared == word
+        or declared in english.base_forms(word)
+        or (is_perfect and declared in english.participle_bases(word))
         for declared, word in zip(phrase, spoken, strict=True)
     )

@@ -35,6 +35,9 @@ from aeros.spec.diagnostics.words import normalized_words
 from aeros.spec.expr import terms as t
 from aeros.spec.model.ecm import ActionCondition, Ecm
 
+_ALSO_NOT: Final = frozenset({"nor"})
+"""Words that go on with a prohibition, as in `do not … nor …`."""
+
 _MAX_MERGES: Final = 6
 """Limit on the joints of a sentence at which segments may be one request: all combinations are tried."""
 
@@ -332,7 +335,8 @@ def _errand(
 
 def _condition(condition: Segment, entry: TaskPhrases) -> tuple[t.Term, str] | None:
     """Find the condition that a task declares for some words; a pronoun stands for any of its objects."""
-    spoken = tuple(word for word in condition.words if word not in english.DETERMINERS)
+    ignored = english.DETERMINERS | english.FILLERS
+    spoken = tuple(word for word in condition.words if word not in ignored)
     if spoken[1:2] == ("s",):
         spoken = (spoken[0], "is", *spoken[2:])
     for phrase, declared in entry.routed.task.condition_phrases.items():
@@ -359,7 +363,10 @@ def _task_of(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence[Er
         if word in english.CHOICES:
             raise InstructionError(f"{quoted(segment.text)} leaves a choice; ask for one thing")
     last = before[-1].routed if before else None
-    coverages = [entry.cover(segment.words, knows_pronoun=entry.routed == last) for entry in tasks]
+    coverages = [
+        entry.cover(segment.words, knows_pronoun=entry.routed == last, is_perfect=segment.is_perfect)
+        for entry in tasks
+    ]
     whole = [coverage.entry.routed for coverage in coverages if coverage.is_whole]
     if len(whole) == 1:
         return whole[0]
@@ -382,9 +389,9 @@ def _prohibited(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence
         InstructionError: it means none, or holds another negation.
     """
     for word in segment.words:
-        if word in english.NEGATIVES:
+        if word in english.NEGATIVES and word not in _ALSO_NOT:
             raise InstructionError(f"{quoted(segment.text)} negates twice, which is not understood")
-    parts = list(_split(segment.words, english.CHOICES))
+    parts = list(_split(segment.words, english.CHOICES | _ALSO_NOT))
     if not all(parts):
         raise InstructionError(f"it is not clear what {quoted(segment.text)} prohibits")
     last = before[-1].routed if before else None
