@@ -46,6 +46,7 @@ CONDITIONALS: Final = _phrases("conditionals")
 TIME_CONDITIONALS: Final = _phrases("time_conditionals")
 NEW_REQUEST: Final = _phrases("new_request")
 PERFECT: Final = frozenset(_phrases("perfect"))
+ABILITY: Final = _phrases("ability")
 LEADING: Final = _phrases("leading")
 LABELS: Final = frozenset(_phrases("labels"))
 _PARTICIPLES: Final[dict[str, str]] = _DATA["participles"]

@@ -32,6 +32,8 @@ _COMMA: Final = ","
 _SIGNED_NUMBER: Final = re.compile(r"[-+\u2212\u00b1~<>=/.]\d+|\d+\s?[%/<>=]")
 """A number that means another one than its digits alone."""
 
+_STARTS_LIST: Final = re.compile(r"\s*1[.)]\s")
+_INLINE_NUMBER: Final = re.compile(r"(?<=\s)\d[.)]\s+")
 _LIST_NUMBER: Final = re.compile(r"(?m)^\s*(?:\d+[.)]|[-*\u2022])\s+")
 
 
@@ -104,7 +106,7 @@ def parse_instruction(instruction: str) -> tuple[Sentence, ...]:
         raise InstructionError(f"the instruction has more than {MAX_WORDS} words")
     if signed := _SIGNED_NUMBER.search(instruction):
         raise InstructionError(f"the number {quoted(signed.group())} is not understood")
-    sentences = [_parse_sentence(*one) for one in _sentences(instruction)]
+    sentences = [_parse_sentence(*one) for one in _sentences(instruction) if _strip_closers(one[0])]
     if not sentences:
         raise InstructionError("the instruction has no words")
     return tuple(sentences)
@@ -113,6 +115,8 @@ def parse_instruction(instruction: str) -> tuple[Sentence, ...]:
 def _sentences(instruction: str) -> Iterator[tuple[Words, bool]]:
     """Yield words and commas of each sentence, and True if it ends with a question mark."""
     rest = _LIST_NUMBER.sub("\n", instruction)
+    if _STARTS_LIST.match(instruction):
+        rest = _INLINE_NUMBER.sub("\n", rest)
     position = 0
     while position < len(rest):
         end = _SENTENCE_END.search(rest, position)
@@ -145,7 +149,8 @@ def _parse_sentence(tokens: Words, is_question: bool) -> Sentence:
         segments[1] = replace(segments[1], link=Link.AFTER if comes_later else Link.THEN)
     if segments[0].mood is Mood.REQUEST:
         asked = _strip_openers(tokens)
-        was_polite = asked != whole
+        asks_ability = _match(whole, 0, english.OPENERS) in english.ABILITY and tokens == whole
+        was_polite = asked != whole and not asks_ability
         if (is_question and not was_polite) or (asked and asked[0] in english.QUESTIONS):
             text = " ".join(token for token in whole if token != _COMMA)
             raise InstructionError(f"{quoted(text)} is a question; only requests are understood")
@@ -177,9 +182,10 @@ def _segments(tokens: Words) -> Iterator[Segment]:
             continue
         is_new = takes_place or bool(_match(tokens, position, english.NEW_REQUEST))
         is_perfect = tuple(joint.replace(_COMMA, " ").split()) in english.PERFECT
-        if words[-1:] == ("first",) and (link is Link.START or joint.endswith("but")):
-            # `…, but … first`, and `… first, then …`.
-            words, link = words[:-1], link if link is Link.START else Link.AFTER
+        if words[-1:] == ("first",) and (link is Link.START or before is Mood.CONDITION):
+            words = words[:-1]
+        elif words[-1:] == ("first",) and joint.endswith("but"):
+            words, link = words[:-1], Link.AFTER
         before = mood
         yield Segment(mood, words, link, marker, joint, is_new, is_perfect)
         position, link, joint = after, next_link, next_joint
@@ -293,9 +299,12 @@ def check_scopes(sentence: Sentence) -> Sentence:
                 )
     conditions = [at for at, segment in enumerate(sentence) if segment.mood is Mood.CONDITION]
     requests = sum(segment.mood is Mood.REQUEST for segment in sentence)
-    # `make dumplings, and if the table is dirty, clean it`: the condition is of the last request alone.
-    leads_last = conditions == [len(sentence) - 2] and sentence[-2].link is not Link.ADJUNCT
-    if len(conditions) > 1 or (conditions and requests > 1 and not leads_last):
+    # `…, and if the table is dirty, clean it` and `…, then clean the table if it is dirty`: the condition is
+    # of the last request alone.
+    link = sentence[-2].link if len(sentence) > 1 else None
+    leads_last = conditions == [len(sentence) - 2] and link is not Link.ADJUNCT
+    ends_last = conditions == [len(sentence) - 1] and link is Link.THEN
+    if len(conditions) > 1 or (conditions and requests > 1 and not (leads_last or ends_last)):
         first = sentence[conditions[0]]
         raise InstructionError(
             f"which request depends on {quoted(first.text)}? say the condition and its request in a "
@@ -309,5 +318,7 @@ def check_scopes(sentence: Sentence) -> Sentence:
     return sentence
 
 
-_BOUNDED: Final = frozenset({("instead", "of"), ("rather", "than"), ("without",)})
+_BOUNDED: Final = frozenset(
+    {("instead", "of"), ("rather", "than"), ("without",), ("not",), ("never", "mind"), ("forget", "about")}
+)
 """Prohibitions that end at the next comma."""
