@@ -3,10 +3,9 @@
 1.  The measured world alone decides. It is measured at the start, after every plan (planning may take
     long) and after every submission. The goal is reached as soon as one of these measurements makes it
     true, even in the middle of a plan. An unknown value never makes it true.
-2.  A plan is verified before its first step, and then executed by `plan_executor.py`. A step whose `unless`
-    is measured as true at its turn is skipped; if `unless` is unknown the step runs. When a plan is late
-    (`planner_client.py`), the rest of the previous plan is followed if a check shows that it leads to the
-    goal from the current state. Otherwise the robot stands still and the plan counts as failed.
+2.  A plan is verified before its first step (`plan_source.py`, which also says what is done while a plan is
+    late), and then executed by `plan_executor.py`. A step whose `unless` is measured as true at its turn is
+    skipped; if `unless` is unknown the step runs.
 3.  A plan fails with the first step that fails for good. A plan also ends when it is rejected, or finished
     without the goal. Then the agent plans again (`replans` counts this), up to `site.limits.replans` times.
     If the failed plan took less than `RETRY_INTERVAL_S`, the agent waits that long first.
@@ -26,23 +25,22 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from math import inf
-from typing import Any, Final
+from typing import Final
 
-from aeros.agent.errands import ErrandPosition, barred_steps
+from aeros.agent.errands import ErrandPosition
 from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.plan_executor import PlanExecutor, PlanFailure
 from aeros.agent.execution.progress import PlanProgress
 from aeros.agent.execution.report import RunReport
 from aeros.agent.execution.step_attempt import StepRunner
 from aeros.agent.instructions.understand import Errand
+from aeros.agent.plan_source import PlanSource
 from aeros.agent.planning.base import Planner
 from aeros.agent.planning.planner_client import PlannerClient
 from aeros.agent.planning.routing import RoutedTask
-from aeros.agent.planning.task_graph import TaskGraph, verify_plan
-from aeros.agent.planning.time_limited import MOST_REASON, PlannerProcessError, PlanningTimeoutError
+from aeros.agent.planning.task_graph import TaskGraph
 from aeros.agent.recovery.checkpoint import CheckpointStore, TaskCheckpoint
 from aeros.agent.recovery.recover import ProgressRecovery
-from aeros.descriptions import describe_exception
 from aeros.runtime.ports import AuditEvent, Runtime
 from aeros.spec.expr import terms as t
 
@@ -87,13 +85,12 @@ class TaskLoop:
         self._engine = PlanExecutor(attempts, journal, self._is_goal_reached, self._until)
         self._waited = 0.0
         self._runtime = runtime
-        self._proposals = PlannerClient(runtime, planner, planning_timeout)
-        self._followed: TaskGraph | None = None
+        proposals = PlannerClient(runtime, planner, planning_timeout)
+        self._plans = PlanSource(runtime, proposals, attempts, journal, routed, position.barred_skills)
         self._attempts = attempts
         self._journal = journal
         self._routed = routed
         self._replans = 0
-        self._rejected: list[str] = []
 
     def run(self, instruction: str, errand: Errand | None = None) -> RunReport:
         """Pursue the goal until it is reached or the run gives up.
@@ -153,11 +150,8 @@ class TaskLoop:
             checkpoint: state of the run when the earlier session wrote it.
             events: events that the runtime recorded since.
         """
-        self._replans, self._waited, self._rejected = (
-            checkpoint.replans,
-            checkpoint.waited_s,
-            list(checkpoint.last_plan_problems),
-        )
+        self._replans, self._waited = checkpoint.replans, checkpoint.waited_s
+        self._plans.last_problems = list(checkpoint.last_plan_problems)
         self._until = self._engine.until = inf if checkpoint.deadline is None else checkpoint.deadline
         self._engine.denied = set(checkpoint.denied_steps)
         self._attempts.restore(checkpoint.steps, checkpoint.planning_states, checkpoint.avoided_skills)
@@ -209,7 +203,7 @@ class TaskLoop:
             denied_steps=tuple(sorted(self._engine.denied)),
             avoided_skills=tuple(sorted(attempts.dispatcher.denied)),
             uncertain_steps=attempts.bars.to_checkpoint,
-            last_plan_problems=tuple(self._rejected),
+            last_plan_problems=tuple(self._plans.last_problems),
             planning_states=tuple(attempts.planned_in),
             steps=tuple(attempts.records),
             plan=self._plan,
@@ -277,65 +271,9 @@ class TaskLoop:
         """Return a new verified plan; a resumed run first returns its own plan, if it is still valid."""
         if self._plan is None:
             self._progress = PlanProgress()
-            return self._make_verified_plan()
+            return self._plans.new_plan(self._until)
         plan, self._plan = self._plan, None
-        problems = self._plan_problems(plan)
-        if problems:
-            return self._reject_plan(problems)
-        self._followed = plan
-        return plan
-
-    def _make_verified_plan(self) -> TaskGraph | PlanFailure:
-        try:
-            graph = self._proposals.plan(self._routed, self._attempts.planning_world(), self._until)
-        except PlanningTimeoutError as late:
-            return self._fall_back_to_previous_plan(str(late))
-        except PlannerProcessError as failure:
-            return self._reject_plan([f"the planner failed: {failure}"])
-        try:
-            problems = self._plan_problems(graph)
-        except Exception as error:
-            # An object that an untrusted planner returned may raise anything when it is read.
-            reason = describe_exception(error, MOST_REASON, one_line=True)
-            return self._reject_plan([f"the planner failed: {reason}"])
-        if problems:
-            return self._reject_plan(problems)
-        self._attempts.observe()
-        self._rejected, self._followed = [], graph
-        text, details = _plan_event(graph)
-        self._journal.record(
-            "plan-accepted", text, planner=self._proposals.name, task=str(self._routed), **details
-        )
-        return graph
-
-    def _fall_back_to_previous_plan(self, late: str) -> TaskGraph | PlanFailure:
-        """Return the rest of the previous plan if it still leads to the goal, else a failure."""
-        reason, world = f"the plan is late: {late}", self._attempts.observe()
-        rest = None
-        is_over = self._runtime.is_stopped or self._runtime.now() >= self._until
-        if self._followed is not None and not is_over:
-            rest = self._proposals.remaining_plan(self._followed, self._routed, world, self._until)
-            is_as_then = self._attempts.observe().predicates == world.predicates
-            if rest is not None and (not is_as_then or self._plan_problems(rest)):
-                rest = None
-        steps = [] if rest is None else [str(part) for part in rest.parts]
-        does = f"goes on with {' → '.join(steps)}" if steps else "stands still"
-        self._journal.record(
-            "planning-timeout", f"{reason}; {does}", planner=self._proposals.name, reason=reason, steps=steps
-        )
-        return PlanFailure(f"{reason}; {does}", is_final=self._runtime.is_stopped) if rest is None else rest
-
-    def _plan_problems(self, graph: TaskGraph) -> list[str]:
-        """List the reasons not to start a plan; an untrusted planner's object may raise anything."""
-        problems = verify_plan(graph, self._runtime.active_modules(), self._runtime.site)
-        return problems or barred_steps(graph, self._position.barred_skills)
-
-    def _reject_plan(self, problems: list[str]) -> PlanFailure:
-        self._attempts.observe()
-        again, self._rejected = problems == self._rejected, problems
-        reason = "the plan is rejected: " + "; ".join(problems)
-        self._journal.record("plan-rejected", reason, planner=self._proposals.name, problems=problems)
-        return PlanFailure(reason, is_final=again)
+        return self._plans.kept_plan(plan)
 
     def _is_goal_reached(self) -> bool:
         return self._attempts.world.evaluate(self._routed.task.goal) is True
@@ -344,12 +282,3 @@ class TaskLoop:
 def _timeout_text(limit: float | None) -> str:
     """Return the text; the deadline of a resumed run is kept without the limit that it comes from."""
     return "the time limit has passed" if limit is None else f"the time limit of {limit:g} s has passed"
-
-
-def _plan_event(graph: TaskGraph) -> tuple[str, dict[str, Any]]:
-    """Return text and details of the event for an accepted plan."""
-    steps = [str(part) for part in graph.parts]
-    text = " → ".join(steps)
-    if graph.remark:
-        return f"{text} ({graph.remark})", {"steps": steps, "remark": graph.remark}
-    return text, {"steps": steps}

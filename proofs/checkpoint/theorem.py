@@ -65,9 +65,7 @@ def _session(code: ModuleSource) -> ProcessGraph:
     recovery = code.module(RECOVERY, using=(progress, bars))
     attempt = code.module(ATTEMPT, using=(bars,))
     engine = code.module(PLAN_EXECUTOR, using=(progress, attempt))
-    pursuit = code.module(
-        TASK_LOOP, using=(progress, checkpoint, recovery, engine, attempt), verify_plan=lambda *_: []
-    )
+    pursuit = code.module(TASK_LOOP, using=(progress, checkpoint, recovery, engine, attempt))
     modules = SimpleNamespace(
         progress=progress, bars=bars, checkpoint=checkpoint, attempt=attempt, engine=engine
     )
@@ -84,7 +82,7 @@ def _session(code: ModuleSource) -> ProcessGraph:
         one._timeout, one._waited, one._replans = None, 0.0, 0
         one._engine = engine.PlanExecutor(attempts, attempts._journal, lambda: False)
         one._is_goal_reached = lambda: False
-        one._make_verified_plan = lambda: _GRAPH
+        one._plans = SimpleNamespace(last_problems=[], new_plan=lambda _: _GRAPH, kept_plan=lambda plan: plan)
         one._idle = lambda: None
         one.resume(kept, _record(recorded))
         one._run_until_goal()

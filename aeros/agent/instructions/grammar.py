@@ -170,8 +170,8 @@ def _segments(tokens: Words) -> Iterator[Segment]:
         end, next_link, next_joint = _end_segment(tokens, start, mood)
         whole = tokens[start:end]
         words = _strip_closers(whole)
-        takes_place = before is Mood.PROHIBITION and words[-1:] == ("instead",)
-        words = words[:-1] if takes_place else words
+        is_replacement = before is Mood.PROHIBITION and words[-1:] == ("instead",)
+        words = words[:-1] if is_replacement else words
         after = end + len(next_joint.split())
         if not words and mood is Mood.REQUEST:
             # As in `hello, …` or `please, …`: only openers.
@@ -180,7 +180,7 @@ def _segments(tokens: Words) -> Iterator[Segment]:
                 continue
             link, joint = _stronger(link, joint, next_link, next_joint)
             continue
-        is_new = takes_place or bool(_match(tokens, position, english.NEW_REQUEST))
+        is_new = is_replacement or bool(_match(tokens, position, english.NEW_REQUEST))
         is_perfect = tuple(joint.replace(_COMMA, " ").split()) in english.PERFECT
         if words[-1:] == ("first",) and (link is Link.START or before is Mood.CONDITION):
             words = words[:-1]

@@ -275,7 +275,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
     elif arguments.task is not None:
         raise UsageError("give an instruction or --task, not both")
     if is_going_on != (arguments.instruction is None):
-        raise UsageError("give an instruction, or --task, or --resume and none of both")
+        raise UsageError("give an instruction or --task NAME, or --resume without either")
     require_signing_options(arguments)
     with private_umask():
         return _run(arguments, is_going_on=is_going_on)

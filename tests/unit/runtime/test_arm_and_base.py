@@ -107,15 +107,15 @@ def test_a_drive_that_would_carry_the_tool_off_is_denied_and_the_arm_goes_on(
 
 
 def test_nobody_may_be_as_near_to_both_as_to_each(configuration: Configuration, tmp_path: Path) -> None:
-    fast = {
-        "drive": [act("move_base", x=0.3, y=0.1, speed=0.2)],
-        "stow": [act("move_tool", target=(0.72, 0.1, 0.7), yaw=0.0, speed=0.2)],
+    slow = {
+        "drive": [act("move_base", x=0.3, y=0.1, speed=0.1)],
+        "stow": [act("move_tool", target=(0.72, 0.1, 0.7), yaw=0.0, speed=0.1)],
     }
-    near = {"tool_position": (0.3, 0.0, 0.78), "human_distance": 0.94}
+    near = {"tool_position": (0.3, 0.0, 0.78), "human_distance": 0.9}
     plant = SymbolicPlant(configuration.site, configuration.modules, 0, near)
-    for skill, actions in fast.items():
+    for skill, actions in slow.items():
         alone = run(configuration, plant, tmp_path / f"{skill}.jsonl", {skill: actions})
         assert alone[skill].status is StepStatus.FINISHED
-    both = run(configuration, plant, tmp_path / "both.jsonl", fast)
+    both = run(configuration, plant, tmp_path / "both.jsonl", slow)
     assert both["drive"].status is StepStatus.FINISHED
     assert both["stow"].reason.startswith("AE751 separation-of-both")

@@ -145,7 +145,7 @@ def test_a_task_without_objects_needs_only_its_words() -> None:
         understand("clean thoughts", MODULES)
 
 
-def test_what_may_mean_several_tasks_names_them_all() -> None:
+def test_an_ambiguous_instruction_names_all_tasks_that_it_may_mean() -> None:
     twice = {
         "m": module("m", (), task("a", ("go",), "wrapper_aligned"), task("b", ("go",), "wrapper_aligned"))
     }

@@ -246,7 +246,7 @@ def test_an_instruction_or_resume_and_not_both(
     arguments: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["run", *arguments, "--state", str(tmp_path)]) == Exit.USAGE
-    assert "give an instruction, or --resume and none" in capsys.readouterr().err
+    assert "give an instruction or --task NAME, or --resume without either" in capsys.readouterr().err
 
 
 def test_a_bag_does_not_go_with_a_watchdog(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

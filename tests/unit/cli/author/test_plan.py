@@ -67,8 +67,8 @@ def test_a_goal_that_holds_already_needs_no_plan(capsys: pytest.CaptureFixture[s
         (["--goal", "table_wipd"], Exit.REJECTED, "did you mean `table_wiped`?"),
         (["--goal", "tool_speed > 3 m"], Exit.REJECTED, "--goal:1:14"),
         (["fly away"], Exit.REJECTED, "no installed module provides"),
-        (["clean", "--initial", "table_wipd=true"], Exit.USAGE, "did you mean `table_wiped`?"),
-        (["clean", "--initial", "table_wiped=3 m"], Exit.REJECTED, "--initial table_wiped:1:1"),
+        (["clean the table", "--initial", "table_wipd=true"], Exit.USAGE, "did you mean `table_wiped`?"),
+        (["clean the table", "--initial", "table_wiped=3 m"], Exit.REJECTED, "--initial table_wiped:1:1"),
     ],
 )
 def test_contradictory_options_are_refused(

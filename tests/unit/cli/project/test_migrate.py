@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from aeros.agent.recovery.checkpoint import SCHEMA as CHECKPOINT_VERSION
 from aeros.cli.main import main
 from aeros.exit_codes import Exit
 from tests.unit.spec.migrations.migrating import as_version_0, with_version_0
@@ -149,7 +150,7 @@ def test_a_state_folder_is_migrated_once(state: Path, capsys: pytest.CaptureFixt
     assert "aeros verify" not in message
     assert main(["migrate", str(state), "--check"]) == Exit.SUCCESS
     kept = json.loads((state / "checkpoint.json").read_text())
-    assert kept["schema"] == 4
+    assert kept["schema"] == CHECKPOINT_VERSION
 
 
 def test_where_an_agent_is_at_work_nothing_is_rewritten(

@@ -33,7 +33,7 @@ def test_an_instruction_is_shown_as_formal_goals(tmp_path: Path, capsys: pytest.
     assert len(json.loads(capsys.readouterr().out)["understood"]) == 1
 
 
-def test_what_is_not_understood_is_refused_with_the_reason(
+def test_a_request_that_is_not_understood_is_refused_with_the_reason(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert tasks(tmp_path, "clean the moon") == 1

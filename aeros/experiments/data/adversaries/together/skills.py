@@ -11,4 +11,4 @@ def reach(observed: Observation, inputs: Inputs) -> SkillBody:
 
 def drive(observed: Observation, inputs: Inputs) -> SkillBody:
     """Drive ahead."""
-    yield act("move_base", x=0.6, y=0.0, speed=0.19)
+    yield act("move_base", x=0.3, y=0.0, speed=0.1)

@@ -1,4 +1,4 @@
-"""Plans that come late: what the loop follows in their place, and when it stands still."""
+"""Plans that come late: what is followed in their place, and when the robot stands still."""
 
 from __future__ import annotations
 
