@@ -1,14 +1,16 @@
-"""Perception of a module: its perceivers, and the pictures that they ask for.
+"""Perception: perceivers of a module, cameras of a site, and variables of modules that the site shares.
 
 Only `elaborate` builds it; obligations, the runtime and planners read it.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from fractions import Fraction
 
 from aeros.spec.diagnostics.source import SourceSpan
+from aeros.spec.model.variables import Declared
 
 
 @dataclass(frozen=True)
@@ -57,3 +59,35 @@ class Perceiver:
     memory: int
     span: SourceSpan
     entry_span: SourceSpan
+
+
+@dataclass(frozen=True)
+class Camera:
+    """Camera of a site.
+
+    Attributes:
+        sensor: sensor that a module needs for its pictures.
+        width: most columns that a perceiver may ask for.
+        height: most rows that a perceiver may ask for.
+    """
+
+    sensor: str
+    width: int
+    height: int
+
+
+@dataclass(frozen=True)
+class PerceptionPolicy:
+    """Rights of perceivers, and to what they measure.
+
+    Attributes:
+        shared: variables of modules that other modules may read, by full name, as the site declares them.
+        in_invariants: those of them that the invariants Φ may read.
+        timeout: greatest timeout of a perceiver, s.
+        memory: greatest memory of a perceiver, bytes.
+    """
+
+    shared: Mapping[str, Declared] = field(default_factory=dict)
+    in_invariants: frozenset[str] = frozenset()
+    timeout: Fraction = Fraction(1)
+    memory: int = 2**30
