@@ -21,6 +21,7 @@ from typing import Any, Final, NamedTuple
 
 from aeros.runtime.gate.compiled.rules import CompiledRuleSet, FastTickCheck, MonitorRules
 from aeros.runtime.gate.joint_rules import ActiveAction
+from aeros.runtime.gate.request_check import is_module_variable
 from aeros.runtime.gate.value_check import Scalars, check_freshness, is_reading
 from aeros.runtime.gate.violation import RuleViolation
 from aeros.runtime.monitor.history import HistoryTracker, HistoryValues
@@ -261,13 +262,15 @@ class RuntimeMonitor:
             missing = self._measured - measured.keys()
             if missing:
                 return f"input:{min(missing)}"
-            self._measured = frozenset(measured)
+            self._measured = frozenset(name for name in measured if not self._is_unread(name))
         for name, value in measured.items():
             checked = self._checked_values.get(name)
             if checked is not None and checked.value is value:
                 continue
             checker = self._compiled.forms.get(name)
             if checker is None:
+                if self._is_unread(name):
+                    continue
                 return f"input:{name}"
             if type(value) is Reading:
                 if not is_reading(value) or check_freshness(checker, value.time, now, True) is not None:
@@ -276,6 +279,10 @@ class RuntimeMonitor:
             if self._scalars(name, value) is None:
                 return f"input:{name}"
         return None
+
+    def _is_unread(self, name: str) -> bool:
+        """Tell if a name is of a module's variable that no invariant reads: its value stops nothing."""
+        return name not in self._compiled.forms and is_module_variable(name)
 
     def _scalars(self, name: str, value: Any) -> Scalars | None:
         """Unpack and remember a state variable's value; return None if it is malformed."""

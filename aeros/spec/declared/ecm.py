@@ -11,8 +11,9 @@ from typing import Annotated, Literal
 
 from aeros.spec.declared.composition import Composition
 from aeros.spec.declared.field_types import Identifier, Named, RiskWord, Slug
+from aeros.spec.declared.perception import ModuleVariable, Perceiver
 from aeros.spec.declared.policy import Access
-from aeros.spec.declared.site import Quantity
+from aeros.spec.declared.quantity import Quantity
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.text.fields import (
     BooleanField,
@@ -244,3 +245,13 @@ class Ecm:
     )
     tasks: Named[Task] = field(default=MappingField(), metadata={"doc": "tasks that a person can ask for"})
     models: Named[Tool] = field(default=MappingField(), metadata={"doc": "models and tool adapters"})
+    state: Named[ModuleVariable] = field(
+        default=MappingField(),
+        metadata={
+            "doc": "predicates and quantities that it measures itself, as in "
+            "`water_hot: {type: bool, max_age: 10 s}`"
+        },
+    )
+    perceivers: Named[Perceiver] = field(
+        default=MappingField(), metadata={"doc": "the functions that measure them"}
+    )
