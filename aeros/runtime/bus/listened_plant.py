@@ -12,10 +12,12 @@ from aeros.runtime.ports import (
     MotionHandle,
     NoMotion,
     ObservedMonitor,
+    Picture,
     PlannedMotion,
     Plant,
     Readings,
     Trajectory,
+    newest_pictures,
 )
 from aeros.skill import Action
 
@@ -99,6 +101,10 @@ class ListenedPlant:
     def runs_in_real_time(self) -> bool:
         """True if the plant does not wait for the monitor."""
         return bool(getattr(self._plant, "runs_in_real_time", False))
+
+    def pictures(self) -> Mapping[str, Picture]:
+        """Return the newest picture of each camera of the plant; empty if it has none."""
+        return newest_pictures(self._plant)
 
     def halt(self, motion: MotionHandle) -> None:
         """Implements `Plant.halt`."""

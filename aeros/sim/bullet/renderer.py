@@ -28,12 +28,16 @@ class Image(NamedTuple):
 class Renderer:
     """Renders pictures of one PyBullet client.
 
+    Attributes:
+        latest: the camera of the latest picture, and the picture; None before the first.
+
     Args:
         client: number of the client.
     """
 
     def __init__(self, client: int) -> None:
         self.client = client
+        self.latest: tuple[Camera, Image] | None = None
         # Pictures to apply at the next rendering: a sponge changes one at every tick.
         self._unpainted: dict[int, NDArray[np.uint8]] = {}
 
@@ -87,4 +91,6 @@ class Renderer:
         rgb = np.reshape(np.asarray(pixels, dtype=np.uint8), (*shape, 4))[:, :, :3]
         z = np.reshape(np.asarray(depth, dtype=np.float64), shape)
         metres = camera.far * camera.near / (camera.far - (camera.far - camera.near) * z)
-        return Image(np.ascontiguousarray(rgb), metres)
+        image = Image(np.ascontiguousarray(rgb), metres)
+        self.latest = (camera, image)
+        return image

@@ -13,13 +13,14 @@ from aeros.runtime.ports import (
     Monitor,
     MotionCompletion,
     MotionHandle,
+    Picture,
     PlannedMotion,
     Reading,
     Readings,
     RobotBody,
     announce_stop,
 )
-from aeros.sim.hosting.wire import MessageChannel, decode_body, decode_plan, decode_value
+from aeros.sim.hosting.wire import MessageChannel, decode_body, decode_picture, decode_plan, decode_value
 from aeros.skill import Action
 
 HOST_TIMEOUT_S: Final = 600.0
@@ -48,6 +49,7 @@ class RemotePlant:
         self._channel = MessageChannel(connection, HOST_TIMEOUT_S)
         self._body: RobotBody | None = None
         self._planned: tuple[int, PlannedMotion] | None = None
+        self._pictures: dict[str, Picture] = {}
         self._is_open = True
 
     def now(self) -> float:
@@ -58,6 +60,13 @@ class RemotePlant:
         """Implement `Plant.observe`."""
         reply = self._call("observe")
         return {name: Reading(decode_value(value), time) for name, (value, time) in reply.items()}
+
+    def pictures(self) -> Mapping[str, Picture]:
+        """Return the newest picture of each camera; only pictures that are new cross the socket."""
+        known = {name: one.time for name, one in self._pictures.items()}
+        for picture in map(decode_picture, self._call("pictures", known=known)):
+            self._pictures[picture.camera] = picture
+        return dict(self._pictures)
 
     def plan(self, action: Action) -> PlannedMotion:
         """Implement `Plant.plan`."""
