@@ -36,7 +36,7 @@ def test_variables_have_the_full_name_and_the_perceiver_that_provides_them() -> 
     level = state[f"{OWN}.level"]
     assert level.name == f"{OWN}.level"
     assert level.sensor == f"{OWN}.watch"
-    assert level.range == (0, Fraction(1, 10))
+    assert level.range == (Fraction(0), Fraction(1, 10))
     assert level.max_age == 1
     assert level.uncertainty == Fraction(1, 1000)
     assert state[f"{OWN}.clean"].uncertainty is None
@@ -66,7 +66,7 @@ def test_a_site_declares_cameras_and_what_it_shares() -> None:
     one = site()
     assert one.cameras["overhead"] == Camera("camera", 640, 480)
     shared = one.perception.shared["shared_with_another_range.water"]
-    assert shared.range == (0, 2)
+    assert shared.range == (Fraction(0), Fraction(2))
     assert shared.uncertainty == Fraction(5, 1000)
     assert one.perception.in_invariants == frozenset()
     assert (one.perception.timeout, one.perception.memory) == (Fraction(1, 2), 512 * 2**20)
