@@ -102,7 +102,7 @@ def test_a_variable_of_a_module_has_a_topic_below_the_modules_name(one_joint: Si
     publisher = MessagePublisher(topics, with_kettle, [].append)
     assert topics.kinds["/aeros/state/kettle/water_hot"] is BoolStamped
     publisher.publish_state({hot.name: Reading(True, 1.0)}, UNKNOWN)
-    assert [one.data for one in topics.on("/aeros/state/kettle/water_hot")] == [True]
+    assert [one.value for one in topics.on("/aeros/state/kettle/water_hot")] == [True]
 
 
 def test_a_record_is_an_event_and_a_decision_is_a_message_too(
