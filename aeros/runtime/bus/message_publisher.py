@@ -146,7 +146,7 @@ class _ChangePublisher(Generic[M]):
 
 
 def _topic_of(name: str) -> str | None:
-    """Return the topic of a state variable, or None if ROS 2 allows no such name; `MODULE/NAME` of a module."""
+    """Return the topic of a state variable, `MODULE/NAME` for a module's; None if ROS 2 has no such name."""
     topic = f"/aeros/state/{name.replace('.', '/')}"
     try:
         check_ros_name(topic)
