@@ -147,12 +147,12 @@ def _read_each(code: ModuleSource) -> TheoremObligation:
         values |= {_OWN: own} if given else {}
         readings = requests.NamedValues("readings", ask, values)
         try:
-            taken = take(readings, request.now, request.now.as_double())
+            found = take(readings, request.now, request.now.as_double())
         except (AttributeError, IndexError, KeyError):
             return "silent"  # as the function that calls it
-        if taken is None:
+        if found is None:
             return "silent"
-        (near,) = taken
+        (near,) = found
         requests.check_scalars({"near": near})
         return "taken"
 
@@ -265,7 +265,6 @@ def _monitor(code: ModuleSource) -> TheoremObligation:
             _compiled=SimpleNamespace(forms={"near": None}),
             _scalars=lambda name, _: {} if ask(f"formed.{name}") else None,
         )
-        watched._is_unread = partial(monitor._is_unread, watched)
         names = ("near", _OWN) if given else ("near",)
         measured = {name: name for name in names if ask(f"has.{name}")}
         fault = monitor._measurement_fault(watched, 0.0, measured)
@@ -474,7 +473,7 @@ THEOREM = Theorem(
             "stops-where-a-modules-value-is-missing",
             "monitor",
             _MONITOR,
-            "frozenset(name for name in measured if not self._is_unread(name))",
+            "frozenset(name for name in measured if not _is_unread(name, self._compiled))",
             "frozenset(measured)",
         ),
         Mutant(

@@ -386,11 +386,8 @@ class _Decider:
         values: Scalars = {}
         reasons = self._objections(caller, readings, Action(kind, parameters), now, usage, values)
         if not reasons:
-            return Decision(
-                DecisionKind.ALLOW,
-                Action(kind, to_plant_parameters(self._kinds[kind].parameters, parameters)),
-                (),
-            )
+            allowed = Action(kind, to_plant_parameters(self._kinds[kind].parameters, parameters))
+            return Decision(DecisionKind.ALLOW, allowed, ())
         return self._deny_or_attenuate(
             caller, readings, Action(kind, parameters), now, usage, values, reasons
         )

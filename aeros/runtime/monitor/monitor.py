@@ -65,6 +65,11 @@ class _MonitoredActions:
         """Scalars of the requests, and of the state at the first decision, where not measured since."""
 
 
+def _is_unread(name: str, rules: MonitorRules) -> bool:
+    """Tell if a name is of a module's variable that no invariant reads: its value stops nothing."""
+    return name not in rules.forms and is_module_variable(name)
+
+
 class RuntimeMonitor:
     """The monitor of all actions under way under one site; a `ports.Monitor`.
 
@@ -262,14 +267,14 @@ class RuntimeMonitor:
             missing = self._measured - measured.keys()
             if missing:
                 return f"input:{min(missing)}"
-            self._measured = frozenset(name for name in measured if not self._is_unread(name))
+            self._measured = frozenset(name for name in measured if not _is_unread(name, self._compiled))
         for name, value in measured.items():
             checked = self._checked_values.get(name)
             if checked is not None and checked.value is value:
                 continue
             checker = self._compiled.forms.get(name)
             if checker is None:
-                if self._is_unread(name):
+                if _is_unread(name, self._compiled):
                     continue
                 return f"input:{name}"
             if type(value) is Reading:
@@ -279,10 +284,6 @@ class RuntimeMonitor:
             if self._scalars(name, value) is None:
                 return f"input:{name}"
         return None
-
-    def _is_unread(self, name: str) -> bool:
-        """Tell if a name is of a module's variable that no invariant reads: its value stops nothing."""
-        return name not in self._compiled.forms and is_module_variable(name)
 
     def _scalars(self, name: str, value: Any) -> Scalars | None:
         """Unpack and remember a state variable's value; return None if it is malformed."""

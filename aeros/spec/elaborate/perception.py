@@ -21,7 +21,7 @@ from aeros.spec.elaborate.names import check_name_is_free, resolve_name
 from aeros.spec.elaborate.quantities import elaborate_module_variable
 from aeros.spec.elaborate.vocabulary import SiteVocabulary
 from aeros.spec.expr.units import TIME, format_number, format_quantity
-from aeros.spec.model.perception import Camera, Perceiver, PerceptionPolicy, PictureRequest
+from aeros.spec.model.perception import Perceiver, PerceptionPolicy, PictureRequest, SiteCamera
 from aeros.spec.model.site import Site
 from aeros.spec.model.variables import Declared
 from aeros.spec.text.fields import TextField
@@ -90,7 +90,7 @@ def elaborate_perception_policy(
 
 def elaborate_cameras(
     site: declared_site.Site, vocabulary: SiteVocabulary, diagnostics: Diagnostics
-) -> dict[str, Camera]:
+) -> dict[str, SiteCamera]:
     """Elaborate the cameras of a site.
 
     Args:
@@ -106,7 +106,7 @@ def elaborate_cameras(
     for name, _ in site.cameras:
         resolve_name(name, members, "a member of the enum `cameras`", diagnostics)
     return {
-        name.value: Camera(camera.sensor.value, camera.width.value, camera.height.value)
+        name.value: SiteCamera(camera.sensor.value, camera.width.value, camera.height.value)
         for name, camera in site.cameras
     }
 

@@ -15,7 +15,7 @@ from aeros.spec.elaborate.names import resolve_site_name
 from aeros.spec.elaborate.rules import resolve_kinds
 from aeros.spec.elaborate.vocabulary import SiteVocabulary
 from aeros.spec.expr.units import TIME
-from aeros.spec.model.perception import Camera
+from aeros.spec.model.perception import SiteCamera
 from aeros.spec.model.policy import (
     Access,
     Execute,
@@ -46,7 +46,7 @@ def elaborate_access(access: declared.Access) -> Access:
 def check_access(
     access: declared.Access,
     vocabulary: SiteVocabulary,
-    cameras: Mapping[str, Camera],
+    cameras: Mapping[str, SiteCamera],
     diagnostics: Diagnostics,
 ) -> None:
     """Check that an access list names actuators and sensors of the site.

@@ -62,7 +62,7 @@ class Perceiver:
 
 
 @dataclass(frozen=True)
-class Camera:
+class SiteCamera:
     """Camera of a site.
 
     Attributes:

@@ -17,7 +17,7 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import AxisAlignedBox
 from aeros.spec.expr.types import EnumType
 from aeros.spec.model.motion import MotionPolicy
-from aeros.spec.model.perception import Camera, PerceptionPolicy
+from aeros.spec.model.perception import PerceptionPolicy, SiteCamera
 from aeros.spec.model.policy import (
     Access,
     Durability,
@@ -90,7 +90,7 @@ class Site:
     isolation: IsolationPolicy = field(default_factory=IsolationPolicy)
     mcp: McpPolicy = field(default_factory=McpPolicy)
     stops_on_undeclared_outcome: bool = True
-    cameras: Mapping[str, Camera] = field(default_factory=dict)
+    cameras: Mapping[str, SiteCamera] = field(default_factory=dict)
     perception: PerceptionPolicy = field(default_factory=PerceptionPolicy)
 
     @cached_property

@@ -96,10 +96,12 @@ def test_each_variable_has_a_topic_unless_its_name_is_invalid_in_ros(topics: Top
     }
 
 
-def test_a_variable_of_a_module_has_a_topic_below_the_modules_name(one_joint: Site, topics: Topics) -> None:
+def test_a_variable_of_a_module_has_a_topic_below_the_modules_name(
+    one_joint: Site, topics: Topics, missed: list[str]
+) -> None:
     hot = declare("kettle.water_hot", BOOL, t.VariableRole.STATE)
     with_kettle = replace(one_joint, state={**one_joint.state, hot.name: hot})
-    publisher = MessagePublisher(topics, with_kettle, [].append)
+    publisher = MessagePublisher(topics, with_kettle, missed.append)
     assert topics.kinds["/aeros/state/kettle/water_hot"] is BoolStamped
     publisher.publish_state({hot.name: Reading(True, 1.0)}, UNKNOWN)
     assert [one.value for one in topics.on("/aeros/state/kettle/water_hot")] == [True]

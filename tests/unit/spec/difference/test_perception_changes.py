@@ -55,7 +55,7 @@ def test_a_change_of_a_variables_type_makes_conditions_over_it_incomparable(tmp_
     assert found == {f"{OWN}/tidy/approach": MORE}
 
 
-def test_new_variables_and_perceivers_are_told(tmp_path: Path) -> None:
+def test_new_variables_and_perceivers_are_reported(tmp_path: Path) -> None:
     text = (KETTLE / "ecm.yaml").read_text("utf-8")
     declared = text[text.index("\nperceivers:") : text.index("\ncapabilities:")]
     perceiver = declared.partition("perceivers:\n")[2]

@@ -11,7 +11,7 @@ from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.expr import terms as t
 from aeros.spec.model.ecm import Ecm
-from aeros.spec.model.perception import Camera, PictureRequest
+from aeros.spec.model.perception import PictureRequest, SiteCamera
 from aeros.spec.model.site import Site
 from tests.unit.spec.elaborate.faults import CORPUS, TABLE, messages_of_module, messages_of_site
 
@@ -64,7 +64,7 @@ def test_conditions_hold_full_names_whichever_are_written() -> None:
 
 def test_a_site_declares_cameras_and_what_it_shares() -> None:
     one = site()
-    assert one.cameras["overhead"] == Camera("camera", 640, 480)
+    assert one.cameras["overhead"] == SiteCamera("camera", 640, 480)
     shared = one.perception.shared["shared_with_another_range.water"]
     assert shared.range == (Fraction(0), Fraction(2))
     assert shared.uncertainty == Fraction(5, 1000)
