@@ -121,15 +121,17 @@ def unpack_readings(
         yield Reason("AE703", name, f"`{name}` is not measured")
 
 
-def is_module_variable(name: str) -> bool:
+def is_module_variable(name: Any) -> bool:
     """Tell if a name is the full name of a module's variable, as `kettle.water_hot`, of whatever module.
 
     Args:
-        name: the name of a state variable.
+        name: any object; of a state variable, its name.
 
     Returns:
         True if it is two identifiers with a `.` between them; a site's variable has none.
     """
+    if type(name) is not str:
+        return False
     module, dot, variable = name.partition(".")
     return dot == "." and module.isidentifier() and variable.isidentifier()
 
