@@ -259,22 +259,28 @@ def _monitor(code: ModuleSource) -> TheoremObligation:
     monitor = code.module(_MONITOR, using=(check,)).RuntimeMonitor
 
     def run(given: bool, ask: DecideBranch) -> str:
+        # What the tick before left, where the fast check had it: all that was measured then.
+        before = [name for name in ("near", _OWN) if ask(f"{name}.was-measured")]
         watched = SimpleNamespace(
-            _measured=frozenset(("near",) if ask("near.was-measured") else ()),
+            _measured=frozenset(before),
             _checked_values={},
-            _compiled=SimpleNamespace(forms={"near": None}),
-            _scalars=lambda name, _: {} if ask(f"formed.{name}") else None,
+            _is_usable=lambda name, *_: ask(f"formed.{name}"),
         )
+        watches = [SimpleNamespace(rules=SimpleNamespace(reads=("near",)))]
         names = ("near", _OWN) if given else ("near",)
         measured = {name: name for name in names if ask(f"has.{name}")}
-        fault = monitor._measurement_fault(watched, 0.0, measured)
-        # What was measured must be measured at the next tick, too.
-        return smt_literal(fault is None and _OWN not in watched._measured)
+        return smt_literal(monitor._measurement_fault(watched, 0.0, measured, watches) is None)
 
     return _same(
         "`RuntimeMonitor._measurement_fault` finds the same at each tick, whatever is measured of a\n"
-        "module's variable that no invariant reads, and whether it was measured before.",
-        _bools("near.was-measured", "formed.near", f"formed.{_OWN}", "has.near", f"has.{_OWN}"),
+        "module's variable that no rule under watch reads, and whether it was measured before.",
+        _bools(
+            *(
+                name
+                for one in ("near", _OWN)
+                for name in (f"{one}.was-measured", f"formed.{one}", f"has.{one}")
+            )
+        ),
         run,
     )
 
@@ -473,8 +479,15 @@ THEOREM = Theorem(
             "stops-where-a-modules-value-is-missing",
             "monitor",
             _MONITOR,
-            "frozenset(name for name in measured if not _is_unread(name, self._compiled))",
-            "frozenset(measured)",
+            "[one for one in self._measured - measured.keys() if not _is_unread(one, watches)]",
+            "[*(self._measured - measured.keys())]",
+        ),
+        Mutant(
+            "stops-for-the-form-of-what-no-rule-reads",
+            "monitor",
+            _MONITOR,
+            "if not self._is_usable(name, value, now) and not _is_unread(name, watches):",
+            "if not self._is_usable(name, value, now):",
         ),
         Mutant(
             "reads-what-is-shared-with-others",

@@ -100,7 +100,7 @@ def unpack_readings(
         now: time of the decision, s.
         required: the variables that must be present and fresh; others that are present must be well-formed.
         values: receives each well-formed scalar, by scalar variable.
-        module_variables: the state variables of modules that no invariant reads.
+        module_variables: the state variables of modules.
 
     Yields:
         An objection for each reading that is missing, unknown, malformed or stale.

@@ -100,13 +100,13 @@ class Site:
 
     @cached_property
     def module_variables(self) -> frozenset[str]:
-        """Names of the state variables that only modules' conditions may read, never the invariants Φ."""
-        return frozenset(name for name in self.state if "." in name) - self.perception.in_invariants
+        """Names of the state variables that modules measure; each counts only in decisions that read it."""
+        return frozenset(name for name in self.state if "." in name)
 
     @cached_property
     def rule_variables(self) -> Mapping[str, Declared]:
         """Variables of the state that the invariants Φ may read: measured ones and histories of them."""
-        hidden = self.module_variables
+        hidden = self.module_variables - self.perception.in_invariants
         return {name: one for name, one in self.observed_variables.items() if name not in hidden}
 
     def with_modules(self, modules: Iterable[Ecm]) -> Site:

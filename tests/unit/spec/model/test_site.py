@@ -68,5 +68,5 @@ def test_a_sites_own_declaration_of_what_it_shares_stands() -> None:
     both = one.with_modules([build(Ecm, state={"kettle.hot": state("kettle.hot")})])
     assert both is one
     assert both.state["kettle.hot"].max_age == 3
-    assert both.module_variables == frozenset()
+    assert both.module_variables == {"kettle.hot"}
     assert "kettle.hot" in both.rule_variables
