@@ -435,7 +435,9 @@ class _Decider:
                 kind.parameters if kind else {}, action.parameters, f"of `{action.kind}`", values
             ),
             *unpack_arguments(inputs, given, f"of `{caller.skill}`", values),
-            *unpack_readings(self._state, readings, now, required, values, self._module_variables),
+            *unpack_readings(
+                self._state, readings, now, required, values, module_variables=self._module_variables
+            ),
             *finite_objections(self._configuration, caller, action.kind, usage),
         ]
         if not reasons and entry and entry.residual_condition.decide(values) is ConditionValue.HOLDS:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
 from aeros.spec.declared.composition import Composition
-from aeros.spec.declared.field_types import Identifier, Named, RiskWord, Slug
+from aeros.spec.declared.field_types import ByVariable, Identifier, Named, RiskWord, Slug
 from aeros.spec.declared.perception import ModuleVariable, Perceiver
 from aeros.spec.declared.policy import Access
 from aeros.spec.declared.quantity import Quantity
@@ -45,7 +45,7 @@ class Outcome:
     """
 
     span: SourceSpan
-    effects: Named[ExpressionField] = field(
+    effects: ByVariable[ExpressionField] = field(
         default=MappingField(),
         metadata={"doc": "the state after this outcome, as in `effects: {wrapper_aligned: true}`"},
     )
@@ -167,7 +167,7 @@ class Task:
     words: tuple[TextField, ...] = field(metadata={"doc": "the words that route an instruction to this task"})
     goal: ExpressionField = field(metadata={"doc": "the condition that must hold at the end"})
     rules: tuple[PlanningRule, ...] = field(metadata={"doc": "the planning rules, in order"})
-    initial: Named[ExpressionField] = field(
+    initial: ByVariable[ExpressionField] = field(
         default=MappingField(),
         metadata={"doc": "the typical state at the start, as in `door_open: true`"},
     )

@@ -116,7 +116,7 @@ class PerceptionPolicy:
     """
 
     span: SourceSpan
-    shared: Annotated[MappingField[SharedVariable], Pattern("qualified")] = field(
+    shared: Annotated[MappingField[SharedVariable], Pattern("full name")] = field(
         default=MappingField(),
         metadata={
             "doc": "the variables of modules that other modules may read, as in "

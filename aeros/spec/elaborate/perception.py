@@ -140,8 +140,10 @@ class ModulePerception:
         self.site = site
         if own or len(visible) < len(site.state):
             self.site = replace(site, state={**visible, **shared, **own, **self._by_full_name(own)})
+        declared_here = dict.fromkeys(name.value for name, _ in ecm.state)
         self.perceivers = {
-            name.value: self._perceiver(name, perceiver, own, site) for name, perceiver in ecm.perceivers
+            name.value: self._perceiver(name, perceiver, declared_here, site)
+            for name, perceiver in ecm.perceivers
         }
         self.state = self._by_full_name(self._with_sensors(ecm, own))
         self._check_shared(ecm, site)
@@ -166,7 +168,7 @@ class ModulePerception:
         return own
 
     def _perceiver(
-        self, name: TextField, perceiver: declared.Perceiver, own: Mapping[str, Declared], site: Site
+        self, name: TextField, perceiver: declared.Perceiver, own: Mapping[str, None], site: Site
     ) -> Perceiver:
         timeout = elaborate_quantity(perceiver.timeout, TIME, self._diagnostics) or Fraction(0)
         memory = _memory(perceiver.memory, self._diagnostics) or 0

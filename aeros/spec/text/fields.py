@@ -194,7 +194,7 @@ PATTERNS: Final = {
     "dotted": _Form(
         re.compile(r"[a-z][a-z0-9_]*(\.[a-z][a-z0-9_]*)*"), "identifiers joined by `.`", "pick.move_tool"
     ),
-    "qualified": _Form(
+    "full name": _Form(
         re.compile(r"[a-z][a-z0-9_]*\.[a-z][a-z0-9_]*"), "a module, `.`, a name in it", "kettle.water_hot"
     ),
     "entry": _Form(
