@@ -72,6 +72,9 @@ def _guarded_builtins(names: PerceiverNames) -> dict[str, Any]:
         members: Collection[str] | None = (),
         level: int = 0,
     ) -> ModuleType:
+        if type(members) is list and name.startswith("numpy."):
+            # Not a statement, which passes a tuple: NumPy's own C code imports from within a call.
+            return importlib.import_module(name)
         if level or name not in modules:
             raise ImportError(f"a perceiver may not import `{'.' * level}{name}`")
         if members or "." not in name:
@@ -84,7 +87,8 @@ def _guarded_builtins(names: PerceiverNames) -> dict[str, Any]:
 
 def _guarded_module(name: str, members: Collection[str]) -> ModuleType:
     """Make a module that has nothing but the allowed members, as far as the real one has them."""
-    real, guarded = importlib.import_module(name), ModuleType(name)
+    # Under its own name, `from numpy import lib` would find `numpy.lib` among the loaded modules.
+    real, guarded = importlib.import_module(name), ModuleType(f"<{name}>")
     for member in members:
         if hasattr(real, member):
             setattr(guarded, member, getattr(real, member))
