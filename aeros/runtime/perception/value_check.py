@@ -72,4 +72,5 @@ def _is_certain(checker: ValueChecker, uncertainty: Any) -> bool:
         raise InvalidValuesError(f"it gave no uncertainty of `{name}`: yield `estimate(value, uncertainty)`")
     if type(uncertainty) not in (int, float) or not isfinite(uncertainty) or uncertainty < 0:
         raise InvalidValuesError(f"the uncertainty of `{name}` is not a number of at least 0")
-    return declared is None or uncertainty <= declared
+    # As doubles, so that the bound itself, as code writes it, is certain enough.
+    return declared is None or float(uncertainty) <= float(declared)
