@@ -249,7 +249,7 @@ class Ecm:
         default=MappingField(),
         metadata={
             "doc": "predicates and quantities that it measures itself, as in "
-            "`water_hot: {type: bool, max_age: 10 s}`"
+            "`state: {water_hot: {type: bool, max_age: 10 s}}`"
         },
     )
     perceivers: Named[Perceiver] = field(

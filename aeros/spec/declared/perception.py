@@ -120,7 +120,7 @@ class PerceptionPolicy:
         default=MappingField(),
         metadata={
             "doc": "the variables of modules that other modules may read, as in "
-            "`kettle.water_hot: {type: bool, max_age: 10 s}`"
+            "`shared: {kettle.water_hot: {type: bool, max_age: 10 s}}`"
         },
     )
     timeout: TextField | None = field(

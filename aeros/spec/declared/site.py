@@ -173,6 +173,6 @@ class Site:
         default=MappingField(),
         metadata={
             "doc": "the cameras whose pictures perceivers may get, as in "
-            "`overhead: {sensor: overhead_camera, width: 640, height: 480}`"
+            "`cameras: {overhead: {sensor: overhead_camera, width: 640, height: 480}}`"
         },
     )

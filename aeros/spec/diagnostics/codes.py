@@ -161,7 +161,10 @@ _TABLE: Final = (
         "AE404", "access-not-granted", "permission", "a module asks for access that the site does not grant"
     ),
     DiagnosticCode(
-        "AE405", "sensor-not-permitted", "permission", "a condition reads a sensor the module may not use"
+        "AE405",
+        "sensor-not-permitted",
+        "permission",
+        "a condition or perceiver reads a sensor the module may not use",
     ),
     DiagnosticCode("AE406", "risk-above-ceiling", "permission", "a skill's risk is above the site's ceiling"),
     DiagnosticCode(

@@ -20,13 +20,14 @@ from aeros.spec.obligations.skill_syntax.allowed_names import (
 
 PERCEPTION_INTERFACE: Final = "aeros.perception"
 
-PERCEPTION_MEMBERS: Final = split_names(
-    "Circle Cylinder Estimate Perception Picture Plane Rectangle Sample View "
-    "connected_components estimate find_plane fit_circle fit_plane has_dominant_colour has_hsv_colour "
-    "has_red_ratios has_size inlier_mask largest_component locate_cylinder min_area_rectangle point_cloud "
-    "to_hsv top_face top_points trim_to_plane wrap_heading"
+INTERFACE_MEMBERS: Final = split_names(
+    "Circle Cylinder Estimate Perception Picture Plane "
+    "Rectangle Sample View connected_components estimate find_plane "
+    "fit_circle fit_plane has_dominant_colour has_hsv_colour "
+    "has_red_ratios has_size inlier_mask largest_component "
+    "locate_cylinder min_area_rectangle point_cloud to_hsv top_face top_points trim_to_plane wrap_heading"
 )
-"""Members of `aeros.perception`: the interface of perceivers and their toolkit."""
+"""Members of the interface of perceivers, with its toolkit."""
 
 NUMPY_MEMBERS: Final = split_names(
     # constants and element types
@@ -82,10 +83,11 @@ _ARRAY_ATTRIBUTES: Final = split_names(
     "ptp ravel repeat reshape round shape size squeeze std sum swapaxes take tolist transpose var"
 )
 _VIEW_ATTRIBUTES: Final = split_names(
-    "camera depth eye field_of_view full_size height pictures points readings rgb samples target time "
-    "uncertainty up width"
-)
-_SHAPE_ATTRIBUTES: Final = split_names(
+    # views, pictures, samples and estimates
+    "camera depth eye field_of_view full_size height pictures "
+    "points readings rgb samples target time uncertainty "
+    "up width "
+    # what the toolkit finds
     "axis heading height_at length middle normal position radius spread top x y"
 )
 
@@ -93,11 +95,11 @@ PERCEIVER_NAMES: Final = AllowedNames(
     "perceiver",
     {
         **{module: members for module, members in ALLOWED_MEMBERS.items() if module != SKILL_INTERFACE},
-        PERCEPTION_INTERFACE: PERCEPTION_MEMBERS,
+        PERCEPTION_INTERFACE: INTERFACE_MEMBERS,
         "numpy": NUMPY_MEMBERS,
         "numpy.linalg": LINALG_MEMBERS,
     },
-    ALLOWED_ATTRIBUTES | _ARRAY_ATTRIBUTES | _VIEW_ATTRIBUTES | _SHAPE_ATTRIBUTES,
+    ALLOWED_ATTRIBUTES | _ARRAY_ATTRIBUTES | _VIEW_ATTRIBUTES,
     "a perceiver only computes values from the views that it receives",
     "import only from `aeros.perception`, `numpy` and modules such as `math`",
 )

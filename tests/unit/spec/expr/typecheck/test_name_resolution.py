@@ -97,25 +97,25 @@ def test_inputs_and_parameters_of_a_role_are_found() -> None:
     assert attribute(name("moving"), "speed") == (SCOPE.variables["speed"], SPEED)
 
 
-WATER = t.Variable("kettle.water_hot", BOOL, t.VariableRole.STATE)
-OF_KETTLE = Scope({**SCOPE.variables, "kettle.water_hot": WATER})
+WATER = t.Variable("pot.water_hot", BOOL, t.VariableRole.STATE)
+OF_POT = Scope({**SCOPE.variables, "pot.water_hot": WATER})
 
 
 def test_a_variable_of_a_module_is_found_by_its_full_name() -> None:
-    assert attribute(name("kettle"), "water_hot", OF_KETTLE) == (WATER, BOOL)
-    assert declared_type([parse("kettle.water_hot")], OF_KETTLE, {}) == BOOL
+    assert attribute(name("pot"), "water_hot", OF_POT) == (WATER, BOOL)
+    assert declared_type([parse("pot.water_hot")], OF_POT, {}) == BOOL
 
 
 def test_a_variable_of_a_module_that_may_not_be_read_is_named_whole() -> None:
     with pytest.raises(ExpressionTypeError) as near:
-        attribute(name("kettle"), "water_ht", OF_KETTLE)
+        attribute(name("pot"), "water_ht", OF_POT)
     assert (near.value.message, near.value.cure) == (
-        "`kettle.water_ht` is not declared here",
-        "did you mean `kettle.water_hot`?",
+        "`pot.water_ht` is not declared here",
+        "did you mean `pot.water_hot`?",
     )
     with pytest.raises(ExpressionTypeError) as hidden:
-        attribute(name("kettle"), "water_hot", SCOPE)
-    assert hidden.value.message == "`kettle.water_hot` is not declared here"
+        attribute(name("pot"), "water_hot", SCOPE)
+    assert hidden.value.message == "`pot.water_hot` is not declared here"
     assert hidden.value.cure is not None
     assert "`policy.perception.shared`" in hidden.value.cure
 
