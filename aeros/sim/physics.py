@@ -219,15 +219,11 @@ class PhysicsPlant(FixedStepPlant):
     def _look(self, name: str, detect: Callable[[str], Mapping[str, Any]]) -> tuple[GroundTruth, Picture]:
         """Take a picture: what the scene detects in it, and the picture itself."""
         renderer = self._world.renderer
-        renderer.latest = None
+        renderer.forget_latest()
         values = detect(name)
         camera = self._scene.camera(name)
         # The scene renders most pictures itself; some it does not need.
-        image = (
-            renderer.latest[1]
-            if renderer.latest is not None and renderer.latest[0] == camera
-            else renderer.render(camera)
-        )
+        image = renderer.render_unless_latest(camera)
         picture = Picture(
             name,
             self._world.time,

@@ -28,16 +28,13 @@ class Image(NamedTuple):
 class Renderer:
     """Renders pictures of one PyBullet client.
 
-    Attributes:
-        latest: the camera of the latest picture, and the picture; None before the first.
-
     Args:
         client: number of the client.
     """
 
     def __init__(self, client: int) -> None:
         self.client = client
-        self.latest: tuple[Camera, Image] | None = None
+        self._latest: tuple[Camera, Image] | None = None
         # Pictures to apply at the next rendering: a sponge changes one at every tick.
         self._unpainted: dict[int, NDArray[np.uint8]] = {}
 
@@ -92,5 +89,22 @@ class Renderer:
         z = np.reshape(np.asarray(depth, dtype=np.float64), shape)
         metres = camera.far * camera.near / (camera.far - (camera.far - camera.near) * z)
         image = Image(np.ascontiguousarray(rgb), metres)
-        self.latest = (camera, image)
+        self._latest = (camera, image)
         return image
+
+    def forget_latest(self) -> None:
+        """Forget the latest picture: what comes after it may look different."""
+        self._latest = None
+
+    def render_unless_latest(self, camera: Camera) -> Image:
+        """Return the latest picture if it is of this camera and not forgotten, else render one.
+
+        Args:
+            camera: in W.
+
+        Returns:
+            Colours and depth.
+        """
+        if self._latest is not None and self._latest[0] == camera:
+            return self._latest[1]
+        return self.render(camera)

@@ -1,4 +1,5 @@
 import numpy as np
+
 from aeros.perception import Perception, View, estimate
 
 

@@ -1,6 +1,7 @@
 """Find the kettle from above: its steam, and the float of its gauge."""
 
 import numpy as np
+
 from aeros.perception import Perception, View, estimate
 
 STEAM = 220
