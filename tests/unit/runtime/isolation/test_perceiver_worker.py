@@ -56,7 +56,7 @@ def locked(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
 
 def load(body: str, top: str = "") -> LoadPerceiver:
     source = f"{top}\ndef see(view):\n    {body}\n".encode()
-    members = {"math": ("pi",)}
+    members: dict[str, tuple[str, ...]] = {"math": ("pi",)}
     return LoadPerceiver(
         TOKEN, ("seccomp",), 1 << 26, "m", "eye.py", "/eye.py", source, "see", members, ("list",), SLOTS, 72
     )
