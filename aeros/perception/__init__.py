@@ -3,7 +3,7 @@
 from aeros.perception.circles import Circle, fit_circle
 from aeros.perception.colours import has_dominant_colour, has_hsv_colour, has_red_ratios, to_hsv
 from aeros.perception.components import connected_components, largest_component
-from aeros.perception.cylinders import Cylinder, locate_cylinder
+from aeros.perception.cylinders import CylinderPose, locate_cylinder
 from aeros.perception.outliers import inlier_mask
 from aeros.perception.planes import Plane, find_plane, fit_plane, trim_to_plane
 from aeros.perception.points import point_cloud
@@ -19,7 +19,7 @@ from aeros.perception.view import Estimate, Perception, Picture, Sample, View, e
 
 __all__ = [
     "Circle",
-    "Cylinder",
+    "CylinderPose",
     "Estimate",
     "Perception",
     "Picture",

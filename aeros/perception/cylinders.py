@@ -14,8 +14,8 @@ from aeros.perception.rectangles import top_points, wrap_heading
 Points = NDArray[np.float64]
 
 
-class Cylinder(NamedTuple):
-    """A cylinder that stands or lies.
+class CylinderPose(NamedTuple):
+    """Pose of a cylinder that stands or lies.
 
     Attributes:
         position: its middle, m.
@@ -33,7 +33,7 @@ class Cylinder(NamedTuple):
         return None if self.heading is None else wrap_heading(self.heading, pi)
 
 
-def locate_cylinder(points: Points, radius: float, height: float) -> Cylinder:
+def locate_cylinder(points: Points, radius: float, height: float) -> CylinderPose:
     """Locate a cylinder of known size that stands or lies.
 
     Its highest points show its pose: a disc if it stands, a strip as long as the cylinder if it lies. They
@@ -60,7 +60,7 @@ def locate_cylinder(points: Points, radius: float, height: float) -> Cylinder:
         low, high = _extent(face[:, :2], along)
     u, v = (low + high) / 2.0
     x, y = u * along + v * np.array((-along[1], along[0]))
-    return Cylinder((float(x), float(y), level - (radius if lies else height / 2.0)), heading, top)
+    return CylinderPose((float(x), float(y), level - (radius if lies else height / 2.0)), heading, top)
 
 
 def _principal_direction(points: Points) -> Points:

@@ -60,7 +60,7 @@ def build_view(
         time,
         {one.camera: _picture(one) for one in pictures},
         dict(readings),
-        {name: tuple(Sample(at, value) for at, value in taken) for name, taken in samples.items()},
+        {name: tuple(Sample(at, value) for at, value in timed) for name, timed in samples.items()},
     )
 
 

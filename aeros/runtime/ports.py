@@ -289,7 +289,7 @@ class CameraView(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Picture:
+class CameraPicture:
     """A picture of one camera, row by row from the upper left corner.
 
     The pixel in row i and column j shows what the ray through its lower left corner meets.
@@ -342,7 +342,7 @@ class Plant(Protocol):
     A plant that does not wait for the monitor, as a robot, has an attribute `runs_in_real_time` that is True.
     The runtime then counts ticks that come late, and bounds them as the site says.
 
-    A plant that has cameras has a method `pictures() -> Mapping[str, Picture]`; see `newest_pictures`.
+    A plant that has cameras has a method `pictures() -> Mapping[str, CameraPicture]`; see `newest_pictures`.
 
     Example:
         >>> from aeros.sim.kinematic.plant import make_plant
@@ -442,7 +442,7 @@ class Plant(Protocol):
         """Release the plant's resources; safe to call twice."""
 
 
-def newest_pictures(plant: Plant) -> Mapping[str, Picture]:
+def newest_pictures(plant: Plant) -> Mapping[str, CameraPicture]:
     """Return the newest picture of each camera of a plant, by the camera's name.
 
     A picture counts from the moment at which its detections would be observable: after exposure and read-out.
@@ -454,7 +454,7 @@ def newest_pictures(plant: Plant) -> Mapping[str, Picture]:
     Returns:
         The pictures; empty if the plant has no method `pictures`.
     """
-    pictures: Callable[[], Mapping[str, Picture]] | None = getattr(plant, "pictures", None)
+    pictures: Callable[[], Mapping[str, CameraPicture]] | None = getattr(plant, "pictures", None)
     return {} if pictures is None else pictures()
 
 

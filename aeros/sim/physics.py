@@ -13,7 +13,7 @@ from typing import Any, Final, NamedTuple, Protocol, TypedDict, Unpack
 
 import numpy as np
 
-from aeros.runtime.ports import CameraView, Picture, Readings
+from aeros.runtime.ports import CameraPicture, CameraView, Readings
 from aeros.sim.bullet.bodies import SceneBody, add_body, check_overlaps
 from aeros.sim.bullet.panda import Panda
 from aeros.sim.bullet.people import People, Person
@@ -173,7 +173,7 @@ class PhysicsPlant(FixedStepPlant):
         super().__init__(robot, scene.cameras)
         self._truth = GroundTruth(0, self._fast_values())
         self.sensors.sample(self._truth)
-        self._pictures: dict[str, Picture] = {}
+        self._pictures: dict[str, CameraPicture] = {}
         for camera in scene.initial_cameras:
             # Taken before the clock starts, and so without faults.
             self._publish_look(*self._look(camera, scene.detect))
@@ -186,8 +186,12 @@ class PhysicsPlant(FixedStepPlant):
         """Implement `Plant.observe`: current readings, and the latest detection of each camera."""
         return {**self._detections, **self.sensors.read(self._ground_truth())}
 
-    def pictures(self) -> Mapping[str, Picture]:
-        """Return the newest picture of each camera: those of `look`, and the first ones of the scene."""
+    def pictures(self) -> Mapping[str, CameraPicture]:
+        """Return the newest picture of each camera: those of `look`, and the first ones of the scene.
+
+        Returns:
+            The pictures by camera; a camera that has taken none is absent.
+        """
         return dict(self._pictures)
 
     def skill_began(self, skill: str) -> None:
@@ -216,7 +220,9 @@ class PhysicsPlant(FixedStepPlant):
             yield
         self._publish_look(detections, picture)
 
-    def _look(self, name: str, detect: Callable[[str], Mapping[str, Any]]) -> tuple[GroundTruth, Picture]:
+    def _look(
+        self, name: str, detect: Callable[[str], Mapping[str, Any]]
+    ) -> tuple[GroundTruth, CameraPicture]:
         """Take a picture: what the scene detects in it, and the picture itself."""
         renderer = self._world.renderer
         renderer.forget_latest()
@@ -224,7 +230,7 @@ class PhysicsPlant(FixedStepPlant):
         camera = self._scene.camera(name)
         # The scene renders most pictures itself; some it does not need.
         image = renderer.render_unless_latest(camera)
-        picture = Picture(
+        picture = CameraPicture(
             name,
             self._world.time,
             camera.width,
@@ -235,7 +241,7 @@ class PhysicsPlant(FixedStepPlant):
         )
         return GroundTruth(self._world.ticks, values), picture
 
-    def _publish_look(self, detections: GroundTruth, picture: Picture) -> None:
+    def _publish_look(self, detections: GroundTruth, picture: CameraPicture) -> None:
         self._publish_detection(self.sensors.read_camera(detections))
         self._pictures[picture.camera] = picture
 

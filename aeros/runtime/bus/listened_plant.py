@@ -7,12 +7,12 @@ from typing import Any, Protocol
 
 from aeros.runtime.bus.message_publisher import RobotChain
 from aeros.runtime.ports import (
+    CameraPicture,
     Monitor,
     MotionCompletion,
     MotionHandle,
     NoMotion,
     ObservedMonitor,
-    Picture,
     PlannedMotion,
     Plant,
     Readings,
@@ -102,8 +102,12 @@ class ListenedPlant:
         """True if the plant does not wait for the monitor."""
         return bool(getattr(self._plant, "runs_in_real_time", False))
 
-    def pictures(self) -> Mapping[str, Picture]:
-        """Return the newest picture of each camera of the plant; empty if it has none."""
+    def pictures(self) -> Mapping[str, CameraPicture]:
+        """Return the newest pictures of the plant; see `newest_pictures`.
+
+        Returns:
+            The pictures by camera; empty if it has none.
+        """
         return newest_pictures(self._plant)
 
     def halt(self, motion: MotionHandle) -> None:

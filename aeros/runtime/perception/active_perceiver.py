@@ -15,7 +15,7 @@ from aeros.runtime.perception.perceiver_run import (
     ViewInput,
 )
 from aeros.runtime.perception.value_check import InvalidValuesError, PerceivedValueCheck
-from aeros.runtime.ports import Picture, Reading, Readings
+from aeros.runtime.ports import CameraPicture, Reading, Readings
 from aeros.runtime.skills.contract import SkillRefusedError
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.perception import Perceiver
@@ -98,25 +98,25 @@ class ActivePerceiver:
         if not self._is_due(now, self._last_sample):
             return
         self._last_sample = now
-        taken = {
+        fresh = {
             name: value if type(value := measured[name]) is Reading else Reading(value, now)
             for name in self._sampled
             if name in measured
         }
-        if len(taken) < len(self._sampled):
+        if len(fresh) < len(self._sampled):
             observed = observe()
-            taken |= {
-                name: observed[name] for name in self._sampled if name in observed and name not in taken
+            fresh |= {
+                name: observed[name] for name in self._sampled if name in observed and name not in fresh
             }
-        seen = self._sees.observe(taken, now)
+        seen = self._sees.observe(fresh, now)
         for short, samples in self._samples.items():
             if short in seen:
-                time = taken[self._readings[short]].time
+                time = fresh[self._readings[short]].time
                 if not samples or samples[-1][0] < time:
                     samples.append((time, seen[short]))
 
     def update(
-        self, now: float, readings: Readings, pictures: Mapping[str, Picture], least_timeout: float
+        self, now: float, readings: Readings, pictures: Mapping[str, CameraPicture], least_timeout: float
     ) -> None:
         """Call the perceiver if there is something new for it to see.
 
@@ -137,7 +137,7 @@ class ActivePerceiver:
         view = ViewInput(
             now,
             {name: seen[name] for name in self._readings if name in seen},
-            {name: tuple(taken) for name, taken in self._samples.items() if self._rate is not None},
+            {name: tuple(samples) for name, samples in self._samples.items() if self._rate is not None},
             chosen,
         )
         for samples in self._samples.values():
@@ -196,9 +196,11 @@ class ActivePerceiver:
     def _period(self, time: float) -> int:
         return floor(time * (self._rate or 0.0) + _ROUNDING)
 
-    def _chosen_pictures(self, now: float, pictures: Mapping[str, Picture]) -> dict[str, Picture] | None:
+    def _chosen_pictures(
+        self, now: float, pictures: Mapping[str, CameraPicture]
+    ) -> dict[str, CameraPicture] | None:
         """Return the pictures that it asks for and may get; None if one is missing."""
-        chosen: dict[str, Picture] = {}
+        chosen: dict[str, CameraPicture] = {}
         for asked in self._perceiver.pictures:
             picture, camera = pictures.get(asked.camera), self._site.cameras.get(asked.camera)
             is_allowed = (

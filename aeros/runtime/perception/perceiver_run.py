@@ -21,7 +21,7 @@ from aeros.runtime.isolation.protocol import (
 )
 from aeros.runtime.isolation.zygote_pool import ZygotePool
 from aeros.runtime.perception.shared_pictures import SharedPictures, UnfitPictureError, sample
-from aeros.runtime.ports import Picture
+from aeros.runtime.ports import CameraPicture
 from aeros.runtime.skills.load import CertifiedCode
 from aeros.runtime.skills.perceiver_code import PerceiverNames, execute_perceiver
 from aeros.spec.model.ecm import Ecm
@@ -42,7 +42,7 @@ class PerceiverError(Exception):
 
 
 class ViewInput(NamedTuple):
-    """What a perceiver is to see.
+    """View of a perceiver, before it is sampled and handed over.
 
     Attributes:
         time: plant time, s.
@@ -54,7 +54,7 @@ class ViewInput(NamedTuple):
     time: float
     readings: Mapping[str, Any]
     samples: Samples
-    pictures: Mapping[str, Picture]
+    pictures: Mapping[str, CameraPicture]
 
 
 Perceived = Mapping[str, PerceivedValue]
@@ -108,6 +108,7 @@ class InProcessPerceiver:
         """Implements `PerceiverRun.perceive`.
 
         Raises:
+            PerceiverError: the code failed.
             KeyboardInterrupt: the user interrupted the code.
         """
         del seconds  # cannot be enforced in this process
@@ -192,7 +193,11 @@ class IsolatedPerceiver(IsolatedCode):
             raise
 
     def perceive(self, view: ViewInput, seconds: float) -> Perceived:
-        """Implements `PerceiverRun.perceive`; kills the worker if it exceeds its time limit."""
+        """Implements `PerceiverRun.perceive`; kills the worker if it exceeds its time limit.
+
+        Raises:
+            PerceiverError: the code failed, or was killed.
+        """
         if self._shared is None:
             raise PerceiverError("the perceiver's process has ended")
         try:

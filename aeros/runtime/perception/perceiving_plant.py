@@ -16,10 +16,10 @@ from aeros.runtime.isolation.isolated_run import MIN_RESPONSE_TIMEOUT_S
 from aeros.runtime.perception.active_perceiver import ActivePerceiver, RecordEvent
 from aeros.runtime.perception.perceiver_run import OpenPerceiver
 from aeros.runtime.ports import (
+    CameraPicture,
     Monitor,
     MotionCompletion,
     MotionHandle,
-    Picture,
     PlannedMotion,
     Plant,
     Reading,
@@ -74,8 +74,12 @@ class PerceivingPlant:
         values = self._values()
         return {**readings, **values} if values else readings
 
-    def pictures(self) -> Mapping[str, Picture]:
-        """Return the newest picture of each camera of the plant; empty if it has none."""
+    def pictures(self) -> Mapping[str, CameraPicture]:
+        """Return the newest pictures of the plant; see `newest_pictures`.
+
+        Returns:
+            The pictures by camera; empty if it has none.
+        """
         return newest_pictures(self._plant)
 
     def plan(self, action: Action) -> PlannedMotion:

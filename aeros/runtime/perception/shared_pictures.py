@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from typing import Final
 
 from aeros.runtime.isolation.protocol import PictureFacts, PictureSlot
-from aeros.runtime.ports import Picture
+from aeros.runtime.ports import CameraPicture
 from aeros.spec.model.perception import PictureRequest
 
 _ALIGNMENT: Final = 64
@@ -52,7 +52,7 @@ class SharedPictures:
         finally:
             os.close(writable)
 
-    def write(self, pictures: Mapping[str, Picture]) -> tuple[PictureFacts, ...]:
+    def write(self, pictures: Mapping[str, CameraPicture]) -> tuple[PictureFacts, ...]:
         """Write the newest picture of each slot.
 
         Args:
@@ -80,7 +80,7 @@ class SharedPictures:
         os.close(self.descriptor)
 
 
-def sample(picture: Picture, size: tuple[int, int], *, with_depth: bool) -> tuple[bytes, bytes | None]:
+def sample(picture: CameraPicture, size: tuple[int, int], *, with_depth: bool) -> tuple[bytes, bytes | None]:
     """Sample a picture at the resolution that was asked for; a perceiver never sees more.
 
     Args:

@@ -6,7 +6,7 @@ from array import array
 from collections.abc import Mapping
 from math import dist, isfinite
 
-from aeros.runtime.ports import Picture, newest_pictures
+from aeros.runtime.ports import CameraPicture, newest_pictures
 from aeros.sim.conformance.plant_under_test import (
     PlantUnderTest,
     RecordingMonitor,
@@ -42,7 +42,7 @@ def a_look_brings_a_new_picture_of_its_own_time(subject: PlantUnderTest) -> None
     require(start <= time <= end, f"the picture is of {time} s, but the look was from {start} s to {end} s")
 
 
-def _require_whole(pictures: Mapping[str, Picture], now: float) -> None:
+def _require_whole(pictures: Mapping[str, CameraPicture], now: float) -> None:
     for name, picture in pictures.items():
         require(picture.camera == name, f"the picture of `{name}` is of the camera `{picture.camera}`")
         require(

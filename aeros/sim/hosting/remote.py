@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any, Final
 
 from aeros.runtime.ports import (
+    CameraPicture,
     Monitor,
     MotionCompletion,
     MotionHandle,
-    Picture,
     PlannedMotion,
     Reading,
     Readings,
@@ -49,7 +49,7 @@ class RemotePlant:
         self._channel = MessageChannel(connection, HOST_TIMEOUT_S)
         self._body: RobotBody | None = None
         self._planned: tuple[int, PlannedMotion] | None = None
-        self._pictures: dict[str, Picture] = {}
+        self._pictures: dict[str, CameraPicture] = {}
         self._is_open = True
 
     def now(self) -> float:
@@ -61,8 +61,12 @@ class RemotePlant:
         reply = self._call("observe")
         return {name: Reading(decode_value(value), time) for name, (value, time) in reply.items()}
 
-    def pictures(self) -> Mapping[str, Picture]:
-        """Return the newest picture of each camera; only pictures that are new cross the socket."""
+    def pictures(self) -> Mapping[str, CameraPicture]:
+        """Return the newest pictures of the plant; only new ones cross the socket.
+
+        Returns:
+            The pictures by camera; empty if it has none.
+        """
         known = {name: one.time for name, one in self._pictures.items()}
         for picture in map(decode_picture, self._call("pictures", known=known)):
             self._pictures[picture.camera] = picture

@@ -15,11 +15,11 @@ from typing import Any, Final
 
 from aeros.runtime.ports import (
     Ball,
+    CameraPicture,
     CameraView,
     Hull,
     MotionCompletion,
     NoMotion,
-    Picture,
     PlannedMotion,
     Reading,
     RobotBody,
@@ -130,7 +130,7 @@ def decode_value(value: Any) -> Any:
     return value
 
 
-def encode_picture(picture: Picture) -> dict[str, Any]:
+def encode_picture(picture: CameraPicture) -> dict[str, Any]:
     """Encode a picture as a message.
 
     Args:
@@ -150,7 +150,7 @@ def encode_picture(picture: Picture) -> dict[str, Any]:
     }
 
 
-def decode_picture(message: Mapping[str, Any]) -> Picture:
+def decode_picture(message: Mapping[str, Any]) -> CameraPicture:
     """Decode a picture.
 
     Args:
@@ -162,7 +162,9 @@ def decode_picture(message: Mapping[str, Any]) -> Picture:
     depth = None if message["depth"] is None else b64decode(message["depth"])
     width, height = message["size"]
     view = CameraView(*decode_value(message["view"]))
-    return Picture(message["camera"], message["time"], width, height, b64decode(message["rgb"]), depth, view)
+    return CameraPicture(
+        message["camera"], message["time"], width, height, b64decode(message["rgb"]), depth, view
+    )
 
 
 def encode_plan(plan: PlannedMotion) -> dict[str, Any]:

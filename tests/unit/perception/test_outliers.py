@@ -26,7 +26,5 @@ def test_nearly_equal_values_are_kept_within_the_floor() -> None:
 
 
 @given(st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=30), st.floats(1.0, 5.0))
-def test_half_of_the_values_are_inliers_whatever_the_others_are(
-    values: list[float], deviations: float
-) -> None:
+def test_half_of_the_values_are_always_inliers(values: list[float], deviations: float) -> None:
     assert inlier_mask(np.array(values), deviations).sum() * 2 >= len(values)

@@ -26,7 +26,7 @@ from aeros.perception.view import Estimate, estimate
     ],
 )
 def test_numbers_of_numpy_become_pythons_own(given: Any, plain: Any) -> None:
-    for yielded, uncertainty in ((given, None), (estimate(given, np.float32(0.25)), 0.25)):
+    for yielded, uncertainty in ((given, None), (estimate(given, np.float64(0.25)), 0.25)):
         value, found = plain_values({"a": yielded})["a"]
         parts = value if type(value) is list else [value]
         assert (value, found) == (plain, uncertainty)

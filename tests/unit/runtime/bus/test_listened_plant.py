@@ -13,11 +13,11 @@ from aeros.runtime.bus.listened_plant import ListenedPlant
 from aeros.runtime.bus.message_publisher import RobotChain
 from aeros.runtime.bus.messages import PointStamped, TFMessage
 from aeros.runtime.ports import (
+    CameraPicture,
     CameraView,
     MotionCompletion,
     MotionHandle,
     NoMotion,
-    Picture,
     PlannedMotion,
     Plant,
     RobotBody,
@@ -191,9 +191,9 @@ def test_every_listener_receives_the_same(site: Site) -> None:
 
 def test_pictures_are_those_of_the_plant() -> None:
     class Looking(FakePlant):
-        def pictures(self) -> Mapping[str, Picture]:
+        def pictures(self) -> Mapping[str, CameraPicture]:
             view = CameraView((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), 45.0)
-            return {"mast": Picture("mast", 0.0, 1, 1, bytes(3), None, view)}
+            return {"mast": CameraPicture("mast", 0.0, 1, 1, bytes(3), None, view)}
 
     inner = Looking()
     assert ListenedPlant(inner).pictures() == inner.pictures()

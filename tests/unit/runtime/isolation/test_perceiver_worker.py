@@ -56,7 +56,7 @@ def locked(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
 
 def load(body: str, top: str = "") -> LoadPerceiver:
     source = f"{top}\ndef see(view):\n    {body}\n".encode()
-    members = {"math": ("pi",)}
+    members: dict[str, tuple[str, ...]] = {"math": ("pi",)}
     return LoadPerceiver(
         TOKEN, ("seccomp",), 1 << 26, "m", "eye.py", "/eye.py", source, "see", members, ("list",), SLOTS, 72
     )
@@ -129,10 +129,10 @@ def test_the_next_view_shows_what_the_memory_then_holds(memory: int) -> None:
         ("return\n    yield", "the perceiver returned: it yields values for every view"),
     ],
 )
-def test_anything_but_values_is_told_in_words(memory: int, body: str, why: str) -> None:
-    (told,) = answer(memory, body)
-    assert isinstance(told, SkillRaised)
-    assert told.reason.startswith(why)
+def test_anything_but_values_is_described(memory: int, body: str, why: str) -> None:
+    (response,) = answer(memory, body)
+    assert isinstance(response, SkillRaised)
+    assert response.reason.startswith(why)
 
 
 @pytest.mark.usefixtures("locked")

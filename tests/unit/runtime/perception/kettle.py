@@ -9,7 +9,7 @@ from typing import Any
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.isolation.protocol import PerceivedValue
 from aeros.runtime.perception.perceiver_run import Perceived, PerceiverError, ViewInput
-from aeros.runtime.ports import Picture
+from aeros.runtime.ports import CameraPicture
 from aeros.sim.fake import FakePlant
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
@@ -53,13 +53,13 @@ class CameraPlant(FakePlant):
 
     def __init__(self, **readings: Any) -> None:
         super().__init__({"tool_position": PLACE, **readings})
-        self.taken: dict[str, Picture] = {}
+        self.taken: dict[str, CameraPicture] = {}
         self.closed = False
 
     def take(self, time: float | None = None) -> None:
         self.taken = {"overhead": picture(self.now() if time is None else time, (320, 240))}
 
-    def pictures(self) -> Mapping[str, Picture]:
+    def pictures(self) -> Mapping[str, CameraPicture]:
         return self.taken
 
     def close(self) -> None:

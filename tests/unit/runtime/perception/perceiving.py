@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from aeros.runtime.perception.perceiver_run import ViewInput
-from aeros.runtime.ports import CameraView, Picture
+from aeros.runtime.ports import CameraPicture, CameraView
 from aeros.runtime.skills.load import CertifiedCode
 from aeros.spec.diagnostics.source import Source, SourceSpan
 from aeros.spec.model.perception import Perceiver, PictureRequest
@@ -19,12 +19,12 @@ _SPAN: Final = SourceSpan(Source("perceivers.yaml", ""), 0, 0)
 _HEADER: Final = "import numpy as np\nfrom aeros.perception import Estimate, View, estimate\n"
 
 
-def picture(time: float = 1.0, size: tuple[int, int] = (8, 6), camera: str = "overhead") -> Picture:
+def picture(time: float = 1.0, size: tuple[int, int] = (8, 6), camera: str = "overhead") -> CameraPicture:
     """A picture whose n-th byte is n modulo 251, and whose pixels are 1 m, 1.001 m … deep."""
     pixels = size[0] * size[1]
     rgb = (np.arange(3 * pixels) % 251).astype(np.uint8).tobytes()
     depth = (1.0 + np.arange(pixels) / 1000.0).astype(np.float32).tobytes()
-    return Picture(camera, time, *size, rgb, depth, VIEW)
+    return CameraPicture(camera, time, *size, rgb, depth, VIEW)
 
 
 def perceiver(
@@ -46,6 +46,6 @@ def code(body: str, top: str = "") -> CertifiedCode:
 
 
 def view(
-    time: float = 1.0, readings: Mapping[str, Any] | None = None, taken: Picture | None = None
+    time: float = 1.0, readings: Mapping[str, Any] | None = None, taken: CameraPicture | None = None
 ) -> ViewInput:
     return ViewInput(time, readings or {}, {}, {"overhead": taken or picture(time)})

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from aeros.runtime.perception.active_perceiver import MAX_SAMPLES, ActivePerceiver
-from aeros.runtime.ports import Picture, Reading, Readings
+from aeros.runtime.ports import CameraPicture, Reading, Readings
 from aeros.runtime.skills.contract import SkillRefusedError
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.perception import PictureRequest
@@ -38,7 +38,7 @@ class Watched:
         )
 
     def update(
-        self, now: float, taken: float | None = None, readings: Readings | None = None, **more: Picture
+        self, now: float, taken: float | None = None, readings: Readings | None = None, **more: CameraPicture
     ) -> dict[str, Reading]:
         pictures = {} if taken is None else {"overhead": picture(taken, (320, 240))}
         self.one.update(now, readings or {}, {**pictures, **more}, 1.0)

@@ -76,7 +76,7 @@ class _Bare:
         }
 
 
-def test_without_numpy_the_user_is_told_what_to_install(
+def test_without_numpy_the_message_says_what_to_install(
     monkeypatch: pytest.MonkeyPatch, skills: SkillRunFactory
 ) -> None:
     monkeypatch.setattr(module, "find_spec", lambda name: None)

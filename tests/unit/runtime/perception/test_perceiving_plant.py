@@ -153,7 +153,7 @@ def test_the_monitor_sees_nothing_that_was_perceived_unless_the_site_lets_invari
         assert seen == [{"tool_position": PLACE, **shown}]
 
 
-def test_readings_are_sampled_at_ticks_and_the_monitor_is_told_of_stops_all_the_same() -> None:
+def test_readings_are_sampled_at_ticks_and_stops_are_announced_to_the_monitor() -> None:
     class Stopping(CameraPlant):
         def advance(self, monitor: Any, until: float) -> Any:
             monitor.begin_stop("blocked", 0.5)

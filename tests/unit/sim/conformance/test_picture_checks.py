@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.ports import CameraView, Picture
+from aeros.runtime.ports import CameraPicture, CameraView
 from aeros.sim.conformance.picture_checks import a_look_brings_a_new_picture_of_its_own_time as check
 from aeros.sim.conformance.suite import CHECKS, ConformanceError, PlantUnderTest
 from aeros.sim.fake import FakePlant
@@ -20,8 +20,8 @@ from tests.unit.sim.conformance.subjects import KINEMATIC, REACH
 VIEW = CameraView((0.5, 0.0, 1.0), (0.5, 0.0, 0.0), (1.0, 0.0, 0.0), 45.0)
 
 
-def picture(camera: str, time: float, red: int = 9, depth: float = 1.0) -> Picture:
-    return Picture(camera, time, 2, 1, bytes((red, 0, 0) * 2), array("f", [depth] * 2).tobytes(), VIEW)
+def picture(camera: str, time: float, red: int = 9, depth: float = 1.0) -> CameraPicture:
+    return CameraPicture(camera, time, 2, 1, bytes((red, 0, 0) * 2), array("f", [depth] * 2).tobytes(), VIEW)
 
 
 class Looking(FakePlant):
@@ -31,7 +31,7 @@ class Looking(FakePlant):
         super().__init__()
         self._taken = taken
 
-    def pictures(self) -> Mapping[str, Picture]:
+    def pictures(self) -> Mapping[str, CameraPicture]:
         old = {name: picture(name, 0.0) for name in ("overhead", "mast")}
         return {**old, **self._taken} if self.now() > 0.0 else old
 
@@ -73,7 +73,7 @@ def test_a_plant_whose_author_states_no_look_passes() -> None:
         ),
     ],
 )
-def test_a_plant_that_breaks_the_promise_is_refused(taken: dict[str, Picture], why: str) -> None:
+def test_a_plant_that_breaks_the_promise_is_refused(taken: dict[str, CameraPicture], why: str) -> None:
     with pytest.raises(ConformanceError, match=why):
         check(subject(**taken))
 
@@ -82,7 +82,7 @@ def test_pictures_that_change_by_being_asked_for_are_refused() -> None:
     class Restless(Looking):
         count = 0
 
-        def pictures(self) -> Mapping[str, Picture]:
+        def pictures(self) -> Mapping[str, CameraPicture]:
             self.count += 1
             return {"overhead": picture("overhead", 0.0, red=self.count)}
 

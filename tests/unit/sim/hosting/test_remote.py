@@ -12,11 +12,11 @@ from typing import Any
 import pytest
 
 from aeros.runtime.ports import (
+    CameraPicture,
     CameraView,
     MotionCompletion,
     MotionHandle,
     NoMotion,
-    Picture,
     Plant,
     Reading,
     RobotBody,
@@ -212,10 +212,10 @@ def test_where_nothing_listens_there_is_no_plant(tmp_path: Path) -> None:
 class Looking(FakePlant):
     """A plant with two cameras, one of which takes a new picture each second."""
 
-    def pictures(self) -> Mapping[str, Picture]:
+    def pictures(self) -> Mapping[str, CameraPicture]:
         view = CameraView((0.1, 0.2, 0.3), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 45.0)
         return {
-            name: Picture(name, time, 2, 1, bytes(range(6)), depth, view)
+            name: CameraPicture(name, time, 2, 1, bytes(range(6)), depth, view)
             for name, time, depth in (("mast", 0.0, None), ("hand", self.now(), bytes(range(8))))
         }
 

@@ -17,11 +17,11 @@ from hypothesis import strategies as st
 
 from aeros.runtime.ports import (
     Ball,
+    CameraPicture,
     CameraView,
     Hull,
     MotionCompletion,
     NoMotion,
-    Picture,
     Reading,
     RobotBody,
     ServoBounds,
@@ -183,5 +183,5 @@ def test_a_body_arrives_as_it_is() -> None:
 def test_a_picture_survives_the_way_as_json(has_depth: bool) -> None:
     view = CameraView((0.1, 0.2, 0.3), (0.0, 1e-300, 0.0), (0.0, 0.0, 1.0), 45.5)
     depth = bytes(range(24)) if has_depth else None
-    picture = Picture("mast", 1.0 / 3.0, 3, 2, bytes(range(18)), depth, view)
+    picture = CameraPicture("mast", 1.0 / 3.0, 3, 2, bytes(range(18)), depth, view)
     assert decode_picture(json.loads(json.dumps(encode_picture(picture)))) == picture

@@ -1,5 +1,7 @@
 """Find the blue cube from above, and compare the tool with it."""
 
+from typing import Any
+
 import numpy as np
 
 from aeros.perception import (
@@ -23,7 +25,7 @@ def see_cube(view: View) -> Perception:
         points = picture.points()
         low = (points[..., 2] > 0.012) & (points[..., 2] < 0.12)
         blue = largest_component(low & has_dominant_colour(picture.rgb, 2, 1.5, 60))
-        values = {"cube_seen": False, "cube_position": None}
+        values: dict[str, Any] = {"cube_seen": False}
         if np.count_nonzero(blue) > 25:
             face, height = top_face(points[blue])
             if has_size(face, EDGE, EDGE, 0.01):
