@@ -255,8 +255,7 @@ def _own_snapshot(code: ModuleSource) -> TheoremObligation:
 
 
 def _monitor(code: ModuleSource) -> TheoremObligation:
-    check = code.module(_REQUEST_CHECK)
-    monitor = code.module(_MONITOR, using=(check,)).RuntimeMonitor
+    monitor = code.module(_MONITOR).RuntimeMonitor
 
     def run(given: bool, ask: DecideBranch) -> str:
         # What the tick before left, where the fast check had it: all that was measured then.

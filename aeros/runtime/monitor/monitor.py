@@ -21,7 +21,6 @@ from typing import Any, Final, NamedTuple
 
 from aeros.runtime.gate.compiled.rules import CompiledRuleSet, FastTickCheck, MonitorRules
 from aeros.runtime.gate.joint_rules import ActiveAction
-from aeros.runtime.gate.request_check import is_module_variable
 from aeros.runtime.gate.value_check import Scalars, check_freshness, is_reading
 from aeros.runtime.gate.violation import RuleViolation
 from aeros.runtime.monitor.history import HistoryTracker, HistoryValues
@@ -70,7 +69,7 @@ _Watches = Sequence[_MonitoredActions]
 
 def _is_unread(name: str, watches: _Watches) -> bool:
     """Tell if a name is of a module's variable that no rule under watch reads: its value stops nothing."""
-    return is_module_variable(name) and all(name not in watch.rules.reads for watch in watches)
+    return "." in name and all(name not in watch.rules.reads for watch in watches)
 
 
 class RuntimeMonitor:
