@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +18,11 @@ from aeros.runtime.isolation.run_factory import SkillRunFactory
 from aeros.runtime.perception.open_perceiver import open_by_policy
 from aeros.runtime.ports import Reading
 from aeros.runtime.proving import prove_configuration
+from aeros.runtime.skills.in_process_run import run_in_process
 from aeros.session.assembly import SessionSetup, build_executor, open_agent, open_recorded_plant
 from aeros.session.plant_factory import open_plant
 from aeros.spec.text.discovery import reference_site_path
-from tests.unit.runtime.perception.kettle import CameraPlant
+from tests.unit.runtime.perception.kettle import CameraPlant, Scripted, configuration, kettle
 
 MODULE = Path(__file__).with_name("data") / "point_at_cube"
 
@@ -35,11 +37,11 @@ def records(path: Path) -> list[dict[str, Any]]:
 
 @pytest.mark.physics
 def test_a_predicate_that_a_module_sees_is_its_precondition_and_its_goal(tmp_path: Path) -> None:
-    configuration = proved(MODULE)
-    task = configuration.modules["point_at_cube"].tasks["point"]
+    configured = proved(MODULE)
+    task = configured.modules["point_at_cube"].tasks["point"]
     setup = SessionSetup(
-        configuration=configuration,
-        open_plant=lambda observe: open_plant("physics", configuration, task, 0),
+        configuration=configured,
+        open_plant=lambda observe: open_plant("physics", configured, task, 0),
         out=tmp_path,
         state=None,
         warn=lambda text: None,
@@ -47,7 +49,7 @@ def test_a_predicate_that_a_module_sees_is_its_precondition_and_its_goal(tmp_pat
     )
     with (
         open_recorded_plant(setup) as recorded,
-        open_agent(setup, recorded, FixedGovernor(configuration)) as session,
+        open_agent(setup, recorded, FixedGovernor(configured)) as session,
     ):
         assert session.agent.run("point at the cube").reached
         seen = session.executor.observe()["point_at_cube.hand_over_cube"]
@@ -76,15 +78,13 @@ def test_what_a_hostile_perceiver_measures_is_unknown_and_the_record_says_why(
     code = f"from aeros.perception import estimate\n\n\ndef see_cube(view):\n    {body}\n"
     others = "\n\ndef see_hand(view):\n    while True:\n        view = yield {'hand_over_cube': True}\n"
     (folder / "perceivers.py").write_text(code + others)
-    configuration = proved(folder)
+    configured = proved(folder)
     plant = CameraPlant()
     plant.take()
     with (
-        SkillRunFactory(configuration.site, configuration.modules.values()) as skills,
+        SkillRunFactory(configured.site, configured.modules.values()) as skills,
         AuditLog(tmp_path / "audit.jsonl") as audit,
-        build_executor(
-            configuration, plant, audit, skills, open_perceiver=open_by_policy(skills)
-        ) as executor,
+        build_executor(configured, plant, audit, skills, open_perceiver=open_by_policy(skills)) as executor,
     ):
         observed = executor.observe()
     # The other perceiver of the module is not disturbed.
@@ -94,3 +94,18 @@ def test_what_a_hostile_perceiver_measures_is_unknown_and_the_record_says_why(
     assert why in failure["details"]["reason"]
     assert failure["details"]["perceiver"] == "cube_view"
     assert verify_log(tmp_path / "audit.jsonl").is_sound
+
+
+def test_perceivers_end_with_the_executor_and_without_them_the_plant_is_not_wrapped(tmp_path: Path) -> None:
+    plant, runs = CameraPlant(), Scripted({"water_hot": True})
+    plant.take()
+    with_one = configuration(kettle())
+    for configured, opened in ((with_one, 1), (replace(with_one, modules={}), 0)):
+        runs.opened = runs.closed = 0
+        with (
+            AuditLog(tmp_path / f"{opened}.jsonl") as audit,
+            build_executor(configured, plant, audit, run_in_process, open_perceiver=runs) as executor,
+        ):
+            assert ("kettle.water_hot" in executor.observe()) == bool(opened)
+            assert (executor._plant is plant) == (not opened)
+        assert (runs.opened, runs.closed) == (opened, opened)
