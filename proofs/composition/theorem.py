@@ -11,7 +11,6 @@ from aeros.runtime.gate.decision import Decision, DecisionKind, Reason
 from aeros.skill import Action
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL
-from aeros.spec.model.composition import Step
 from aeros.spec.model.step_graph import If, Par, Seq
 from aeros.spec.model.variables import Declared
 from aeros.spec.theorems.module_copies import ModuleSource, Mutant, install_stubs
@@ -24,6 +23,7 @@ JOINT_RULES: Final = "aeros.runtime.gate.joint_rules"
 DECISION_PIPELINE: Final = "aeros.runtime.execution.decision_pipeline"
 GATE: Final = "aeros.runtime.gate.gate"
 JOINT: Final = "aeros.spec.obligations.joint"
+COMPOSITION: Final = "aeros.spec.model.composition"
 PARALLEL: Final = "aeros.spec.obligations.parallel"
 
 # At work: each action is decided beside those under way.
@@ -286,11 +286,12 @@ _STEPS: Final = ("s1", "s2", "s3", "s4")
 
 
 def _branch_pair_obligations(code: ModuleSource) -> TheoremObligation:
-    """Of all shapes of two branches, each of two steps, one with a handler."""
-    parallel = code.module(PARALLEL)
+    """Of all shapes of two branches, each of two steps, one with handlers."""
+    model = code.module(COMPOSITION)
+    parallel = code.module(PARALLEL, using=(model,))
 
-    def step(name: str, handler: str | None = None) -> Step:
-        return Step(name, name, {}, {}, 0, handler, cast("Any", None))
+    def step(name: str, between: str | None = None, last: str | None = None) -> Any:
+        return model.Step(name, name, {}, {}, 0, between, last, None)
 
     def settled(*_: Any) -> Iterator[Any]:
         """Yield nothing: claims that need no solver are left out."""
@@ -299,7 +300,7 @@ def _branch_pair_obligations(code: ModuleSource) -> TheoremObligation:
     parallel._BranchPairClaims.resources = parallel._BranchPairClaims.shared_use_claims = settled
 
     def run(ask: DecideBranch) -> str:
-        handlers = {"h": step("h")}
+        handlers = {"h": step("h"), "l": step("l")}
 
         def branch(which: str, one: Any, two: Any) -> Any:
             if ask(f"{which}.is-seq"):
@@ -308,7 +309,9 @@ def _branch_pair_obligations(code: ModuleSource) -> TheoremObligation:
                 return If(t.TRUE, "", one, two, cast("Any", None))
             return Par((one, two), cast("Any", None))
 
-        s1, s2, s3, s4 = (step(name, "h" if name == "s1" and ask("handled") else None) for name in _STEPS)
+        asked = (("h", "handled"), ("l", "handled-last"))
+        names = [name if ask(given) else None for name, given in asked]
+        s1, s2, s3, s4 = step("s1", *names), *map(step, _STEPS[1:])
         inner = branch("left", s1, s2), branch("right", s3, s4)
         par = Par(inner, cast("Any", None))
         met: set[frozenset[str]] = set()
@@ -322,10 +325,10 @@ def _branch_pair_obligations(code: ModuleSource) -> TheoremObligation:
             {"joint_obligations": joint_obligations, "step_arguments": lambda *_: None},
         )
         composition = SimpleNamespace(id="c", body=par, handlers=handlers)
-        skills = dict.fromkeys((*_STEPS, "h"))
+        skills = dict.fromkeys((*_STEPS, "h", "l"))
         ecm = SimpleNamespace(skills=skills)
         list(parallel.parallel_obligations(composition, ecm, SimpleNamespace()))
-        return smt_literal(_concurrent_steps(inner, handled=s1.handler is not None) <= met)
+        return smt_literal(_concurrent_steps(inner, [name for name in names if name]) <= met)
 
     return TheoremObligation(
         "`parallel_obligations` puts every two steps that may be under way together to `joint_obligations`,\n"
@@ -337,17 +340,16 @@ def _branch_pair_obligations(code: ModuleSource) -> TheoremObligation:
                 for shape in ("seq", "if")
             ),
             "(declare-const handled Bool)",
+            "(declare-const handled-last Bool)",
         ),
         "every-pair-is-met",
         tables=(SymbolicFunction("every-pair-is-met", "Bool", execute_symbolically(run)),),
     )
 
 
-def _concurrent_steps(branches: tuple[Any, Any], *, handled: bool) -> set[frozenset[str]]:
+def _concurrent_steps(branches: tuple[Any, Any], handlers: Sequence[str]) -> set[frozenset[str]]:
     """Steps that may be under way together: of both branches, and of one that is parallel itself."""
-    left, right = {"s1", "s2"}, {"s3", "s4"}
-    if handled:
-        left = {*left, "h"}
+    left, right = {"s1", "s2", *handlers}, {"s3", "s4"}
     found = {frozenset(pair) for pair in product(left, right)}
     for branch, steps in zip(branches, (left, right), strict=True):
         if isinstance(branch, Par):
@@ -430,6 +432,13 @@ THEOREM = Theorem(
             PARALLEL,
             "return (step, *handlers_of(step, self.composition.handlers))",
             "return (step,)",
+        ),
+        Mutant(
+            "forgets-what-follows-the-last-try",
+            "pairs",
+            COMPOSITION,
+            "names = (self.between_tries, self.last_handler)",
+            "names = (self.between_tries,)",
         ),
     ),
 )

@@ -2,15 +2,17 @@
 
 - An attempt of a step: the skill is active, its precondition is measured as true, it is started. It succeeds
   iff the skill ran to its end and the measured outcome is declared and no failure.
-- A failed attempt is repeated at most `retry` times. Before each further attempt `on_failure` runs with
-  default inputs (its effect is checked by the next attempt's precondition), or the step's handler runs,
-  whose own failure fails the step. If the step's `unless` is measured as true by then, the step is done.
-  Never repeated: an attempt that did not start, was refused, denied or cancelled, or ended in an undeclared
-  outcome. An `on_failure` that was submitted and then refused, denied, or ended in an undeclared outcome
-  ends its step likewise.
+- A failed attempt is repeated at most `retry` times. Before each further attempt `between_tries` runs. Its
+  effect is checked by the next attempt's precondition; in a composition its failure fails the step. If the
+  step's `unless` is measured as true by then, the step is done. Never repeated: an attempt that did not
+  start, was refused, denied or cancelled, or ended in an undeclared outcome.
+- When no attempt is left, or the next one cannot start, the step has failed. Then `on_failure` runs, which
+  may bring about a state in which the next plan succeeds. It does not run after an attempt that was refused,
+  denied or cancelled, or ended in an undeclared outcome. If `between_tries` or `on_failure` itself ends like
+  that, so does its step.
 - Remaining attempts are dropped if memory makes another one hopeless (`posterior.py`) and this run has
-  already planned in the same measured state. Then the agent plans again in that state, which the proof of
-  the task's rules already counts as a state to plan in.
+  already planned in the same measured state. The proof of the task's rules counts every failed attempt as one
+  that may be the last.
 - A sequence fails with its first part that fails. The branches of a `par` start in the order written.
   When one fails for good the whole `par` has failed and nothing follows (as in `flow.paths`): the other
   branches start nothing more and their running steps are cancelled. The `par` ends when they have ended.
@@ -28,7 +30,7 @@ import json
 from collections.abc import Callable, Generator, Iterator, Mapping
 from dataclasses import dataclass, field
 from math import inf
-from typing import Any
+from typing import Any, Final
 
 from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.progress import PlanProgress, StepPath, UnfinishedAttempt
@@ -48,12 +50,17 @@ class PlanFailure:
         reason: reason in words.
         is_final: planning again cannot help.
         is_transient: planning again cannot help now, but may later.
+        is_declared: a step ended as it declares that it may, or could not start.
     """
 
     reason: str
     is_final: bool = False
     is_transient: bool = False
+    is_declared: bool = field(default=False, compare=False)
 
+
+_AFTER_LAST: Final = 0
+"""Place of what follows the last attempt of a step; what runs between two has the number of the first."""
 
 _Branch = Generator[None, EndedStep, PlanFailure | None]
 """Rest of a part's execution; returns None once the part is done, else the failure that ended it."""
@@ -206,6 +213,7 @@ class PlanExecutor:
 
     def _run_attempt(self, role: StepRole, step: PlanStep, scope: _CancelScope, at: StepPath) -> _Branch:
         attempt = self._progress.last_result(at) or (yield from self._invoke(role, step, scope, at))
+        has_failed = attempt.is_retryable
         while self._progress.attempt_count(at) <= step.retry:
             if not attempt.is_retryable or self._is_done(step):
                 break
@@ -213,35 +221,33 @@ class PlanExecutor:
                 why = attempt.no_retry_reason
                 self._journal.record("retries-skipped", f"{step}: {why}", step=str(step), reason=why)
                 break
-            end = yield from self._run_recovery(step, scope, (*at, self._progress.attempt_count(at)))
-            if end is not None:
-                return end
+            count = self._progress.attempt_count(at)
+            end = yield from self._run_recovery(step.between_tries, scope, (*at, count))
+            if end is not None and (step.needs_recovery or not end.is_declared):
+                return (yield from self._fail(step, end, scope, at))
             if self._is_done(step):
                 self._progress.mark_done(at)
                 return None
             attempt = yield from self._invoke(StepRole.RETRY, step, scope, at)
+            has_failed = attempt.is_retryable or (has_failed and attempt.record is None)
         if not attempt.failed or (attempt.is_retryable and self._is_done(step)):
             self._progress.mark_done(at)
             return None
-        return self._failure_of(step, attempt)
+        failure = self._failure_of(step, attempt)
+        return (yield from self._fail(step, failure, scope, at)) if has_failed else failure
 
-    def _run_recovery(self, step: PlanStep, scope: _CancelScope, at: StepPath) -> _Branch:
-        """Run the recovery between two attempts; return a failure if its result forbids another attempt."""
-        if self._progress.is_done(at):
+    def _fail(self, step: PlanStep, failure: PlanFailure, scope: _CancelScope, at: StepPath) -> _Branch:
+        """Run what follows the last attempt of a step; return the failure of the step."""
+        if not failure.is_declared or self._is_over():
+            return failure
+        end = yield from self._run_recovery(step.on_failure, scope, (*at, _AFTER_LAST))
+        return failure if end is None or end.is_declared else end
+
+    def _run_recovery(self, recovery: PlanStep | None, scope: _CancelScope, at: StepPath) -> _Branch:
+        """Run a recovery, if there is one that was not run yet."""
+        if recovery is None or self._progress.is_done(at):
             return None
-        if step.handler is not None:
-            return (yield from self._run_attempt(StepRole.RECOVERY, step.handler, scope, at))
-        if step.on_failure is None:
-            return None
-        recovery = PlanStep(step.module, step.on_failure)
-        attempt = self._progress.last_result(at) or (
-            yield from self._invoke(StepRole.RECOVERY, recovery, scope, at)
-        )
-        # A recovery that did not start is no obstacle: nothing moved, and the next attempt checks its
-        # precondition.
-        if not attempt.failed or attempt.is_retryable or attempt.record is None:
-            return None
-        return self._failure_of(recovery, attempt)
+        return (yield from self._run_attempt(StepRole.RECOVERY, recovery, scope, at))
 
     def _invoke(
         self, role: StepRole, step: PlanStep, scope: _CancelScope, at: StepPath
@@ -282,7 +288,10 @@ class PlanExecutor:
         if attempt.ends_run:
             return PlanFailure(f"{name} ended with an undeclared outcome: {attempt.reason}", is_final=True)
         if not attempt.is_denied:
-            return PlanFailure(f"{name} failed: {attempt.reason}")
+            ran = attempt.record is not None
+            return PlanFailure(
+                f"{name} failed: {attempt.reason}", is_declared=attempt.is_retryable or not ran
+            )
         if attempt.is_transient:
             return PlanFailure(f"{name} was denied: {attempt.reason}", is_transient=True)
         inputs = {key: to_json_value(value) for key, value in step.inputs.items()}

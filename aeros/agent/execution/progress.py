@@ -1,8 +1,8 @@
 """Progress of a plan: the attempts of each step that were started, and their results.
 
 A step path is the place of a part in the plan's graph: the indices of the parts on the way down to it. A
-recovery between two attempts adds the number of the attempt before it. This module decides nothing: the
-executor asks it where to continue, and checkpoints keep it.
+recovery between two attempts adds the number of the attempt before it; one after the last attempt adds 0.
+This module decides nothing: the executor asks it where to continue, and checkpoints keep it.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class AttemptHistory:
     Attributes:
         attempt_count: number of attempts started.
         unfinished: attempt that is running, if any.
-        last_result: result of the last attempt, if it has ended.
+        last_result: result of the last attempt that has ended, if any.
     """
 
     attempt_count: int = 0
@@ -117,7 +117,7 @@ class PlanProgress:
             attempt: the attempt.
         """
         tried = self.attempts.setdefault(at, AttemptHistory())
-        tried.attempt_count, tried.unfinished, tried.last_result = tried.attempt_count + 1, attempt, None
+        tried.attempt_count, tried.unfinished = tried.attempt_count + 1, attempt
         self.on_change()
 
     def finish_attempt(self, at: StepPath, result: AttemptResult) -> None:

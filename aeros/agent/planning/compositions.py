@@ -63,9 +63,22 @@ def composition_to_graph(composition: Composition, module: str) -> TaskGraph:
     """
 
     def planned(step: spec.Step) -> PlanStep:
-        handler = None if step.handler is None else planned(composition.handlers[step.handler])
+        between, last = (
+            None if name is None else planned(composition.handlers[name])
+            for name in (step.between_tries, step.last_handler)
+        )
         flows = {name: (flow.step, flow.output) for name, flow in step.output_references.items()}
-        return PlanStep(module, step.skill, step.inputs, step.retry, handler=handler, id=step.id, flows=flows)
+        return PlanStep(
+            module,
+            step.skill,
+            step.inputs,
+            step.retry,
+            between,
+            last,
+            needs_recovery=between is not None,
+            id=step.id,
+            flows=flows,
+        )
 
     body = map_graph_steps(composition.body, planned)
     return TaskGraph(body.parts if isinstance(body, Seq) else (body,))

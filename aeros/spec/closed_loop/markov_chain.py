@@ -33,7 +33,7 @@ class Prediction:
         success: probability that the goal is reached.
         invocations: expected number of skills submitted.
         retries: expected number of these that are further tries of a step.
-        recoveries: expected number of these that are run by `on_failure`.
+        recoveries: expected number of these that are run after a failure, by `between_tries` or `on_failure`.
         replans: expected number of plans made after the first.
     """
 
@@ -120,9 +120,12 @@ class _Queue:
 def _rank(made: int, node: LoopState) -> tuple[int, ...]:
     """Rank a state so that every move leads to a higher rank.
 
-    The order is by re-plans, then by steps done, then by tries; the recovery comes before the next try.
+    The order is by re-plans, then by steps done, then by tries; the recovery comes before the next try.  What
+    follows the last try has no steps left to count and comes last.
     """
     if node.phase == "plan":
         return (made, 0)
+    if node.phase == "reset":
+        return (made, 1, 1)
     ended = node.phase in ("reached", "rejected")
     return (made, 2 if ended else 1, -len(node.remaining_rules), node.tries, node.phase == "try")

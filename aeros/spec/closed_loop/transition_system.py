@@ -41,14 +41,15 @@ class LoopState:
     """A state of the loop: its phase, the measured predicates and the rest of the plan.
 
     Attributes:
-        phase: `plan` (about to plan), `try` or `recover` (of the first step of `remaining_rules`), `reached`
-            (the goal is measured), or `rejected` (no plan is accepted here, and another would be the same).
+        phase: `plan` (about to plan), `try`, `recover` (between two tries) or `reset` (after the last try) of
+            the first step of `remaining_rules`, `reached` (the goal is measured), or `rejected` (no plan is
+            accepted here, and another would be the same).
         state: a value for each predicate.
         remaining_rules: the rules of the current plan that are still to be run, by index.
         tries: failed tries of the current step.
     """
 
-    phase: Literal["plan", "try", "recover", "reached", "rejected"]
+    phase: Literal["plan", "try", "recover", "reset", "reached", "rejected"]
     state: State
     remaining_rules: tuple[int, ...] = ()
     tries: int = 0
@@ -112,12 +113,16 @@ class TransitionSystem:
             [Invocation(ecm.skills[name], rule.inputs, self.names, settable) for name in providers]
             for rule, providers in zip(task.rules, self._providers, strict=True)
         ]
-        self._recoveries = [
-            None
-            if rule.on_failure is None
-            else Invocation(ecm.skills[rule.on_failure], {}, self.names, settable)
-            for rule in task.rules
-        ]
+        self._recoveries = {
+            phase: [
+                None if name is None else Invocation(ecm.skills[name], {}, self.names, settable)
+                for name in names
+            ]
+            for phase, names in (
+                ("recover", [rule.between_tries for rule in task.rules]),
+                ("reset", [rule.on_failure for rule in task.rules]),
+            )
+        }
         self._rejections: dict[tuple[int, ...], str | None] = {}
 
     def condition(self, term: t.Term) -> StateCondition:
@@ -167,6 +172,8 @@ class TransitionSystem:
             return [Transition(self._compute_plan(node.state))]
         if not node.remaining_rules:
             return [Transition(LoopState("plan", node.state))]
+        if node.phase == "reset":
+            return self._recovery_transitions(node)
         if self._unless[node.remaining_rules[0]](node.state):
             return [Transition(LoopState("try", node.state, node.remaining_rules[1:]))]
         return (
@@ -211,21 +218,24 @@ class TransitionSystem:
         if not self._tried_too_often.isdisjoint(plan):
             return f"a step has more than the {self._most_retries} retries that this site allows"
         recovered = [
-            (name, self.task.rules[index].on_failure or "")
+            (name, recovery)
             for index in plan
-            if self.task.rules[index].on_failure is not None
+            for recovery in recoveries_of(self.task.rules[index])
             for name in self._providers[index]
         ]
         for _, recovery in recovered:
             if any(declared.default_value is None for declared in self._skills[recovery].inputs.values()):
                 return f"`{recovery}` runs with default inputs after a failure, but an input has no default"
-        return "`on_failure` leads back to itself" if _is_cyclic(recovered) else None
+        return "a failure leads back to itself" if _is_cyclic(recovered) else None
 
     def _attempt_transitions(self, node: LoopState) -> list[Transition]:
         index, rest = node.remaining_rules[0], node.remaining_rules[1:]
         able = [step for step in self._steps[index] if step.can_start(node.state)]
         if not able:
-            return [Transition(LoopState("plan", node.state))]
+            is_failure = node.tries > 0
+            return [
+                Transition(self._failed(index, node.state) if is_failure else LoopState("plan", node.state))
+            ]
         last = node.tries >= self.task.rules[index].retry
         moves = []
         for step, (state, outcome, probability) in (
@@ -234,28 +244,56 @@ class TransitionSystem:
             if not outcome.failure or (last and self._unless[index](state)):
                 target = LoopState("try", state, rest)
             elif last:
-                target = LoopState("plan", state)
+                target = self._failed(index, state)
             else:
                 target = LoopState("recover", state, node.remaining_rules, node.tries + 1)
             label = f"{step.name} → {outcome.id}"
             role: Literal["step", "retry"] = "retry" if node.tries else "step"
             moves.append(Transition(target, probability / len(able), role, label, step.name))
+            if target.phase == "recover" and self._recoveries["reset"][index] is not None:
+                # The agent's memory may leave out the tries that are left.
+                given_up = self._failed(index, state)
+                moves.append(Transition(given_up, Fraction(0), role, label, step.name))
         return moves
 
+    def _failed(self, index: int, state: State) -> LoopState:
+        """Return the node after the last try of a rule's step has failed."""
+        if self._recoveries["reset"][index] is None:
+            return LoopState("plan", state)
+        return LoopState("reset", state, (index,), self.task.rules[index].retry + 1)
+
     def _recovery_transitions(self, node: LoopState) -> list[Transition]:
-        """List the moves of a recovery; one that cannot start is skipped, and the next try follows."""
-        recovery = self._recoveries[node.remaining_rules[0]]
+        """List the moves of a recovery; one that cannot start is skipped."""
+
+        def after(state: State) -> LoopState:
+            if node.phase == "reset":
+                return LoopState("plan", state)
+            return LoopState("try", state, node.remaining_rules, node.tries)
+
+        recovery = self._recoveries[node.phase][node.remaining_rules[0]]
         if recovery is None or not recovery.can_start(node.state):
-            return [Transition(LoopState("try", node.state, node.remaining_rules, node.tries))]
+            return [Transition(after(node.state))]
         return [
             Transition(
-                LoopState("try", state, node.remaining_rules, node.tries),
+                after(state),
                 probability,
                 "recovery",
                 f"{recovery.name} → {outcome.id}",
             )
             for state, outcome, probability in recovery.after(node.state)
         ]
+
+
+def recoveries_of(rule: PlanningRule) -> tuple[str, ...]:
+    """List the skills that a failure of a rule's step leads to.
+
+    Args:
+        rule: the rule.
+
+    Returns:
+        Names under `between_tries` and `on_failure`.
+    """
+    return tuple(name for name in (rule.between_tries, rule.on_failure) if name is not None)
 
 
 def _is_cyclic(edges: list[tuple[str, str]]) -> bool:
@@ -295,7 +333,7 @@ def skills_of(ecm: Ecm, task: Task) -> list[Skill]:
         Providers of the rules' skills and capabilities, and recoveries, sorted by name.
     """
     used = {name for rule in task.rules for name in ecm.providers(rule.skill)}
-    used |= {rule.on_failure for rule in task.rules if rule.on_failure}
+    used |= {name for rule in task.rules for name in recoveries_of(rule)}
     return [ecm.skills[name] for name in sorted(used)]
 
 

@@ -36,7 +36,7 @@ class OutputReference:
 
 @dataclass(frozen=True)
 class Handler:
-    """A skill that runs before each retry of a failed step.
+    """A skill that runs after a failure: between two tries of a step, or after the last one.
 
     Attributes:
         span: its place in the file.
@@ -48,9 +48,13 @@ class Handler:
         default=MappingField(), metadata={"doc": "its inputs, as in `inputs: {force: 8 N}`"}
     )
     retry: Retry | None = field(default=None, metadata={"doc": "how many times it is retried itself"})
-    on_failure: Identifier | None = field(
+    between_tries: Identifier | None = field(
         default=None,
         metadata={"doc": "the handler between two of its own tries; it must not lead back to this one"},
+    )
+    on_failure: Identifier | None = field(
+        default=None,
+        metadata={"doc": "the handler after its own last try; it must not lead back to this one"},
     )
 
 
@@ -89,9 +93,15 @@ class Part:
         metadata={"doc": "its inputs, as in `inputs: {force: 8 N, width: {from: measure.width}}`"},
     )
     retry: Retry | None = field(default=None, metadata={"doc": "how many times a failed step is retried"})
+    between_tries: Identifier | None = field(
+        default=None, metadata={"doc": "the handler or skill that runs between two tries"}
+    )
     on_failure: Identifier | None = field(
         default=None,
-        metadata={"doc": "the handler or skill that runs between two tries; `stop`: the composition fails"},
+        metadata={
+            "doc": "the handler or skill that runs after the last try; then, or with `stop` at once, the "
+            "composition fails"
+        },
     )
 
 

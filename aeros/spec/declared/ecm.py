@@ -120,7 +120,7 @@ class Capability:
 
 @dataclass(frozen=True)
 class PlanningRule:
-    """`unless CONDITION do SKILL retry N on_failure SKILL`, or `do CAPABILITY`.
+    """`unless CONDITION do SKILL retry N between_tries SKILL on_failure SKILL`, or `do CAPABILITY`.
 
     Attributes:
         span: its place in the file.
@@ -135,8 +135,12 @@ class PlanningRule:
     retry: Annotated[IntegerField, ValueBounds(0, 100)] | None = field(
         default=None, metadata={"doc": "how many times a failed step is retried"}
     )
-    on_failure: Identifier | None = field(
+    between_tries: Identifier | None = field(
         default=None, metadata={"doc": "the skill that runs between two tries"}
+    )
+    on_failure: Identifier | None = field(
+        default=None,
+        metadata={"doc": "the skill that runs when the last try has failed, before the agent plans again"},
     )
 
 

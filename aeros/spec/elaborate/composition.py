@@ -15,6 +15,7 @@ from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.elaborate.expressions import elaborate_expression
 from aeros.spec.elaborate.names import resolve_name
 from aeros.spec.elaborate.scopes import state_scope
+from aeros.spec.elaborate.tasks import NEEDS_RETRY
 from aeros.spec.elaborate.values import elaborate_value
 from aeros.spec.expr import terms as t
 from aeros.spec.model.composition import STOP_ON_FAILURE, Composition, OutputReference, Part, Step
@@ -23,7 +24,7 @@ from aeros.spec.model.site import Site
 from aeros.spec.model.step_graph import If, Par, Seq
 from aeros.spec.text.fields import ChoiceField, ExpressionField, IntegerField, MappingField, TextField
 
-_STEP_FIELDS = ("id", "inputs", "retry", "on_failure")
+_STEP_FIELDS = ("id", "inputs", "retry", "between_tries", "on_failure")
 
 
 def elaborate_compositions(
@@ -65,6 +66,7 @@ class _InvocationFields:
     skill: TextField
     inputs: tuple[tuple[TextField, ExpressionField | declared.OutputReference], ...]
     retry: IntegerField | None
+    between_tries: TextField | None
     on_failure: TextField | None
 
 
@@ -104,7 +106,9 @@ class _Elaborator:
                     "a handler cannot be named `stop`: `on_failure: stop` ends the composition",
                     handler_name.span,
                 )
-            run = _InvocationFields(handler.skill, handler.inputs.items, handler.retry, handler.on_failure)
+            run = _InvocationFields(
+                handler.skill, handler.inputs.items, handler.retry, handler.between_tries, handler.on_failure
+            )
             step = self._step(handler_name.value, run, handler_name.span)
             if step is not None:
                 self._handlers[handler_name.value] = step
@@ -143,7 +147,9 @@ class _Elaborator:
         self._check_fields(part, forms[0])
         if part.skill is not None:
             name = part.id or part.skill
-            run = _InvocationFields(part.skill, part.inputs.items, part.retry, part.on_failure)
+            run = _InvocationFields(
+                part.skill, part.inputs.items, part.retry, part.between_tries, part.on_failure
+            )
             return self._step(name.value, run, part.skill.span)
         if part.if_ is not None:
             return self._if(part, part.if_)
@@ -182,7 +188,13 @@ class _Elaborator:
 
     def _step(self, name: str, run: _InvocationFields, span: SourceSpan) -> Step | None:
         skill = resolve_name(run.skill, self._skills, "a skill of this module", self._diagnostics)
-        on_failure = None if run.on_failure is None else self._on_failure(run, run.on_failure)
+        if run.between_tries is not None and run.retry is None:
+            self._report(NEEDS_RETRY, run.between_tries.span)
+        between = None if run.between_tries is None else self._handler(run.between_tries)
+        last: str | None = None
+        if run.on_failure is not None:
+            is_stop = run.on_failure.value == STOP_ON_FAILURE
+            last = STOP_ON_FAILURE if is_stop else self._handler(run.on_failure)
         limit = self._site.limits.retries
         if run.retry is not None and run.retry.value > limit:
             self._diagnostics.error(
@@ -192,24 +204,20 @@ class _Elaborator:
             return None
         constants, flows = self._inputs(run, skill)
         retry = 0 if run.retry is None else run.retry.value
-        return Step(name, skill.id, constants, flows, retry, on_failure, span)
+        return Step(name, skill.id, constants, flows, retry, between, last, span)
 
-    def _on_failure(self, run: _InvocationFields, name: TextField) -> str:
+    def _handler(self, name: TextField) -> str:
         """Return the handler's name; a skill that is not a named handler becomes one."""
-        if name.value == STOP_ON_FAILURE:
-            return STOP_ON_FAILURE
-        if run.retry is None:
-            self._report("`on_failure` runs between two tries, so it needs `retry`", name.span)
         if name.value not in self._named and name.value not in self._handlers:
             candidates = {**dict.fromkeys(self._named, None), **dict.fromkeys(self._skills, None)}
             resolve_name(
                 name,
-                {**candidates, STOP_ON_FAILURE: None},
+                candidates,
                 "a handler or a skill of this module",
                 self._diagnostics,
             )
             if name.value in self._skills:
-                step = self._step(name.value, _InvocationFields(name, (), None, None), name.span)
+                step = self._step(name.value, _InvocationFields(name, (), None, None, None), name.span)
                 if step is not None:
                     self._handlers[name.value] = step
         return name.value

@@ -17,6 +17,9 @@ from aeros.spec.model.ecm import PlanningRule, Skill, Task, TaskInvariant
 from aeros.spec.model.site import Site
 from aeros.spec.text.fields import TextField
 
+NEEDS_RETRY = "`between_tries` runs between two tries, so it needs `retry`"
+"""Headline of the fault of a step that is tried once and says what runs between two tries."""
+
 
 def elaborate_tasks(
     ecm: declared.Ecm, skills: Mapping[str, Skill], site: Site, diagnostics: Diagnostics
@@ -94,18 +97,18 @@ class _TaskElaborator:
             skill=rule.do.value,
             inputs=inputs,
             retry=0 if rule.retry is None else rule.retry.value,
+            between_tries=None if rule.between_tries is None else rule.between_tries.value,
             on_failure=None if rule.on_failure is None else rule.on_failure.value,
             span=rule.span,
         )
 
     def _check_retry(self, rule: declared.PlanningRule) -> None:
-        """Check the retry budget of a rule, and the skill that runs between two tries."""
-        if rule.on_failure is not None:
-            resolve_name(rule.on_failure, self._skills, "a skill of this module", self._diagnostics)
-            if rule.retry is None:
-                self._diagnostics.error(
-                    "AE102", "`on_failure` runs between two tries, so it needs `retry`", rule.on_failure.span
-                )
+        """Check the retry budget of a rule, and the skills that its failure leads to."""
+        for helper in (rule.between_tries, rule.on_failure):
+            if helper is not None:
+                resolve_name(helper, self._skills, "a skill of this module", self._diagnostics)
+        if rule.between_tries is not None and rule.retry is None:
+            self._diagnostics.error("AE102", NEEDS_RETRY, rule.between_tries.span)
         if rule.retry is not None and rule.retry.value > self._site.limits.retries:
             self._diagnostics.error(
                 "AE129",

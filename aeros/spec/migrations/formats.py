@@ -38,6 +38,7 @@ CHECKPOINT: Final = Format(
         Version("keeps `barred`, the actions that may have happened before a crash", checkpoint.to_2),
         Version("keeps `ended`, the report of a task that has ended", checkpoint.to_3),
         Version("names its fields as the code does now: `uncertain_steps` was `barred`", checkpoint.to_4),
+        Version("plans say apart what runs between two tries and after the last one", checkpoint.to_5),
     ),
     keys=frozenset({"schema", "digest", "body"}),
     is_numbered=True,

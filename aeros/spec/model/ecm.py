@@ -116,7 +116,9 @@ class PlanningRule:
         skill: id of the skill.
         inputs: values of its inputs, SI.
         retry: number of further tries after a failure.
-        on_failure: skill that runs between two tries; None for none.
+        between_tries: skill that runs between two tries; None for none.
+        on_failure: skill that runs after the last try has failed, before the agent plans again; None for
+            none.
         span: place in the manifest.
     """
 
@@ -125,6 +127,7 @@ class PlanningRule:
     skill: str
     inputs: Mapping[str, Any]
     retry: int
+    between_tries: str | None
     on_failure: str | None
     span: SourceSpan
 

@@ -84,7 +84,7 @@ def _goal_unreachable(explored: ReachableStates) -> Diagnostic | None:
             *([f"there, {rejection}"] if rejection else []),
             *(["if a step names a capability, the same skill of it may run each time"] if chosen else []),
         ),
-        help=("add a rule, or an `on_failure`, that leads out of that state",),
+        help=("add a rule, a `between_tries` or an `on_failure` that leads out of that state",),
     )
 
 

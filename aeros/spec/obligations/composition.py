@@ -93,7 +93,7 @@ def _failures_handled(composition: Composition, skills: Mapping[str, Skill]) -> 
                 "AE854",
                 f"`{step.id}` may fail, and the composition does not say how to continue",
                 SpanLabel(step.span, "may end as " + ", ".join(f"`{name}`" for name in failures)),
-                help=("add `on_failure: stop`, or `retry` and a handler under `on_failure`",),
+                help=("add `on_failure: stop`, or `retry` with a handler under `between_tries`",),
             ),
         )
 
@@ -105,7 +105,7 @@ def _cycle(composition: Composition, cycle: list[str]) -> Diagnostic:
         "handlers lead back to each other: " + " → ".join(f"`{name}`" for name in cycle),
         SpanLabel(composition.handlers[first].span, "a failure here leads to the next handler"),
         tuple(SpanLabel(composition.handlers[name].span, "and here") for name in others),
-        help=("remove `on_failure` from one of them: its failure then stops the composition",),
+        help=("let the failure of one of them stop the composition: remove its handler",),
     )
 
 

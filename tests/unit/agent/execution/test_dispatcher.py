@@ -313,14 +313,13 @@ def test_a_plan_may_name_a_capability_of_skills() -> None:
         (PlanStep("kitchen", "mixed"), "`kitchen` has no skill `mixed`"),
         (PlanStep("kitchen", "cooking", {"salt": 1.0}), "`salt` is not an input of it"),
         (
-            PlanStep("kitchen", "cooking", retry=1, on_failure="frying"),
-            "on_failure: `kitchen` has no skill `frying`",
+            PlanStep("kitchen", "cooking", retry=1, on_failure=PlanStep("kitchen", "fryng")),
+            "its `on_failure`, `kitchen.fryng`: `kitchen` has no skill `fryng`; did you mean",
         ),
         (
-            PlanStep("kitchen", "cooking", retry=1, handler=PlanStep("kitchen", "frying")),
-            "its handler `frying` is a capability",
+            PlanStep("kitchen", "frying", retry=1, between_tries=PlanStep("kitchen", "fry")),
+            "leads back to itself: `kitchen.fry`",
         ),
-        (PlanStep("kitchen", "frying", retry=1, on_failure="fry"), "leads back to itself: `kitchen.fry`"),
         (
             Par((PlanStep("kitchen", "wash"), PlanStep("kitchen", "frying")), SPAN),
             "need 2 of `arm` at the same time",
