@@ -81,7 +81,7 @@ class Walk:
             return
         rule = rules[rest[0]]
         if due == "reset":
-            ends = self.ends(rule.on_failure, {}, state)
+            ends = self.ends(rule.on_failure or "", {}, state)
             for after, likely, _ in [(state, True, False)] if ends is None else ends:
                 yield Place(after, "plan"), likely
             return

@@ -163,7 +163,7 @@ def _judged_a_failure(skill: Skill, after: Mapping[str, Any]) -> bool:
 def variables(ecm: Ecm, task: Task) -> set[str]:
     """The state variables that a task depends on, found anew."""
     named = {name for rule in task.rules for name in (rule.skill, rule.between_tries, rule.on_failure)}
-    used = named - {None}
+    used = {name for name in named if name is not None}
     terms = [task.goal, *(rule.satisfied_condition for rule in task.rules)]
     found = set()
     for skill in map(ecm.skills.__getitem__, used):

@@ -36,7 +36,7 @@ def _bodies(draw: st.DrawFn) -> Part:
         at = next(numbers)
         span = TEXT.span(at, at + 1)
         if form == "step":
-            return Step(f"step{at}", "s0", {}, {}, 0, "stop", span)
+            return Step(f"step{at}", "s0", {}, {}, 0, None, "stop", span)
         if form == "if":
             otherwise = draw(st.sampled_from([part(depth - 1), Seq(()), None]))
             return If(P, "p", part(depth - 1), otherwise, span)
@@ -160,9 +160,6 @@ def test_an_unhandled_failure_is_refused_exactly_where_it_can_occur() -> None:
     FAILURES.assert_both("AE854")
 
 
-_WORDS = st.sampled_from(["between_tries", "on_failure"])
-
-
 @bounded
 @given(_OUTCOMES, st.integers(0, 1), st.sampled_from([None, "stop", "h0"]))
 def _failures_are_judged(outcomes: list[tuple[bool, Fraction | None]], retry: int, last: str | None) -> None:
@@ -221,9 +218,8 @@ def _actuators_are_judged(body: Part, moved: list[frozenset[str]], data: st.Data
     def filled(part: Part) -> Part:
         match part:
             case Step():
-                return replace(
-                    part, skill=data.draw(names), retry=1, **{data.draw(_WORDS): data.draw(handled)}
-                )
+                between, last = data.draw(handled), data.draw(handled)
+                return replace(part, skill=data.draw(names), retry=1, between_tries=between, on_failure=last)
             case Seq(parts=inner):
                 return replace(part, parts=tuple(map(filled, inner)))
             case Par(branches=inner):
