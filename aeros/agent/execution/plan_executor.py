@@ -13,6 +13,8 @@
 - Remaining attempts are dropped if memory makes another one hopeless (`posterior.py`) and this run has
   already planned in the same measured state. The proof of the task's rules counts every failed attempt as one
   that may be the last.
+- A step that names a capability runs one of its alternatives. If that is a composition, an attempt is a run
+  of it, which fails where a step of it fails for good.
 - A sequence fails with its first part that fails. The branches of a `par` start in the order written.
   When one fails for good the whole `par` has failed and nothing follows (as in `flow.paths`): the other
   branches start nothing more and their running steps are cancelled. The `par` ends when they have ended.
@@ -32,6 +34,7 @@ from dataclasses import dataclass, field
 from math import inf
 from typing import Any, Final
 
+from aeros.agent.execution.dispatcher import ChosenComposition
 from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.progress import PlanProgress, StepPath, UnfinishedAttempt
 from aeros.agent.execution.report import StepRole
@@ -126,7 +129,7 @@ class PlanExecutor:
         self._outputs.clear()
         self._progress = progress or PlanProgress()
         scope = _CancelScope()
-        branch, until = self._run_part(part, scope, ()), self.until
+        branch, until = self._run_part(part, scope, (), StepRole.STEP), self.until
         ended = None
         while True:
             try:
@@ -140,25 +143,30 @@ class PlanExecutor:
 
     # Parts.
 
-    def _run_part(self, part: Part, scope: _CancelScope, path: StepPath) -> _Branch:
+    def _run_part(self, part: Part, scope: _CancelScope, path: StepPath, role: StepRole) -> _Branch:
+        """Run a part; `role` is that of the first try of each of its steps."""
         match part:
             case PlanStep():
-                return self._run_step(part, scope, path)
+                return self._run_step(part, scope, path, role)
             case Seq(parts=parts):
-                return self._run_sequence(parts, scope, path)
+                return self._run_sequence(parts, scope, path, role)
             case Par(branches=branches):
-                return self._run_parallel(branches, scope, path)
+                return self._run_parallel(branches, scope, path, role)
             case If():
-                return self._run_conditional(part, scope, path)
+                return self._run_conditional(part, scope, path, role)
 
-    def _run_sequence(self, parts: tuple[Part, ...], scope: _CancelScope, at: StepPath) -> _Branch:
+    def _run_sequence(
+        self, parts: tuple[Part, ...], scope: _CancelScope, at: StepPath, role: StepRole
+    ) -> _Branch:
         for number, part in enumerate(parts):
-            end = yield from self._run_part(part, scope, (*at, number))
+            end = yield from self._run_part(part, scope, (*at, number), role)
             if end is not None:
                 return end
         return None
 
-    def _run_conditional(self, part: If[PlanStep], scope: _CancelScope, at: StepPath) -> _Branch:
+    def _run_conditional(
+        self, part: If[PlanStep], scope: _CancelScope, at: StepPath, role: StepRole
+    ) -> _Branch:
         if self._is_over():
             return None
         holds = self._progress.branch_choices.get(at)
@@ -167,16 +175,18 @@ class PlanExecutor:
             if holds is not None:
                 self._progress.set_branch(at, holds)
         if holds is True:
-            return (yield from self._run_part(part.then, scope, (*at, 0)))
+            return (yield from self._run_part(part.then, scope, (*at, 0), role))
         if holds is False and part.otherwise is not None:
-            return (yield from self._run_part(part.otherwise, scope, (*at, 1)))
+            return (yield from self._run_part(part.otherwise, scope, (*at, 1), role))
         why = self._attempts.world.unmet_reason(part.condition)
         return PlanFailure(f"the plan does not say how to continue if `{part.text}` is not met: {why}")
 
-    def _run_parallel(self, parts: tuple[Part, ...], scope: _CancelScope, at: StepPath) -> _Branch:
+    def _run_parallel(
+        self, parts: tuple[Part, ...], scope: _CancelScope, at: StepPath, role: StepRole
+    ) -> _Branch:
         inner = _CancelScope(scope.cancel_reason)
         scope.children.append(inner)
-        running = [self._run_part(part, inner, (*at, number)) for number, part in enumerate(parts)]
+        running = [self._run_part(part, inner, (*at, number), role) for number, part in enumerate(parts)]
         failure: PlanFailure | None = None
         ended: EndedStep | None = None
         while running:
@@ -199,7 +209,7 @@ class PlanExecutor:
 
     # Steps.
 
-    def _run_step(self, step: PlanStep, scope: _CancelScope, at: StepPath) -> _Branch:
+    def _run_step(self, step: PlanStep, scope: _CancelScope, at: StepPath, role: StepRole) -> _Branch:
         if self._progress.is_done(at):
             self._store_outputs(step, self._progress.last_result(at))
             return None
@@ -209,10 +219,12 @@ class PlanExecutor:
             self._journal.record("step-skipped", f"{step} is no longer needed", step=str(step))
             self._progress.mark_done(at)
             return None
-        return (yield from self._run_attempt(StepRole.STEP, step, scope, at))
+        return (yield from self._run_attempt(role, step, scope, at))
 
     def _run_attempt(self, role: StepRole, step: PlanStep, scope: _CancelScope, at: StepPath) -> _Branch:
-        attempt = self._progress.last_result(at) or (yield from self._invoke(role, step, scope, at))
+        attempt = self._progress.last_result(at)
+        if attempt is None or self._progress.alternative(at):
+            attempt = yield from self._invoke(role, step, scope, at)
         has_failed = attempt.is_retryable
         while self._progress.attempt_count(at) <= step.retry:
             if not attempt.is_retryable or self._is_done(step):
@@ -229,7 +241,8 @@ class PlanExecutor:
                 self._progress.mark_done(at)
                 return None
             attempt = yield from self._invoke(StepRole.RETRY, step, scope, at)
-            has_failed = attempt.is_retryable or (has_failed and attempt.record is None)
+            did_not_start = attempt.record is None and not attempt.is_composed
+            has_failed = attempt.is_retryable or (has_failed and did_not_start)
         if not attempt.failed or (attempt.is_retryable and self._is_done(step)):
             self._progress.mark_done(at)
             return None
@@ -254,6 +267,8 @@ class PlanExecutor:
     ) -> Generator[None, EndedStep, AttemptResult]:
         if scope.cancel_reason is not None:
             return AttemptResult(failed=True, reason=f"cancelled: {scope.cancel_reason}")
+        if self._progress.alternative(at):
+            return (yield from self._run_composition(role, step, scope, at))
         inputs = dict(step.inputs)
         for name, (source, output) in step.flows.items():
             if output not in self._outputs.get(source, {}):
@@ -263,6 +278,9 @@ class PlanExecutor:
         before, head = self._attempts.world.predicates, self._attempts.audit_head
         self._progress.start_attempt(at, UnfinishedAttempt(step.module, step.skill, inputs, before, head))
         started = self._attempts.start(role, step.module, step.skill, inputs)
+        if isinstance(started, ChosenComposition):
+            self._progress.choose_alternative(at, started.name)
+            return (yield from self._run_composition(role, step, scope, at))
         if not isinstance(started, RunningAttempt):
             self._progress.drop_attempt(at)
             return started
@@ -276,11 +294,38 @@ class PlanExecutor:
                 self._store_outputs(step, attempt)
                 return attempt
 
+    def _run_composition(
+        self, role: StepRole, step: PlanStep, scope: _CancelScope, at: StepPath
+    ) -> Generator[None, EndedStep, AttemptResult]:
+        """Run the composition that was chosen for a step, or what is left of it, as one attempt."""
+        count, chosen = self._progress.attempt_count(at), self._progress.alternative(at)
+        body = self._attempts.composition_body(step.module, step.skill, chosen)
+        if body is None:
+            attempt = AttemptResult(failed=True, reason=f"`{chosen}` is no longer there", is_composed=True)
+        else:
+            first = role if count == 1 else StepRole.RETRY
+            end = yield from self._run_part(body, scope, (*at, -count), first)
+            attempt = AttemptResult(
+                end is not None,
+                "" if end is None else end.reason,
+                is_retryable=end is not None and end.is_declared,
+                is_transient=end is not None and end.is_transient,
+                ends_run=end is not None and end.is_final,
+                is_composed=True,
+            )
+        if not attempt.ends_run:  # else a resumed run goes on inside it
+            self._progress.finish_attempt(at, attempt)
+        return attempt
+
     def _store_outputs(self, step: PlanStep, attempt: AttemptResult | None) -> None:
         if attempt is not None and not attempt.failed:
             self._outputs[step.id] = attempt.outputs
 
     def _failure_of(self, step: PlanStep, attempt: AttemptResult) -> PlanFailure:
+        if attempt.is_composed:
+            return PlanFailure(
+                attempt.reason, attempt.ends_run, attempt.is_transient, is_declared=attempt.is_retryable
+            )
         skill = step.skill if attempt.record is None else attempt.record.skill
         name = f"`{step.module}.{skill}`"
         if attempt.is_halted:

@@ -12,7 +12,7 @@ from typing import Protocol
 from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.task_graph import PlanStep, TaskGraph
 from aeros.agent.world.world import WorldModel
-from aeros.spec.model.ecm import Ecm, PlanningRule
+from aeros.spec.model.ecm import Ecm, PlanningRule, owner_of
 
 
 class Planner(Protocol):
@@ -77,6 +77,9 @@ def step_of_rule(module: str, rule: PlanningRule) -> PlanStep:
         The step, with the steps that its failure leads to.
     """
     between, last = (
-        None if name is None else PlanStep(module, name) for name in (rule.between_tries, rule.on_failure)
+        None if name is None else PlanStep(*owner_of(name, module))
+        for name in (rule.between_tries, rule.on_failure)
     )
-    return PlanStep(module, rule.skill, rule.inputs, rule.retry, between, last, rule.satisfied_condition)
+    return PlanStep(
+        *owner_of(rule.skill, module), rule.inputs, rule.retry, between, last, rule.satisfied_condition
+    )

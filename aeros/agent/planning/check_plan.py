@@ -14,7 +14,7 @@ from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.task_graph import PlanStep, TaskGraph
 from aeros.agent.world.values import UnusableValueError, to_exact
 from aeros.agent.world.world import WorldModel
-from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.ecm import Ecm, owner_of
 from aeros.spec.model.site import Site
 from aeros.spec.model.step_graph import map_graph_steps
 from aeros.spec.planning.domain import GroundSkill, PlanningDomain, domain_for
@@ -42,12 +42,10 @@ class PlanChecker:
             The reasons; empty iff the plan is accepted.
         """
         also = {
-            f"{step.module}.{name}".casefold() for step in graph.steps for name in self._providers(step)
-        } | {
-            f"{helper.module}.{name}".casefold()
+            name.casefold()
             for step in graph.steps
-            for _, helper in step.helpers
-            for name in self._providers(helper)
+            for run in (step, *(helper for _, helper in step.helpers))
+            for name in self._providers(run)
         }
         task, known = self._task, self._world.known
         domain = domain_for(
@@ -60,8 +58,10 @@ class PlanChecker:
             return [f"the plan could not be checked: {why}"]
 
     def _providers(self, step: PlanStep) -> tuple[str, ...]:
+        """List the skills that a step may run as MODULE.SKILL, if only skills may."""
         module = self._modules.get(step.module)
-        return () if module is None else module.providers(step.skill)
+        providers = () if module is None else module.providers(step.skill)
+        return tuple(".".join(owner_of(name, step.module)) for name in providers)
 
     def _to_planned_step(self, step: PlanStep, domain: PlanningDomain) -> PlannedStep:
         name = f"{step.module}.{step.skill}"
@@ -87,8 +87,7 @@ class PlanChecker:
         problem = next((one for one in found if isinstance(one, str)), None)
         return problem or tuple(one for one in found if not isinstance(one, str))
 
-    def _choice(self, domain: PlanningDomain, step: PlanStep, skill: str) -> GroundSkill | str:
-        name = f"{step.module}.{skill}"
+    def _choice(self, domain: PlanningDomain, step: PlanStep, name: str) -> GroundSkill | str:
         for choice in domain.choices:
             if choice.name == name and _matches_inputs(choice, step):
                 return choice

@@ -9,7 +9,7 @@ from aeros.agent.planning.task_graph import PlanStep, TaskGraph
 from aeros.agent.world.world import WorldModel
 from aeros.spec.model import composition as spec
 from aeros.spec.model.composition import Composition
-from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.ecm import Ecm, owner_of
 from aeros.spec.model.step_graph import Seq, map_graph_steps
 
 
@@ -69,8 +69,7 @@ def composition_to_graph(composition: Composition, module: str) -> TaskGraph:
         )
         flows = {name: (flow.step, flow.output) for name, flow in step.output_references.items()}
         return PlanStep(
-            module,
-            step.skill,
+            *owner_of(step.skill, module),
             step.inputs,
             step.retry,
             between,

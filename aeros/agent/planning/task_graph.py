@@ -11,7 +11,7 @@ the gate checks them for each action.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import islice
 from typing import Any, Final, TypeAlias, cast
 
@@ -21,7 +21,7 @@ from aeros.spec.diagnostics.source import Source, SourceSpan
 from aeros.spec.expr import terms as t
 from aeros.spec.model import composition as spec
 from aeros.spec.model import step_graph as parts
-from aeros.spec.model.ecm import Ecm, Skill
+from aeros.spec.model.ecm import Alternative, Ecm, Skill, owner_of
 from aeros.spec.model.site import Site
 from aeros.spec.model.step_graph import If, Par, Seq, children_of, map_graph_steps, steps_of, walk_parts
 from aeros.spec.obligations.parallel import interference_claims
@@ -230,12 +230,27 @@ def _step_problems(step: PlanStep, modules: Mapping[str, Ecm], site: Site) -> li
     module = modules.get(step.module)
     if module is None:
         return [*problems, f"no active module is named `{step.module}`"]
-    providers = module.providers(step.skill)
-    if not providers:
+    alternatives = module.alternatives(step.skill)
+    if not alternatives:
         problems.append(_unknown_skill(step.skill, module))
-    for name in providers:
-        problems += input_problems(module.skills[name], step.inputs, step.flows)
+    inactive: list[str] = []
+    for one in alternatives:
+        owners = {owner_of(name, module.id)[0] for name in _skills_run_by(one)}
+        inactive += sorted(owners - modules.keys())[:1]
+        if one.composition is None:
+            problems += input_problems(module.callable_skills[one.name], step.inputs, step.flows)
+        elif step.inputs or step.flows:
+            problems.append(f"`{one.name}`, which provides it, has no input")
+    if alternatives and len(inactive) == len(alternatives):
+        problems.append(f"no active module is named `{inactive[0]}`")
     return problems
+
+
+def _skills_run_by(one: Alternative) -> tuple[str, ...]:
+    if one.composition is None:
+        return (one.name,)
+    steps = (*steps_of(one.composition.body), *one.composition.handlers.values())
+    return tuple(dict.fromkeys(name for step in steps for name in step.runs))
 
 
 def _unknown_skill(name: str, module: Ecm) -> str:
@@ -271,12 +286,12 @@ def input_problems(skill: Skill, inputs: Mapping[str, Any], flows: Collection[st
 def _recovery_cycles(graph: TaskGraph, modules: Mapping[str, Ecm]) -> list[str]:
     """Find skills whose failure leads back to them through others."""
     recoveries = [
-        (f"{step.module}.{skill}", f"{helper.module}.{cure}")
+        (skill, cure)
         for step in graph.steps
         if step.module in modules
         for _, helper in step.helpers
-        for skill in modules[step.module].providers(step.skill)
-        for cure in modules[helper.module].providers(helper.skill)
+        for skill in _qualified(modules, step)
+        for cure in _qualified(modules, helper)
     ]
     if {skill for skill, _ in recoveries}.isdisjoint(cure for _, cure in recoveries):
         return []
@@ -286,6 +301,13 @@ def _recovery_cycles(graph: TaskGraph, modules: Mapping[str, Ecm]) -> list[str]:
         "a failure leads back to itself: " + " → ".join(f"`{skill}`" for skill in (*cycle, cycle[0]))
         for cycle in nx.simple_cycles(nx.DiGraph(recoveries))
     ]
+
+
+def _qualified(modules: Mapping[str, Ecm], step: PlanStep) -> list[str]:
+    """List the skills that a step may run as MODULE.SKILL."""
+    module = modules.get(step.module)
+    alternatives = () if module is None else module.alternatives(step.skill)
+    return [".".join(owner_of(name, step.module)) for one in alternatives for name in _skills_run_by(one)]
 
 
 def _parallel_conflicts(graph: TaskGraph, modules: Mapping[str, Ecm], site: Site) -> list[str]:
@@ -308,17 +330,21 @@ class _CompositionView:
         self._count = 0
 
     def part(self, step: PlanStep) -> spec.Part:
-        """Convert a step; a capability becomes all its providers in sequence, so any choice is checked."""
-        providers = self._modules[step.module].providers(step.skill)
-        steps = tuple(self._step(replace(step, skill=name)) for name in providers)
+        """Convert a step; a capability becomes all that it may run, in sequence: any choice is checked."""
+        steps = tuple(self._step(step, name) for name in self._known(step))
         return steps[0] if len(steps) == 1 else Seq(steps)
 
-    def _step(self, step: PlanStep) -> spec.Step:
+    def _known(self, step: PlanStep) -> list[str]:
+        """List the skills of active modules that a step may run."""
+        names = _qualified(self._modules, step)
+        return [name for name in names if name.partition(".")[0] in self._modules]
+
+    def _step(self, step: PlanStep, name: str) -> spec.Step:
         self._count += 1
-        name = f"{step.module}.{step.skill}"
+        owner, _, skill = name.partition(".")
         id_ = f"{self._count} {name}"
-        self.skills[name] = self._modules[step.module].skills[step.skill]
-        made = {word: self._step(helper) for word, helper in step.helpers}
+        self.skills[name] = self._modules[owner].skills[skill]
+        made = {word: self._step(helper, self._known(helper)[0]) for word, helper in step.helpers}
         self.handlers |= {one.id: one for one in made.values()}
         names = {word: one.id for word, one in made.items()}
         return spec.Step(

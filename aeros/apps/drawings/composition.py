@@ -37,7 +37,7 @@ def composition_drawing(ecm: Ecm, composition: Composition) -> Diagram:
     for before, after, data in graph.edges(data=True):
         part = graph.nodes[before].get("part")
         on: str = data["on"]
-        label = _label(part, on, after, ecm.skills) if isinstance(part, Step) else on
+        label = _label(part, on, after, ecm.callable_skills) if isinstance(part, Step) else on
         if label is not None:
             edges.append((before, after, label, on in FAILURES))
     reached = {name for before, after, _, _ in edges for name in (before, after)}
@@ -57,10 +57,11 @@ def composition_drawing(ecm: Ecm, composition: Composition) -> Diagram:
 
 def _label(step: Step, on: str, after: str, skills: Mapping[str, Skill]) -> str | None:
     """Return the outcomes that lead from a step to `after`, as text; None if there is no such outcome."""
-    likely = [one for one in skills[step.skill].outcomes.values() if one.probability != 0]
+    outcomes = [one for name in step.runs for one in skills[name].outcomes.values()]
+    likely = [one for one in outcomes if one.probability != 0]
     if not on:
         return ""
-    names = " or ".join(one.id for one in likely if one.failure == (on in FAILURES))
+    names = " or ".join(dict.fromkeys(one.id for one in likely if one.failure == (on in FAILURES)))
     if not names:
         return None
     if step.retry and (on == LAST_FAILURE or (on == FAILURE and after == STOPPED)):

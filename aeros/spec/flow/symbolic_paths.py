@@ -182,12 +182,15 @@ class PathExploration:
     def _run(self, step: Step, before: SymbolicStates, done: SymbolicStates) -> SymbolicStates:
         """Return the situations after a failure; add those after a success to `done`."""
         failed: SymbolicStates = {}
-        skill = self.skills[step.skill]
-        declared = [one for one in skill.outcomes.values() if one.probability != 0]
-        for outcome in (*declared, *hold_loss_outcomes(skill, self.settable)):
-            for situation, trace in before.items():
-                after = self._apply_outcome(situation, outcome)
-                (failed if outcome.failure else done).setdefault(after, (*trace, f"{step.id} → {outcome.id}"))
+        for name in step.runs:
+            skill = self.skills[name]
+            shown = step.id if len(step.runs) == 1 else f"{step.id} by {name}"
+            declared = [one for one in skill.outcomes.values() if one.probability != 0]
+            for outcome in (*declared, *hold_loss_outcomes(skill, self.settable)):
+                for situation, trace in before.items():
+                    after = self._apply_outcome(situation, outcome)
+                    ended = (*trace, f"{shown} → {outcome.id}")
+                    (failed if outcome.failure else done).setdefault(after, ended)
         return failed
 
     def _apply_outcome(self, situation: SymbolicState, outcome: Outcome) -> SymbolicState:

@@ -41,7 +41,7 @@ class Step:
 
     Attributes:
         id: name of the step in its composition.
-        skill: the skill.
+        skill: the skill, or a capability; `MODULE.NAME` if it is of another module.
         span: place in the manifest.
         inputs: constants in SI, with defaults.
         output_references: the output that each other input takes, by name of the input.
@@ -49,6 +49,7 @@ class Step:
         between_tries: the handler that runs between two tries; None for none.
         on_failure: the handler that runs after the last try has failed, `STOP_ON_FAILURE`, or None if nothing
             is declared.
+        choices: the skills any of which may run, if `skill` is a capability.
     """
 
     id: str
@@ -59,6 +60,12 @@ class Step:
     between_tries: str | None
     on_failure: str | None
     span: SourceSpan
+    choices: tuple[str, ...] = ()
+
+    @property
+    def runs(self) -> tuple[str, ...]:
+        """The skills any of which may run."""
+        return self.choices or (self.skill,)
 
     @property
     def last_handler(self) -> str | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -49,6 +49,9 @@ class ModuleSummary:
         runtime: `required_aeros_version` of its model.
         runtime_span: as in its model.
         model_digests: as in its model.
+        capability_versions: as in its model.
+        required_capabilities: as in its model.
+        capability_spans: as in its model.
     """
 
     id: str
@@ -65,6 +68,14 @@ class ModuleSummary:
     runtime: str
     runtime_span: SourceSpan
     model_digests: Mapping[str, str]
+    capability_versions: Mapping[str, str] = field(default_factory=dict)
+    required_capabilities: Mapping[str, str] = field(default_factory=dict)
+    capability_spans: Mapping[str, SourceSpan] = field(default_factory=dict)
+
+    @property
+    def has_requirements(self) -> bool:
+        """True if it needs other modules, so that its proof may depend on them."""
+        return bool(self.requires or self.required_capabilities)
 
 
 @dataclass(frozen=True)
@@ -155,6 +166,9 @@ def summarize_module(ecm: Ecm) -> ModuleSummary:
         ecm.required_aeros_version,
         ecm.runtime_span,
         dict(ecm.model_digests),
+        dict(ecm.capability_versions),
+        dict(ecm.required_capabilities),
+        dict(ecm.capability_spans),
     )
 
 
@@ -178,7 +192,7 @@ def summary_to_json(summary: ModuleSummary | SiteSummary) -> Any:
     Returns:
         Plain values; a span is its start and end offset.
     """
-    return {field.name: _packed(getattr(summary, field.name)) for field in fields(summary)}
+    return {one.name: _packed(getattr(summary, one.name)) for one in fields(summary)}
 
 
 def _packed(value: Any) -> Any:
@@ -231,6 +245,7 @@ def module_summary_from_json(data: Any, manifest: Source) -> ModuleSummary:
             "effect_values": {name: frozenset(values) for name, values in data["effect_values"].items()},
             "requires_spans": {name: span(at) for name, at in data["requires_spans"].items()},
             "runtime_span": span(data["runtime_span"]),
+            "capability_spans": {name: span(at) for name, at in data["capability_spans"].items()},
         }
     )
 

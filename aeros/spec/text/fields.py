@@ -194,6 +194,11 @@ PATTERNS: Final = {
     "dotted": _Form(
         re.compile(r"[a-z][a-z0-9_]*(\.[a-z][a-z0-9_]*)*"), "identifiers joined by `.`", "pick.move_tool"
     ),
+    "reference": _Form(
+        re.compile(r"[a-z][a-z0-9_]*(\.[a-z][a-z0-9_]*)?"),
+        "a name, or the name of a required module, `.` and a name",
+        "gripping.grasp",
+    ),
     "entry": _Form(
         re.compile(r"[a-z][a-z0-9_]*:[a-z][a-z0-9_]*"), "a file without `.py`, `:`, a function", "skills:wrap"
     ),

@@ -14,11 +14,12 @@ from aeros.spec.declared.decode import decode
 from aeros.spec.declared.field_types import Named
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics
 from aeros.spec.diagnostics.source import SourceSpan
+from aeros.spec.elaborate.callables import CallableNames
 from aeros.spec.elaborate.composition import elaborate_compositions
 from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.expr import terms as t
 from aeros.spec.model.composition import Composition, Step
-from aeros.spec.model.ecm import Skill
+from aeros.spec.model.ecm import ForeignNames, Skill
 from aeros.spec.model.site import Site
 from aeros.spec.model.step_graph import If, Par, Seq
 from tests.unit.spec.elaborate.faults import CORPUS, TABLE
@@ -55,7 +56,8 @@ def _elaborated(text: str, name: str = "all") -> tuple[dict[str, Composition], l
     sink = Diagnostics()
     file = decode(accepted(f"compositions:\n  {name}:\n{lines}\n"), _File, sink)
     assert file is not None, list(sink)
-    return elaborate_compositions(file.compositions, _site(), _skills(), sink), list(sink)
+    names = CallableNames("module", _skills(), {}, {}, ForeignNames(), frozenset())
+    return elaborate_compositions(file.compositions, _site(), names, sink), list(sink)
 
 
 def _composed(text: str) -> Composition:
@@ -202,8 +204,8 @@ def test_a_fault_of_a_part_is_reported(do: str, message: tuple[str, str]) -> Non
 @pytest.mark.parametrize(
     ("do", "message"),
     [
-        ("{skill: fech}", "`fech` is not a skill of this module"),
-        ("{skill: fetch, retry: 1, between_tries: prk}", "`prk` is not a handler or a skill of this module"),
+        ("{skill: fech}", "`fech` is not a skill or capability of this module"),
+        ("{skill: fetch, retry: 1, between_tries: prk}", "`prk` is not a skill or capability of this module"),
         ("{skill: use, inputs: {gain: 2 s}}", "expected"),
         ("{skill: use, inputs: {gain: 1 m, gin: 1 m}}", "`gin` is not an input of `use`"),
         (
