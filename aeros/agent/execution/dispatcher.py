@@ -4,7 +4,7 @@ If the step names a capability, one of its providers is chosen by Thompson sampl
 preconditions are measured as true, the one with the highest chance of success drawn from its posterior in
 this context. So providers that worked better are chosen more often and little-known ones are still tried.
 Providers may be of several modules: of the step's own, or of those that it requires. A provider may be a
-composition: then the chance drawn for it is the product over its skills.
+composition: then its record is that of the skill of it that succeeded least.
 
 The proof of the planning rules covers every provider, so any choice is covered by it. The draw is a function
 of the seed and of the memory's content: the same memory gives the same choice. A provider that the gate has
@@ -17,7 +17,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import prod
 from random import Random
 from typing import Any
 
@@ -207,9 +206,11 @@ class Dispatcher:
         options = []
         for one in candidates:
             records = [self._memory.success_record(ecm.id, skill.id, context) for ecm, skill in one.runs]
-            # Drawn for each, so that a draw does not depend on which of the others may start.
-            drawn = prod(record.sample(random) for record in records)
+            # A composition is as good as the skill of it that succeeded least. Without any records, each
+            # alternative is as likely as another.
             record = min(records, key=lambda each: each.mean, default=SuccessRecord(0, 0))
+            # Drawn for each, so that a draw does not depend on which of the others may start.
+            drawn = record.sample(random)
             why = "" if one in preferred else _unavailable_reason(one.problem)
             options.append(ProviderOption(one.name, record, None if why else drawn, why))
         return tuple(options)

@@ -106,9 +106,7 @@ class Surroundings:
             return tuple(one for one in self.folders if one != folder)
         parent = folder.parent if folder.name not in ("", "..") else folder.resolve().parent
         return tuple(
-            one
-            for one in sorted(parent.iterdir())
-            if (one / MANIFEST).is_file() and not one.samefile(folder)
+            one for one in sorted(parent.iterdir()) if (one / MANIFEST).is_file() and not one.samefile(folder)
         )
 
 
