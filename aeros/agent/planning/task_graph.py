@@ -290,6 +290,7 @@ def _recovery_cycles(graph: TaskGraph, modules: Mapping[str, Ecm]) -> list[str]:
         for step in graph.steps
         if step.module in modules
         for _, helper in step.helpers
+        if modules[step.module].providers(step.skill)  # what a composition runs has handlers of its own
         for skill in _qualified(modules, step)
         for cure in _qualified(modules, helper)
     ]

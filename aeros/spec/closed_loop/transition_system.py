@@ -117,7 +117,7 @@ class TransitionSystem:
         self._decided = [index for index, place in enumerate(places) if place is None]
         self._settable = settable
         self._steps = [[self._way(one, rule) for one in ecm.alternatives(rule.skill)] for rule in task.rules]
-        self._providers = [_skills_by_rule(ecm, rule) for rule in task.rules]
+        self._providers = [ecm.providers(rule.skill) for rule in task.rules]
         self._recoveries = {
             phase: [self._helpers(ecm, name) for name in names]
             for phase, names in (
