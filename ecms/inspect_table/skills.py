@@ -1,4 +1,4 @@
-"""Inspecting a table: look from above while the hand opens, draw the arm in, and look from the mast.
+"""Inspecting a table: look from above while the hand opens, then from the mast with the arm drawn in.
 
 All lengths in metres, in the world frame; at yaw 0 the fingers close along y.
 """
@@ -51,18 +51,14 @@ def stand_still(observed: Observation, inputs: Inputs) -> SkillBody:
     yield act("wait", duration=0.25)
 
 
-def draw_in(observed: Observation, inputs: Inputs) -> SkillBody:
-    """Bring the tool out of the cameras' sight, over everything that stands on the table."""
+def inspect(observed: Observation, inputs: Inputs) -> SkillBody:
+    """Bring the tool out of the cameras' sight, over everything that stands on the table, and look."""
     observed = yield from _sense(observed, "tool_position")
     x, y, z = observed["tool_position"]
     speed = SPEED if observed.get("holding") is False else CARRY_SPEED
     if z < TRAVEL_HEIGHT - 0.005:
         yield act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=0.0, speed=speed)
     yield act("move_tool", target=(*DRAWN_IN, inputs["height"]), yaw=0.0, speed=speed)
-
-
-def inspect(observed: Observation, inputs: Inputs) -> SkillBody:
-    """Look at the table from the mast."""
     yield act("look", camera="mast")
 
 

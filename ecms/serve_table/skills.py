@@ -1,8 +1,8 @@
-"""Getting a table ready: what is done to it are skills of other modules."""
+"""Getting a table ready: most of what is done to it are skills of other modules."""
 
 from aeros.skill import Inputs, Observation, SkillBody, act
 
 
-def step_back(observed: Observation, inputs: Inputs) -> SkillBody:
-    """Wait until the table is dry."""
-    yield act("wait", duration=2.0)
+def find_sponge(observed: Observation, inputs: Inputs) -> SkillBody:
+    """Look for the sponge from above."""
+    yield act("look", camera="overhead")
