@@ -115,7 +115,11 @@ class _ModelTables:
         self._invocations: dict[tuple[str, str], list[Invocation]] = {}
 
     def invocations(self, step: PlanStep) -> list[Invocation]:
-        """Return the skill of `step` with its inputs, or each skill that provides the capability."""
+        """Return the skill of `step` with its inputs, or each skill that provides the capability.
+
+        Raises:
+            StateSpaceError: a composition provides it.
+        """
         key = f"{step.module}.{step.skill}", repr(sorted(step.inputs.items()))
         if key not in self._invocations:
             ecm = self.model.ecm

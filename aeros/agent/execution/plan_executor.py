@@ -39,6 +39,7 @@ from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.progress import PlanProgress, StepPath, UnfinishedAttempt
 from aeros.agent.execution.report import StepRole
 from aeros.agent.execution.step_attempt import AttemptResult, RunningAttempt, StepRunner
+from aeros.agent.planning.compositions import chosen_composition
 from aeros.agent.planning.task_graph import Part, PlanStep
 from aeros.agent.world.values import to_json_value
 from aeros.runtime.ports import EndedStep, StepHandle
@@ -269,12 +270,9 @@ class PlanExecutor:
             return AttemptResult(failed=True, reason=f"cancelled: {scope.cancel_reason}")
         if self._progress.alternative(at):
             return (yield from self._run_composition(role, step, scope, at))
-        inputs = dict(step.inputs)
-        for name, (source, output) in step.flows.items():
-            if output not in self._outputs.get(source, {}):
-                why = f"its input `{name}` takes `{source}.{output}`, which is missing"
-                return AttemptResult(failed=True, reason=why)
-            inputs[name] = self._outputs[source][output]
+        inputs = _filled_inputs(step, self._outputs)
+        if isinstance(inputs, str):
+            return AttemptResult(failed=True, reason=inputs)
         before, head = self._attempts.world.predicates, self._attempts.audit_head
         self._progress.start_attempt(at, UnfinishedAttempt(step.module, step.skill, inputs, before, head))
         started = self._attempts.start(role, step.module, step.skill, inputs)
@@ -299,20 +297,13 @@ class PlanExecutor:
     ) -> Generator[None, EndedStep, AttemptResult]:
         """Run the composition that was chosen for a step, or what is left of it, as one attempt."""
         count, chosen = self._progress.attempt_count(at), self._progress.alternative(at)
-        body = self._attempts.composition_body(step.module, step.skill, chosen)
+        body = chosen_composition(self._attempts.active_modules(), step.module, step.skill, chosen)
         if body is None:
             attempt = AttemptResult(failed=True, reason=f"`{chosen}` is no longer there", is_composed=True)
         else:
             first = role if count == 1 else StepRole.RETRY
             end = yield from self._run_part(body, scope, (*at, -count), first)
-            attempt = AttemptResult(
-                end is not None,
-                "" if end is None else end.reason,
-                is_retryable=end is not None and end.is_declared,
-                is_transient=end is not None and end.is_transient,
-                ends_run=end is not None and end.is_final,
-                is_composed=True,
-            )
+            attempt = _composed_result(end)
         if not attempt.ends_run:  # else a resumed run goes on inside it
             self._progress.finish_attempt(at, attempt)
         return attempt
@@ -351,6 +342,30 @@ class PlanExecutor:
 
     def _is_redundant(self, step: PlanStep) -> bool:
         return step.unless is not None and self._attempts.world.evaluate(step.unless) is True
+
+
+def _filled_inputs(step: PlanStep, outputs: Mapping[str, Mapping[str, Any]]) -> dict[str, Any] | str:
+    """Return the inputs of a step with outputs of earlier steps, or the reason that one is missing."""
+    inputs = dict(step.inputs)
+    for name, (source, output) in step.flows.items():
+        if output not in outputs.get(source, {}):
+            return f"its input `{name}` takes `{source}.{output}`, which is missing"
+        inputs[name] = outputs[source][output]
+    return inputs
+
+
+def _composed_result(end: PlanFailure | None) -> AttemptResult:
+    """Return the result of an attempt that ran a composition to its end."""
+    if end is None:
+        return AttemptResult(failed=False, reason="", is_composed=True)
+    return AttemptResult(
+        True,
+        end.reason,
+        is_retryable=end.is_declared,
+        is_transient=end.is_transient,
+        ends_run=end.is_final,
+        is_composed=True,
+    )
 
 
 def _resume_branch(branch: _Branch, ended: EndedStep | None) -> None:

@@ -19,12 +19,11 @@ from aeros.agent.execution.report import StepRecord, StepRole
 from aeros.agent.execution.supervisor import assess_step
 from aeros.agent.execution.uncertain_steps import UncertainSteps
 from aeros.agent.memory.store import EpisodeEnd, EpisodeStart, Memory
-from aeros.agent.planning.compositions import composition_to_graph
-from aeros.agent.planning.task_graph import Part
 from aeros.agent.world.values import CachingConverter, to_json_value
 from aeros.agent.world.world import WorldModel, world_from_readings
 from aeros.runtime.ports import EndedStep, LogHead, Runtime, StepHandle, StepResult, StepStatus
 from aeros.spec.model.cause import Cause, causes_to_json
+from aeros.spec.model.ecm import Ecm
 
 RAN_STATUSES: Final = frozenset(
     {
@@ -260,22 +259,13 @@ class StepRunner:
         made = PendingAttempt(role, dispatch, beginning, episode)
         return self.finish(made, handle) if isinstance(handle, StepResult) else RunningAttempt(handle, made)
 
-    def composition_body(self, module: str, name: str, alternative: str) -> Part | None:
-        """Return the graph of a composition that was chosen for a step.
-
-        Args:
-            module: id of the module that asks for it.
-            name: capability that the step names.
-            alternative: name of the alternative.
+    def active_modules(self) -> Mapping[str, Ecm]:
+        """Return the modules whose skills may run.
 
         Returns:
-            The graph; None if the module is not active or has it no more.
+            Modules by id.
         """
-        active = self._runtime.active_modules().get(module)
-        for one in () if active is None else active.alternatives(name):
-            if one.name == alternative and one.composition is not None:
-                return composition_to_graph(one.composition, module).body
-        return None
+        return self._runtime.active_modules()
 
     def finish(self, pending: PendingAttempt, result: StepResult) -> AttemptResult:
         """Assess a step that has ended by the world measured now, and record it in memory and audit record.
@@ -309,11 +299,7 @@ class StepRunner:
         stops = judgement.is_undeclared and self._ends_run(result)
         if judgement.is_undeclared:
             record_broken_assumption(
-                self._journal,
-                self._runtime,
-                dispatch,
-                result,
-                judgement,
+                *(self._journal, self._runtime, dispatch, result, judgement),
                 before=pending.episode_start.before,
                 after=after,
                 ends_run=stops,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from aeros.agent.planning.routing import RoutedTask
-from aeros.agent.planning.task_graph import PlanStep, TaskGraph
+from aeros.agent.planning.task_graph import Part, PlanStep, TaskGraph
 from aeros.agent.world.world import WorldModel
 from aeros.spec.model import composition as spec
 from aeros.spec.model.composition import Composition
@@ -49,6 +49,24 @@ class CompositionPlanner:
             why = world.unmet_reason(composition.precondition)
             raise CompositionUnavailableError(f"the precondition of `{composition.id}` is not met: {why}")
         return composition_to_graph(composition, routed.module)
+
+
+def chosen_composition(modules: Mapping[str, Ecm], module: str, name: str, alternative: str) -> Part | None:
+    """Return the graph of a composition that was chosen for a step.
+
+    Args:
+        modules: active modules by id.
+        module: id of the module that asks for it.
+        name: capability that the step names.
+        alternative: name of the alternative.
+
+    Returns:
+        The graph; None if the module is not active or has it no more.
+    """
+    for one in modules[module].alternatives(name) if module in modules else ():
+        if one.name == alternative and one.composition is not None:
+            return composition_to_graph(one.composition, module).body
+    return None
 
 
 def composition_to_graph(composition: Composition, module: str) -> TaskGraph:

@@ -45,11 +45,25 @@ class Weight:
         return Weight(self.probability + other.probability, counts)
 
     def scaled(self, share: Fraction) -> Weight:
-        """Multiply by the probability of an outcome."""
+        """Multiply by the probability of an outcome.
+
+        Args:
+            share: probability (0 to 1).
+
+        Returns:
+            The product.
+        """
         return Weight(self.probability * share, tuple(one * share for one in self.counts))
 
     def submitted(self, role: Role) -> Weight:
-        """Count one submission on each path."""
+        """Count one submission on each path.
+
+        Args:
+            role: role of the skill that is submitted.
+
+        Returns:
+            The weight with one more submission.
+        """
         counts = list(self.counts)
         counts[ROLES.index(role)] += self.probability
         return Weight(self.probability, tuple(counts))
@@ -59,7 +73,7 @@ Weights = dict[State, Weight]
 NOTHING: Final = Weight(Fraction(0))
 
 
-class TooManyStatesError(Exception):
+class RunTooLargeError(Exception):
     """A run comes through more than `MAX_STATES` states."""
 
 
@@ -100,7 +114,7 @@ class ComposedRun:
             The states in which it has succeeded, those in which it has failed, and those on the way.
 
         Raises:
-            TooManyStatesError: there are too many states on the way.
+            RunTooLargeError: there are too many states on the way.
         """
         self._through = set()
         failed: Weights = {}
@@ -205,7 +219,7 @@ class ComposedRun:
     def _pass(self, state: State) -> None:
         self._through.add(state)
         if len(self._through) > MAX_STATES:
-            raise TooManyStatesError
+            raise RunTooLargeError
 
 
 def _add(into: Weights, more: Mapping[State, Weight]) -> None:

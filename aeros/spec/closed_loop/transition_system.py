@@ -23,7 +23,7 @@ from fractions import Fraction
 from graphlib import CycleError, TopologicalSorter
 from typing import Any, Final, Literal, TypeAlias
 
-from aeros.spec.closed_loop.composed_run import ComposedRun, Role, TooManyStatesError
+from aeros.spec.closed_loop.composed_run import ComposedRun, Role, RunTooLargeError
 from aeros.spec.closed_loop.invocation import Invocation, State, StateCondition
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BoolType, EnumType
@@ -360,7 +360,7 @@ class _ComposedWay:
     def moves(self, state: State, role: Role) -> Iterator[_Ending]:
         try:
             done, failed, through = self.run.run(state, role)
-        except TooManyStatesError as error:
+        except RunTooLargeError as error:
             raise StateSpaceError(f"`{self.name}` comes through too many states") from error
         for ends, is_failure, word in ((done, False, "done"), (failed, True, "failed")):
             for after, weight in ends.items():
