@@ -226,14 +226,14 @@ def require_dependencies(configuration: Configuration) -> None:
                 raise refusal(
                     "AE964",
                     f"`{name}` needs `{needed}`, which is not active",
-                    f"`aeros activate {needed}` first",
+                    f"`aeros activate {needed}` first, or `aeros deactivate {name}`",
                 )
         for capability, specifier in ecm.required_capabilities.items():
             if not active_providers(capability, specifier, configuration.modules.values()):
                 raise refusal(
                     "AE964",
                     f"`{name}` needs the capability `{capability}` {specifier}, and no active module has it",
-                    "`aeros list` shows the modules that provide it; activate one first",
+                    f"activate a module that `aeros list` shows with it, or `aeros deactivate {name}`",
                 )
 
 

@@ -18,10 +18,12 @@ from aeros.runtime.registry.control_page import ControlPage
 from aeros.runtime.registry.installed import InstalledModules, load_module, policy_file, refusal
 from aeros.runtime.registry.lifecycle import LifecycleAction, ModuleState, allowed_states, next_state
 from aeros.runtime.registry.operator_block import OperatorBlock
+from aeros.runtime.registry.requirements import require_installed
 from aeros.runtime.registry.shown_paths import shown_as
 from aeros.runtime.registry.store import InstalledModule, RegistrySnapshot
 from aeros.spec.diagnostics.codes import did_you_mean
 from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.elaborate.load import decode_manifest
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.site import Site
 from aeros.spec.text.digests import file_digest
@@ -272,6 +274,9 @@ def _load_files(site: Site, files: Mapping[str, bytes], source: Path, installed:
         folder = made / (source.resolve().name or "module")
         write_files(files, folder)
         with shown_as(folder, source):
+            declared = decode_manifest(folder)
+            if declared is not None:
+                require_installed(declared, installed, source)
             return load_module(site, folder, installed)
 
 

@@ -96,6 +96,8 @@ class CallableNames:
         if owner in self.requirements:
             headline = f"`{self.module}` needs `{owner}`, which is missing or cannot be read"
             help_ = f"put the module into the folder of `{self.module}`"
+            if any(one.headline == headline for one in diagnostics):
+                return  # once for all its names
             diagnostics.error("AE301", headline, name.span, "called here", help=(help_,))
             return
         headline = f"`{name.value}` is of another module, and no dependency declares `{owner}`"

@@ -175,8 +175,7 @@ def _foreign_names(
     modules: dict[str, Ecm] = {}
     providers: dict[str, list[tuple[Ecm, bool]]] = {name: [] for name in ranges}
     for one in surroundings.around(folder):
-        source = _source(one / MANIFEST, Diagnostics())
-        other = None if source is None else _decode_ecm(source)[0]
+        other = decode_manifest(one)
         if other is None or other.id.value in above:
             continue
         provided = {name.value for name, _ in other.capabilities} & ranges.keys()
@@ -197,6 +196,19 @@ def _is_in_range(specifier: str, version: str) -> bool:
         return is_compatible_version(specifier, version)
     except ValueError:
         return False  # the range is none, which elaboration reports
+
+
+def decode_manifest(folder: Path) -> declared_ecm.Ecm | None:
+    """Read a manifest without a site.
+
+    Args:
+        folder: the module's folder.
+
+    Returns:
+        The module as it declares itself; None if the manifest has a fault.
+    """
+    source = _source(folder / MANIFEST, Diagnostics())
+    return None if source is None else _decode_ecm(source)[0]
 
 
 @lru_cache(maxsize=64)
