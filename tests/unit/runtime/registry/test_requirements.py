@@ -37,7 +37,7 @@ def test_a_capability_is_provided_by_any_module_in_the_range() -> None:
     assert refused(TWO, "two") == refused(TWO, "one", "old") == []
 
 
-def test_where_nothing_nearby_provides_it_that_is_said(tmp_path: Path) -> None:
+def test_where_no_module_nearby_provides_it_a_cure_is_given_all_the_same(tmp_path: Path) -> None:
     module = decode_manifest(TWO / "asker")
     assert module is not None
     with pytest.raises(UserError) as caught:
