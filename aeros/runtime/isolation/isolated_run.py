@@ -123,6 +123,7 @@ class IsolatedRun:
             code.content,
             code.function,
             dict(inputs),
+            code.models,
         )
         try:
             response = self._connection.request(load, self._answer_within)

@@ -12,6 +12,7 @@ from aeros.spec.declared import ecm as declared
 from aeros.spec.diagnostics.codes import Diagnostics, quoted
 from aeros.spec.elaborate.action_conditions import elaborate_action_conditions
 from aeros.spec.elaborate.composition import elaborate_compositions
+from aeros.spec.elaborate.models import elaborate_models
 from aeros.spec.elaborate.names import resolve_name
 from aeros.spec.elaborate.policy import elaborate_access
 from aeros.spec.elaborate.skills import elaborate_skill
@@ -44,7 +45,10 @@ def elaborate_ecm(
     """
     before = len(diagnostics)
     _check_metadata(ecm, diagnostics)
-    skills = {name.value: elaborate_skill(name, skill, site, diagnostics) for name, skill in ecm.skills}
+    models = elaborate_models(ecm.models, diagnostics)
+    skills = {
+        name.value: elaborate_skill(name, skill, site, models, diagnostics) for name, skill in ecm.skills
+    }
     elaborated = Ecm(
         id=ecm.id.value,
         version=ecm.version.value,
@@ -63,6 +67,7 @@ def elaborate_ecm(
         runtime_span=ecm.dependencies.aeros.span,
         access_span=ecm.permissions.key_span or ecm.permissions.span,
         span=ecm.id.span,
+        models=models,
         compositions=elaborate_compositions(ecm.compositions, site, skills, diagnostics),
     )
     return elaborated if len(diagnostics) == before else None
@@ -98,17 +103,17 @@ def _check_version(
 
 
 def _model_digests(ecm: declared.Ecm, folder: Path, diagnostics: Diagnostics) -> dict[str, str]:
-    """Compute the digest of every file that a model or tool names, each in the module's own folder."""
+    """Compute the digest of every file that a model names, each in the module's own folder."""
     digests: dict[str, str] = {}
     left = MAX_MODELS
-    for name, tool in ecm.models:
-        if tool.file is None:
+    for name, model in ecm.models:
+        if model.file is None or model.file.value in digests:
             continue
         try:
-            digests[tool.file.value], size = model_digest(folder, tool.file.value, left)
+            digests[model.file.value], size = model_digest(folder, model.file.value, left)
         except OSError as error:
-            headline = f"`{name.value}`: `{tool.file.value}` is not a file of this module"
-            diagnostics.error("AE131", headline, tool.file.span, f"{error.strerror}".lower())
+            headline = f"`{name.value}`: `{model.file.value}` is not a file of this module"
+            diagnostics.error("AE131", headline, model.file.span, f"{error.strerror}".lower())
         else:
             left -= size
     return digests

@@ -13,6 +13,7 @@ from typing import Any
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
 from aeros.spec.model.composition import Composition
+from aeros.spec.model.models import ModuleModel
 from aeros.spec.model.policy import Access
 from aeros.spec.model.rules import Conjunct, Risk
 from aeros.spec.model.variables import Declared
@@ -79,6 +80,7 @@ class Skill:
         outputs: declared outputs by name.
         idempotent: by its author's word, running it twice does no more than running it once.
         hold_condition: condition that must be measured as long as it runs.
+        models: names of the models that it receives.
     """
 
     id: str
@@ -99,6 +101,7 @@ class Skill:
     outputs: Mapping[str, Declared] = field(default_factory=dict)
     idempotent: bool = False
     hold_condition: ActionCondition | None = None
+    models: tuple[str, ...] = ()
 
     @property
     def success_outcomes(self) -> tuple[Outcome, ...]:
@@ -200,7 +203,8 @@ class Ecm:
         access_span: place of its permissions.
         span: place of its name.
         compositions: compositions by id.
-        model_digests: SHA-256 of each file that a model or tool names, by its path in the module.
+        model_digests: SHA-256 of each file that a model names, by its path in the module.
+        models: its models by name.
     """
 
     id: str
@@ -221,6 +225,7 @@ class Ecm:
     span: SourceSpan
     compositions: Mapping[str, Composition] = field(default_factory=dict)
     model_digests: Mapping[str, str] = field(default_factory=dict)
+    models: Mapping[str, ModuleModel] = field(default_factory=dict)
 
     def providers(self, name: str) -> tuple[str, ...]:
         """Return the skills any of which may run where a step names a skill or a capability.

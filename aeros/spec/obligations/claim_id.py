@@ -234,6 +234,10 @@ class ClaimForm:
     ENTRY_POINT = ClaimPattern("form/{skill}/entry")
     SKILL_ASKS_WITHIN_ENVELOPE = ClaimPattern("form/{skill}/asks")
 
+    # Models of a module.
+    MODEL_INTERFACE = ClaimPattern("models/{model}/interface")
+    MODEL_BOUND = ClaimPattern("models/{model}/bound/{bound}")
+
     # Permissions of a module.
     ACCESS_GRANTED = ClaimPattern("permission/access/{device}")
     NOT_BLOCKED = ClaimPattern("permission/unblocked/{block}")

@@ -17,7 +17,9 @@ _Function = ast.FunctionDef | ast.AsyncFunctionDef
 def entry_point_obligations(
     ecm: Ecm, files: Mapping[str, SkillFile | UnreadableCodeError]
 ) -> Iterator[StaticClaim]:
-    """Claim that every skill's entry point exists and is a generator function of two arguments.
+    """Claim that every skill's entry point exists and is a generator function of its arguments.
+
+    It takes the observation and the inputs, and the models if the skill declares any.
 
     Args:
         ecm: the module.
@@ -63,12 +65,15 @@ def _entry_point_error(
             help=("remove the decorator",),
         )
     arguments = function.args
-    if len(arguments.posonlyargs) + len(arguments.args) != 2 or arguments.kwonlyargs:
+    count, what, more = 2, "the observation and the inputs", ""
+    if skill.models:
+        count, what, more = 3, "the observation, the inputs and the models", ", models: Models"
+    if len(arguments.posonlyargs) + len(arguments.args) != count or arguments.kwonlyargs:
         return Diagnostic(
             "AE124",
-            f"`{skill.function}` does not take the observation and the inputs",
+            f"`{skill.function}` does not take {what}",
             label,
-            help=(f"def {skill.function}(observed: Observation, inputs: Inputs) -> SkillBody: ...",),
+            help=(f"def {skill.function}(observed: Observation, inputs: Inputs{more}) -> SkillBody: ...",),
         )
     return None
 
