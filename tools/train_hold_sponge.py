@@ -193,7 +193,7 @@ def train(offsets: Array, steps: Array, draw: np.random.Generator) -> list[Layer
     weights = [draw.normal(size=(b, a)) * np.sqrt(2.0 / a) for a, b in pairwise(sizes)]
     biases = [np.zeros(size) for size in sizes[1:]]
     scale_in, scale_out = 5.0, LARGEST_STEP  # of about 1 inside the network
-    moments = [[np.zeros_like(one), np.zeros_like(one)] for one in (*weights, *biases)]
+    averages = [[np.zeros_like(one), np.zeros_like(one)] for one in (*weights, *biases)]
     for number in range(1, STEPS + 1):
         chosen = draw.integers(0, len(offsets), BATCH)
         values = [offsets[chosen] * scale_in]
@@ -207,10 +207,10 @@ def train(offsets: Array, steps: Array, draw: np.random.Generator) -> list[Layer
             slope = (slope @ weights[layer]) * (values[layer] > 0.0)
         rate = 3e-3 * 0.5 * (1.0 + np.cos(np.pi * number / STEPS))
         ordered = [*gradients[0::2], *gradients[1::2]]
-        for one, gradient, moment in zip((*weights, *biases), ordered, moments, strict=True):
-            moment[0] = 0.9 * moment[0] + 0.1 * gradient
-            moment[1] = 0.999 * moment[1] + 0.001 * gradient**2
-            first, second = moment[0] / (1 - 0.9**number), moment[1] / (1 - 0.999**number)
+        for one, gradient, average in zip((*weights, *biases), ordered, averages, strict=True):
+            average[0] = 0.9 * average[0] + 0.1 * gradient
+            average[1] = 0.999 * average[1] + 0.001 * gradient**2
+            first, second = average[0] / (1 - 0.9**number), average[1] / (1 - 0.999**number)
             one -= rate * first / (np.sqrt(second) + 1e-8)
     weights[0] = weights[0] * scale_in
     weights[-1], biases[-1] = weights[-1] * scale_out, biases[-1] * scale_out
