@@ -24,6 +24,7 @@ from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
+from tests.shipped_scenes import shipped_scene
 from tests.unit.sim.referee import of_the_site
 
 pytestmark = pytest.mark.physics
@@ -35,7 +36,7 @@ TOWARDS = Person("walks", (Waypoint((5.0, 0.0)), Waypoint((0.0, 0.0), speed=1.6)
 
 def seen(site: Site, monkeypatch: pytest.MonkeyPatch) -> tuple[str | None, float, float]:
     """Drive towards a walking person: reason of the end, and fastest link in all and near them, m/s."""
-    plant = make_plant("fetch", 0, people=(TOWARDS,))
+    plant = make_plant(shipped_scene("fetch"), 0, people=(TOWARDS,))
     robot, client = plant._people._robot, plant._world.client
     links = range(bullet.getNumJoints(robot, physicsClientId=client))
     (person,) = (one._body for one in plant._people._walkers)
