@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final
 
@@ -154,11 +154,19 @@ class _Loader:
         whole = _empty(path.stem, text_digest(source.text))
         self.under_way.append(path.resolve())
         for include in file.include:
-            whole = self._include(whole, include, path.parent)
+            added = self._include(include, path.parent)
+            if file.robot is not None:  # it goes before those of the included scenes
+                added = replace(added, robot=None)
+            whole = merge(whole, added, include.scene.span, self.diagnostics)
         self.under_way.pop()
         return elaborate_scene(file, whole, path.parent, self.diagnostics)
 
-    def _include(self, whole: Scene, include: declared.Include, folder: Path) -> Scene:
+    def _include(self, include: declared.Include, folder: Path) -> Scene:
+        """Load an included scene, with its names and its place.
+
+        Raises:
+            UserError: there is no such file, it includes itself, or it has problems.
+        """
         path = self.find(include.scene.value, folder, include.scene.span)
         if path.resolve() in self.under_way or len(self.under_way) >= _MAX_DEPTH:
             headline = (
@@ -175,7 +183,7 @@ class _Loader:
             self.diagnostics.error(
                 "AE208", "a coating is at z = 0 of W, so its scene cannot be raised", include.span
             )
-        return merge(whole, added, include.scene.span, self.diagnostics)
+        return added
 
 
 def _empty(name: str, digest: str) -> Scene:

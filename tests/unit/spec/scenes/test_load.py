@@ -245,6 +245,8 @@ def test_two_robots_are_refused_unless_the_file_has_its_own(write: Write) -> Non
     write("robot: {mount: carriage}\n", "other.yaml")
     both = "include: [{scene: one.yaml}, {scene: other.yaml}]\n"
     assert "is not put up as that of `cell`" in refused(write(both, "cell.yaml")).headline
+    own = "robot: {mount: carriage, at: [0 m, 0 m, 1 m]}\n"
+    assert load_scene(write(own + both, "cell.yaml")).robot == RobotMount(True, (0.0, 0.0, 1.0))
 
 
 def test_a_scene_without_a_robot_only_adds_to_others() -> None:
