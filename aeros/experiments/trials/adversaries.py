@@ -79,12 +79,12 @@ class AdversaryTrials:
         with scratch_folder() as (folder, audit):
             folder = write_module_files(settings["module"], folder / "module")
             defence = _defence(settings["layer"], folder, premises)
-            scene = scene_named(premises.configuration, settings["scene"])
 
             def trial(seed: int) -> Findings:
                 began = time.process_time()
                 referee, events = LimitReferee(site, settings["limits"]), _TrialEvents()
                 if defence.configuration is not None and defence.gate is not None:
+                    scene = scene_named(premises.configuration, settings["scene"])
                     plant = _plant(settings, scene, seed, referee)
                     here = defence.configuration, plant, audit, premises.skill_runs
                     try:
