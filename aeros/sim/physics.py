@@ -11,7 +11,9 @@ from contextlib import ExitStack
 from math import hypot
 from typing import Any, Final, NamedTuple, Protocol, TypedDict, Unpack
 
-from aeros.runtime.ports import Readings
+import numpy as np
+
+from aeros.runtime.ports import CameraPicture, CameraView, Readings
 from aeros.sim.bullet.bodies import SceneBody, add_body, check_overlaps
 from aeros.sim.bullet.panda import Panda
 from aeros.sim.bullet.people import People, Person
@@ -171,9 +173,10 @@ class PhysicsPlant(FixedStepPlant):
         super().__init__(robot, scene.cameras)
         self._truth = GroundTruth(0, self._fast_values())
         self.sensors.sample(self._truth)
+        self._pictures: dict[str, CameraPicture] = {}
         for camera in scene.initial_cameras:
             # Taken before the clock starts, and so without faults.
-            self._publish_detection(self.sensors.read_camera(GroundTruth(0, self._scene.detect(camera))))
+            self._publish_look(*self._look(camera, scene.detect))
 
     def now(self) -> float:
         """Implement `Plant.now`: simulated seconds since the scene settled."""
@@ -182,6 +185,14 @@ class PhysicsPlant(FixedStepPlant):
     def observe(self) -> Readings:
         """Implement `Plant.observe`: current readings, and the latest detection of each camera."""
         return {**self._detections, **self.sensors.read(self._ground_truth())}
+
+    def pictures(self) -> Mapping[str, CameraPicture]:
+        """Return the newest picture of each camera: those of `look`, and the first ones of the scene.
+
+        Returns:
+            The pictures by camera; a camera that has taken none is absent.
+        """
+        return dict(self._pictures)
 
     def skill_began(self, skill: str) -> None:
         """Implement `Plant.skill_began`: tell the disturbance."""
@@ -204,10 +215,35 @@ class PhysicsPlant(FixedStepPlant):
         return self._scene.detect(camera, self._disturbance.detection_filter(camera))
 
     def _camera_motion(self, camera: str) -> Iterator[None]:
-        picture = GroundTruth(self._world.ticks, self._detect(camera))
-        for _ in range(CAMERA_TICKS + self.sensors.delay(picture.values)):
+        detections, picture = self._look(camera, self._detect)
+        for _ in range(CAMERA_TICKS + self.sensors.delay(detections.values)):
             yield
-        self._publish_detection(self.sensors.read_camera(picture))
+        self._publish_look(detections, picture)
+
+    def _look(
+        self, name: str, detect: Callable[[str], Mapping[str, Any]]
+    ) -> tuple[GroundTruth, CameraPicture]:
+        """Take a picture: what the scene detects in it, and the picture itself."""
+        renderer = self._world.renderer
+        renderer.forget_latest()
+        values = detect(name)
+        camera = self._scene.camera(name)
+        # The scene renders most pictures itself; some it does not need.
+        image = renderer.render_unless_latest(camera)
+        picture = CameraPicture(
+            name,
+            self._world.time,
+            camera.width,
+            camera.height,
+            image.rgb.tobytes(),
+            image.depth.astype(np.float32).tobytes(),
+            CameraView(camera.eye, camera.target, camera.up, camera.field_of_view),
+        )
+        return GroundTruth(self._world.ticks, values), picture
+
+    def _publish_look(self, detections: GroundTruth, picture: CameraPicture) -> None:
+        self._publish_detection(self.sensors.read_camera(detections))
+        self._pictures[picture.camera] = picture
 
     def _step_world(self) -> None:
         self._disturbance.before_tick()

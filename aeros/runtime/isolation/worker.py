@@ -1,4 +1,4 @@
-"""Worker process: locks itself down, runs one skill once, and ends.
+"""Worker process: locks itself down, runs one skill once or one perceiver for many views, and ends.
 
 After `apply_layers` everything here shares its process with hostile code and defends nothing: that code may
 talk to the runtime itself. The kernel confines it, and the runtime's side of `protocol` checks what it sends.
@@ -7,7 +7,7 @@ talk to the runtime itself. The kernel confines it, and the runtime's side of `p
 from __future__ import annotations
 
 import sys
-from typing import Final, cast
+from typing import Final, Protocol, cast
 
 from aeros.descriptions import describe_exception
 from aeros.runtime.isolation.layers import IsolationLayer, apply_layers
@@ -17,6 +17,7 @@ from aeros.runtime.isolation.protocol import (
     CloseSkill,
     JsonValue,
     LoadSkill,
+    ResumeSkill,
     RuntimeRequest,
     SkillClosed,
     SkillFinished,
@@ -42,13 +43,23 @@ from aeros.skill import Action, SkillBody
 _FINAL_RESPONSES: Final = (SkillRejected, SkillFinished, SkillRaised, SkillClosed)
 
 
-def serve(channel: int) -> None:
-    """Run the one skill that the runtime sends.
+class _Handler(Protocol):
+    def handle(self, question: RuntimeRequest) -> WorkerResponse: ...
+
+
+def serve(channel: int, memory: int | None = None) -> None:
+    """Run the one skill or perceiver that the runtime sends.
 
     Args:
         channel: descriptor of a socket whose other end the runtime holds.
+        memory: descriptor of the memory with a perceiver's pictures; None for a skill.
     """
-    worker = _Worker(channel)
+    worker: _Handler = _Worker(channel)
+    if memory is not None:
+        # Needs NumPy, which skills do without.
+        from aeros.runtime.isolation.perceiver_worker import PerceiverWorker
+
+        worker = PerceiverWorker(channel, memory)
     while (question := receive_request(channel)) is not None:
         response = worker.handle(question)
         send_response(channel, encode(response))
@@ -68,7 +79,7 @@ class _Worker:
             return self._handle_load(question)
         if isinstance(question, CloseSkill):
             return self._handle_close(question.token)
-        if self._load is None or self._function is None:
+        if self._load is None or self._function is None or not isinstance(question, ResumeSkill):
             return SkillRaised(question.token, "no skill is loaded")
         try:
             if self._body is None:

@@ -118,9 +118,10 @@ class FolderModules:
             ecm.id: ModuleIdentity(ecm.version, _bundle_digest(paths[ecm.id], ecm)) for ecm in found
         }
         withheld = _withheld(snapshot, identities)
+        modules = {ecm.id: ecm for ecm in found if ecm.id not in withheld}
         return (
-            site.with_overrides(blocks_in_force(snapshot, identities)),
-            {ecm.id: ecm for ecm in found if ecm.id not in withheld},
+            site.with_overrides(blocks_in_force(snapshot, identities)).with_modules(modules.values()),
+            modules,
             withheld,
         )
 

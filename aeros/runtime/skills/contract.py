@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import inspect
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 from types import CodeType, ModuleType
 from typing import Final
@@ -49,7 +49,7 @@ def execute_skill(module: str, name: str, content: bytes, path: str, function: s
     Raises:
         SkillRefusedError: the code raises when loaded, or has no such generator function.
     """
-    executed = _execute(module, name, content, path)
+    executed = execute_file(module, name, content, path)
     generator = executed.__dict__.get(function)
     if not inspect.isgeneratorfunction(generator):
         raise SkillRefusedError(f"`{name}` of module `{module}` has no generator function `{function}`")
@@ -111,10 +111,29 @@ def check_outputs(value: object) -> dict[str, object] | None:
     return outputs
 
 
-def _execute(module: str, name: str, content: bytes, path: str) -> ModuleType:
+def execute_file(
+    module: str, name: str, content: bytes, path: str, builtins: Mapping[str, object] | None = None
+) -> ModuleType:
+    """Execute a file of module code, under a private name.
+
+    Args:
+        module: id of the module.
+        name: path of the file in the module's folder.
+        content: source code, whose digest was checked.
+        path: path of the file, for tracebacks.
+        builtins: builtins of the code; None for Python's own.
+
+    Returns:
+        The executed file.
+
+    Raises:
+        SkillRefusedError: the code raises when loaded.
+    """
     dotted = name.removesuffix(".py").replace("/", ".")
     executed = ModuleType(f"_aeros_ecm_{module}.{dotted}")
     executed.__file__ = path
+    if builtins is not None:
+        executed.__dict__["__builtins__"] = dict(builtins)
     # Standard library code (dataclasses, pickle) looks up a class's module here.
     sys.modules[executed.__name__] = executed
     try:

@@ -11,11 +11,12 @@ from typing import NamedTuple
 
 from aeros.runtime.skills.contract import SkillFunction, SkillRefusedError, execute_skill
 from aeros.spec.model.ecm import Ecm, Skill
+from aeros.spec.model.perception import Perceiver
 from aeros.spec.text.digests import code_digest, code_files
 
 
 class CertifiedCode(NamedTuple):
-    """The file that contains a skill's function.
+    """The file that contains the function of a skill or of a perceiver.
 
     Attributes:
         module: id of the module.
@@ -63,15 +64,15 @@ def execute_code(code: CertifiedCode) -> SkillFunction:
     return execute_skill(code.module, code.name, code.content, code.path, code.function)
 
 
-def certified_code(ecm: Ecm, skill: Skill) -> CertifiedCode:
-    """Read the code of a skill.
+def certified_code(ecm: Ecm, skill: Skill | Perceiver) -> CertifiedCode:
+    """Read the code of a skill or of a perceiver.
 
     Args:
         ecm: the module.
-        skill: the skill of it.
+        skill: the skill or the perceiver of it.
 
     Returns:
-        The file of the skill's function.
+        The file of its function.
 
     Raises:
         SkillRefusedError: the code is not the certified code, or lacks that file.

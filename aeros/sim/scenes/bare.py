@@ -42,6 +42,14 @@ class BareScene:
         """
         raise KeyError(name)
 
+    def camera(self, name: str) -> Camera:
+        """Implement `Scene.camera`: there is none.
+
+        Raises:
+            KeyError: always, as there is no camera.
+        """
+        raise KeyError(name)
+
     def detect(self, camera: str, through: DetectionFilter = unfiltered) -> Mapping[str, Any]:
         """Implement `Scene.detect`: there is no camera.
 

@@ -91,6 +91,10 @@ class DumplingBenchScene:
         """Implement `Scene.body`."""
         return {"wrapper": self._wrapper, "filling": self._filling}[name]
 
+    def camera(self, name: str) -> Camera:
+        """Implement `Scene.camera`: both are fixed."""
+        return {"overhead": OVERHEAD_CAMERA, "side": SIDE_CAMERA}[name]
+
     def detect(self, camera: str, through: DetectionFilter = unfiltered) -> Mapping[str, Any]:
         """Implement `Scene.detect`: `overhead` sees the bench, `side` the inside of a closed wrapper."""
         if camera == "overhead":

@@ -64,10 +64,14 @@ class FetchScene:
         """Implement `Scene.body`."""
         return {"can": self._can, "decoy": self._decoy}[name]
 
+    def camera(self, name: str) -> Camera:
+        """Implement `Scene.camera`: `mast` stands on the carriage, `hand` moves with the tool."""
+        state = self._robot.read_sensors()
+        return camera_at(name, state.base_position, state.tool_position, self._robot.tool_command()[1])
+
     def detect(self, camera: str, through: DetectionFilter = unfiltered) -> Mapping[str, Any]:
         """Implement `Scene.detect`: find the can by colour and depth in a picture of `mast` or `hand`."""
-        state = self._robot.read_sensors()
-        eye = camera_at(camera, state.base_position, state.tool_position, self._robot.tool_command()[1])
+        eye = self.camera(camera)
         found = through(detect_red_cylinder(self._world.renderer.render(eye), eye, CAN_SIZE))
         self._seen = None if found is None else LastDetection(found.position, self._world.time)
         return camera_measurements(camera, found, self._laid.delivery)

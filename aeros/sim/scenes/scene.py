@@ -80,6 +80,19 @@ class Scene(Protocol):
             KeyError: there is no such object.
         """
 
+    def camera(self, name: str) -> Camera:
+        """Place a camera where it is now.
+
+        Args:
+            name: one of `cameras`.
+
+        Returns:
+            The camera, in W.
+
+        Raises:
+            KeyError: there is no such camera.
+        """
+
     def detect(self, camera: str, through: DetectionFilter = unfiltered) -> Mapping[str, Any]:
         """Take a picture and evaluate it.
 

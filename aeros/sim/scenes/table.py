@@ -101,6 +101,10 @@ class TableScene:
         cube, can = self._clutter
         return {"sponge": self._sponge, "cube": cube, "can": can}[name]
 
+    def camera(self, name: str) -> Camera:
+        """Implement `Scene.camera`: both are fixed."""
+        return {"overhead": OVERHEAD_CAMERA, "mast": MAST_CAMERA}[name]
+
     def detect(self, camera: str, through: DetectionFilter = unfiltered) -> Mapping[str, Any]:
         """Implement `Scene.detect`.
 

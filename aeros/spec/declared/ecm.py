@@ -10,9 +10,10 @@ from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
 from aeros.spec.declared.composition import Composition
-from aeros.spec.declared.field_types import Identifier, Named, RiskWord, Slug
+from aeros.spec.declared.field_types import ByVariable, Identifier, Named, RiskWord, Slug
+from aeros.spec.declared.perception import ModuleVariable, Perceiver
 from aeros.spec.declared.policy import Access
-from aeros.spec.declared.site import Quantity
+from aeros.spec.declared.quantity import Quantity
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.text.fields import (
     BooleanField,
@@ -44,7 +45,7 @@ class Outcome:
     """
 
     span: SourceSpan
-    effects: Named[ExpressionField] = field(
+    effects: ByVariable[ExpressionField] = field(
         default=MappingField(),
         metadata={"doc": "the state after this outcome, as in `effects: {wrapper_aligned: true}`"},
     )
@@ -186,7 +187,7 @@ class Task:
     )
     goal: ExpressionField = field(metadata={"doc": "the condition that must hold at the end"})
     rules: tuple[PlanningRule, ...] = field(metadata={"doc": "the planning rules, in order"})
-    initial: Named[ExpressionField] = field(
+    initial: ByVariable[ExpressionField] = field(
         default=MappingField(),
         metadata={"doc": "the typical state at the start, as in `door_open: true`"},
     )
@@ -281,3 +282,13 @@ class Ecm:
     )
     tasks: Named[Task] = field(default=MappingField(), metadata={"doc": "tasks that a person can ask for"})
     models: Named[Tool] = field(default=MappingField(), metadata={"doc": "models and tool adapters"})
+    state: Named[ModuleVariable] = field(
+        default=MappingField(),
+        metadata={
+            "doc": "predicates and quantities that it measures itself, as in "
+            "`state: {water_hot: {type: bool, max_age: 10 s}}`"
+        },
+    )
+    perceivers: Named[Perceiver] = field(
+        default=MappingField(), metadata={"doc": "the functions that measure them"}
+    )

@@ -11,4 +11,6 @@ Slug = Annotated[TextField, Pattern("slug")]
 _T = TypeVar("_T")
 Named = Annotated[MappingField[_T], Pattern("identifier")]
 """A mapping whose keys are identifiers."""
+ByVariable = Annotated[MappingField[_T], Pattern("dotted")]
+"""A mapping whose keys are state variables, perhaps of another module."""
 RiskWord = ChoiceField[Literal["low", "medium", "high"]]

@@ -85,8 +85,12 @@ _TABLE: Final = (
     DiagnosticCode("AE120", "duplicate-id", "form", "two declarations have the same name"),
     DiagnosticCode("AE121", "name-clash", "form", "a name already means something else"),
     DiagnosticCode("AE122", "unknown-reference", "form", "a name refers to nothing that is declared"),
-    DiagnosticCode("AE123", "missing-entry-point", "form", "a skill's function does not exist"),
-    DiagnosticCode("AE124", "not-a-generator", "form", "a skill's function yields no action"),
+    DiagnosticCode(
+        "AE123", "missing-entry-point", "form", "a skill's or perceiver's function does not exist"
+    ),
+    DiagnosticCode(
+        "AE124", "not-a-generator", "form", "a skill's function yields no action, or a perceiver's no values"
+    ),
     DiagnosticCode("AE125", "malformed-version", "form", "a version or version range cannot be read"),
     DiagnosticCode(
         "AE127", "probability", "form", "the probabilities of a skill's outcomes do not form a distribution"
@@ -105,7 +109,13 @@ _TABLE: Final = (
         "AE134",
         "reaching-code",
         "form",
-        "skill code uses more than actions, observations and pure computation",
+        "module code uses more than actions, observations and pure computation",
+    ),
+    DiagnosticCode(
+        "AE135",
+        "shared-otherwise",
+        "form",
+        "a module declares a variable otherwise than the site shares it",
     ),
     DiagnosticCode("AE140", "overlapping-bodies", "form", "two bodies of a scene overlap"),
     DiagnosticCode("AE141", "unusable-model", "form", "a model file does not describe a body"),
@@ -151,7 +161,10 @@ _TABLE: Final = (
         "AE404", "access-not-granted", "permission", "a module asks for access that the site does not grant"
     ),
     DiagnosticCode(
-        "AE405", "sensor-not-permitted", "permission", "a condition reads a sensor the module may not use"
+        "AE405",
+        "sensor-not-permitted",
+        "permission",
+        "a condition or perceiver reads a sensor the module may not use",
     ),
     DiagnosticCode("AE406", "risk-above-ceiling", "permission", "a skill's risk is above the site's ceiling"),
     DiagnosticCode(

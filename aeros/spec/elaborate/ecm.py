@@ -13,6 +13,7 @@ from aeros.spec.diagnostics.codes import Diagnostics, quoted
 from aeros.spec.elaborate.action_conditions import elaborate_action_conditions
 from aeros.spec.elaborate.composition import elaborate_compositions
 from aeros.spec.elaborate.names import resolve_name
+from aeros.spec.elaborate.perception import ModulePerception
 from aeros.spec.elaborate.policy import elaborate_access
 from aeros.spec.elaborate.skills import elaborate_skill
 from aeros.spec.elaborate.tasks import elaborate_tasks
@@ -44,6 +45,8 @@ def elaborate_ecm(
     """
     before = len(diagnostics)
     _check_metadata(ecm, diagnostics)
+    perception = ModulePerception(ecm, site, diagnostics)
+    site = perception.site
     skills = {name.value: elaborate_skill(name, skill, site, diagnostics) for name, skill in ecm.skills}
     elaborated = Ecm(
         id=ecm.id.value,
@@ -64,6 +67,8 @@ def elaborate_ecm(
         access_span=ecm.permissions.key_span or ecm.permissions.span,
         span=ecm.id.span,
         compositions=elaborate_compositions(ecm.compositions, site, skills, diagnostics),
+        state=perception.state,
+        perceivers=perception.perceivers,
     )
     return elaborated if len(diagnostics) == before else None
 

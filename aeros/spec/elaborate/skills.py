@@ -7,7 +7,7 @@ from dataclasses import replace
 from fractions import Fraction
 
 from aeros.spec.declared import ecm as declared
-from aeros.spec.declared.site import Quantity
+from aeros.spec.declared.quantity import Quantity
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.action_conditions import elaborate_action_condition, elaborate_action_conditions
 from aeros.spec.elaborate.expressions import elaborate_quantity

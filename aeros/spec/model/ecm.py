@@ -13,6 +13,7 @@ from typing import Any
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
 from aeros.spec.model.composition import Composition
+from aeros.spec.model.perception import Perceiver
 from aeros.spec.model.policy import Access
 from aeros.spec.model.rules import Conjunct, Risk
 from aeros.spec.model.variables import Declared
@@ -207,6 +208,9 @@ class Ecm:
         span: place of its name.
         compositions: compositions by id.
         model_digests: SHA-256 of each file that a model or tool names, by its path in the module.
+        state: its own state variables by full name, as in `kettle.water_hot`; the sensor of each is the full
+            name of the perceiver that provides it.
+        perceivers: perceivers by id.
     """
 
     id: str
@@ -227,6 +231,8 @@ class Ecm:
     span: SourceSpan
     compositions: Mapping[str, Composition] = field(default_factory=dict)
     model_digests: Mapping[str, str] = field(default_factory=dict)
+    state: Mapping[str, Declared] = field(default_factory=dict)
+    perceivers: Mapping[str, Perceiver] = field(default_factory=dict)
 
     def providers(self, name: str) -> tuple[str, ...]:
         """Return the skills any of which may run where a step names a skill or a capability.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -51,6 +51,7 @@ class ModuleSummary:
         runtime: `required_aeros_version` of its model.
         runtime_span: as in its model.
         model_digests: as in its model.
+        variables: names of its own state variables, without its own name.
     """
 
     id: str
@@ -67,6 +68,7 @@ class ModuleSummary:
     runtime: str
     runtime_span: SourceSpan
     model_digests: Mapping[str, str]
+    variables: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -95,12 +97,14 @@ class SiteSummary:
         digest: as in its model.
         grants: modules that the site grants something, and where.
         blocks: operator overrides that name a module.
+        shared: variables of modules that the site shares, by full name, and where.
     """
 
     id: str
     digest: str
     grants: Mapping[str, SourceSpan]
     blocks: tuple[BlockSummary, ...]
+    shared: Mapping[str, SourceSpan] = field(default_factory=dict)
 
 
 def summarize_site(site: Site) -> SiteSummary:
@@ -121,6 +125,7 @@ def summarize_site(site: Site) -> SiteSummary:
             for block in site.blocks
             if block.module is not None
         ),
+        {name: one.span for name, one in site.perception.shared.items()},
     )
 
 
@@ -157,6 +162,7 @@ def summarize_module(ecm: Ecm) -> ModuleSummary:
         ecm.required_aeros_version,
         ecm.runtime_span,
         dict(ecm.model_digests),
+        tuple(name.partition(".")[2] for name in ecm.state),
     )
 
 
@@ -180,7 +186,7 @@ def summary_to_json(summary: ModuleSummary | SiteSummary) -> Any:
     Returns:
         Plain values; a span is its start and end offset.
     """
-    return {field.name: _packed(getattr(summary, field.name)) for field in fields(summary)}
+    return {one.name: _packed(getattr(summary, one.name)) for one in fields(summary)}
 
 
 def _packed(value: Any) -> Any:
@@ -234,6 +240,7 @@ def module_summary_from_json(data: Any, manifest: Source) -> ModuleSummary:
             "effect_values": {name: frozenset(values) for name, values in data["effect_values"].items()},
             "requires_spans": {name: span(at) for name, at in data["requires_spans"].items()},
             "runtime_span": span(data["runtime_span"]),
+            "variables": tuple(data["variables"]),
         }
     )
 
@@ -262,4 +269,5 @@ def site_summary_from_json(data: Any, file: Source) -> SiteSummary:
             BlockSummary(id_, module, skill, SourceSpan(file, *at))
             for id_, module, skill, *at in data["blocks"]
         ),
+        {name: SourceSpan(file, *at) for name, at in data["shared"].items()},
     )

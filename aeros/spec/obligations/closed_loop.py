@@ -111,7 +111,7 @@ def _analysis_undecided(task: Task, reason: str) -> Diagnostic:
         "AE803",
         f"undecided, so refused: the planning rules of `{task.id}` were not analysed: {reason}",
         SpanLabel(task.span),
-        help=("declare a state variable of type bool for the condition in the site, and use that",),
+        help=("declare a state variable of type bool for the condition, in site or module, and use that",),
     )
 
 

@@ -194,6 +194,9 @@ PATTERNS: Final = {
     "dotted": _Form(
         re.compile(r"[a-z][a-z0-9_]*(\.[a-z][a-z0-9_]*)*"), "identifiers joined by `.`", "pick.move_tool"
     ),
+    "full name": _Form(
+        re.compile(r"[a-z][a-z0-9_]*\.[a-z][a-z0-9_]*"), "a module, `.`, a name in it", "kettle.water_hot"
+    ),
     "entry": _Form(
         re.compile(r"[a-z][a-z0-9_]*:[a-z][a-z0-9_]*"), "a file without `.py`, `:`, a function", "skills:wrap"
     ),

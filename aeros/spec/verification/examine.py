@@ -88,6 +88,7 @@ def examine_module(folder: Path, site: Site, oracle: Oracle) -> ModuleFindings:
     if loaded is None:
         return ModuleFindings(None, tuple(diagnostics))
     ecm = loaded.ecm
+    site = site.with_modules((ecm,))
     presence, files = summarize_module(ecm), read_skill_files(ecm.folder, loaded.code)
     before = (
         *entry_point_obligations(ecm, files),

@@ -8,9 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from aeros.runtime.ports import CameraView, MotionCompletion
 from aeros.sim.bullet.panda import Panda
 from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.clock import TICK
+from aeros.sim.fixed_step_plant import CAMERA_TICKS
+from aeros.sim.layouts.dumpling_bench import SIDE_CAMERA
 from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.limits import Q_MAX, Q_MIN, QD_MAX, QDD_MAX, TAU_MAX
@@ -231,3 +234,29 @@ def test_a_halt_between_two_calls_makes_nothing_faster(end: str) -> None:
     assert speeds[358] > 0.2
     assert speeds[359:].max() < 1.02 * speeds[358]
     assert speeds[-1] < 0.01
+
+
+def test_a_look_takes_the_picture_of_its_camera_and_publishes_it_after_read_out() -> None:
+    plant = make_plant("dumpling_bench", 0)
+    first = plant.pictures()
+    assert {name: one.time for name, one in first.items()} == {"overhead": 0.0}
+    execute(plant, act("wait", duration=0.5), allow, FOREVER)
+    look = plant.begin(act("look", camera="side"))
+    assert not isinstance(look, MotionCompletion)
+    plant.advance(allow, plant.now() + CAMERA_TICKS * TICK - TICK)
+    assert plant.pictures() == first
+    plant.advance(allow, FOREVER)
+    taken = plant.pictures()
+    assert taken["overhead"] is first["overhead"]
+    side = taken["side"]
+    assert side.time == 0.5
+    # Nothing has moved by more than a micrometre, so that the camera sees the same now.
+    seen = plant._world.renderer.render(SIDE_CAMERA)
+    assert side.rgb == seen.rgb.tobytes()
+    assert side.depth is not None
+    assert np.frombuffer(side.depth, np.float32) == pytest.approx(seen.depth.ravel(), abs=1e-4)
+    assert (side.width, side.height) == (SIDE_CAMERA.width, SIDE_CAMERA.height)
+    assert side.view == CameraView(
+        SIDE_CAMERA.eye, SIDE_CAMERA.target, SIDE_CAMERA.up, SIDE_CAMERA.field_of_view
+    )
+    plant.close()

@@ -13,6 +13,8 @@ from aeros.runtime.bus.listened_plant import ListenedPlant
 from aeros.runtime.bus.message_publisher import RobotChain
 from aeros.runtime.bus.messages import PointStamped, TFMessage
 from aeros.runtime.ports import (
+    CameraPicture,
+    CameraView,
     MotionCompletion,
     MotionHandle,
     NoMotion,
@@ -185,3 +187,14 @@ def test_every_listener_receives_the_same(site: Site) -> None:
         plant.advance(lambda now, values: None, 0.01)
     assert one.ticks == other.ticks
     assert len(one.ticks) > 1
+
+
+def test_pictures_are_those_of_the_plant() -> None:
+    class Looking(FakePlant):
+        def pictures(self) -> Mapping[str, CameraPicture]:
+            view = CameraView((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), 45.0)
+            return {"mast": CameraPicture("mast", 0.0, 1, 1, bytes(3), None, view)}
+
+    inner = Looking()
+    assert ListenedPlant(inner).pictures() == inner.pictures()
+    assert ListenedPlant(FakePlant()).pictures() == {}

@@ -65,7 +65,7 @@ _RESTRICT = "        system_call(_RESTRICT_SELF, descriptor, 0)"
 _INSTALL = "    process_control(_PR_SET_SECCOMP, _MODE_FILTER, ctypes.byref(program))"
 _LIMIT = "        resource.setrlimit(limit, (value, value))"
 _APPLY = """        if layer in requested:
-            apply()"""
+            apply(*arguments.get(layer, ()))"""
 _LAYERED = """            apply_layers([IsolationLayer(name) for name in load.layers], self._channel)
 """
 _LOADED = (
@@ -199,7 +199,7 @@ TWINS: dict[str, tuple[Changes, str]] = {
         "seen: Max processes is ('0', ",
     ),
     "limits of twice the memory": (
-        {"limits": [("+ MEMORY\n", "+ 2 * MEMORY\n")]},
+        {"limits": [("mapped + memory", "mapped + 2 * memory")]},
         "rlimits: it could map much memory",
     ),
     "limits for a child": (
@@ -212,7 +212,7 @@ TWINS: dict[str, tuple[Changes, str]] = {
             f"seen: {line} is ",
         )
         for name, value, line in (
-            ("resource.RLIMIT_AS", "memory", "Max address space"),
+            ("resource.RLIMIT_AS", "mapped + memory", "Max address space"),
             ("resource.RLIMIT_CPU", "CPU", "Max cpu time"),
             ("resource.RLIMIT_CORE", "0", "Max core file size"),
             ("resource.RLIMIT_FSIZE", "0", "Max file size"),
@@ -235,7 +235,7 @@ TWINS: dict[str, tuple[Changes, str]] = {
         "seccomp: it could fork",
     ),
     "layers for a child": (
-        {"layers": [("            apply()", in_child("            apply()"))]},
+        {"layers": [(_APPLY.splitlines()[1], in_child(_APPLY.splitlines()[1]))]},
         "landlock: it could read a file",
     ),
     "layers for the zygote, not the worker": (

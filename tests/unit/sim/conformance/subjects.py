@@ -140,5 +140,6 @@ PHYSICAL: Final = {
         base_deceleration=BASE_ACCELERATION_MAX,
         contact_actions=(),
         parallel_actions=TOGETHER,
+        look_action=act("look", camera="hand"),
     ),
 }

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from aeros.perception.rectangles import min_area_rectangle
 from aeros.sim.bullet.renderer import Image
 from aeros.sim.geometry import Pose, yaw_of
 from aeros.sim.layouts import dumpling_bench as bench
 from aeros.sim.layouts import table
 from aeros.sim.perception.bench_detection import detect_bench, is_filling_visible
-from aeros.sim.perception.rectangles import min_area_rectangle
 from aeros.sim.perception.table_detection import detect_table
 from aeros.sim.physics import NoDisturbance, PhysicsPlant, PlantParts, make_plant
 from aeros.skill import act

@@ -8,7 +8,8 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from aeros.sim.perception.detection import TOP_FACE_DEPTH
+TOP_FACE_DEPTH: Final = 0.004
+"""Depth below the highest point that still belongs to the top face, m."""
 
 _HEADINGS: Final = np.arange(0.0, pi / 2.0, pi / 360.0)
 """Headings to try, rad: half a degree is finer than a picture of a hundred pixels resolves."""
@@ -58,17 +59,48 @@ def min_area_rectangle(points: NDArray[np.float64]) -> Rectangle:
     )
 
 
-def top_face(points: NDArray[np.float64]) -> tuple[Rectangle, float]:
+def top_points(points: NDArray[np.float64], depth: float = TOP_FACE_DEPTH) -> NDArray[np.float64]:
+    """Select the highest of some points.
+
+    Args:
+        points: (n, 3), n > 0, m.
+        depth: greatest depth below the highest point, exclusive, m.
+
+    Returns:
+        The points (m, 3) less than `depth` below the highest, m.
+    """
+    highest: NDArray[np.float64] = points[points[:, 2] > points[:, 2].max() - depth]
+    return highest
+
+
+def top_face(points: NDArray[np.float64], depth: float = TOP_FACE_DEPTH) -> tuple[Rectangle, float]:
     """Find the rectangle around the highest of some points.
 
     Args:
         points: (n, 3), n > 0, m.
+        depth: greatest depth of the face below the highest point, m.
 
     Returns:
-        The rectangle around the points at most 4 mm below the highest, and their median height, m.
+        The rectangle around the points at most `depth` below the highest, and their median height, m.
     """
-    face = points[points[:, 2] > points[:, 2].max() - TOP_FACE_DEPTH]
+    face = top_points(points, depth)
     return min_area_rectangle(face[:, :2]), float(np.median(face[:, 2]))
+
+
+def has_size(rectangle: Rectangle, length: float, width: float, tolerance: float) -> bool:
+    """Check the size of a rectangle, whichever side is called its length.
+
+    Args:
+        rectangle: a rectangle.
+        length: expected longer side, m.
+        width: expected shorter side, m.
+        tolerance: greatest difference of each side, m.
+
+    Returns:
+        True if both sides are as expected.
+    """
+    longer, shorter = sorted((rectangle.length, rectangle.width), reverse=True)
+    return abs(longer - length) <= tolerance and abs(shorter - width) <= tolerance
 
 
 def wrap_heading(heading: float, period: float) -> float:

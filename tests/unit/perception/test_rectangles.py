@@ -10,7 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from aeros.sim.perception.rectangles import min_area_rectangle, top_face, wrap_heading
+from aeros.perception.rectangles import (
+    Rectangle,
+    has_size,
+    min_area_rectangle,
+    top_face,
+    top_points,
+    wrap_heading,
+)
 
 
 def grid(x: float, y: float, heading: float, length: float, width: float) -> NDArray[np.float64]:
@@ -68,3 +75,18 @@ def test_the_top_face_is_of_the_points_within_4_mm_of_the_highest() -> None:
 )
 def test_a_heading_is_wrapped_around_zero(heading: float, period: float, wrapped: float) -> None:
     assert wrap_heading(heading, period) == pytest.approx(wrapped)
+
+
+@pytest.mark.parametrize(
+    ("length", "width", "expected"),
+    [(0.4, 0.1, True), (0.405, 0.095, True), (0.1, 0.4, False), (0.42, 0.1, False)],
+)
+def test_a_size_is_checked_whichever_side_is_the_length(length: float, width: float, expected: bool) -> None:
+    for sides in ((0.4, 0.1), (0.1, 0.4)):
+        assert has_size(Rectangle(0.0, 0.0, 0.3, *sides), length, width, 0.006) == expected
+
+
+def test_the_depth_of_the_top_may_be_chosen() -> None:
+    points = np.array([[0.0, 0.0, 0.1], [0.0, 0.0, 0.097], [0.0, 0.0, 0.08]])
+    assert len(top_points(points)) == 2
+    assert len(top_points(points, 0.03)) == 3
