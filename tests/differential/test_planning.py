@@ -270,8 +270,11 @@ def _graphs(draw: st.DrawFn, problem: Problem) -> TaskGraph:
     solved = strategy.solves(start) and draw(st.booleans())
     parts = list(strategy_to_graph(strategy, start, 3).parts) if solved else []
     for _ in range(draw(st.integers(0 if solved else 1, 3))):
-        helper = draw(st.sampled_from([None, *names]))
-        step = PlanStep("small", draw(st.sampled_from(names)), {}, draw(st.integers(0, 3)), helper)
+        between, last = (
+            None if name is None else PlanStep("small", name)
+            for name in (draw(st.sampled_from([None, *names])), draw(st.sampled_from([None, None, *names])))
+        )
+        step = PlanStep("small", draw(st.sampled_from(names)), {}, draw(st.integers(0, 3)), between, last)
         at = draw(st.integers(0, len(parts)))
         parts[at : at + draw(st.integers(0, 1))] = [step]
     return TaskGraph(tuple(parts))

@@ -131,7 +131,7 @@ tasks:
     words: [errand{number:04}]
     goal: {first} and {second}
     rules:
-      - {{unless: {first}, do: skill_0, retry: 1, on_failure: skill_4}}
+      - {{unless: {first}, do: skill_0, retry: 1, between_tries: skill_4}}
       - {{unless: {second}, do: skill_2}}
     initial: {{{first}: false, {second}: false}}
 """

@@ -68,6 +68,7 @@ class FolderModules:
         """Implement `RunModules.load`."""
         site, policy = self._site_file(snapshot)
         configuration, report = self._prove_unblocked(site)
+        require_dependencies(configuration)
         unblocked = configuration.site
         if f"policies/{unblocked.digest}.yaml" != policy:
             raise refusal("AE961", f"`{site}` changed while it was being read")

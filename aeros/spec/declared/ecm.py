@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
 from aeros.spec.declared.composition import Composition
-from aeros.spec.declared.field_types import ByVariable, Identifier, Named, RiskWord, Slug
+from aeros.spec.declared.field_types import ByVariable, Identifier, Named, Reference, RiskWord, Slug
 from aeros.spec.declared.perception import ModuleVariable, Perceiver
 from aeros.spec.declared.policy import Access
 from aeros.spec.declared.quantity import Quantity
@@ -106,7 +106,7 @@ class Skill:
 
 @dataclass(frozen=True)
 class Capability:
-    """An ability. A step that names it runs one of the skills that provide it, so each must suffice.
+    """An ability. A step that names it runs one of the alternatives that provide it, so each must suffice.
 
     Attributes:
         span: its place in the file.
@@ -114,14 +114,21 @@ class Capability:
 
     span: SourceSpan
     description: TextField = field(metadata={"doc": "the ability that it gives the robot, for people"})
-    provided_by: tuple[Identifier, ...] = field(
-        metadata={"doc": "skills or compositions, as in `provided_by: [wrap]`"}
+    provided_by: tuple[Identifier | tuple[Identifier, ...], ...] = field(
+        metadata={
+            "doc": "alternatives: each a skill, a composition, or skills that run one after the other, as in "
+            "`provided_by: [wipe, [fetch, tidy]]`"
+        }
+    )
+    version: TextField | None = field(
+        default=None,
+        metadata={"doc": "its semantic version, which dependencies refer to; the module's if absent"},
     )
 
 
 @dataclass(frozen=True)
 class PlanningRule:
-    """`unless CONDITION do SKILL retry N on_failure SKILL`, or `do CAPABILITY`.
+    """`unless CONDITION do SKILL retry N between_tries SKILL on_failure SKILL`, or `do CAPABILITY`.
 
     Attributes:
         span: its place in the file.
@@ -129,15 +136,24 @@ class PlanningRule:
 
     span: SourceSpan
     unless: ExpressionField = field(metadata={"doc": "the step is skipped if this condition holds"})
-    do: Identifier = field(metadata={"doc": "the skill of the step, or a capability: one of its skills runs"})
+    do: Reference = field(
+        metadata={
+            "doc": "the skill of the step, or a capability: one of its alternatives runs; `MODULE.NAME` if "
+            "it is of a required module"
+        }
+    )
     inputs: Named[ExpressionField] = field(
         default=MappingField(), metadata={"doc": "inputs, as in `inputs: {force: 8 N}`"}
     )
     retry: Annotated[IntegerField, ValueBounds(0, 100)] | None = field(
         default=None, metadata={"doc": "how many times a failed step is retried"}
     )
-    on_failure: Identifier | None = field(
+    between_tries: Reference | None = field(
         default=None, metadata={"doc": "the skill that runs between two tries"}
+    )
+    on_failure: Reference | None = field(
+        default=None,
+        metadata={"doc": "the skill that runs when the last try has failed, before the agent plans again"},
     )
 
 
@@ -256,6 +272,13 @@ class Dependencies:
     )
     modules: Named[TextField] = field(
         default=MappingField(), metadata={"doc": "other modules and their versions"}
+    )
+    capabilities: Named[TextField] = field(
+        default=MappingField(),
+        metadata={
+            "doc": "capabilities of any other modules and their versions, as in "
+            '`capabilities: {grasping: ">=1.2"}`'
+        },
     )
 
 

@@ -144,6 +144,10 @@ _TABLE: Final = (
     DiagnosticCode(
         "AE304", "incompatible-runtime", "dependencies", "a module does not work with this runtime"
     ),
+    DiagnosticCode("AE305", "missing-capability", "dependencies", "no module provides a required capability"),
+    DiagnosticCode(
+        "AE306", "capability-version", "dependencies", "a required capability has another version"
+    ),
     # AE4xx: permission
     DiagnosticCode(
         "AE401",

@@ -5,16 +5,18 @@ Every fault is reported, and a composition with a fault is left out.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 from aeros.spec.declared import composition as declared
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.source import SourceSpan
+from aeros.spec.elaborate.callables import CallableNames
 from aeros.spec.elaborate.expressions import elaborate_expression
 from aeros.spec.elaborate.names import resolve_name
 from aeros.spec.elaborate.scopes import state_scope
+from aeros.spec.elaborate.tasks import NEEDS_RETRY
 from aeros.spec.elaborate.values import elaborate_value
 from aeros.spec.expr import terms as t
 from aeros.spec.model.composition import STOP_ON_FAILURE, Composition, OutputReference, Part, Step
@@ -23,13 +25,13 @@ from aeros.spec.model.site import Site
 from aeros.spec.model.step_graph import If, Par, Seq
 from aeros.spec.text.fields import ChoiceField, ExpressionField, IntegerField, MappingField, TextField
 
-_STEP_FIELDS = ("id", "inputs", "retry", "on_failure")
+_STEP_FIELDS = ("id", "inputs", "retry", "between_tries", "on_failure")
 
 
 def elaborate_compositions(
     entries: MappingField[declared.Composition],
     site: Site,
-    skills: Mapping[str, Skill],
+    names: CallableNames,
     diagnostics: Diagnostics,
 ) -> dict[str, Composition]:
     """Elaborate the compositions of a module; report each fault and leave out the compositions that have one.
@@ -37,7 +39,7 @@ def elaborate_compositions(
     Args:
         entries: declared compositions by name.
         site: site under which the module is elaborated; its names and retry limit apply.
-        skills: elaborated skills of the module by name.
+        names: skills and capabilities that steps may name.
         diagnostics: receives the faults.
 
     Returns:
@@ -45,17 +47,62 @@ def elaborate_compositions(
     """
     compositions: dict[str, Composition] = {}
     for name, one in entries:
-        if name.value in skills:
+        if name.value in names.skills:
             diagnostics.error(
                 "AE121",
                 f"`{name.value}` is a skill already",
                 name.span,
                 help=("choose another name for the composition",),
             )
-        elaborated = _Elaborator(one, site, skills, diagnostics).composition(name)
+        elaborated = _Elaborator(one, site, names, diagnostics).composition(name)
         if elaborated is not None:
             compositions[name.value] = elaborated
     return compositions
+
+
+def elaborate_sequence(
+    items: tuple[TextField, ...], name: str, names: CallableNames, diagnostics: Diagnostics
+) -> Composition | None:
+    """Elaborate skills in sequence, as an alternative of a capability, to a composition.
+
+    Args:
+        items: names of skills.
+        name: name of the composition.
+        names: skills and capabilities that steps may name.
+        diagnostics: receives the faults.
+
+    Returns:
+        The composition, which may start where its first skill can; None after a report.
+    """
+    before = len(diagnostics)
+    if len(items) < 2:
+        span = items[0].span if items else None
+        diagnostics.error("AE112", "a sequence has at least two skills", span)
+        return None
+    steps: list[Step] = []
+    first = None
+    for number, item in enumerate(items, 1):
+        skill = resolve_name(item, names.skills, "a skill of this module", diagnostics)
+        if skill is None:
+            continue
+        first = first or skill
+        missing = [key for key, one in skill.inputs.items() if one.default_value is None]
+        for key in missing:
+            diagnostics.error("AE102", f"`{skill.id}` needs the input `{key}`", item.span)
+        inputs = {key: one.default_value for key, one in skill.inputs.items()}
+        id_ = skill.id if skill.id not in {one.id for one in steps} else f"{skill.id}_{number}"
+        steps.append(Step(id_, skill.id, inputs, {}, 0, None, STOP_ON_FAILURE, item.span))
+    if first is None or len(diagnostics) > before:
+        return None
+    clause = first.precondition
+    return Composition(
+        name,
+        t.TRUE if clause is None else clause.term,
+        None if clause is None else clause.span,
+        Seq(tuple(steps)),
+        {},
+        items[0].span,
+    )
 
 
 @dataclass(frozen=True)
@@ -65,6 +112,7 @@ class _InvocationFields:
     skill: TextField
     inputs: tuple[tuple[TextField, ExpressionField | declared.OutputReference], ...]
     retry: IntegerField | None
+    between_tries: TextField | None
     on_failure: TextField | None
 
 
@@ -81,12 +129,12 @@ class _Elaborator:
         self,
         composition: declared.Composition,
         site: Site,
-        skills: Mapping[str, Skill],
+        names: CallableNames,
         diagnostics: Diagnostics,
     ) -> None:
         self._declared = composition
         self._site = site
-        self._skills = skills
+        self._names = names
         self._diagnostics = diagnostics
         self._named = {name.value: handler for name, handler in composition.handlers}
         self._steps: dict[str, TextField] = {}
@@ -104,7 +152,9 @@ class _Elaborator:
                     "a handler cannot be named `stop`: `on_failure: stop` ends the composition",
                     handler_name.span,
                 )
-            run = _InvocationFields(handler.skill, handler.inputs.items, handler.retry, handler.on_failure)
+            run = _InvocationFields(
+                handler.skill, handler.inputs.items, handler.retry, handler.between_tries, handler.on_failure
+            )
             step = self._step(handler_name.value, run, handler_name.span)
             if step is not None:
                 self._handlers[handler_name.value] = step
@@ -143,7 +193,9 @@ class _Elaborator:
         self._check_fields(part, forms[0])
         if part.skill is not None:
             name = part.id or part.skill
-            run = _InvocationFields(part.skill, part.inputs.items, part.retry, part.on_failure)
+            run = _InvocationFields(
+                part.skill, part.inputs.items, part.retry, part.between_tries, part.on_failure
+            )
             return self._step(name.value, run, part.skill.span)
         if part.if_ is not None:
             return self._if(part, part.if_)
@@ -181,37 +233,32 @@ class _Elaborator:
         return If(term, condition.value, then, otherwise, condition.span)
 
     def _step(self, name: str, run: _InvocationFields, span: SourceSpan) -> Step | None:
-        skill = resolve_name(run.skill, self._skills, "a skill of this module", self._diagnostics)
-        on_failure = None if run.on_failure is None else self._on_failure(run, run.on_failure)
+        skills = self._names.skills_for(run.skill, self._diagnostics)
+        if run.between_tries is not None and run.retry is None:
+            self._report(NEEDS_RETRY, run.between_tries.span)
+        between = None if run.between_tries is None else self._handler(run.between_tries)
+        last: str | None = None
+        if run.on_failure is not None:
+            is_stop = run.on_failure.value == STOP_ON_FAILURE
+            last = STOP_ON_FAILURE if is_stop else self._handler(run.on_failure)
         limit = self._site.limits.retries
         if run.retry is not None and run.retry.value > limit:
             self._diagnostics.error(
                 "AE129", f"this site allows at most {limit} retries of a step", run.retry.span
             )
-        if skill is None:
+        if not skills:
             return None
-        constants, flows = self._inputs(run, skill)
+        (constants, flows), *_ = [self._inputs(run, skill) for skill in skills]
         retry = 0 if run.retry is None else run.retry.value
-        return Step(name, skill.id, constants, flows, retry, on_failure, span)
+        choices = () if skills[0].id == run.skill.value else tuple(one.id for one in skills)
+        return Step(name, run.skill.value, constants, flows, retry, between, last, span, choices)
 
-    def _on_failure(self, run: _InvocationFields, name: TextField) -> str:
+    def _handler(self, name: TextField) -> str:
         """Return the handler's name; a skill that is not a named handler becomes one."""
-        if name.value == STOP_ON_FAILURE:
-            return STOP_ON_FAILURE
-        if run.retry is None:
-            self._report("`on_failure` runs between two tries, so it needs `retry`", name.span)
         if name.value not in self._named and name.value not in self._handlers:
-            candidates = {**dict.fromkeys(self._named, None), **dict.fromkeys(self._skills, None)}
-            resolve_name(
-                name,
-                {**candidates, STOP_ON_FAILURE: None},
-                "a handler or a skill of this module",
-                self._diagnostics,
-            )
-            if name.value in self._skills:
-                step = self._step(name.value, _InvocationFields(name, (), None, None), name.span)
-                if step is not None:
-                    self._handlers[name.value] = step
+            step = self._step(name.value, _InvocationFields(name, (), None, None, None), name.span)
+            if step is not None:
+                self._handlers[name.value] = step
         return name.value
 
     def _inputs(
@@ -241,7 +288,12 @@ class _Elaborator:
         text = given.from_
         step, _, output = text.value.partition(".")
         source = self._steps.get(step)
-        outputs = {} if source is None else getattr(self._skills.get(source.value), "outputs", {})
+        skills = () if source is None else self._names.skills_for(source, Diagnostics())
+        outputs = [
+            name
+            for name in (skills[0].outputs if skills else ())
+            if all(name in one.outputs for one in skills)
+        ]
         resolve_name(
             text, {f"{step}.{name}": None for name in outputs}, "an output of a step", self._diagnostics
         )

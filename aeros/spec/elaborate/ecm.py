@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -11,23 +12,30 @@ from packaging.licenses import InvalidLicenseExpression, canonicalize_license_ex
 from aeros.spec.declared import ecm as declared
 from aeros.spec.diagnostics.codes import Diagnostics, quoted
 from aeros.spec.elaborate.action_conditions import elaborate_action_conditions
-from aeros.spec.elaborate.composition import elaborate_compositions
+from aeros.spec.elaborate.callables import CallableNames, alternative_name, capability_names
+from aeros.spec.elaborate.composition import elaborate_compositions, elaborate_sequence
 from aeros.spec.elaborate.names import resolve_name
 from aeros.spec.elaborate.perception import ModulePerception
 from aeros.spec.elaborate.policy import elaborate_access
 from aeros.spec.elaborate.skills import elaborate_skill
 from aeros.spec.elaborate.tasks import elaborate_tasks
-from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.ecm import Ecm, ForeignNames
 from aeros.spec.model.site import Site
 from aeros.spec.text.digests import MAX_MODELS, model_digest
 from aeros.spec.text.fields import TextField
 from aeros.spec.text.versions import parse_range, parse_version
 
 _MAX_LICENSE: Final = 256  # characters
+_NO_FOREIGN_NAMES: Final = ForeignNames()
 
 
 def elaborate_ecm(
-    ecm: declared.Ecm, site: Site, folder: str, digests: tuple[str, str], diagnostics: Diagnostics
+    ecm: declared.Ecm,
+    site: Site,
+    folder: str,
+    digests: tuple[str, str],
+    diagnostics: Diagnostics,
+    foreign: ForeignNames = _NO_FOREIGN_NAMES,
 ) -> Ecm | None:
     """Elaborate a declared module under a site.
 
@@ -39,6 +47,7 @@ def elaborate_ecm(
         folder: path of the module's folder.
         digests: SHA-256 in hexadecimal of the manifest and of the code.
         diagnostics: receives the faults.
+        foreign: skills and capabilities of other modules that its steps may name.
 
     Returns:
         The model of the module, or None after reporting every fault.
@@ -48,6 +57,18 @@ def elaborate_ecm(
     perception = ModulePerception(ecm, site, diagnostics)
     site = perception.site
     skills = {name.value: elaborate_skill(name, skill, site, diagnostics) for name, skill in ecm.skills}
+    capabilities = _capabilities(ecm, diagnostics)
+    required = {name.value: specifier.value for name, specifier in ecm.dependencies.capabilities}
+    modules = {name.value: specifier.value for name, specifier in ecm.dependencies.modules}
+    requirements = frozenset((*required, *modules))
+    names = CallableNames(ecm.id.value, skills, capabilities, {}, foreign, requirements)
+    compositions = elaborate_compositions(ecm.compositions, site, names, diagnostics)
+    for _, capability in ecm.capabilities:
+        for one in capability.provided_by:
+            if isinstance(one, tuple):
+                made = elaborate_sequence(one, alternative_name(one), names, diagnostics)
+                compositions |= {} if made is None else {made.id: made}
+    names = replace(names, compositions=compositions)
     elaborated = Ecm(
         id=ecm.id.value,
         version=ecm.version.value,
@@ -55,18 +76,25 @@ def elaborate_ecm(
         manifest_digest=digests[0],
         code_digest=digests[1],
         model_digests=_model_digests(ecm, Path(folder), diagnostics),
-        capabilities=_capabilities(ecm, diagnostics),
+        capabilities=capabilities,
         skills=skills,
-        tasks=elaborate_tasks(ecm, skills, site, diagnostics),
+        tasks=elaborate_tasks(ecm, names, site, diagnostics),
         requested_access=elaborate_access(ecm.permissions),
         permitted_actions=elaborate_action_conditions(ecm.permissions.actions, {}, site, diagnostics),
-        required_modules={name.value: specifier.value for name, specifier in ecm.dependencies.modules},
+        required_modules=modules,
         requires_spans={name.value: name.span for name, _ in ecm.dependencies.modules},
         required_aeros_version=ecm.dependencies.aeros.value,
         runtime_span=ecm.dependencies.aeros.span,
         access_span=ecm.permissions.key_span or ecm.permissions.span,
         span=ecm.id.span,
-        compositions=elaborate_compositions(ecm.compositions, site, skills, diagnostics),
+        compositions=compositions,
+        capability_versions={
+            name.value: ecm.version.value if one.version is None else one.version.value
+            for name, one in ecm.capabilities
+        },
+        required_capabilities=required,
+        capability_spans={name.value: name.span for name, _ in ecm.dependencies.capabilities},
+        foreign=foreign,
         state=perception.state,
         perceivers=perception.perceivers,
     )
@@ -89,7 +117,11 @@ def _check_metadata(ecm: declared.Ecm, diagnostics: Diagnostics) -> None:
             ecm.license.span,
             help=("as in `Apache-2.0` or `LicenseRef-Proprietary`",),
         )
-    for specifier in (ecm.dependencies.aeros, *(text for _, text in ecm.dependencies.modules)):
+    for _, capability in ecm.capabilities:
+        if capability.version is not None:
+            _check_version(capability.version, parse_version, "as in `1.0.0`", diagnostics)
+    needed = (*ecm.dependencies.modules, *ecm.dependencies.capabilities)
+    for specifier in (ecm.dependencies.aeros, *(text for _, text in needed)):
         _check_version(specifier, parse_range, 'as in `">=1.0,<2"`', diagnostics)
 
 
@@ -120,15 +152,19 @@ def _model_digests(ecm: declared.Ecm, folder: Path, diagnostics: Diagnostics) ->
 
 
 def _capabilities(ecm: declared.Ecm, diagnostics: Diagnostics) -> dict[str, tuple[str, ...]]:
+    required = {name.value: name.span for name, _ in ecm.dependencies.capabilities}
     known = {name.value: None for name, _ in (*ecm.skills, *ecm.compositions)}
-    return {name.value: _capability(capability, known, diagnostics) for name, capability in ecm.capabilities}
-
-
-def _capability(
-    capability: declared.Capability, known: Mapping[str, None], diagnostics: Diagnostics
-) -> tuple[str, ...]:
-    if not capability.provided_by:
-        diagnostics.error("AE112", "a capability is provided by at least one skill", capability.span)
-    for name in capability.provided_by:
-        resolve_name(name, known, "a skill or composition of this module", diagnostics)
-    return tuple(name.value for name in capability.provided_by)
+    for name, capability in ecm.capabilities:
+        if not capability.provided_by:
+            diagnostics.error("AE112", "a capability is provided by at least one skill", capability.span)
+        for one in capability.provided_by:
+            if isinstance(one, TextField):
+                resolve_name(one, known, "a skill or composition of this module", diagnostics)
+        if name.value in required:
+            diagnostics.error(
+                "AE121",
+                f"`{name.value}` is a capability of this module, so no other can be required to provide it",
+                required[name.value],
+                help=("remove it from `dependencies.capabilities`",),
+            )
+    return capability_names(ecm)

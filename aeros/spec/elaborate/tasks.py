@@ -2,49 +2,47 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 from aeros.spec.declared import ecm as declared
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.words import normalized_words
 from aeros.spec.elaborate.action_conditions import elaborate_action_condition
+from aeros.spec.elaborate.callables import CallableNames
 from aeros.spec.elaborate.expressions import elaborate_expression
 from aeros.spec.elaborate.names import resolve_name
 from aeros.spec.elaborate.scopes import state_scope
 from aeros.spec.elaborate.values import elaborate_state_values, elaborate_value
 from aeros.spec.expr import terms as t
-from aeros.spec.model.ecm import ActionCondition, PlanningRule, Skill, Task, TaskInvariant
+from aeros.spec.model.ecm import ActionCondition, Alternative, PlanningRule, Task, TaskInvariant
 from aeros.spec.model.site import Site
 from aeros.spec.text.fields import TextField
 
+NEEDS_RETRY = "`between_tries` runs between two tries, so it needs `retry`"
+"""Headline of the fault of a step that is tried once and says what runs between two tries."""
+
 
 def elaborate_tasks(
-    ecm: declared.Ecm, skills: Mapping[str, Skill], site: Site, diagnostics: Diagnostics
+    ecm: declared.Ecm, names: CallableNames, site: Site, diagnostics: Diagnostics
 ) -> dict[str, Task]:
     """Elaborate the tasks of a module.
 
     Args:
         ecm: the declared module.
-        skills: its elaborated skills by name.
+        names: skills and capabilities that its rules may name.
         site: site under which the module is elaborated.
         diagnostics: receives the faults.
 
     Returns:
         The tasks by name, without the parts that have a fault.
     """
-    elaborator = _TaskElaborator(ecm, skills, site, diagnostics)
+    elaborator = _TaskElaborator(names, site, diagnostics)
     return {name.value: elaborator.task(name, task) for name, task in ecm.tasks}
 
 
 class _TaskElaborator:
-    def __init__(
-        self, ecm: declared.Ecm, skills: Mapping[str, Skill], site: Site, diagnostics: Diagnostics
-    ) -> None:
-        self._providers = {
-            name.value: [one.value for one in capability.provided_by] for name, capability in ecm.capabilities
-        }
-        self._skills = skills
+    def __init__(self, names: CallableNames, site: Site, diagnostics: Diagnostics) -> None:
+        self._names = names
         self._site = site
         self._diagnostics = diagnostics
 
@@ -105,29 +103,29 @@ class _TaskElaborator:
 
     def _rule(self, rule: declared.PlanningRule) -> PlanningRule | None:
         unless = elaborate_expression(rule.unless, state_scope(self._site), self._diagnostics)
-        providers = self._skills_for(rule.do)
+        alternatives = self._names.alternatives(rule.do, self._diagnostics)
         self._check_retry(rule)
-        if unless is None or not providers:
+        if unless is None or not alternatives:
             return None
-        inputs, *_ = [self._inputs(rule, skill) for skill in providers]
+        inputs, *_ = [self._inputs(rule, one) for one in alternatives]
         return PlanningRule(
             satisfied_condition=unless,
             text=rule.unless.value,
             skill=rule.do.value,
             inputs=inputs,
             retry=0 if rule.retry is None else rule.retry.value,
+            between_tries=None if rule.between_tries is None else rule.between_tries.value,
             on_failure=None if rule.on_failure is None else rule.on_failure.value,
             span=rule.span,
         )
 
     def _check_retry(self, rule: declared.PlanningRule) -> None:
-        """Check the retry budget of a rule, and the skill that runs between two tries."""
-        if rule.on_failure is not None:
-            resolve_name(rule.on_failure, self._skills, "a skill of this module", self._diagnostics)
-            if rule.retry is None:
-                self._diagnostics.error(
-                    "AE102", "`on_failure` runs between two tries, so it needs `retry`", rule.on_failure.span
-                )
+        """Check the retry budget of a rule, and the skills that its failure leads to."""
+        for helper in (rule.between_tries, rule.on_failure):
+            if helper is not None:
+                self._names.skills_for(helper, self._diagnostics)
+        if rule.between_tries is not None and rule.retry is None:
+            self._diagnostics.error("AE102", NEEDS_RETRY, rule.between_tries.span)
         if rule.retry is not None and rule.retry.value > self._site.limits.retries:
             self._diagnostics.error(
                 "AE129",
@@ -135,25 +133,15 @@ class _TaskElaborator:
                 rule.retry.span,
             )
 
-    def _skills_for(self, do: TextField) -> list[Skill]:
-        """Return the skill that a rule names, or the providers of its capability; none after a report."""
-        if do.value not in self._providers:
-            named = {**self._skills, **dict.fromkeys(self._providers)}
-            resolve_name(do, named, "a skill or capability of this module", self._diagnostics)
-            return [self._skills[do.value]] if do.value in self._skills else []
-        providers = self._providers[do.value]
-        if do.value in self._skills and providers != [do.value]:
-            headline = f"`{do.value}` is the name of a skill and of a capability that other skills provide"
-            self._diagnostics.error("AE121", headline, do.span, help=("rename one of them",))
-            return []
-        composed = next((name for name in providers if name not in self._skills), None)
-        if composed is not None:
-            headline = f"`{do.value}` cannot be a step: `{composed}`, which provides it, is not a skill"
-            self._diagnostics.error("AE122", headline, do.span)
-            return []
-        return [self._skills[name] for name in providers]
-
-    def _inputs(self, rule: declared.PlanningRule, skill: Skill) -> dict[str, Any]:
+    def _inputs(self, rule: declared.PlanningRule, alternative: Alternative) -> dict[str, Any]:
+        if alternative.composition is not None:
+            for name, _ in rule.inputs:
+                headline = f"`{alternative.name}`, which provides `{rule.do.value}`, has no input"
+                self._diagnostics.error("AE122", f"{headline} `{name.value}`", name.span)
+            return {}
+        skill = self._names.all_skills.get(alternative.name)
+        if skill is None:
+            return {}  # a composition with a fault, which is reported
         given: dict[str, Any] = {}
         for name, expression in rule.inputs:
             variable = resolve_name(name, skill.inputs, f"an input of `{skill.id}`", self._diagnostics)

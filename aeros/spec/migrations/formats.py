@@ -41,6 +41,7 @@ CHECKPOINT: Final = Format(
         Version(
             "keeps `errand` and `earlier_reports`: an instruction may ask for several tasks", checkpoint.to_5
         ),
+        Version("plans say apart what runs between two tries and after the last one", checkpoint.to_6),
     ),
     keys=frozenset({"schema", "digest", "body"}),
     is_numbered=True,

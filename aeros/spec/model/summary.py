@@ -52,6 +52,9 @@ class ModuleSummary:
         runtime_span: as in its model.
         model_digests: as in its model.
         variables: names of its own state variables, without its own name.
+        capability_versions: as in its model.
+        required_capabilities: as in its model.
+        capability_spans: as in its model.
     """
 
     id: str
@@ -69,6 +72,14 @@ class ModuleSummary:
     runtime_span: SourceSpan
     model_digests: Mapping[str, str]
     variables: tuple[str, ...] = ()
+    capability_versions: Mapping[str, str] = field(default_factory=dict)
+    required_capabilities: Mapping[str, str] = field(default_factory=dict)
+    capability_spans: Mapping[str, SourceSpan] = field(default_factory=dict)
+
+    @property
+    def has_requirements(self) -> bool:
+        """True if it needs other modules, so that its proof may depend on them."""
+        return bool(self.requires or self.required_capabilities)
 
 
 @dataclass(frozen=True)
@@ -163,6 +174,9 @@ def summarize_module(ecm: Ecm) -> ModuleSummary:
         ecm.runtime_span,
         dict(ecm.model_digests),
         tuple(name.partition(".")[2] for name in ecm.state),
+        dict(ecm.capability_versions),
+        dict(ecm.required_capabilities),
+        dict(ecm.capability_spans),
     )
 
 
@@ -241,6 +255,7 @@ def module_summary_from_json(data: Any, manifest: Source) -> ModuleSummary:
             "requires_spans": {name: span(at) for name, at in data["requires_spans"].items()},
             "runtime_span": span(data["runtime_span"]),
             "variables": tuple(data["variables"]),
+            "capability_spans": {name: span(at) for name, at in data["capability_spans"].items()},
         }
     )
 

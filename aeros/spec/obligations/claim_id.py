@@ -228,6 +228,7 @@ class ClaimForm:
     RUNTIME_SUITS = ClaimPattern("dependencies/runtime")
     DEPENDENCIES_ACYCLIC = ClaimPattern("dependencies/acyclic")
     DEPENDENCY_MET = ClaimPattern("dependencies/{module}")
+    CAPABILITY_PROVIDED = ClaimPattern("dependencies/capability/{capability}")
 
     # Skill code.
     CODE_REACHES_NOTHING = ClaimPattern("form/code/{path}")

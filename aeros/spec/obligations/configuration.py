@@ -57,8 +57,10 @@ def configuration_obligations(ecms: Sequence[ModuleSummary], site: SiteSummary) 
         yield StaticClaim(ClaimForm.MODULE_UNIQUE(name), _duplicate_module(same) if len(same) > 1 else None)
     yield from _routing(ecms)
     provided = _group_by_key((capability, ecm) for ecm in ecms for capability in ecm.capabilities)
+    required = {capability for ecm in ecms for capability in ecm.required_capabilities}
     for capability, providers in provided.items():
-        twice = _same_capability(capability, providers) if len(providers) > 1 else None
+        is_choice = capability in required  # which of them runs is the choice of the agent
+        twice = _same_capability(capability, providers) if len(providers) > 1 and not is_choice else None
         yield StaticClaim(ClaimForm.CAPABILITY_UNIQUE(capability), twice)
     yield from _effects(ecms)
     yield from _dependencies(ecms)

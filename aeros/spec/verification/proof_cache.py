@@ -3,7 +3,8 @@
 The cache keeps proofs of one module by itself, if nothing is left to report, and of a site.  The key is
 the digest of all that a proof depends on: manifest, code, site, overrides, budget, and the programs that
 decide, down to the interpreter.  No cached value names a path, so a copy of a module is found wherever it is.
-Models are hashed again, and claims that depend on other modules are not cached but decided again.  As for
+Models are hashed again.  Claims that depend on other modules are not cached but decided again, and so are all
+claims about a module that requires others.  As for
 answers, a value that cannot be read counts as absent (docs/decisions/0008-answers-are-kept.md).
 
 A value has a head, which holds all that most runs read.  The claims are stored next to it, with their digest
@@ -148,8 +149,11 @@ class ProofCache:
         if new.site is not None and _is_proved(report.site):
             self.put_site(new.site[0], report.site.claims)
         for module in report.modules:
-            if module.path in new.modules and module.lock is not None and _is_proved(module):
-                self.put_module(new.modules[module.path], module.lock.digest)
+            found = new.modules.get(module.path)
+            if found is None or found.summary is None or found.summary.has_requirements:
+                continue
+            if module.lock is not None and _is_proved(module):
+                self.put_module(found, module.lock.digest)
         self.close()
 
     def put_site(self, site: SiteSummary, claims: Sequence[ClaimSummary]) -> None:

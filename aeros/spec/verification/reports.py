@@ -287,18 +287,23 @@ def configuration_report(modules: Sequence[ModuleSummary], site: SiteSummary) ->
 
 
 def dependency_candidates(
-    given: Mapping[Path, ModuleSummary], read: Callable[[Path], ModuleSummary | None]
+    given: Mapping[Path, ModuleSummary],
+    read: Callable[[Path], ModuleSummary | None],
+    *,
+    only_given: bool = False,
 ) -> dict[str, ModuleSummary]:
     """Find the modules that dependencies may refer to: those given, and those next to one that has any.
 
     Args:
         given: summaries of the given modules, by folder.
         read: reads a module that is not given, by its folder; returns None where it cannot be read.
+        only_given: look at the given modules only.
 
     Returns:
         The summaries by module name; given modules win.
     """
-    parents = {folder.resolve().parent for folder, one in given.items() if one.requires}
+    needing = [] if only_given else [folder for folder, one in given.items() if one.has_requirements]
+    parents = {folder.resolve().parent for folder in needing}
     known = {folder.resolve() for folder in given} if parents else set()
     around: dict[str, ModuleSummary] = {}
     for parent in parents:

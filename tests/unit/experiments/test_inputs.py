@@ -24,7 +24,7 @@ def test_a_task_is_found_with_its_module() -> None:
     ("name", "help_"),
     [
         ("clean_tabel", "did you mean `clean_table`?"),
-        ("fly", "there are clean_table, fetch_object, make_dumplings"),
+        ("fly", "there are clean_table, fetch_object, make_dumplings, serve_table"),
     ],
 )
 def test_a_task_that_no_module_has_is_refused(name: str, help_: str) -> None:
@@ -39,7 +39,9 @@ def test_inputs_are_loaded_once_and_known_by_configuration_code_and_releases() -
     assert load_inputs(InputPaths(WHERE.modules_folder)) is found
     whole = f"{found.configuration.digest} {code_digest()} {package_versions()}"
     assert found.digest == hashlib.sha256(whole.encode()).hexdigest()
-    assert set(found.configuration.modules) == {"clean_table", "fetch_object", "make_dumplings"}
+    assert set(found.configuration.modules) == {
+        *("clean_table", "fetch_object", "inspect_table", "make_dumplings", "serve_table")
+    }
 
 
 def test_modules_without_certificates_are_refused(tmp_path: Path) -> None:

@@ -14,11 +14,12 @@ from aeros.spec.declared.decode import decode
 from aeros.spec.declared.field_types import Named
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics
 from aeros.spec.diagnostics.source import SourceSpan
+from aeros.spec.elaborate.callables import CallableNames
 from aeros.spec.elaborate.composition import elaborate_compositions
 from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.expr import terms as t
 from aeros.spec.model.composition import Composition, Step
-from aeros.spec.model.ecm import Skill
+from aeros.spec.model.ecm import ForeignNames, Skill
 from aeros.spec.model.site import Site
 from aeros.spec.model.step_graph import If, Par, Seq
 from tests.unit.spec.elaborate.faults import CORPUS, TABLE
@@ -55,7 +56,8 @@ def _elaborated(text: str, name: str = "all") -> tuple[dict[str, Composition], l
     sink = Diagnostics()
     file = decode(accepted(f"compositions:\n  {name}:\n{lines}\n"), _File, sink)
     assert file is not None, list(sink)
-    return elaborate_compositions(file.compositions, _site(), _skills(), sink), list(sink)
+    names = CallableNames("module", _skills(), {}, {}, ForeignNames(), frozenset())
+    return elaborate_compositions(file.compositions, _site(), names, sink), list(sink)
 
 
 def _composed(text: str) -> Composition:
@@ -85,7 +87,7 @@ def test_steps_run_in_sequence_in_parallel_and_by_condition() -> None:
     ).body
     assert isinstance(body, Seq)
     first, both, choice = body.parts
-    assert (_step(first).id, _step(first).skill, _step(first).retry, _step(first).on_failure) == (
+    assert (_step(first).id, _step(first).skill, _step(first).retry, _step(first).between_tries) == (
         "fetch",
         "fetch",
         0,
@@ -140,19 +142,19 @@ def test_inputs_are_constants_in_si_or_outputs_of_earlier_steps() -> None:
 
 
 def test_a_skill_that_handles_a_failure_becomes_a_handler() -> None:
-    one = _composed("do: {skill: fetch, retry: 2, on_failure: park}")
-    assert (_step(one.body).retry, _step(one.body).on_failure) == (2, "park")
+    one = _composed("do: {skill: fetch, retry: 2, between_tries: park}")
+    assert (_step(one.body).retry, _step(one.body).between_tries) == (2, "park")
     assert [(name, step.skill, step.retry) for name, step in one.handlers.items()] == [("park", "park", 0)]
 
 
 def test_a_named_handler_has_its_own_inputs_and_retries() -> None:
     one = _composed(
-        "do: {skill: fetch, retry: 1, on_failure: clear}\n"
+        "do: {skill: fetch, retry: 1, between_tries: clear}\n"
         "handlers:\n  clear: {skill: use, inputs: {gain: 1 m}, retry: 1, on_failure: stop}\n"
     )
     (handler,) = one.handlers.values()
     assert (handler.id, handler.skill, handler.inputs) == ("clear", "use", {"gain": Fraction(1)})
-    assert (handler.retry, handler.on_failure, handler.handler) == (1, "stop", None)
+    assert (handler.retry, handler.on_failure, handler.handlers) == (1, "stop", ())
 
 
 def test_a_failure_that_stops_needs_no_handler_and_no_retry() -> None:
@@ -189,8 +191,8 @@ def test_a_failure_that_stops_needs_no_handler_and_no_retry() -> None:
         ),
         ("{skill: fetch, retry: 3}", ("AE129", "this site allows at most 2 retries of a step")),
         (
-            "{skill: fetch, on_failure: park}",
-            ("AE102", "`on_failure` runs between two tries, so it needs `retry`"),
+            "{skill: fetch, between_tries: park}",
+            ("AE102", "`between_tries` runs between two tries, so it needs `retry`"),
         ),
         ("{skill: use}", ("AE102", "`use` needs the input `gain`")),
     ],
@@ -202,8 +204,8 @@ def test_a_fault_of_a_part_is_reported(do: str, message: tuple[str, str]) -> Non
 @pytest.mark.parametrize(
     ("do", "message"),
     [
-        ("{skill: fech}", "`fech` is not a skill of this module"),
-        ("{skill: fetch, retry: 1, on_failure: prk}", "`prk` is not a handler or a skill of this module"),
+        ("{skill: fech}", "`fech` is not a skill or capability of this module"),
+        ("{skill: fetch, retry: 1, between_tries: prk}", "`prk` is not a skill or capability of this module"),
         ("{skill: use, inputs: {gain: 2 s}}", "expected"),
         ("{skill: use, inputs: {gain: 1 m, gin: 1 m}}", "`gin` is not an input of `use`"),
         (

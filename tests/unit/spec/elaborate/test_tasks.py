@@ -27,7 +27,7 @@ permissions:"""
         ("words: [tidy]", "words: []", "no word routes to the task `tidy_up`"),
         ("do: tidy", "do: tidi", "`tidi` is not a skill or capability of this module"),
         ("retry: 1", "retry: 3", "this site allows at most 2 retries of a step"),
-        ("retry: 1", "on_failure: tidy", "`on_failure` runs between two tries, so it needs `retry`"),
+        ("retry: 1", "between_tries: tidy", "`between_tries` runs between two tries, so it needs `retry`"),
         ("retry: 1", "inputs: {force: 1 N}", "`force` is not an input of `tidy`"),
         (
             "goal: table_tidy\n",

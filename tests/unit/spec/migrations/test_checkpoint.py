@@ -61,8 +61,8 @@ def test_names_that_a_user_gave_are_not_renamed_in_a_checkpoint() -> None:
     ("change", "why"),
     [
         ({"schema": 1}, "version 1 did not record .+ start it again"),
-        ({"schema": 6}, "`6` was written by a newer AEROS"),
-        ({"schema": "5"}, "its `schema` is not `5`"),
+        ({"schema": 7}, "`7` was written by a newer AEROS"),
+        ({"schema": "5"}, "its `schema` is not `6`"),
         ({"digest": "0"}, "its digest does not match"),
         ({"body": 3}, "does not have the layout"),
     ],
@@ -119,6 +119,25 @@ def test_classes_and_their_fields_are_renamed_wherever_they_are() -> None:
         "waited_s": [{"deep": new}],
         "other": 1,
     }
+
+
+def test_what_ran_between_two_tries_still_does() -> None:
+    def step(skill: str, **more: Any) -> dict[str, Any]:
+        plain = {"module": "m", "skill": skill, "inputs": {"map": {}}}
+        return {"class": "PlanStep", "fields": plain | more}
+
+    kept = {"map": {"class": "PlanStep", "fields": step("x", on_failure="y", handler=None)["fields"]}}
+    parts = [
+        step("wrap", on_failure="recover", handler=None),
+        step("dough", on_failure=None, handler=step("align", on_failure=None, handler=None)),
+    ]
+    new = unwrapped(to_5(wrapped({"plan": {"tuple": parts}, "world": kept}, 4)))
+    none = {"between_tries": None, "on_failure": None, "needs_recovery": False}
+    assert new["plan"]["tuple"] == [
+        step("wrap", **none | {"between_tries": step("recover")}),
+        step("dough", **none | {"between_tries": step("align", **none), "needs_recovery": True}),
+    ]
+    assert new["world"] == kept
 
 
 @pytest.mark.parametrize(
