@@ -66,8 +66,9 @@ layers: $(VENV)/.installed-test
 	@$(BIN)/lint-imports --no-cache --no-logo
 
 proofs: $(VENV)/.installed-test
-	@echo '== aeros verify ecms/ --check'
+	@echo '== aeros verify ecms/ --check, aeros verify learned/ --check'
 	@$(BIN)/aeros verify ecms/ --check
+	@$(BIN)/aeros verify learned/ --check
 	@echo '== aeros prove'
 	@$(BIN)/aeros prove
 

@@ -140,7 +140,7 @@ def _certified(report: SubjectReport, policy: Site, surroundings: Surroundings) 
     certificate = report.certificate
     if found is None or certificate is None:
         raise _file_changed_error(report.path)
-    if certificate_for(found.ecm, policy, certificate.obligations) != certificate:
+    if certificate_for(found.ecm, policy, certificate.obligations, certificate.engines) != certificate:
         raise _file_changed_error(report.path)
     return found.ecm, certificate
 

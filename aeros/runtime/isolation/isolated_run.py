@@ -74,6 +74,7 @@ class IsolatedRun(IsolatedCode):
             code.content,
             code.function,
             dict(inputs),
+            code.models,
         )
         self._load(load, answer_within)
 

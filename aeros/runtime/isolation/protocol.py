@@ -18,11 +18,13 @@ from typing import Final
 
 import msgspec
 
+from aeros.models.interface import ModelPackage
+
 MAX_RESPONSE_BYTES: Final = 64 * 1024
 """Limit on the bytes of one response of a worker; an action takes about a hundred."""
 
-MAX_REQUEST_BYTES: Final = 1024 * 1024
-"""Limit on the bytes of one request to a worker; the longest holds a file of skill code."""
+MAX_REQUEST_BYTES: Final = 34 * 1024 * 1024
+"""Limit on the bytes of one request to a worker; the longest holds a file of skill code and its models."""
 
 TOKEN_BYTES: Final = 16
 """Bytes of a token."""
@@ -57,6 +59,7 @@ class LoadSkill(WorkerMessage, frozen=True):
         source: the file's bytes.
         function: name of the generator function.
         inputs: inputs of the skill by name, SI.
+        models: the models that the skill declares.
     """
 
     layers: tuple[str, ...]
@@ -66,6 +69,7 @@ class LoadSkill(WorkerMessage, frozen=True):
     source: bytes
     function: str
     inputs: dict[str, JsonValue | tuple[JsonValue, ...]]
+    models: tuple[ModelPackage, ...] = ()
 
 
 class ResumeSkill(WorkerMessage, frozen=True):
@@ -361,7 +365,8 @@ class WorkerConnection:
     def _send(self, data: bytes, deadline: float) -> None:
         if len(data) > _PREFIX + MAX_REQUEST_BYTES:
             raise ProtocolError(f"the request to it has more than {MAX_REQUEST_BYTES} bytes")
-        # The channel is empty, so a request that fits into its buffer is sent at once.
+        # The channel is empty, so a request that fits into its buffer is sent at once; one with models is
+        # not.
         self._channel.settimeout(max(deadline - time.monotonic(), 0.001))
         try:
             self._channel.sendall(data)
@@ -425,13 +430,13 @@ def send_response(descriptor: int, data: bytes) -> None:
 
 
 def _read(descriptor: int, length: int) -> bytes | None:
-    read = b""
+    read = bytearray()
     while len(read) < length:
         part = os.read(descriptor, length - len(read))
         if not part:
             return None
         read += part
-    return read
+    return bytes(read)
 
 
 def sanitize_text(text: str) -> str:

@@ -8,6 +8,7 @@ from functools import lru_cache
 from importlib.util import find_spec
 from typing import Any, Final, Self
 
+from aeros.models.load import modules_to_preload
 from aeros.runtime.isolation.isolated_run import IsolatedRun
 from aeros.runtime.isolation.layers import APPLY_LAYER, IsolationLayer
 from aeros.runtime.isolation.zygote_pool import ZygoteError, ZygotePool
@@ -176,9 +177,22 @@ def _format_unavailable(modules: Iterable[str], lacking: Mapping[str, str]) -> s
 
 
 def _preload_modules(ecm: Ecm) -> tuple[str, ...]:
-    """Return the modules that the code of `ecm` may import: a worker can open no file to import them."""
+    """Return the modules that a worker for `ecm` may need: it can open no file to import them.
+
+    Raises:
+        SkillRefusedError: a library that its models need is not installed.
+    """
     wants_numpy = find_spec("numpy") is not None and _imports_numpy(ecm)
-    return (*sorted(ALLOWED_MODULES), *(NUMPY_MODULES if wants_numpy else ()))
+    used = {name for skill in ecm.skills.values() for name in skill.models}
+    engines = modules_to_preload(ecm.models[name].kind for name in used)
+    missing = [name for name in engines if find_spec(name.partition(".")[0]) is None]
+    if missing:
+        raise SkillRefusedError(
+            f"module `{ecm.id}` has networks and `{missing[0]}` is not installed: "
+            "pip install 'aeros[learned]'"
+        )
+    names = (*sorted(ALLOWED_MODULES), *(NUMPY_MODULES if wants_numpy else ()), *engines)
+    return tuple(dict.fromkeys(names))
 
 
 def _imports_numpy(ecm: Ecm) -> bool:

@@ -10,6 +10,8 @@ import sys
 from typing import Final, Protocol, cast
 
 from aeros.descriptions import describe_exception
+from aeros.models.interface import ModelFileError
+from aeros.models.load import load_models
 from aeros.runtime.isolation.layers import IsolationLayer, apply_layers
 from aeros.runtime.isolation.protocol import (
     MAX_RESPONSE_BYTES,
@@ -37,8 +39,9 @@ from aeros.runtime.skills.contract import (
     check_outputs,
     copy_action,
     execute_skill,
+    start_skill,
 )
-from aeros.skill import Action, SkillBody
+from aeros.skill import Action, Models, SkillBody
 
 _FINAL_RESPONSES: Final = (SkillRejected, SkillFinished, SkillRaised, SkillClosed)
 
@@ -72,6 +75,7 @@ class _Worker:
         self._channel = channel
         self._load: LoadSkill | None = None
         self._function: SkillFunction | None = None
+        self._models: Models = {}
         self._body: SkillBody | None = None
 
     def handle(self, question: RuntimeRequest) -> WorkerResponse:
@@ -83,7 +87,9 @@ class _Worker:
             return SkillRaised(question.token, "no skill is loaded")
         try:
             if self._body is None:
-                self._body = self._function(question.observation, self._load.inputs)
+                self._body = start_skill(
+                    self._function, question.observation, self._load.inputs, self._models
+                )
                 yielded = next(self._body)
             else:
                 yielded = self._body.send(question.observation)
@@ -108,7 +114,12 @@ class _Worker:
         sys.path_importer_cache.clear()
         self._load = load
         try:
+            self._models = load_models(load.models)
             self._function = execute_skill(load.module, load.name, load.source, load.path, load.function)
+        except ModelFileError as failure:
+            return SkillRejected(
+                load.token, sanitize_text(f"a model of module `{load.module}` cannot be loaded: {failure}")
+            )
         except SkillRefusedError as refusal:
             return SkillRejected(load.token, sanitize_text(str(refusal)))
         except BaseException as failure:

@@ -14,12 +14,13 @@ from types import CodeType, ModuleType
 from typing import Final
 
 from aeros.descriptions import describe_exception, type_name
-from aeros.skill import Action, Inputs, Observation, SkillBody
+from aeros.skill import Action, Inputs, Models, Observation, SkillBody
 
 MAX_PARAMETERS: Final = 64
 """Limit on the parameters of one action; no kind has nearly as many, and every one is recorded."""
 
-SkillFunction = Callable[[Observation, Inputs], SkillBody]
+SkillFunction = Callable[..., SkillBody]
+"""Takes the observation and the inputs, and the models if the skill declares any."""
 
 
 class SkillRefusedError(Exception):
@@ -54,6 +55,24 @@ def execute_skill(module: str, name: str, content: bytes, path: str, function: s
     if not inspect.isgeneratorfunction(generator):
         raise SkillRefusedError(f"`{name}` of module `{module}` has no generator function `{function}`")
     return generator
+
+
+def start_skill(
+    function: SkillFunction, observation: Observation, inputs: Inputs, models: Models
+) -> SkillBody:
+    """Call a skill's function; its body runs no further than its generator is asked.
+
+    Args:
+        function: the generator function.
+        observation: values that the skill senses now, SI, by name.
+        inputs: checked inputs, SI, by name.
+        models: the models that the skill declares, by name; it takes them as a third argument if there are
+            any.
+
+    Returns:
+        The generator.
+    """
+    return function(observation, inputs, models) if models else function(observation, inputs)
 
 
 def copy_action(yielded: object) -> Action:

@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 
 from aeros.spec.declared.composition import Composition
 from aeros.spec.declared.field_types import ByVariable, Identifier, Named, Reference, RiskWord, Slug
+from aeros.spec.declared.models import Model, UsedModels
 from aeros.spec.declared.perception import ModuleVariable, Perceiver
 from aeros.spec.declared.policy import Access
 from aeros.spec.declared.quantity import Quantity
@@ -80,6 +81,10 @@ class Skill:
     inputs: Named[Input] = field(default=MappingField(), metadata={"doc": "typed inputs"})
     outputs: Named[Quantity] = field(
         default=MappingField(), metadata={"doc": "the values that it may return at its end"}
+    )
+    models: UsedModels = field(
+        default=(),
+        metadata={"doc": "models that it receives as a third argument, as in `models: [policy]`"},
     )
     idempotent: BooleanField | None = field(
         default=None,
@@ -233,20 +238,6 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Tool:
-    """A model or tool adapter that skills use.
-
-    Attributes:
-        span: its place in the file.
-    """
-
-    span: SourceSpan
-    description: TextField = field(metadata={"doc": "its purpose, for people"})
-    kind: Literal["model", "tool"] = field(metadata={"doc": "`model` or `tool`"})
-    file: TextField | None = field(default=None, metadata={"doc": "the file of this module that contains it"})
-
-
-@dataclass(frozen=True)
 class Permissions(Access):
     """Permissions (P): the access that the module asks for, and the largest set of its actions."""
 
@@ -304,7 +295,9 @@ class Ecm:
         default=MappingField(), metadata={"doc": "graphs of skills that are proved together"}
     )
     tasks: Named[Task] = field(default=MappingField(), metadata={"doc": "tasks that a person can ask for"})
-    models: Named[Tool] = field(default=MappingField(), metadata={"doc": "models and tool adapters"})
+    models: Named[Model] = field(
+        default=MappingField(), metadata={"doc": "networks, tables and files that its skills use"}
+    )
     state: Named[ModuleVariable] = field(
         default=MappingField(),
         metadata={

@@ -119,6 +119,7 @@ _TABLE: Final = (
     ),
     DiagnosticCode("AE140", "overlapping-bodies", "form", "two bodies of a scene overlap"),
     DiagnosticCode("AE141", "unusable-model", "form", "a model file does not describe a body"),
+    DiagnosticCode("AE142", "model-interface", "form", "a model's file lacks the interface that is declared"),
     # AE2xx: the expression language
     DiagnosticCode("AE201", "expression-syntax", "form", "an expression cannot be parsed"),
     DiagnosticCode("AE202", "unknown-name", "form", "an expression uses a name that is not declared"),
@@ -212,6 +213,9 @@ _TABLE: Final = (
         "hold-contradiction",
         "safety",
         "a skill's hold-condition contradicts its start or its success",
+    ),
+    DiagnosticCode(
+        "AE511", "model-bound-violated", "safety", "a model's output can leave a bound that is declared"
     ),
     # AE6xx: policy
     DiagnosticCode("AE601", "unsatisfiable-policy", "policy", "no action of a kind is ever allowed"),

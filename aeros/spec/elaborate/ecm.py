@@ -14,6 +14,7 @@ from aeros.spec.diagnostics.codes import Diagnostics, quoted
 from aeros.spec.elaborate.action_conditions import elaborate_action_conditions
 from aeros.spec.elaborate.callables import CallableNames, alternative_name, capability_names
 from aeros.spec.elaborate.composition import elaborate_compositions, elaborate_sequence
+from aeros.spec.elaborate.models import elaborate_models
 from aeros.spec.elaborate.names import resolve_name
 from aeros.spec.elaborate.perception import ModulePerception
 from aeros.spec.elaborate.policy import elaborate_access
@@ -56,7 +57,10 @@ def elaborate_ecm(
     _check_metadata(ecm, diagnostics)
     perception = ModulePerception(ecm, site, diagnostics)
     site = perception.site
-    skills = {name.value: elaborate_skill(name, skill, site, diagnostics) for name, skill in ecm.skills}
+    models = elaborate_models(ecm.models, diagnostics)
+    skills = {
+        name.value: elaborate_skill(name, skill, site, models, diagnostics) for name, skill in ecm.skills
+    }
     capabilities = _capabilities(ecm, diagnostics)
     required = {name.value: specifier.value for name, specifier in ecm.dependencies.capabilities}
     modules = {name.value: specifier.value for name, specifier in ecm.dependencies.modules}
@@ -87,6 +91,7 @@ def elaborate_ecm(
         runtime_span=ecm.dependencies.aeros.span,
         access_span=ecm.permissions.key_span or ecm.permissions.span,
         span=ecm.id.span,
+        models=models,
         compositions=compositions,
         capability_versions={
             name.value: ecm.version.value if one.version is None else one.version.value
@@ -135,17 +140,17 @@ def _check_version(
 
 
 def _model_digests(ecm: declared.Ecm, folder: Path, diagnostics: Diagnostics) -> dict[str, str]:
-    """Compute the digest of every file that a model or tool names, each in the module's own folder."""
+    """Compute the digest of every file that a model names, each in the module's own folder."""
     digests: dict[str, str] = {}
     left = MAX_MODELS
-    for name, tool in ecm.models:
-        if tool.file is None:
+    for name, model in ecm.models:
+        if model.file is None or model.file.value in digests:
             continue
         try:
-            digests[tool.file.value], size = model_digest(folder, tool.file.value, left)
+            digests[model.file.value], size = model_digest(folder, model.file.value, left)
         except OSError as error:
-            headline = f"`{name.value}`: `{tool.file.value}` is not a file of this module"
-            diagnostics.error("AE131", headline, tool.file.span, f"{error.strerror}".lower())
+            headline = f"`{name.value}`: `{model.file.value}` is not a file of this module"
+            diagnostics.error("AE131", headline, model.file.span, f"{error.strerror}".lower())
         else:
             left -= size
     return digests

@@ -20,30 +20,39 @@ from aeros.spec.expr.types import FamilyType, VectorType
 from aeros.spec.expr.units import TIME, format_number, parse_quantity
 from aeros.spec.model.ecm import ActionCondition, Outcome, Skill
 from aeros.spec.model.hold_conditions import MAX_COMBINATIONS, count_combinations, start_condition
+from aeros.spec.model.models import ModuleModel
 from aeros.spec.model.rules import Risk
 from aeros.spec.model.site import Site
 from aeros.spec.model.variables import Declared
 from aeros.spec.text.fields import ExpressionField, MappingField, TextField
 
 
-def elaborate_skill(name: TextField, skill: declared.Skill, site: Site, diagnostics: Diagnostics) -> Skill:
+def elaborate_skill(
+    name: TextField,
+    skill: declared.Skill,
+    site: Site,
+    models: Mapping[str, ModuleModel],
+    diagnostics: Diagnostics,
+) -> Skill:
     """Elaborate a declared skill.
 
     Args:
         name: name of the skill.
         skill: the declared skill.
         site: site under which the module is elaborated.
+        models: models of the module by name.
         diagnostics: receives the faults.
 
     Returns:
         The skill, without the parts that have a fault.
     """
-    return _SkillElaborator(site, diagnostics).skill(name, skill)
+    return _SkillElaborator(site, models, diagnostics).skill(name, skill)
 
 
 class _SkillElaborator:
-    def __init__(self, site: Site, diagnostics: Diagnostics) -> None:
+    def __init__(self, site: Site, models: Mapping[str, ModuleModel], diagnostics: Diagnostics) -> None:
         self._site = site
+        self._models = models
         self._diagnostics = diagnostics
 
     def skill(self, name: TextField, skill: declared.Skill) -> Skill:
@@ -83,7 +92,15 @@ class _SkillElaborator:
             outputs=outputs,
             idempotent=skill.idempotent is not None and skill.idempotent.value,
             hold_condition=hold,
+            models=self._used_models(skill),
         )
+
+    def _used_models(self, skill: declared.Skill) -> tuple[str, ...]:
+        for name in skill.models:
+            model = resolve_name(name, self._models, "a model of this module", self._diagnostics)
+            if model is not None and not model.file:
+                self._diagnostics.error("AE122", f"`{name.value}` has no file to use", name.span)
+        return tuple(dict.fromkeys(name.value for name in skill.models))
 
     def _inputs(self, entries: MappingField[declared.Input]) -> dict[str, Declared]:
         inputs: dict[str, Declared] = {}

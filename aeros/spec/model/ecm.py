@@ -13,6 +13,7 @@ from typing import Any
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
 from aeros.spec.model.composition import Composition, Step
+from aeros.spec.model.models import ModuleModel
 from aeros.spec.model.perception import Perceiver
 from aeros.spec.model.policy import Access
 from aeros.spec.model.rules import Conjunct, Risk
@@ -81,6 +82,7 @@ class Skill:
         outputs: declared outputs by name.
         idempotent: by its author's word, running it twice does no more than running it once.
         hold_condition: condition that must be measured as long as it runs.
+        models: names of the models that it receives.
     """
 
     id: str
@@ -101,6 +103,7 @@ class Skill:
     outputs: Mapping[str, Declared] = field(default_factory=dict)
     idempotent: bool = False
     hold_condition: ActionCondition | None = None
+    models: tuple[str, ...] = ()
 
     @property
     def success_outcomes(self) -> tuple[Outcome, ...]:
@@ -239,7 +242,8 @@ class Ecm:
         access_span: place of its permissions.
         span: place of its name.
         compositions: compositions by id.
-        model_digests: SHA-256 of each file that a model or tool names, by its path in the module.
+        model_digests: SHA-256 of each file that a model names, by its path in the module.
+        models: its models by name.
         state: its own state variables by full name, as in `kettle.water_hot`; the sensor of each is the full
             name of the perceiver that provides it.
         perceivers: perceivers by id.
@@ -267,6 +271,7 @@ class Ecm:
     span: SourceSpan
     compositions: Mapping[str, Composition] = field(default_factory=dict)
     model_digests: Mapping[str, str] = field(default_factory=dict)
+    models: Mapping[str, ModuleModel] = field(default_factory=dict)
     state: Mapping[str, Declared] = field(default_factory=dict)
     perceivers: Mapping[str, Perceiver] = field(default_factory=dict)
     capability_versions: Mapping[str, str] = field(default_factory=dict)

@@ -237,6 +237,10 @@ class ClaimForm:
     SKILL_ASKS_WITHIN_ENVELOPE = ClaimPattern("form/{skill}/asks")
     PERCEIVER_ENTRY_POINT = ClaimPattern("form/perceiver/{perceiver}/entry")
 
+    # Models of a module.
+    MODEL_INTERFACE = ClaimPattern("models/{model}/interface")
+    MODEL_BOUND = ClaimPattern("models/{model}/bound/{bound}")
+
     # Permissions of a module.
     ACCESS_GRANTED = ClaimPattern("permission/access/{device}")
     NOT_BLOCKED = ClaimPattern("permission/unblocked/{block}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel, did_you_mean
@@ -22,7 +22,8 @@ def entry_point_obligations(
 ) -> Iterator[StaticClaim]:
     """Claim that every entry point exists and is a generator function of the arguments that it gets.
 
-    A skill's function takes the observation and the inputs, a perceiver's takes the view.  A file has entry
+    A skill's function takes the observation and the inputs, and the models if the skill declares any; a
+    perceiver's takes the view.  A file has entry
     points of skills or of perceivers, never of both: their code may use different names.
 
     Args:
@@ -33,7 +34,8 @@ def entry_point_obligations(
         A claim for each skill and each perceiver.
     """
     for skill in ecm.skills.values():
-        found = _entry_point_error(skill.module_name, skill.function, skill.entry_span, files, _SKILL)
+        kind = _SKILL_WITH_MODELS if skill.models else _SKILL
+        found = _entry_point_error(skill.module_name, skill.function, skill.entry_span, files, kind)
         yield StaticClaim(ClaimForm.ENTRY_POINT(skill.id), found)
     of_skills = {skill.module_name: skill for skill in ecm.skills.values()}
     for one in ecm.perceivers.values():
@@ -74,6 +76,12 @@ _SKILL: Final = _EntryKind(
     "def {}(observed: Observation, inputs: Inputs) -> SkillBody: ...",
     "it could ask for no action",
     "`yield act(...)` each action and receive the observation measured after it",
+)
+_SKILL_WITH_MODELS: Final = replace(
+    _SKILL,
+    arguments=3,
+    described="the observation, the inputs and the models",
+    example="def {}(observed: Observation, inputs: Inputs, models: Models) -> SkillBody: ...",
 )
 _PERCEIVER: Final = _EntryKind(
     1,

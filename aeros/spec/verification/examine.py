@@ -23,6 +23,7 @@ from aeros.spec.obligations.composition import composition_obligations
 from aeros.spec.obligations.dependencies import runtime_obligations
 from aeros.spec.obligations.entry_points import entry_point_obligations
 from aeros.spec.obligations.joint import joint_policy_obligations
+from aeros.spec.obligations.models import model_obligations
 from aeros.spec.obligations.obligation import Obligation
 from aeros.spec.obligations.permission import permission_obligations
 from aeros.spec.obligations.policy import policy_obligations
@@ -96,6 +97,7 @@ def examine_module(
     before = (
         *entry_point_obligations(ecm, files),
         *skill_code_obligations(ecm, site, files),
+        *model_obligations(ecm),
         *runtime_obligations(presence),
     )
     claims = (

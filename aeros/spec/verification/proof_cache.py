@@ -20,6 +20,7 @@ import sys
 import zlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -254,6 +255,7 @@ def _claim_to_row(claim: ClaimSummary) -> list[Any]:
         claim.runtime_checked_rule,
         claim.boundary,
         claim.witness,
+        claim.engine,
     ]
 
 
@@ -273,8 +275,9 @@ def _claims_from_rows(rows: Any) -> tuple[ClaimSummary, ...]:
             guard,
             boundary,
             None if witness is None else tuple(witness),
+            engine=engine,
         )
-        for form, names, verdict, guard, boundary, witness in rows
+        for form, names, verdict, guard, boundary, witness, engine in rows
     )
 
 
@@ -284,17 +287,19 @@ def _program_digest() -> str:
     digest = hashlib.sha256(sys.version.encode())
     for names in _VERDICT_DISTRIBUTIONS:
         digest.update(f"\n{names[0]} {package_version(*names)}".encode())
+    if find_spec("maraboupy") is not None:
+        digest.update(f"\nmaraboupy {package_version('maraboupy', 'maraboupy')}".encode())
     root = os.path.dirname(aeros.__file__)
-    for name in ("__init__.py", "skill.py", *_spec_modules(root)):
+    for name in ("__init__.py", "skill.py", *_modules_below(root, "models"), *_modules_below(root, "spec")):
         with open(os.path.join(root, name), "rb") as file:
             content = file.read()
         digest.update(f"\n{name} {len(content)}\n".encode() + content)
     return digest.hexdigest()
 
 
-def _spec_modules(root: str) -> Iterator[str]:
-    """Yield the path of each module of `aeros.spec` below `root`; `Path.rglob` takes twice the time."""
-    for folder, folders, files in os.walk(os.path.join(root, "spec")):
+def _modules_below(root: str, package: str) -> Iterator[str]:
+    """Yield the path of each module of a package below `root`; `Path.rglob` takes twice the time."""
+    for folder, folders, files in os.walk(os.path.join(root, package)):
         folders[:] = sorted(name for name in folders if name != "__pycache__")
         below = os.path.relpath(folder, root)
         yield from (f"{below}/{name}" for name in sorted(files) if name.endswith(".py"))

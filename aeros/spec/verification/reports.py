@@ -243,7 +243,8 @@ def _lock(
     """Return the expected `ecm.lock` of a module that is PROVED; `digest` is that of its text, if known."""
 
     def certify() -> Certificate:
-        return certificate_for(presence, site, certificate_verdicts(claims))
+        engines = {claim.id: claim.engine for claim in claims if claim.engine}
+        return certificate_for(presence, site, certificate_verdicts(claims), engines)
 
     return LockFile(certify, digest) if conclusion is Conclusion.PROVED else None
 

@@ -57,6 +57,16 @@ class KinematicTableScene:
         self._things = ObjectSet((self._sponge, *self._clutter), (TABLE, floor))
         return self._things
 
+    @property
+    def holds_sponge(self) -> bool:
+        """The truth: the hand holds the sponge."""
+        return self._things.holds(self._sponge)
+
+    @property
+    def sponge_height(self) -> float:
+        """The truth: height of the foam's middle in W, m."""
+        return self._sponge.pose.position[2]
+
     def tick(self) -> None:
         """Implement `KinematicScene.tick`: wipe the cells under the pressed sponge."""
         if self._things.holds(self._sponge) and self._things.load > WIPING_FORCE:

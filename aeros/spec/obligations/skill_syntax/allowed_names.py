@@ -52,7 +52,7 @@ SKILL_INTERFACE: Final = "aeros.skill"
 _ABSTRACT_TYPES: Final = "Callable Collection Generator Iterable Iterator Mapping Sequence"
 
 ALLOWED_MEMBERS: Final[Mapping[str, frozenset[str]]] = {
-    SKILL_INTERFACE: split_names("Action Inputs Observation SkillBody act"),
+    SKILL_INTERFACE: split_names("Action Inputs Model ModelError Models Observation SkillBody act"),
     "__future__": split_names("annotations"),
     "bisect": split_names("bisect bisect_left bisect_right insort insort_left insort_right"),
     "cmath": split_names(
@@ -133,7 +133,9 @@ ALLOWED_ATTRIBUTES: Final = split_names(
     "as_integer_ratio bit_count bit_length conjugate denominator from_decimal from_float imag "
     "is_finite is_infinite is_integer is_nan limit_denominator numerator quantize real "
     # generators, exceptions, enumerations, slices, iterators and actions
-    "args close from_iterable kind name send start step stop value"
+    "args close from_iterable kind name send start step stop value "
+    # models
+    "content run"
 )
 """Attributes of plain values that skill code may read, next to the members of its own classes."""
 
