@@ -32,10 +32,12 @@ from aeros.runtime.ports import StepRequest, StepResult, StepStatus
 from aeros.runtime.proving import prove_configuration
 from aeros.runtime.skills.in_process_run import SkillRunProtocol, SkillRunResult, run_in_process
 from aeros.sim.kinematic.plant import KinematicPlant
-from aeros.sim.kinematic.scenes.table import KinematicTableScene
+from aeros.sim.kinematic.scenes.declared_scene import DeclaredScene
 from aeros.skill import Action, Observation
 from aeros.spec.model.ecm import Ecm, Skill
+from aeros.spec.model.scene import BodyPart
 from aeros.spec.model.site import Site
+from aeros.spec.scenes.load import load_scene
 from aeros.spec.text.discovery import reference_site_path
 
 ROOT: Final = Path(__file__).resolve().parent.parent
@@ -102,7 +104,7 @@ def run_skill(
     open_run: Callable[[Site, Ecm, Skill, Mapping[str, Any]], SkillRunProtocol] = run_in_process,
     *,
     gated: bool = True,
-) -> tuple[StepResult, KinematicPlant, KinematicTableScene]:
+) -> tuple[StepResult, KinematicPlant, DeclaredScene]:
     """Run one skill on the kinematic plant.
 
     Args:
@@ -116,7 +118,7 @@ def run_skill(
         The result, and the plant and its scene after the run.
     """
     configuration, _ = prove_configuration([module], reference_site_path(), certified=False)
-    scene = KinematicTableScene()
+    scene = DeclaredScene(load_scene("table", [ROOT / "ecms" / "clean_table"]))
     plant = KinematicPlant(scene, seed)
     if gated:
         gate: CompiledGate | OpenGate = CompiledGate(configuration, GateMode.COMPILED)
@@ -226,9 +228,9 @@ def train(offsets: Array, steps: Array, draw: np.random.Generator) -> list[Layer
     ]
 
 
-def holds_sponge(scene: KinematicTableScene) -> bool:
+def holds_sponge(scene: DeclaredScene) -> bool:
     """Tell by the simulator's truth whether the hand holds the sponge, at least 50 mm above where it lay."""
-    return scene.holds_sponge and scene.sponge_height > 0.05
+    return scene.is_carried("sponge") and scene.pose_of(BodyPart("sponge")).position[2] > 0.05
 
 
 def measure(count: int) -> None:

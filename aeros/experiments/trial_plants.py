@@ -13,6 +13,7 @@ from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.motion.swept_volume import moves_joints
 from aeros.runtime.ports import PlannedMotion, Plant, Trajectory
 from aeros.session.plant_factory import surroundings_of
+from aeros.session.scene_files import scene_of_task
 from aeros.sim.gilbert_elliott import GilbertElliottProcess
 from aeros.sim.symbolic.outcomes import BurstOutcomes
 from aeros.sim.symbolic.plant import SymbolicPlant
@@ -21,6 +22,7 @@ from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.expr.doubles import to_doubles
 from aeros.spec.model.ecm import Ecm, Task
+from aeros.spec.model.scene import Scene
 from aeros.spec.model.site import Site
 
 if TYPE_CHECKING:
@@ -98,7 +100,7 @@ def physics_plants(
         from aeros.sim.physics import make_plant
     except ImportError as error:
         raise missing_physics_error(error) from error
-    scene = routed.task.scene or ""
+    scene = scene_of_task(configuration, routed.task)
     happening = _faults(faults, process, configuration, scene)
 
     @contextmanager
@@ -137,12 +139,11 @@ def _faults(
     text: str,
     process: GilbertElliottProcess | Mapping[str, GilbertElliottProcess],
     configuration: Configuration,
-    scene: str,
+    scene: Scene,
 ) -> tuple[Fault, ...]:
     from aeros.sim.faults.faults_file import read_faults
-    from aeros.sim.scenes import SCENES
 
-    around = surroundings_of(configuration, SCENES[scene]())
+    around = surroundings_of(configuration, scene)
     with temporary_folder() as folder:
         path = folder / "faults.yaml"
         path.write_text(text, encoding="utf-8")

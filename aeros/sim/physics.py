@@ -14,7 +14,6 @@ from typing import Any, Final, NamedTuple, Protocol, TypedDict, Unpack
 import numpy as np
 
 from aeros.runtime.ports import CameraPicture, CameraView, Readings
-from aeros.sim.bullet.bodies import SceneBody, add_body, check_overlaps
 from aeros.sim.bullet.panda import Panda
 from aeros.sim.bullet.people import People, Person
 from aeros.sim.bullet.world import PhysicsWorld
@@ -22,10 +21,11 @@ from aeros.sim.fixed_step_plant import CAMERA_TICKS, FixedStepPlant
 from aeros.sim.geometry import Camera, Vector3
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.errors import BlockedError
-from aeros.sim.scenes import SCENES
-from aeros.sim.scenes.scene import DetectionFilter, Scene, unfiltered
+from aeros.sim.scenes.physics_scene import PhysicsScene
+from aeros.sim.scenes.scene import DetectionFilter, PhysicalScene, unfiltered
 from aeros.sim.sensors import SCANNER_RANGE, GroundTruth, SensorModel, Sensors
 from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.model.scene import Scene
 
 BLOCKED_DISTANCE: Final = 0.015
 """Distance of a link from its commanded place above which the robot is blocked, m (unhindered: 0.002).
@@ -69,7 +69,7 @@ class PlantParts(NamedTuple):
 
     world: PhysicsWorld
     robot: Panda
-    scene: Scene
+    scene: PhysicalScene
     sensors: Sensors
     people: People
 
@@ -123,7 +123,6 @@ class PlantOptions(TypedDict, total=False):
             without delay.
         referee: is given the ground truth after every tick; none by default.
         disturbance: faults, active from the start of the clock; none by default.
-        bodies: bodies in the scene besides its own; none by default.
     """
 
     spectators: Sequence[Viewer]
@@ -131,7 +130,6 @@ class PlantOptions(TypedDict, total=False):
     sensors: Mapping[str, SensorModel] | None
     referee: TruthListener | None
     disturbance: NoDisturbance | None
-    bodies: Sequence[SceneBody]
 
 
 class PhysicsPlant(FixedStepPlant):
@@ -148,19 +146,16 @@ class PhysicsPlant(FixedStepPlant):
         UserError: two bodies overlap at the start.
     """
 
-    def __init__(self, scene: Scene, seed: int, **options: Unpack[PlantOptions]) -> None:
-        bodies, people = options.get("bodies", ()), options.get("people", ())
+    def __init__(self, scene: PhysicalScene, seed: int, **options: Unpack[PlantOptions]) -> None:
+        people = options.get("people", ())
         self._scene = scene
         self._spectators = options.get("spectators", ())
         self._referee = options.get("referee")
         self.sensors = Sensors(seed, options.get("sensors"))
         self._world = PhysicsWorld()
         robot = Panda(self._world, scene.robot)
-        scene.build(self._world, robot, RandomSource(seed))
-        placed = {add_body(self._world, body): body for body in bodies}
-        names = {scene.body(name): f"the scene's `{name}`" for name in scene.pushable_objects}
         try:
-            check_overlaps(self._world, placed, {**names, robot.body: "the robot"})
+            scene.build(self._world, robot, RandomSource(seed))
         except UserError:
             self._world.close()
             raise
@@ -193,6 +188,14 @@ class PhysicsPlant(FixedStepPlant):
             The pictures by camera; a camera that has taken none is absent.
         """
         return dict(self._pictures)
+
+    def truth(self) -> Mapping[str, bool]:
+        """Judge the goals by what is true in the world, for a referee; nothing that acts may call it.
+
+        Returns:
+            The truth of each state variable that the scene defines.
+        """
+        return self._scene.truth()
 
     def skill_began(self, skill: str) -> None:
         """Implement `Plant.skill_began`: tell the disturbance."""
@@ -290,13 +293,13 @@ def _format_point(place: Vector3) -> str:
     return f"({x:.3f}, {y:.3f}, {z:.3f}) m"
 
 
-def make_plant(scene_name: str, seed: int, **options: Unpack[PlantOptions]) -> PhysicsPlant:
-    """Make a physics plant with a scene that comes with AEROS.
+def make_plant(scene: Scene, seed: int, **options: Unpack[PlantOptions]) -> PhysicsPlant:
+    """Make a physics plant of a scene.
 
     The same scene, options, seed and actions repeat bit for bit.
 
     Args:
-        scene_name: a key of `aeros.sim.scenes.SCENES`.
+        scene: the scene.
         seed: of layout, sensor noise and people.
         **options: see `PlantOptions`.
 
@@ -304,7 +307,6 @@ def make_plant(scene_name: str, seed: int, **options: Unpack[PlantOptions]) -> P
         The plant, at rest, its clock at 0.
 
     Raises:
-        KeyError: no scene has that name.
-        UserError: two bodies overlap.
+        UserError: the scene has no robot, a model cannot be loaded, or two bodies overlap.
     """
-    return PhysicsPlant(SCENES[scene_name](), seed, **options)
+    return PhysicsPlant(PhysicsScene(scene), seed, **options)

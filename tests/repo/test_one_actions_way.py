@@ -29,6 +29,7 @@ from aeros.spec.model.ecm import Ecm, Skill
 from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
 from tests.repo.tree import ROOT
+from tests.shipped_scenes import shipped_scene
 
 pytestmark = pytest.mark.physics
 
@@ -94,7 +95,7 @@ def _ways(module: str, skill: str, scene: str, folder: Path) -> list[Way]:
     def open_run(at: Site, ecm: Ecm, of: Skill, inputs: Mapping[str, Any]) -> SkillRunProtocol:
         return _TracedRun(run_in_process(at, ecm, of, inputs), ways, files)
 
-    plant = make_plant(scene, 0)
+    plant = make_plant(shipped_scene(scene), 0)
     gate = CompiledGate(configuration)
     for at in gate._decider._fast_paths:  # what is done once is not counted
         gate._decider._fast_paths.compile(at)

@@ -38,6 +38,7 @@ from aeros.sim.hosting.wire import (
     encode_plan,
     encode_value,
 )
+from aeros.sim.referee import truth_of
 from aeros.skill import Action
 from aeros.spec.migrations.formats import PLANT_LOG
 
@@ -224,6 +225,9 @@ class PlantHost:
     def _runs_in_real_time(self, message: Mapping[str, Any]) -> Any:
         return bool(getattr(self._plant, "runs_in_real_time", False))
 
+    def _truth(self, message: Mapping[str, Any]) -> Any:
+        return dict(truth_of(self._plant))
+
     def _halt(self, message: Mapping[str, Any]) -> Any:
         self._plant.halt(MotionHandle(message["motion"]))
 
@@ -265,6 +269,7 @@ _HANDLERS: Final[Mapping[str, Callable[[PlantHost, Mapping[str, Any]], Any]]] = 
     "begin": PlantHost._begin,
     "advance": PlantHost._advance,
     "runs-in-real-time": PlantHost._runs_in_real_time,
+    "truth": PlantHost._truth,
     "halt": PlantHost._halt,
     "stop": PlantHost._stop,
     "skill-began": PlantHost._skill_began,

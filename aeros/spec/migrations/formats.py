@@ -10,6 +10,7 @@ from typing import Final
 
 from aeros.spec.migrations import checkpoint, crashes, renamed_names
 from aeros.spec.migrations.format import Format, Kind, Version
+from aeros.spec.migrations.yaml_edits import yaml_step
 
 _FIRST: Final = (Version("the first version"),)
 _AT_OPEN: Final = "open it with this AEROS: it migrates itself"
@@ -18,7 +19,19 @@ ECM: Final = Format("ecm", "module manifest", ("ecm.yaml",), Kind.YAML, _FIRST)
 SITE: Final = Format("site", "site file, policy included", (), Kind.YAML, _FIRST)
 PEOPLE: Final = Format("people", "people file", (), Kind.YAML, _FIRST)
 FAULTS: Final = Format("faults", "faults file", (), Kind.YAML, _FIRST)
-SCENE: Final = Format("scene", "scene file", (), Kind.YAML, _FIRST)
+SCENE: Final = Format(
+    name="scene",
+    title="scene file",
+    files=(),
+    kind=Kind.YAML,
+    versions=(
+        *_FIRST,
+        Version(
+            "a whole scene: robot, places, cameras, instruments and truth may stand beside the bodies",
+            yaml_step("aeros/scene/2", lambda text: text),
+        ),
+    ),
+)
 CERTIFICATE: Final = Format(
     name="certificate",
     title="certificate of a module",

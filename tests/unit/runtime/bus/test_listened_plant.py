@@ -30,6 +30,7 @@ from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
+from tests.shipped_scenes import shipped_scene
 from tests.unit.runtime.bus.test_transforms import placed_in_first
 
 MOVE = act("move")
@@ -158,7 +159,7 @@ def test_the_transforms_of_a_motion_lead_to_the_tool_that_is_measured() -> None:
     bus = InProcessBus()
     frames = bus.subscribe("/tf", TFMessage, depth=1000)
     places = bus.subscribe("/aeros/state/tool_position", PointStamped, depth=1000)
-    plant = make_plant("bare", 0)
+    plant = make_plant(shipped_scene("bare"), 0)
     with BusFeed(bus, site) as feed:
         watched = ListenedPlant(plant, feed)
         action = act("move_tool", target=(0.5, 0.1, 0.3), yaw=0.5, speed=0.25)

@@ -27,13 +27,14 @@ from aeros.sim.hosting.remote import RemotePlant
 from aeros.sim.hosting.wire import ConnectionLostError
 from aeros.sim.kinematic.plant import make_plant
 from aeros.skill import act
+from tests.shipped_scenes import shipped_scene
 from tests.unit.sim.hosting.hosted import Hosting
 
 REACH = act("move_tool", target=(0.5, -0.35, 0.25), yaw=0.5, speed=0.5)
 
 
 def kinematic() -> Plant:
-    return make_plant("bare", 0)
+    return make_plant(shipped_scene("bare"), 0)
 
 
 def test_a_monitor_that_fails_has_stopped_the_plant_first() -> None:
