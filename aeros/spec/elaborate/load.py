@@ -14,8 +14,8 @@ from aeros.spec.declared.decode import decode
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.source import Source
-from aeros.spec.elaborate.callables import foreign_names
-from aeros.spec.elaborate.ecm import elaborate_ecm
+from aeros.spec.elaborate.module.callables import foreign_names
+from aeros.spec.elaborate.module.ecm import elaborate_ecm
 from aeros.spec.elaborate.site import elaborate_site
 from aeros.spec.model.ecm import Ecm, ForeignNames
 from aeros.spec.model.site import Site

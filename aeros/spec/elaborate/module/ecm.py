@@ -11,15 +11,15 @@ from packaging.licenses import InvalidLicenseExpression, canonicalize_license_ex
 
 from aeros.spec.declared import ecm as declared
 from aeros.spec.diagnostics.codes import Diagnostics, quoted
-from aeros.spec.elaborate.action_conditions import elaborate_action_conditions
-from aeros.spec.elaborate.callables import CallableNames, alternative_name, capability_names
-from aeros.spec.elaborate.composition import elaborate_compositions, elaborate_sequence
-from aeros.spec.elaborate.models import elaborate_models
+from aeros.spec.elaborate.module.action_conditions import elaborate_action_conditions
+from aeros.spec.elaborate.module.callables import CallableNames, alternative_name, capability_names
+from aeros.spec.elaborate.module.composition import elaborate_compositions, elaborate_sequence
+from aeros.spec.elaborate.module.models import elaborate_models
+from aeros.spec.elaborate.module.skills import elaborate_skill
+from aeros.spec.elaborate.module.tasks import elaborate_tasks
 from aeros.spec.elaborate.names import resolve_name
 from aeros.spec.elaborate.perception import ModulePerception
 from aeros.spec.elaborate.policy import elaborate_access
-from aeros.spec.elaborate.skills import elaborate_skill
-from aeros.spec.elaborate.tasks import elaborate_tasks
 from aeros.spec.model.ecm import Ecm, ForeignNames
 from aeros.spec.model.site import Site
 from aeros.spec.text.digests import MAX_MODELS, model_digest

@@ -7,9 +7,9 @@ from typing import Any
 from aeros.spec.declared import ecm as declared
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.words import normalized_words
-from aeros.spec.elaborate.action_conditions import elaborate_action_condition
-from aeros.spec.elaborate.callables import CallableNames
 from aeros.spec.elaborate.expressions import elaborate_expression
+from aeros.spec.elaborate.module.action_conditions import elaborate_action_condition
+from aeros.spec.elaborate.module.callables import CallableNames
 from aeros.spec.elaborate.names import resolve_name
 from aeros.spec.elaborate.scopes import state_scope
 from aeros.spec.elaborate.values import elaborate_state_values, elaborate_value

@@ -9,8 +9,11 @@ from fractions import Fraction
 from aeros.spec.declared import ecm as declared
 from aeros.spec.declared.quantity import Quantity
 from aeros.spec.diagnostics.codes import Diagnostics
-from aeros.spec.elaborate.action_conditions import elaborate_action_condition, elaborate_action_conditions
 from aeros.spec.elaborate.expressions import elaborate_quantity
+from aeros.spec.elaborate.module.action_conditions import (
+    elaborate_action_condition,
+    elaborate_action_conditions,
+)
 from aeros.spec.elaborate.names import check_name_is_free, resolve_name
 from aeros.spec.elaborate.quantities import elaborate_variable
 from aeros.spec.elaborate.scopes import state_scope

@@ -14,9 +14,9 @@ from aeros.spec.declared.decode import decode
 from aeros.spec.declared.field_types import Named
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics
 from aeros.spec.diagnostics.source import SourceSpan
-from aeros.spec.elaborate.callables import CallableNames
-from aeros.spec.elaborate.composition import elaborate_compositions
 from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.elaborate.module.callables import CallableNames
+from aeros.spec.elaborate.module.composition import elaborate_compositions
 from aeros.spec.expr import terms as t
 from aeros.spec.model.composition import Composition, Step
 from aeros.spec.model.ecm import ForeignNames, Skill

@@ -12,11 +12,11 @@ from typing import Any
 from aeros.spec.declared import composition as declared
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.source import SourceSpan
-from aeros.spec.elaborate.callables import CallableNames
 from aeros.spec.elaborate.expressions import elaborate_expression
+from aeros.spec.elaborate.module.callables import CallableNames
+from aeros.spec.elaborate.module.tasks import NEEDS_RETRY
 from aeros.spec.elaborate.names import resolve_name
 from aeros.spec.elaborate.scopes import state_scope
-from aeros.spec.elaborate.tasks import NEEDS_RETRY
 from aeros.spec.elaborate.values import elaborate_value
 from aeros.spec.expr import terms as t
 from aeros.spec.model.composition import STOP_ON_FAILURE, Composition, OutputReference, Part, Step
