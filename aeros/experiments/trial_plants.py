@@ -7,13 +7,11 @@ from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, cast
 
-from aeros.agent.planning.routing import RoutedTask
 from aeros.files import temporary_folder
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.motion.swept_volume import moves_joints
 from aeros.runtime.ports import PlannedMotion, Plant, Trajectory
 from aeros.session.plant_factory import surroundings_of
-from aeros.session.scene_files import scene_of_task
 from aeros.sim.gilbert_elliott import GilbertElliottProcess
 from aeros.sim.symbolic.outcomes import BurstOutcomes
 from aeros.sim.symbolic.plant import SymbolicPlant
@@ -77,7 +75,7 @@ def symbolic_plants(
 
 def physics_plants(
     configuration: Configuration,
-    routed: RoutedTask,
+    scene: Scene,
     faults: str,
     process: GilbertElliottProcess | Mapping[str, GilbertElliottProcess],
 ) -> PlantFactory:
@@ -85,7 +83,7 @@ def physics_plants(
 
     Args:
         configuration: the modules under their site.
-        routed: the task, whose scene is simulated.
+        scene: the scene.
         faults: text of a faults file.
         process: the process by which every fault happens, or one for each fault by its name.
 
@@ -93,14 +91,13 @@ def physics_plants(
         A function that opens the plant of a seed.
 
     Raises:
-        UserError: physics is not installed, there is no such scene, or the text declares no faults.
+        UserError: physics is not installed, or the text declares no faults.
     """
     try:
         from aeros.sim.faults.injector import FaultInjector
         from aeros.sim.physics import make_plant
     except ImportError as error:
         raise missing_physics_error(error) from error
-    scene = scene_of_task(configuration, routed.task)
     happening = _faults(faults, process, configuration, scene)
 
     @contextmanager

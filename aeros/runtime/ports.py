@@ -348,7 +348,8 @@ class Plant(Protocol):
 
     Example:
         >>> from aeros.sim.kinematic.plant import make_plant
-        >>> plant: aeros.Plant = make_plant("bare", 0)
+        >>> from aeros.spec.scenes.load import load_scene
+        >>> plant: aeros.Plant = make_plant(load_scene("bare"), 0)
         >>> motion = plant.begin(aeros.act("wait", duration=0.5))
         >>> ended = plant.advance(lambda time, values: None, until=1.0)
         >>> ended[motion].completed

@@ -288,7 +288,8 @@ def _recovery_cycles(graph: TaskGraph, modules: Mapping[str, Ecm]) -> list[str]:
     recoveries = [
         (skill, cure)
         for step in graph.steps
-        if step.module in modules
+        # Handlers of a composition, whose steps have ids, are finite: `verify` refuses any that lead back.
+        if step.module in modules and not step.id
         for _, helper in step.helpers
         if modules[step.module].providers(step.skill)  # what a composition runs has handlers of its own
         for skill in _qualified(modules, step)

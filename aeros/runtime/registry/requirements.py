@@ -26,20 +26,33 @@ def require_installed(module: declared.Ecm, installed: Iterable[Path], source: P
         UserError: something is missing; a diagnostic for each names a module that would provide it.
     """
     here = _by_id(folder for folder in installed if folder.is_dir())
-    parent = source.resolve().parent
-    nearby = _by_id(sorted(one for one in parent.iterdir() if (one / MANIFEST).is_file()))
+    modules = [name for name, _ in module.dependencies.modules if name.value not in here]
+    capabilities = [
+        (name, text)
+        for name, text in module.dependencies.capabilities
+        if not _providers(here, name.value, text.value)
+    ]
+    if not modules and not capabilities:
+        return
+    nearby = _by_id(_modules_beside(source))
     problems = []
-    for name, _ in module.dependencies.modules:
-        if name.value not in here:
-            found = [folder for one, folder in nearby.values() if one.id.value == name.value]
-            problems.append(_missing("AE301", module, f"the module `{name.value}`", name.span, found))
-    for name, text in module.dependencies.capabilities:
-        if not _providers(here, name.value, text.value):
-            found = [folder for _, folder in _providers(nearby, name.value, text.value)]
-            what = f"the capability `{name.value}` {text.value}"
-            problems.append(_missing("AE305", module, what, name.span, found))
-    if problems:
-        raise UserError(problems)
+    for name in modules:
+        found = [folder for one, folder in nearby.values() if one.id.value == name.value]
+        problems.append(_missing("AE301", module, f"the module `{name.value}`", name.span, found))
+    for name, text in capabilities:
+        found = [folder for _, folder in _providers(nearby, name.value, text.value)]
+        what = f"the capability `{name.value}` {text.value}"
+        problems.append(_missing("AE305", module, what, name.span, found))
+    raise UserError(problems)
+
+
+def _modules_beside(source: Path) -> list[Path]:
+    """List the module folders next to a source, which itself is not read again."""
+    own = source.resolve()
+    try:
+        return sorted(one for one in own.parent.iterdir() if one != own and (one / MANIFEST).is_file())
+    except OSError:
+        return []
 
 
 def _by_id(folders: Iterable[Path]) -> dict[str, tuple[declared.Ecm, Path]]:

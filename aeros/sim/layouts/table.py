@@ -47,7 +47,7 @@ def table_measurements(wiped: float) -> dict[str, Any]:
 
 
 def table_detections(
-    rest: Vector3, sponge: DetectedObject | None, pieces: Sequence[DetectedObject]
+    rest: Vector3 | None, sponge: DetectedObject | None, pieces: Sequence[DetectedObject]
 ) -> dict[str, Any]:
     """Return what a picture from above shows of sponge and clutter.
 
@@ -55,7 +55,7 @@ def table_detections(
     does not show counts as not on the table.
 
     Args:
-        rest: goal position of the sponge, in W, m.
+        rest: goal position of the sponge, in W, m; None where the scene has none.
         sponge: the detected sponge, if any.
         pieces: the detected pieces of clutter.
 
@@ -63,7 +63,7 @@ def table_detections(
         Values by vocabulary name, SI, positions in W; None for what the picture does not show.
     """
     loose = [piece for piece in pieces if not _in_bin(piece.position)]
-    at_rest = sponge is not None and dist(sponge.position, rest) < REST_TOLERANCE
+    at_rest = sponge is not None and rest is not None and dist(sponge.position, rest) < REST_TOLERANCE
     return {
         "sponge_seen": sponge is not None,
         "sponge_position": None if sponge is None else sponge.position,

@@ -106,7 +106,9 @@ class _TableDetector:
 
     def measure(self) -> Mapping[str, Any]:
         """Implement `Detector.measure`; see `table_measurements`."""
-        return table.table_measurements(self._scene.wiped_share(f"{self._prefix}dirt"))
+        dirt = f"{self._prefix}dirt"
+        is_coated = dirt in self._scene.scene.coatings
+        return table.table_measurements(self._scene.wiped_share(dirt)) if is_coated else {}
 
     def detect(self, camera: str, through: DetectionFilter) -> Mapping[str, Any]:
         """Implement `Detector.detect`.
@@ -115,7 +117,8 @@ class _TableDetector:
         the sponge is at its rest and nothing else is there; a picture that shows no sponge verifies
         nothing.
         """
-        rest = self._scene.state.value(f"{self._prefix}sponge_rest_position")
+        place = f"{self._prefix}sponge_rest_position"
+        rest = self._scene.state.value(place) if place in self._scene.scene.places else None
         match camera.removeprefix(self._prefix):
             case "overhead":
                 view = detect_table(*self._scene.picture(camera))
@@ -125,7 +128,11 @@ class _TableDetector:
             case "mast":
                 seen = inspect_table(*self._scene.picture(camera))
                 sponge = through(None if seen.sponge is None else DetectedObject(seen.sponge))
-                returned = sponge is not None and dist(sponge.position, rest) < table.REST_TOLERANCE
+                returned = (
+                    sponge is not None
+                    and rest is not None
+                    and dist(sponge.position, rest) < table.REST_TOLERANCE
+                )
                 is_clean = seen.clean_share >= table.WIPED_THRESHOLD and seen.other_pixels < MIN_PIXELS
                 return {"table_verified": returned and is_clean}
         return {}

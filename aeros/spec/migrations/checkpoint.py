@@ -74,7 +74,9 @@ def to_5(text: str) -> str:
 
 
 def to_6(text: str) -> str:
-    """Name what runs between two tries `between_tries`: `on_failure` runs after the last one now.
+    """Name what runs between two tries `between_tries`, and add that no attempt was of a composition.
+
+    `on_failure` runs after the last try now.
 
     Args:
         text: checkpoint of version 5.
@@ -90,6 +92,13 @@ def to_6(text: str) -> str:
     )
 
 
+_ADDED_IN_6: Final[Mapping[str, Mapping[str, Any]]] = {
+    "AttemptHistory": {"alternative": ""},
+    "AttemptResult": {"is_composed": False},
+}
+"""Fields with their values, by class: until version 5 there was no composition among attempts."""
+
+
 def _with_between_tries(value: Any) -> Any:
     """Rewrite the steps of a plan in an encoded value."""
     if isinstance(value, list):
@@ -98,9 +107,11 @@ def _with_between_tries(value: Any) -> Any:
         return value
     if value.keys() == {"map"}:
         return {"map": {key: _with_between_tries(item) for key, item in value["map"].items()}}
-    if value.keys() != {"class", "fields"} or value["class"] != "PlanStep":
+    if value.keys() != {"class", "fields"}:
         return {key: _with_between_tries(item) for key, item in value.items()}
     held = {key: _with_between_tries(item) for key, item in value["fields"].items()}
+    if value["class"] != "PlanStep":
+        return {"class": value["class"], "fields": {**held, **_ADDED_IN_6.get(value["class"], {})}}
     handler, skill = held.pop("handler", None), held.pop("on_failure", None)
     between = handler
     if skill is not None:

@@ -108,11 +108,13 @@ class _TableDetector:
 
     def measure(self, state: RobotState, time: float) -> Mapping[str, Any]:
         """Implement `ExactDetector.measure`; see `table_measurements`."""
-        return table.table_measurements(self._wiped_share())
+        is_coated = f"{self._prefix}dirt" in self._scene.scene.coatings
+        return table.table_measurements(self._wiped_share()) if is_coated else {}
 
     def detect(self, camera: str, view: Camera, time: float) -> Mapping[str, Any]:
         """Implement `ExactDetector.detect`: `overhead` detects objects, `mast` verifies."""
-        rest: Vector3 = self._scene.state.value(f"{self._prefix}sponge_rest_position")
+        place = f"{self._prefix}sponge_rest_position"
+        rest: Vector3 | None = self._scene.state.value(place) if place in self._scene.scene.places else None
         pieces = [self._detection(name) for name in ("cube", "can")]
         seen = table.table_detections(
             rest, self._detection("sponge"), [piece for piece in pieces if piece is not None]
@@ -129,9 +131,9 @@ class _TableDetector:
         return self._scene.wiped_share(f"{self._prefix}dirt")
 
     def _detection(self, name: str) -> DetectedObject | None:
-        """Return an exact detection of an object; None if it is held."""
+        """Return an exact detection of an object; None if it is held or not in the scene."""
         body = f"{self._prefix}{name}"
-        if self._scene.is_carried(body):
+        if body not in self._scene.scene.bodies or self._scene.is_carried(body):
             return None
         pose = self._scene.pose_of(BodyPart(body))
         return DetectedObject(pose.position, None, yaw_of(pose.orientation))

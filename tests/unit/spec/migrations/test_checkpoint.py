@@ -11,7 +11,7 @@ import pytest
 
 from aeros.agent.recovery.checkpoint import decode_checkpoint, encode_checkpoint
 from aeros.spec.migrations import formats
-from aeros.spec.migrations.checkpoint import _CLASS_NAMES, _FIELD_NAMES, to_2, to_3, to_4, to_5
+from aeros.spec.migrations.checkpoint import _CLASS_NAMES, _FIELD_NAMES, to_2, to_3, to_4, to_5, to_6
 from aeros.spec.migrations.format import UnmigratableError
 from aeros.spec.migrations.rewriting import rewrite
 
@@ -25,7 +25,7 @@ def test_a_checkpoint_of_version_2_gets_the_report_that_it_lacks() -> None:
     assert json.loads(text)["schema"] == 3
     assert json.loads(json.loads(text)["body"])["ended"] is None
     new = rewrite(path, path.read_text(), formats.CHECKPOINT)
-    assert (new.version, len(new.changes)) == (2, 3)
+    assert (new.version, len(new.changes)) == (2, 4)
     assert json.loads(json.loads(new.text)["body"])["final_report"] is None
     assert not rewrite(path, new.text, formats.CHECKPOINT).is_changed
 
@@ -34,7 +34,7 @@ def test_a_checkpoint_of_version_2_gets_the_report_that_it_lacks() -> None:
 def test_a_checkpoint_of_version_3_is_read_and_written_by_its_new_names(name: str) -> None:
     path = STATE_OF_CHECKPOINT_3 / name
     new = rewrite(path, path.read_text(), formats.CHECKPOINT)
-    assert (new.version, len(new.changes)) == (3, 2)
+    assert (new.version, len(new.changes)) == (3, 3)
     content = new.text.encode()
     # A name that is not renamed cannot be decoded, and one that is lost is not encoded again.
     assert encode_checkpoint(decode_checkpoint(content, path)) == content
@@ -131,7 +131,7 @@ def test_what_ran_between_two_tries_still_does() -> None:
         step("wrap", on_failure="recover", handler=None),
         step("dough", on_failure=None, handler=step("align", on_failure=None, handler=None)),
     ]
-    new = unwrapped(to_5(wrapped({"plan": {"tuple": parts}, "world": kept}, 4)))
+    new = unwrapped(to_6(wrapped({"plan": {"tuple": parts}, "world": kept}, 5)))
     none = {"between_tries": None, "on_failure": None, "needs_recovery": False}
     assert new["plan"]["tuple"] == [
         step("wrap", **none | {"between_tries": step("recover")}),
@@ -145,7 +145,7 @@ def test_what_ran_between_two_tries_still_does() -> None:
     ["", "[]", "{}", '{"body": "{}"}', wrapped("not json"), wrapped("[1]"), wrapped({}, digest="0"), "[" * 9],
 )
 def test_a_damaged_checkpoint_is_refused_by_every_step(text: str) -> None:
-    for step in (to_3, to_4, to_5):
+    for step in (to_3, to_4, to_5, to_6):
         with pytest.raises(UnmigratableError, match="it is damaged"):
             step(text)
 
