@@ -84,6 +84,7 @@ def _session(code: ModuleSource) -> ProcessGraph:
         one._is_goal_reached = lambda: False
         one._plans = SimpleNamespace(last_problems=[], new_plan=lambda _: _GRAPH, kept_plan=lambda plan: plan)
         one._idle = lambda: None
+        one._position = SimpleNamespace(number=0, earlier_reports=())
         one.resume(kept, _record(recorded))
         one._run_until_goal()
         return "over"

@@ -315,11 +315,11 @@ def test_a_plan_that_is_accepted_reaches_the_goal_unless_a_step_fails_and_never_
 def test_a_judge_of_graphs_that_minds_no_outcome_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("aeros.agent.planning.check_plan.StrongCyclicStrategy", _Hopeful)
     with pytest.raises(AssertionError):
-        _judged_in_runs(Counter(), phases=[Phase.generate])
+        _judged_in_runs(Counter(), 1000, phases=[Phase.generate])
 
 
-def _judged_in_runs(seen: Counter[str], **more: Any) -> None:
-    @examples(100, **more)
+def _judged_in_runs(seen: Counter[str], count: int = 100, **more: Any) -> None:
+    @examples(count, **more)
     @given(problems(), st.data(), st.integers(0, 2**32))
     def law(problem: Problem, data: st.DataObject, seed: int) -> None:
         _judged_plans_are_run(problem, data.draw(_graphs(problem)), seed, seen)

@@ -34,7 +34,7 @@ def require_installed(module: declared.Ecm, installed: Iterable[Path], source: P
     ]
     if not modules and not capabilities:
         return
-    nearby = _by_id(_modules_beside(source))
+    nearby = _by_id(_modules_next_to(source))
     problems = []
     for name in modules:
         found = [folder for one, folder in nearby.values() if one.id.value == name.value]
@@ -46,7 +46,7 @@ def require_installed(module: declared.Ecm, installed: Iterable[Path], source: P
     raise UserError(problems)
 
 
-def _modules_beside(source: Path) -> list[Path]:
+def _modules_next_to(source: Path) -> list[Path]:
     """List the module folders next to a source, which itself is not read again."""
     own = source.resolve()
     try:

@@ -82,7 +82,7 @@ class Camera:
 
 
 @dataclass(frozen=True)
-class Alternative:
+class AlternativePlace:
     """A second position, which is taken where it is farther from something.
 
     Attributes:
@@ -239,7 +239,7 @@ class SceneBody:
             "doc": "name of its random numbers; things that share one move alike; its own name if absent"
         },
     )
-    alternative: Alternative | None = field(
+    alternative: AlternativePlace | None = field(
         default=None,
         metadata={"doc": "a second position instead of `at`, where that is farther from a thing"},
     )

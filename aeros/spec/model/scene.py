@@ -59,7 +59,7 @@ class SceneCamera(NamedTuple):
     at_start: bool
 
 
-class Alternative(NamedTuple):
+class AlternativePlace(NamedTuple):
     """A second position.
 
     Attributes:
@@ -92,7 +92,7 @@ class Placement(NamedTuple):
     yaw_spread: float
     stream: str
     anchor: Vector = (0.0, 0.0, 0.0)
-    alternative: Alternative | None = None
+    alternative: AlternativePlace | None = None
 
 
 class Box(NamedTuple):

@@ -11,7 +11,7 @@ from aeros.spec.diagnostics.codes import did_you_mean
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.model.scene import (
     GREY,
-    Alternative,
+    AlternativePlace,
     Basin,
     Box,
     Colour,
@@ -72,7 +72,7 @@ class BodyElaborator:
             anchor = number.point(place.anchor)
             if place.alternative is not None:
                 away = self._known(place.alternative.farther_from, known)
-                alternative = Alternative(number.point(place.alternative.at), away)
+                alternative = AlternativePlace(number.point(place.alternative.at), away)
         return Placement(
             frame,
             number.point(place.at),

@@ -1,4 +1,4 @@
-"""What a perceiver yields becomes plain values."""
+"""Values that a perceiver yields become plain values."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def test_numbers_of_numpy_become_pythons_own(given: Any, plain: Any) -> None:
         assert {type(part) for part in parts} <= {bool, int, float, str}
 
 
-def test_what_is_none_is_unknown_and_so_is_an_estimate_without_a_value() -> None:
+def test_none_and_an_estimate_without_a_value_are_unknown() -> None:
     assert plain_values({"a": None, "b": estimate(None, 0.1)}) == {"b": (None, 0.1)}
 
 

@@ -70,7 +70,7 @@ def test_a_predicate_that_a_module_sees_is_its_precondition_and_its_goal(tmp_pat
         ("view = yield {str(n): 1.0 for n in range(300)}", "yielded 300 values; at most 256"),
     ],
 )  # fmt: skip
-def test_what_a_hostile_perceiver_measures_is_unknown_and_the_record_says_why(
+def test_values_of_a_hostile_perceiver_are_unknown_and_the_record_says_why(
     body: str, why: str, tmp_path: Path
 ) -> None:
     folder = tmp_path / "point_at_cube"

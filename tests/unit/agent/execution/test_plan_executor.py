@@ -355,7 +355,7 @@ def test_a_handler_that_a_step_needs_is_followed_by_on_failure() -> None:
     assert [name for name, _ in roles(kitchen)] == ["dough", "align", "water"]
 
 
-def test_what_ends_on_failure_otherwise_than_declared_ends_the_step() -> None:
+def test_a_handler_with_an_undeclared_ending_ends_the_step() -> None:
     kitchen = Kitchen({"dough": ["torn"], "align": [StepStatus.DENIED]})
     end = kitchen.run(step("dough", on_failure=step("align")))
     assert end is not None

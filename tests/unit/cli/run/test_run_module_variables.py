@@ -81,7 +81,7 @@ def test_its_success_is_predicted_from_the_declared_outcomes(
         ("precondition: filled", "precondition: pot.filled", "`pot.filled` is not declared here"),
     ],
 )  # fmt: skip
-def test_what_overreaches_is_refused_at_its_place(
+def test_a_manifest_that_overreaches_is_refused_at_its_place(
     old: str, new: str, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder = shutil.copytree(KETTLE, tmp_path / "kettle")

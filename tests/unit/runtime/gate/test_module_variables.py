@@ -64,7 +64,7 @@ def test_an_own_value_is_measured_and_fresh_where_a_condition_needs_it(mode: Gat
 
 
 @pytest.mark.parametrize("mode", GateMode)
-def test_what_a_module_measures_changes_no_decision_about_another(mode: GateMode) -> None:
+def test_measurements_of_a_module_change_no_decision_about_another(mode: GateMode) -> None:
     expected = decide(LOOK, one_by_one({}), mode, alone=True)
     assert expected.kind is DecisionKind.ALLOW
     for value in STRANGE:

@@ -67,7 +67,7 @@ def test_it_is_called_once_for_each_picture() -> None:
     assert watched.runs.opened == 1
 
 
-def test_what_is_absent_from_the_next_answer_is_unknown() -> None:
+def test_a_value_that_is_absent_from_the_next_answer_is_unknown() -> None:
     watched = Watched(GOOD, {"filled": False})
     watched.update(1.0, 1.0)
     assert watched.update(2.0, 2.0) == {"kettle.filled": Reading(False, 2.0)}
@@ -100,7 +100,7 @@ def test_a_camera_whose_sensor_the_module_lacks_is_withheld() -> None:
 
 
 @pytest.mark.parametrize("asked", [("overhead", 641, 1), ("overhead", 1, 481), ("attic", 1, 1)])
-def test_what_the_site_does_not_offer_is_withheld(asked: tuple[str, int, int]) -> None:
+def test_a_picture_or_reading_that_the_site_does_not_offer_is_withheld(asked: tuple[str, int, int]) -> None:
     watched = Watched(pictures=(PictureRequest(*asked, False),))
     assert watched.update(1.0, 1.0, attic=picture(1.0, (8, 6), "attic")) == {}
     assert watched.runs.views == []
@@ -152,7 +152,7 @@ def test_readings_are_sampled_at_its_rate_between_two_calls() -> None:
     assert watched.runs.views[1].samples == {"tool_position": ()}
 
 
-def test_what_a_tick_does_not_measure_is_observed_and_stale_or_repeated_readings_are_left_out() -> None:
+def test_variables_outside_ticks_are_observed_and_stale_or_repeated_readings_left_out() -> None:
     watched = Watched(rate=Fraction(10))
     observed: list[Reading] = [
         Reading(PLACE, 0.0),

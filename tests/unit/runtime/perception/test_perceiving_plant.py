@@ -67,7 +67,7 @@ def declared(**changes: Any) -> Ecm:
     return replace(ecm, perceivers={"kettle_view": replace(ecm.perceivers["kettle_view"], **changes)})
 
 
-def test_what_is_perceived_is_observed_with_the_readings_of_the_plant() -> None:
+def test_perceived_values_are_observed_with_the_readings_of_the_plant() -> None:
     setting = Setting()
     assert set(setting.plant.observe()) == {"tool_position"}
     setting.inner.time = 3.0

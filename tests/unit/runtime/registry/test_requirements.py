@@ -1,4 +1,4 @@
-"""What a module needs is told before it is installed, with the modules that would provide it."""
+"""The needs of a module are named before it is installed, with the modules that would provide them."""
 
 from __future__ import annotations
 

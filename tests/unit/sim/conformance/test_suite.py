@@ -13,7 +13,6 @@ from aeros.sim.conformance import (
 from aeros.sim.conformance.suite import CHECKS
 from tests.unit.sim.conformance.broken import BROKEN
 
-
 WITH_CAMERAS = {"a_look_brings_a_new_picture_of_its_own_time"}
 """Checks whose broken twins have cameras: they are in test_picture_checks.py."""
 

@@ -1,4 +1,4 @@
-"""What is concluded of pictures of the bench and of touch."""
+"""Conclusions from pictures of the bench and from touch."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What pictures of the table show, without a simulator."""
+"""Pictures of the table and what they show, without a simulator."""
 
 from __future__ import annotations
 

@@ -121,7 +121,7 @@ def test_classes_and_their_fields_are_renamed_wherever_they_are() -> None:
     }
 
 
-def test_what_ran_between_two_tries_still_does() -> None:
+def test_a_skill_that_ran_between_two_tries_still_does() -> None:
     def step(skill: str, **more: Any) -> dict[str, Any]:
         plain = {"module": "m", "skill": skill, "inputs": {"map": {}}}
         return {"class": "PlanStep", "fields": plain | more}

@@ -6,7 +6,7 @@ from math import radians
 
 import pytest
 
-from aeros.spec.model.scene import Alternative, BodyPart, Coating, Placement, RobotMount, SceneCamera
+from aeros.spec.model.scene import AlternativePlace, BodyPart, Coating, Placement, RobotMount, SceneCamera
 from tests.shipped_scenes import shipped_scene
 
 
@@ -26,7 +26,7 @@ def test_robot_places_and_cameras() -> None:
 
 def test_a_body_may_stand_elsewhere_where_that_is_farther_from_another() -> None:
     decoy = shipped_scene("fetch").bodies["decoy"].placement
-    assert (decoy.frame, decoy.alternative) == ("stand", Alternative((0.0, 0.17, 0.226), "can"))
+    assert (decoy.frame, decoy.alternative) == ("stand", AlternativePlace((0.0, 0.17, 0.226), "can"))
 
 
 def test_a_body_is_put_down_by_its_anchor() -> None:

@@ -40,7 +40,7 @@ def test_a_quantity_is_within_its_bounds(kind: str, text: str, value: float, cod
     assert [one.code for one in diagnostics] == ([] if code is None else [code])
 
 
-def test_what_is_absent_is_0() -> None:
+def test_an_absent_quantity_is_0() -> None:
     number = Quantities(Diagnostics())
     assert (number.point(None), number.spread(None)) == ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     assert (number.distance(None), number.angle(None), number.mass(None)) == (0.0, 0.0, 0.0)

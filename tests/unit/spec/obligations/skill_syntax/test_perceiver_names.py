@@ -34,7 +34,7 @@ def refusal(code: str) -> str | None:
         "import math\nx = math.pi",
     ],
 )
-def test_what_computes_is_accepted(code: str) -> None:
+def test_names_that_compute_are_accepted(code: str) -> None:
     assert refusal(code) is None
 
 
@@ -46,7 +46,7 @@ _FURTHER = (
 
 
 @pytest.mark.parametrize("name", _FURTHER.split())
-def test_what_reaches_further_is_refused(name: str) -> None:
+def test_names_that_reach_further_are_refused(name: str) -> None:
     assert refusal(f"import numpy as np\nx = np.{name}") == f"uses `{name}` of `numpy`"
     assert refusal(f"from numpy import {name}") == f"imports `{name}` from `numpy`"
 
