@@ -146,15 +146,10 @@ def assess_step(
 def _measured_outcome(skill: Skill, world: WorldModel) -> Outcome | None:
     """Return the measured outcome with the most effects; of equals, a success before a failure.
 
-    So an outcome without effects (nothing changed) is returned only if no other is measured. One that is
-    declared to have probability 0 is never returned: no proof covers what would follow.
+    So an outcome without effects (nothing changed) is returned only if no other is measured.
     """
-    matching = [one for one in _possible_outcomes(skill) if _is_measured(one, world)]
+    matching = [one for one in skill.outcomes.values() if _is_measured(one, world)]
     return max(matching, key=lambda one: (len(one.effects), not one.failure), default=None)
-
-
-def _possible_outcomes(skill: Skill) -> list[Outcome]:
-    return [one for one in skill.outcomes.values() if one.probability != 0]
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,7 +173,7 @@ def _undetermined_outcome(
     """
     if outcome is not None and outcome.failure:
         return None
-    for other in _possible_outcomes(skill):
+    for other in skill.outcomes.values():
         unknown = [name for name in other.effects if name not in world.known]
         excluded = any(world.known.get(name, value) != value for name, value in other.effects.items())
         matters = outcome is None or (other.failure and len(other.effects) > len(outcome.effects))
@@ -194,7 +189,7 @@ def _is_expected_after_hold_failure(skill: Skill, before: Mapping[str, Any], aft
     free.
     """
     read = t.variables_of(skill.hold_condition.term) if skill.hold_condition is not None else {}
-    outcomes = [{}, *(one.effects for one in _possible_outcomes(skill))]
+    outcomes = [{}, *(one.effects for one in skill.outcomes.values() if one.probability != 0)]
     names = {name for effects in outcomes for name in effects} - read.keys()
     return any(
         all(
