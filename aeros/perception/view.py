@@ -7,7 +7,7 @@ receives the next view. It has no handle to anything else.
         while True:
             points = view.pictures["overhead"].points()
             height = float(points[:, :, 2].max())
-            view = yield {"lid_height": estimate(height, 0.004), "steams": None}
+            view = yield {"lid_height": estimate(height, 0.004), "steaming": None}
 
 A variable that is None or absent is unknown. SI units; positions in W.
 """

@@ -46,7 +46,7 @@ THEOREM = Theorem(
             "puts-in-force-what-is-not-what-was-proved",
             "in-force",
             PROVING,
-            "if certificate_for(found.ecm, policy, certificate.obligations) != certificate:",
+            "if certificate_for(found.ecm, policy, certificate.obligations, certificate.engines) != certificate:",
             "if False:",
         ),
         Mutant(

@@ -147,7 +147,7 @@ def test_instruments_regions_and_conditions_name_bodies_links_and_joints(write: 
         ("{box: [1 m, 1 m, 1 m], at: [1 m, 1 m, 1 m], loose: true}", "AE208", "is only valid with `urdf`"),
         ("{urdf: vase.urdf, at: [1 m, 1 m, 1 m], mass: 1 kg}", "AE208", "the model's file sets its mass"),
         ("{urdf: vese.urdf, at: [1 m, 1 m, 1 m]}", "AE002", "vese.urdf`, the model of `it`"),
-        ("{urdf: vase.urdf, at: [1 m, 1 m, 1 m], links: {lod: 1}}", "AE122", "the model has no link `lod`"),
+        ("{urdf: vase.urdf, at: [1 m, 1 m, 1 m], links: {cap: 1}}", "AE122", "the model has no link `cap`"),
         ("{urdf: vase.urdf, at: [1 m, 1 m, 1 m], joints: {lid: {}}}", "AE122", "no movable joint `lid`"),
         ("{box: [1 m, 1 m, 1 m], at: [1 m, 1 m, 1 m], from: crate}", "AE122", "no place or body `crate`"),
         ("{box: [1 m, 1 m, 1 m], at: [1 m, 1 m, 1 m], weight: 1 kg}", "AE101", "unknown field `weight`"),
