@@ -282,7 +282,7 @@ class Ecm:
     """
 
     span: SourceSpan
-    schema: Literal["aeros/ecm/1"] = field(metadata={"doc": "`schema: aeros/ecm/1`"})
+    schema: Literal["aeros/ecm/2"] = field(metadata={"doc": "`schema: aeros/ecm/2`"})
     id: Identifier = field(metadata={"doc": "the module's name, the name of its folder"})
     version: TextField = field(metadata={"doc": "its semantic version, as in `version: 1.0.0`"})
     description: TextField = field(metadata={"doc": "the module's purpose, for people"})

@@ -89,11 +89,8 @@ class Model:
 
     span: SourceSpan
     description: TextField = field(metadata={"doc": "its purpose, for people"})
-    kind: ChoiceField[Literal["onnx", "table", "file", "model", "tool"]] = field(
-        metadata={
-            "doc": "`onnx` (a network), `table` (CSV, JSON or npz) or `file` (bytes); `model` and `tool` "
-            "are older words for `file`"
-        }
+    kind: ChoiceField[Literal["onnx", "table", "file"]] = field(
+        metadata={"doc": "`onnx` (a network), `table` (CSV, JSON or npz) or `file` (bytes)"}
     )
     file: TextField | None = field(default=None, metadata={"doc": "the file of this module that contains it"})
     inputs: Named[ModelValue] = field(default=MappingField(), metadata={"doc": "its inputs by name"})

@@ -15,14 +15,6 @@ from aeros.spec.elaborate.names import check_name_is_free, resolve_name
 from aeros.spec.model.models import ExactBox, ModelBound, ModelValue, ModuleModel
 from aeros.spec.text.fields import MappingField, NumberField, TextField
 
-_KINDS: Final[Mapping[str, ModelKind]] = {
-    "onnx": "onnx",
-    "table": "table",
-    "file": "file",
-    "model": "file",
-    "tool": "file",
-}
-
 _EVALUATED: Final = ("onnx", "table")
 
 
@@ -42,7 +34,7 @@ def elaborate_models(
 
 
 def _model(name: TextField, model: declared.Model, diagnostics: Diagnostics) -> ModuleModel:
-    kind = _KINDS[model.kind.value]
+    kind: ModelKind = model.kind.value
     used: dict[str, str] = {}
     inputs = _values(model.inputs, "an input of this model", used, diagnostics)
     outputs = _values(model.outputs, "an output of this model", used, diagnostics)

@@ -29,7 +29,7 @@ _SHARED = """  perception:
       kettle.level: {type: real, unit: m, range: [0, 1], max_age: 1 s, uncertainty: 1 mm}
   quotas:
 """
-_KETTLE = """schema: aeros/ecm/1
+_KETTLE = """schema: aeros/ecm/2
 id: kettle
 version: 1.0.0
 description: Measures water.

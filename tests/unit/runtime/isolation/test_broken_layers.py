@@ -76,6 +76,18 @@ _FAILS = """            return SkillRejected(
                 load.token, sanitize_text(f"a layer of isolation cannot be applied: {failure}")
             )"""
 
+_RESTRICTED_ZYGOTE = """\
+    from aeros.runtime.isolation.limits import restrict_resources
+    waiting, done = os.pipe()
+    worker = os.fork()
+    if worker == 0:
+        os.read(waiting, 1)
+    else:
+        restrict_resources()
+        os.write(done, b".")
+"""
+"""The worker goes on when the zygote is restricted, so that this is seen."""
+
 TWINS: dict[str, tuple[Changes, str]] = {
     "landlock off": (
         {
@@ -241,13 +253,7 @@ TWINS: dict[str, tuple[Changes, str]] = {
     "layers for the zygote, not the worker": (
         {
             "worker": [(_LAYERED, "            pass\n")],
-            "zygote": [
-                (
-                    "    os.close(channel)\n    ended",
-                    "    from aeros.runtime.isolation.limits import restrict_resources\n"
-                    "    restrict_resources()\n    os.close(channel)\n    ended",
-                )
-            ],
+            "zygote": [("    worker = os.fork()\n", _RESTRICTED_ZYGOTE)],
         },
         "seen: the zygote is restricted",
     ),

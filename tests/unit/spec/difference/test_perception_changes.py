@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -23,9 +24,7 @@ def differences(tmp_path: Path, old: Path, before: str, after: str) -> dict[str,
     """Changes from a file or module to its edited copy."""
     new = tmp_path / old.name
     if old.is_dir():
-        new.mkdir(parents=True)
-        for file in old.iterdir():
-            (new / file.name).write_bytes(file.read_bytes())
+        shutil.copytree(old, new, dirs_exist_ok=True)
     edited = new / "ecm.yaml" if old.is_dir() else new
     text = (old / "ecm.yaml" if old.is_dir() else old).read_text("utf-8")
     assert text.count(before) == 1

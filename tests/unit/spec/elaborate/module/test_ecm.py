@@ -15,7 +15,7 @@ def test_a_module_without_faults_gives_no_diagnostics(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["a" * 300, "/etc/hostname", "..", "../module/skills.py", ".", ""])
 def test_a_file_of_a_tool_is_inside_the_module(tmp_path: Path, name: str) -> None:
-    tool = f'\nmodels:\n  finder: {{description: finds dirt, kind: model, file: "{name}"}}\n\npermissions:'
+    tool = f'\nmodels:\n  finder: {{description: finds dirt, kind: file, file: "{name}"}}\n\npermissions:'
     (message,) = messages_of_module(tmp_path, ("\npermissions:", tool))
     assert message.startswith("error[AE131] missing-file: ")
 

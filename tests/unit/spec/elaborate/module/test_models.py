@@ -64,5 +64,5 @@ def test_a_skill_uses_models_of_its_module_that_have_a_file(tmp_path: Path) -> N
         return " ".join(messages_of_module(tmp_path / name, uses, ("\npermissions:", model)))
 
     assert "`patience2` is not a model of this module" in used("patience2", MODEL)
-    notes = "\nmodels:\n  notes: {description: notes, kind: tool}\n\npermissions:"
+    notes = "\nmodels:\n  notes: {description: notes, kind: file}\n\npermissions:"
     assert "`notes` has no file to use" in used("notes", notes)
