@@ -46,6 +46,7 @@ test: $(VENV)/.installed-test ## every check that CI runs; all steps run, and an
 	  checks=$$?; $(MAKE) --no-print-directory pytest && exit $$checks
 
 deep: $(VENV)/.installed-test ## every test, with 25 times the examples: an hour or more, each night
+	@$(PIP) --editable '.[learned-proof]'
 	@echo '== pytest, all tests, Hypothesis profile `nightly`'
 	@AEROS_HYPOTHESIS=nightly $(PYTEST)
 
@@ -66,8 +67,9 @@ layers: $(VENV)/.installed-test
 	@$(BIN)/lint-imports --no-cache --no-logo
 
 proofs: $(VENV)/.installed-test
-	@echo '== aeros verify ecms/ --check'
+	@echo '== aeros verify ecms/ --check, aeros verify learned/ --check'
 	@$(BIN)/aeros verify ecms/ --check
+	@$(BIN)/aeros verify learned/ --check
 	@echo '== aeros prove'
 	@$(BIN)/aeros prove
 

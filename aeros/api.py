@@ -56,7 +56,7 @@ def verify(*paths: str | PathLike[str], site: str | PathLike[str] | None = None)
         >>> report.conclusion.value
         'proved'
         >>> [module.name for module in report.modules]
-        ['clean_table', 'fetch_object', 'make_dumplings']
+        ['clean_table', 'fetch_object', 'inspect_table', 'make_dumplings', 'serve_table']
     """
     folders = [as_path("paths", one) for one in paths]
     if not folders:
@@ -84,8 +84,9 @@ def check_conformance(subject: PlantUnderTest) -> tuple[str, ...]:
         >>> from aeros.sim.conformance.suite import PlantUnderTest
         >>> from aeros.sim.kinematic.plant import make_plant
         >>> from aeros.sim.robot.limits import QDD_MAX
+        >>> from aeros.spec.scenes.load import load_scene
         >>> subject = PlantUnderTest(
-        ...     make_plant=lambda: make_plant("bare", 0),
+        ...     make_plant=lambda: make_plant(load_scene("bare"), 0),
         ...     motion_action=aeros.act("move_tool", target=(0.5, -0.35, 0.25), yaw=0.5, speed=0.5),
         ...     parallel_action=aeros.act("wait", duration=6.0),
         ...     tracking_tolerance=1e-9,

@@ -8,14 +8,19 @@ and replay it without its help.
         x, y, z = observed["wrapper_position"]
         observed = yield act("move_tool", target=(x, y, z + 0.10), yaw=0.0, speed=0.2)
 
-A skill that declares outputs returns them at its end, by name.
+A skill that declares outputs returns them at its end, by name. A skill that declares `models` receives them
+as a third argument:
+
+    def centre(observed: Observation, inputs: Inputs, models: Models) -> SkillBody:
+        velocity = models["policy"].run(offset=(0.1, 0.0, 0.2))["velocity"]
+
 Parameters are SI numbers, booleans, enum members as strings, or 3-vectors as tuples.
 """
 
 from __future__ import annotations
 
 from collections.abc import Generator, Mapping
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 Observation = Mapping[str, Any]
 """Measured values by vocabulary name, in SI units. A missing value is unknown, never false.
@@ -26,6 +31,37 @@ Example:
 
 Inputs = Mapping[str, Any]
 """Values of the skill's declared inputs, in SI units, with defaults filled in."""
+
+
+class ModelError(ValueError):
+    """A model was called with a value that it does not take, or gave one outside its interface."""
+
+
+class Model(Protocol):
+    """A model of the module: a network, a table or a file, from its certified bytes.
+
+    Attributes:
+        content: bytes of its file.
+    """
+
+    content: bytes
+
+    def run(self, **inputs: Any) -> Mapping[str, Any]:
+        """Evaluate the model. The same inputs give the same outputs.
+
+        Args:
+            inputs: every input by name, in SI units: a number, or a tuple of numbers where it has a shape.
+
+        Returns:
+            Every output by name, in SI units.
+
+        Raises:
+            ModelError: a value is missing, of another shape, not finite or outside its declared range.
+        """
+
+
+Models = Mapping[str, Model]
+"""The models that the skill declares, by name."""
 
 
 class Action(NamedTuple):

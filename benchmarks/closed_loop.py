@@ -50,7 +50,7 @@ def build_loop(steps: int) -> tuple[Ecm, Task, Site]:
             "failed": Outcome("failed", {}, failure=True, probability=None, duration=None),
         }
         skills[name] = replace(skill, id=name, inputs={}, precondition=before, outcomes=outcomes)
-        rules.append(PlanningRule(variable, variable.name, name, {}, 1, None, skill.span))
+        rules.append(PlanningRule(variable, variable.name, name, {}, 1, None, None, skill.span))
     initial = {variable.name: False for variable in done}
     long = replace(task, goal=t.And(tuple(done)), rules=tuple(rules), initial=initial, invariants=())
     state = {variable.name: replace(measured, variable=variable) for variable in done}

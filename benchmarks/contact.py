@@ -30,11 +30,12 @@ from aeros.sim.clock import TICK
 from aeros.sim.geometry import Vector3
 from aeros.sim.physics import PhysicsPlant
 from aeros.sim.randomness import RandomSource
-from aeros.sim.scenes.bare import BareScene
+from aeros.sim.scenes.physics_scene import PhysicsScene
 from aeros.skill import Action, act
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.model.site import Site
+from aeros.spec.scenes.load import load_scene
 from aeros.spec.text.discovery import reference_site_path
 from benchmarks.command import build_parser, print_json
 
@@ -88,10 +89,11 @@ class Collision:
     reason: str
 
 
-class _ObstacleScene(BareScene):
+class _ObstacleScene(PhysicsScene):
     """A ball of a stiffness half-way along a way."""
 
     def __init__(self, way: tuple[Vector3, Vector3], stiffness: float) -> None:
+        super().__init__(load_scene("bare"))
         self._way = way
         self._stiffness = 1000.0 * stiffness
         self.bodies = (-1, -1)

@@ -89,7 +89,7 @@ def _module() -> str:
 """
         for name in ALLOWED_SKILLS
     )
-    return f"""schema: aeros/ecm/1
+    return f"""schema: aeros/ecm/2
 id: surfaces
 version: 1.0.0
 description: Works on surfaces.

@@ -47,13 +47,14 @@ from aeros.runtime.proving import prove_configuration
 from aeros.runtime.records.encode_decisions import IncrementalDecisionEncoder
 from aeros.runtime.skills.in_process_run import InProcessRun, run_in_process
 from aeros.session.assembly import build_executor
+from aeros.session.scene_files import scene_of_task
 from aeros.sim.bullet.panda import Panda
 from aeros.sim.bullet.people import People, Person, Waypoint
 from aeros.sim.bullet.renderer import Renderer
 from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.fixed_step_plant import FixedStepPlant
 from aeros.sim.physics import PhysicsPlant, make_plant
-from aeros.sim.scenes import SCENES
+from aeros.sim.scenes.physics_scene import PhysicsScene
 from aeros.spec.text.discovery import reference_site_path
 from benchmarks.command import build_parser, print_json
 from benchmarks.plant_replay import (
@@ -83,7 +84,7 @@ _PARTS: Final[tuple[Part, ...]] = (
     ("pictures", Renderer, ("render",)),
     ("motor commands", Panda, ("set_arm_motors", "command_base", "set_finger_motors")),
     ("robot's sensors", Panda, ("read_sensors", "finger_forces", "wrist_vertical_force")),
-    *(("the scene's own measures", scene, ("tick", "measure")) for scene in SCENES.values()),
+    ("the scene's own measures", PhysicsScene, ("tick", "measure")),
     ("people", People, ("update", "distance")),
     ("plant: planning", FixedStepPlant, ("plan",)),
     ("plant: servoing, ticks and the rest", PhysicsPlant, ("observe",)),
@@ -163,9 +164,8 @@ def prepare() -> SharedSetup:
 
 def build(common: SharedSetup, task: str, seed: int, people: tuple[Person, ...] = ()) -> PhysicsPlant:
     """Build a plant with the scene of the task."""
-    scene = common.configuration.modules[task].tasks[task].scene
-    if scene is None:
-        sys.exit(f"the task `{task}` has no scene")
+    configuration = common.configuration
+    scene = scene_of_task(configuration, configuration.modules[task].tasks[task])
     return make_plant(scene, seed, people=people)
 
 

@@ -143,7 +143,9 @@ class Agent:
             if number > first:
                 self._record_selection(meaning, number)
             remaining = None if deadline is None else max(0.0, deadline - self._runtime.now())
-            position = ErrandPosition(number, tuple(reports), barred_skills(meaning, errand))
+            position = ErrandPosition(
+                number, tuple(reports), barred_skills(meaning, errand, self._runtime.active_modules())
+            )
             steps_before = len(resumed[0].steps) if resumed is not None and number == first else 0
             loop = self._task_loop(errand.routed, remaining, position)
             if resumed is not None and number == first:

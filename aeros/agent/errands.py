@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from aeros.agent.execution.report import RunReport
 from aeros.agent.instructions.understand import Errand, Understanding
 from aeros.agent.planning.routing import RoutedTask
-from aeros.agent.planning.task_graph import PlanStep, TaskGraph
-from aeros.spec.model.ecm import Task
+from aeros.agent.planning.task_graph import TaskGraph
+from aeros.spec.model.ecm import Ecm, owner_of
+from aeros.spec.model.step_graph import steps_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,28 +28,30 @@ class ErrandPosition:
     barred_skills: frozenset[str] = frozenset()
 
 
-def barred_skills(understanding: Understanding, errand: Errand) -> frozenset[str]:
-    """Collect the skills that prohibited tasks use and the task of an errand does not.
+def barred_skills(understanding: Understanding, errand: Errand, modules: Mapping[str, Ecm]) -> frozenset[str]:
+    """Collect the skills that prohibited tasks may use and the task of an errand may not.
 
     Args:
         understanding: meaning of the whole instruction.
         errand: one of its errands.
+        modules: active modules by id.
 
     Returns:
         Their names, as MODULE.SKILL.
     """
     barred: set[str] = set()
     for routed in understanding.prohibited:
-        barred |= _skills_of(routed)
-    return frozenset(barred - _skills_of(errand.routed))
+        barred |= _skills_of_task(routed, modules)
+    return frozenset(barred - _skills_of_task(errand.routed, modules))
 
 
-def barred_steps(graph: TaskGraph, barred: frozenset[str]) -> list[str]:
-    """List the steps of a plan that the user prohibited.
+def barred_steps(graph: TaskGraph, barred: frozenset[str], modules: Mapping[str, Ecm]) -> list[str]:
+    """List the skills that the user prohibited and a plan may use.
 
     Args:
         graph: a verified plan.
         barred: skills that must not be used, as MODULE.SKILL.
+        modules: active modules by id.
 
     Returns:
         A reason for each such step; empty iff the plan may be started.
@@ -56,9 +59,10 @@ def barred_steps(graph: TaskGraph, barred: frozenset[str]) -> list[str]:
     if not barred:
         return []
     return [
-        f"`{name}` belongs to a task that the instruction prohibits"
-        for name in dict.fromkeys(_used_skills(graph))
-        if name in barred
+        f"`{skill}` belongs to a task that the instruction prohibits"
+        + ("" if skill == name else f", and `{name}` may run it")
+        for name, skills in dict(_skills_of_plan(graph, modules)).items()
+        for skill in sorted(skills & barred)
     ]
 
 
@@ -85,22 +89,35 @@ def combined_report(instruction: str, reports: Sequence[RunReport]) -> RunReport
     )
 
 
-def _skills_of(routed: RoutedTask) -> set[str]:
-    return {f"{routed.module}.{skill}" for skill in _rule_skills(routed.task)}
+def _skills_of_task(routed: RoutedTask, modules: Mapping[str, Ecm]) -> set[str]:
+    used: set[str] = set()
+    for rule in routed.task.rules:
+        for name in (rule.skill, rule.between_tries, rule.on_failure):
+            if name is not None:
+                used |= _skills_behind(*owner_of(name, routed.module), modules)
+    return used
 
 
-def _rule_skills(task: Task) -> set[str]:
-    return {name for rule in task.rules for name in (rule.skill, rule.on_failure) if name is not None}
+def _skills_of_plan(graph: TaskGraph, modules: Mapping[str, Ecm]) -> Iterator[tuple[str, set[str]]]:
+    """Yield for each step of a plan, and each step that its failure leads to, its name and its skills."""
+    pending = list(reversed(graph.steps))
+    while pending:
+        step = pending.pop()
+        yield f"{step.module}.{step.skill}", _skills_behind(step.module, step.skill, modules)
+        pending += [helper for _, helper in reversed(step.helpers)]
 
 
-def _used_skills(graph: TaskGraph) -> list[str]:
-    """Return the skills of all steps and of their handlers, as MODULE.SKILL."""
-    used: list[str] = []
-    for step in graph.steps:
-        run: PlanStep | None = step
-        while run is not None:
-            used.append(f"{run.module}.{run.skill}")
-            if run.on_failure is not None:
-                used.append(f"{run.module}.{run.on_failure}")
-            run = run.handler
+def _skills_behind(module: str, name: str, modules: Mapping[str, Ecm]) -> set[str]:
+    """Collect the skills any of which may run where a step names a skill or a capability."""
+    ecm = modules.get(module)
+    alternatives = () if ecm is None else ecm.alternatives(name)
+    if not alternatives:
+        return {f"{module}.{name}"}
+    used: set[str] = set()
+    for one in alternatives:
+        if one.composition is None:
+            used.add(".".join(owner_of(one.name, module)))
+            continue
+        for step in (*steps_of(one.composition.body), *one.composition.handlers.values()):
+            used |= {".".join(owner_of(run, module)) for run in step.runs}
     return used

@@ -110,8 +110,9 @@ class PlanSource:
 
     def _plan_problems(self, graph: TaskGraph) -> list[str]:
         """List the reasons not to start a plan; an untrusted planner's object may raise anything."""
-        problems = verify_plan(graph, self._runtime.active_modules(), self._runtime.site)
-        return problems or barred_steps(graph, self._barred_skills)
+        modules = self._runtime.active_modules()
+        problems = verify_plan(graph, modules, self._runtime.site)
+        return problems or barred_steps(graph, self._barred_skills, modules)
 
     def _reject_plan(self, problems: list[str]) -> PlanFailure:
         self._attempts.observe()

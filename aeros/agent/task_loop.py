@@ -17,8 +17,9 @@
 6.  A checkpoint is written at every step boundary, before the step begins and after it has ended, and with
     every plan. A resumed run verifies that plan again and continues where it was. The end is kept, too.
 
-Apart from waiting, a run submits at most (replans + 1) · Σ over a plan's steps of (1 + 2 · retry) skills. For
-a step with a handler, each retry adds the handler's own attempts and one more attempt of the step.
+Apart from waiting, a run submits at most (replans + 1) · Σ over a plan's steps of (2 + 2 · retry) skills: the
+tries, what runs between two of them, and what runs after the last. A composition's handlers may be tried more
+than once themselves.
 """
 
 from __future__ import annotations

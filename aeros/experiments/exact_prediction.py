@@ -115,10 +115,18 @@ class _ModelTables:
         self._invocations: dict[tuple[str, str], list[Invocation]] = {}
 
     def invocations(self, step: PlanStep) -> list[Invocation]:
-        """Return the skill of `step` with its inputs, or each skill that provides the capability."""
-        key = step.skill, repr(sorted(step.inputs.items()))
+        """Return the skill of `step` with its inputs, or each skill that provides the capability.
+
+        Raises:
+            StateSpaceError: a composition provides it.
+        """
+        key = f"{step.module}.{step.skill}", repr(sorted(step.inputs.items()))
         if key not in self._invocations:
-            providers = [self.model.ecm.skills[name] for name in self.model.ecm.providers(step.skill)]
+            ecm = self.model.ecm
+            name = step.skill if step.module == ecm.id else f"{step.module}.{step.skill}"
+            providers = [ecm.callable_skills[one] for one in ecm.providers(name)]
+            if not providers:
+                raise StateSpaceError(f"`{name}` is provided by a composition")
             self._invocations[key] = [Invocation(one, step.inputs, self.system.names) for one in providers]
         return self._invocations[key]
 

@@ -18,7 +18,7 @@ from aeros.experiments.architecture import TrialModel
 from aeros.sim.gilbert_elliott import GilbertElliottModel, GilbertElliottProcess, GilbertElliottSampler
 from aeros.sim.symbolic.outcomes import BurstOutcomes, DrawEquivalence, uniform_burst_draw, uniform_draw
 from aeros.spec.closed_loop.outcome_probabilities import outcome_probabilities, with_skill_probabilities
-from aeros.spec.closed_loop.transition_system import StateSpaceError
+from aeros.spec.closed_loop.transition_system import StateSpaceError, recoveries_of
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL
 from aeros.spec.model.ecm import ActionCondition, Ecm, Outcome, Skill
@@ -180,7 +180,7 @@ def add_channel_state(
         StateSpaceError: the skill that fails also helps where others fail.
     """
     channel, name = gilbert_elliott_of(settings), settings["skill"]
-    if any(rule.on_failure == name for rule in model.task.rules):
+    if any(name in recoveries_of(rule) for rule in model.task.rules):
         raise StateSpaceError(f"`{name}` also helps where others fail, and is there no capability")
     skills, names = dict(model.ecm.skills), []
     shown = skills.pop(name)

@@ -61,8 +61,8 @@ class TrialInputs:
         configuration: the proved modules under their site.
         gate: compiled from the configuration.
         skill_runs: opens skills in this process.
-        digest: over site, certificates (so manifests and skill code), the code that all trials run, and the
-            releases that it runs on.
+        digest: over site, certificates (so manifests and skill code), scenes, the code that all trials run,
+            and the releases that it runs on.
     """
 
     paths: InputPaths
@@ -110,8 +110,9 @@ def load_inputs(where: InputPaths) -> TrialInputs:
     """
     site = reference_site_path() if where.site is None else Path(where.site)
     configuration, _ = prove_configuration([Path(where.modules_folder)], site, certified=True)
+    scenes = scene_digest(where.modules_folder)
     digest = hashlib.sha256(
-        f"{configuration.digest} {code_digest()} {package_versions()}".encode()
+        f"{configuration.digest} {code_digest()} {scenes} {package_versions()}".encode()
     ).hexdigest()
     return TrialInputs(where, configuration, CompiledGate(configuration), CachedRunFactory(), digest)
 
@@ -129,6 +130,20 @@ def code_digest() -> str:
     return digest_of_files(
         {str(path.relative_to(root)): path for one in (*deciding, *also) for path in _source_files(one)}
     )
+
+
+def scene_digest(modules_folder: str) -> str:
+    """Digest the scenes of modules, which are no part of their certificates, with the models that they name.
+
+    Args:
+        modules_folder: folder of the modules.
+
+    Returns:
+        SHA-256, hexadecimal.
+    """
+    root = Path(modules_folder)
+    files = (path for path in root.glob("**/scenes/**/*") if path.is_file())
+    return digest_of_files({str(path.relative_to(root)): path for path in files})
 
 
 def digest_of_files(files: Mapping[str, Path]) -> str:

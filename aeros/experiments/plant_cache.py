@@ -29,6 +29,7 @@ from aeros.runtime.ports import (
     StepRequest,
     StepResult,
 )
+from aeros.sim.referee import truth_of
 from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.site import Site
@@ -43,12 +44,14 @@ class PlantState(NamedTuple):
         readings: value (SI) and plant time (s) of each state variable, by name.
         counts: see `trial_plants.OpenPlant`.
         draws: random draws so far, see `random_stream.RandomStream.observed_draws`.
+        truth: truth of each state variable that the plant's scene defines; only the referee reads it.
     """
 
     now: float
     readings: Readings
     counts: Mapping[str, int]
     draws: Any
+    truth: Mapping[str, bool]
 
 
 class RuntimeCall(NamedTuple):
@@ -135,7 +138,11 @@ class _TraceRecorder:
     def _state(self) -> PlantState:
         runtime, opened = self._live
         return PlantState(
-            runtime.now(), runtime.observe(), dict(opened.counts), self._stream.observed_draws(opened)
+            runtime.now(),
+            runtime.observe(),
+            dict(opened.counts),
+            self._stream.observed_draws(opened),
+            truth_of(opened.plant),
         )
 
 

@@ -16,7 +16,7 @@ from aeros.experiments.architecture import MAX_CALLS, CallLimitError
 from aeros.runtime.ports import EndedStep, Readings, Runtime, StepHandle, StepRequest, StepResult
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.expr.semantics import Environment
-from aeros.spec.model.ecm import Ecm, Skill
+from aeros.spec.model.ecm import Ecm, Skill, owner_of
 
 
 class CountingRuntime:
@@ -158,15 +158,18 @@ class TrialContextImpl:
         Raises:
             MisuseError: the module has no such skill.
         """
-        world, module = self.world(), self._runtime.active_modules()[step.module]
-        providers = [module.skills[name] for name in module.providers(step.skill)]
+        world, modules = self.world(), self._runtime.active_modules()
+        owned = [owner_of(name, step.module) for name in modules[step.module].providers(step.skill)]
+        providers = [
+            (modules[owner], modules[owner].skills[name]) for owner, name in owned if owner in modules
+        ]
         if not providers:
             raise MisuseError(f"`{step.module}` has no skill `{step.skill}`")
-        problems = [start_obstacle(step.module, one, world, _environment(one, step)) for one in providers]
+        problems = [start_obstacle(of.id, one, world, _environment(one, step)) for of, one in providers]
         able = [one for one, problem in zip(providers, problems, strict=True) if problem is None]
         if not able:
             return StepAssessment(None, True, False, "; ".join(str(problem) for problem in problems))
-        return self._run(module, able[0], step.inputs)
+        return self._run(*able[0], step.inputs)
 
     def _run(self, module: Ecm, skill: Skill, inputs: Mapping[str, Any]) -> StepAssessment:
         result = self._runtime.start(StepRequest(module.id, skill.id, _with_defaults(skill, inputs)))

@@ -7,7 +7,6 @@ from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, cast
 
-from aeros.agent.planning.routing import RoutedTask
 from aeros.files import temporary_folder
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.motion.swept_volume import moves_joints
@@ -21,6 +20,7 @@ from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.expr.doubles import to_doubles
 from aeros.spec.model.ecm import Ecm, Task
+from aeros.spec.model.scene import Scene
 from aeros.spec.model.site import Site
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ def symbolic_plants(
 
 def physics_plants(
     configuration: Configuration,
-    routed: RoutedTask,
+    scene: Scene,
     faults: str,
     process: GilbertElliottProcess | Mapping[str, GilbertElliottProcess],
 ) -> PlantFactory:
@@ -83,7 +83,7 @@ def physics_plants(
 
     Args:
         configuration: the modules under their site.
-        routed: the task, whose scene is simulated.
+        scene: the scene.
         faults: text of a faults file.
         process: the process by which every fault happens, or one for each fault by its name.
 
@@ -91,14 +91,13 @@ def physics_plants(
         A function that opens the plant of a seed.
 
     Raises:
-        UserError: physics is not installed, there is no such scene, or the text declares no faults.
+        UserError: physics is not installed, or the text declares no faults.
     """
     try:
         from aeros.sim.faults.injector import FaultInjector
         from aeros.sim.physics import make_plant
     except ImportError as error:
         raise missing_physics_error(error) from error
-    scene = routed.task.scene or ""
     happening = _faults(faults, process, configuration, scene)
 
     @contextmanager
@@ -137,12 +136,11 @@ def _faults(
     text: str,
     process: GilbertElliottProcess | Mapping[str, GilbertElliottProcess],
     configuration: Configuration,
-    scene: str,
+    scene: Scene,
 ) -> tuple[Fault, ...]:
     from aeros.sim.faults.faults_file import read_faults
-    from aeros.sim.scenes import SCENES
 
-    around = surroundings_of(configuration, SCENES[scene]())
+    around = surroundings_of(configuration, scene)
     with temporary_folder() as folder:
         path = folder / "faults.yaml"
         path.write_text(text, encoding="utf-8")

@@ -274,6 +274,58 @@ class NoMotion:
     reason: str
 
 
+class CameraView(NamedTuple):
+    """Place of a camera as the robot believes it to be, in W.
+
+    Attributes:
+        eye: its position, m.
+        target: the point that it looks at, m.
+        up: the direction that is up in the picture.
+        field_of_view: vertical, degrees.
+    """
+
+    eye: Vec3
+    target: Vec3
+    up: Vec3
+    field_of_view: float
+
+
+@dataclass(frozen=True, slots=True)
+class CameraPicture:
+    """A picture of one camera, row by row from the upper left corner.
+
+    The pixel in row i and column j shows what the ray through its lower left corner meets.
+
+    Attributes:
+        camera: the camera's name.
+        time: plant time at which it was taken, s.
+        width: number of columns, pixels.
+        height: number of rows, pixels.
+        rgb: red, green and blue of each pixel, a byte each.
+        depth: distance of each pixel along the optical axis, m, as float32 in the machine's byte order; None
+            if the camera measures none.
+        view: the place of the camera.
+    """
+
+    camera: str
+    time: float
+    width: int
+    height: int
+    rgb: bytes
+    depth: bytes | None
+    view: CameraView
+
+    def __post_init__(self) -> None:
+        """Check that the picture is whole.
+
+        Raises:
+            MisuseError: colours or depth have not as many bytes as the picture has pixels.
+        """
+        pixels = self.width * self.height
+        if len(self.rgb) != 3 * pixels or (self.depth is not None and len(self.depth) != 4 * pixels):
+            raise MisuseError(f"the picture of `{self.camera}` has not {self.width} × {self.height} pixels")
+
+
 PlannedMotion = Trajectory | NoMotion | MotionCompletion
 """The plant's plan for an action; a `MotionCompletion` says why the plant cannot do it."""
 
@@ -292,9 +344,12 @@ class Plant(Protocol):
     A plant that does not wait for the monitor, as a robot, has an attribute `runs_in_real_time` that is True.
     The runtime then counts ticks that come late, and bounds them as the site says.
 
+    A plant that has cameras has a method `pictures() -> Mapping[str, CameraPicture]`; see `newest_pictures`.
+
     Example:
         >>> from aeros.sim.kinematic.plant import make_plant
-        >>> plant: aeros.Plant = make_plant("bare", 0)
+        >>> from aeros.spec.scenes.load import load_scene
+        >>> plant: aeros.Plant = make_plant(load_scene("bare"), 0)
         >>> motion = plant.begin(aeros.act("wait", duration=0.5))
         >>> ended = plant.advance(lambda time, values: None, until=1.0)
         >>> ended[motion].completed
@@ -388,6 +443,22 @@ class Plant(Protocol):
 
     def close(self) -> None:
         """Release the plant's resources; safe to call twice."""
+
+
+def newest_pictures(plant: Plant) -> Mapping[str, CameraPicture]:
+    """Return the newest picture of each camera of a plant, by the camera's name.
+
+    A picture counts from the moment at which its detections would be observable: after exposure and read-out.
+    A camera that has taken none is absent.
+
+    Args:
+        plant: the plant.
+
+    Returns:
+        The pictures; empty if the plant has no method `pictures`.
+    """
+    pictures: Callable[[], Mapping[str, CameraPicture]] | None = getattr(plant, "pictures", None)
+    return {} if pictures is None else pictures()
 
 
 @dataclass(frozen=True, slots=True)

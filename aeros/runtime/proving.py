@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from pathlib import Path
 from typing import Protocol
 
@@ -10,7 +10,7 @@ from aeros.runtime.gate.configuration import Configuration, make_configuration
 from aeros.spec.backends.answer_store import open_default_store
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics
 from aeros.spec.diagnostics.errors import UndecidedError, UserError
-from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.elaborate.load import NEIGHBOURS, Surroundings, load_ecm, load_site
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.policy import OperatorOverride
 from aeros.spec.model.site import Site
@@ -31,6 +31,7 @@ class ProveConfiguration(Protocol):
         certified: bool,
         blocks: Sequence[OperatorOverride] = (),
         active: Callable[[str], bool] = ...,
+        active_folders: Collection[Path] | None = None,
     ) -> tuple[Configuration, Report]:
         """Implement `prove_configuration`."""
 
@@ -42,6 +43,7 @@ def prove_configuration(
     certified: bool,
     blocks: Sequence[OperatorOverride] = (),
     active: Callable[[str], bool] = lambda _: True,
+    active_folders: Collection[Path] | None = None,
 ) -> tuple[Configuration, Report]:
     """Prove modules under a site, and return the configuration that the gate enforces.
 
@@ -54,6 +56,8 @@ def prove_configuration(
         certified: require that each module's `ecm.lock` equals the certificate that results.
         blocks: operator overrides in addition to those of the site file.
         active: predicate on the module name; only modules for which it is true become active.
+        active_folders: their folders.  Where they are given, requirements are met by the modules at `paths`
+            alone, and else also by modules next to them.
 
     Returns:
         The configuration of the active modules, and the report of the verification.
@@ -63,14 +67,16 @@ def prove_configuration(
             the certificate; the error lists every problem.
         UndecidedError: nothing is refuted, but the solver ran out of its budget.
     """
+    paths = tuple(paths)
     with open_default_store() as store:
-        report = verify(paths, site, store=store, blocks=blocks, detail=Detail.BRIEF)
+        report = verify(paths, site, store=store, blocks=blocks, detail=Detail.BRIEF, active=active_folders)
     if report.conclusion is not Conclusion.PROVED:
         refusal = UndecidedError if report.conclusion is Conclusion.UNDECIDED else UserError
         raise refusal([problem for subject in report.subjects for problem in subject.diagnostics])
     if certified:
         _require_locks(report)
-    return configuration_of(report, site, blocks, active), report
+    surroundings = NEIGHBOURS if active_folders is None else Surroundings(paths, frozenset(active_folders))
+    return configuration_of(report, site, blocks, active, surroundings), report
 
 
 def configuration_of(
@@ -78,6 +84,7 @@ def configuration_of(
     site: Path,
     blocks: Sequence[OperatorOverride] = (),
     active: Callable[[str], bool] = lambda _: True,
+    surroundings: Surroundings = NEIGHBOURS,
 ) -> Configuration:
     """Build the configuration of the modules that a report says are proved.
 
@@ -86,6 +93,7 @@ def configuration_of(
         site: the site file.
         blocks: operator overrides in addition to those of the site file.
         active: predicate on the module name; only modules for which it is true become active.
+        surroundings: the modules among which each finds those that it requires.
 
     Returns:
         The configuration of the active modules.
@@ -95,7 +103,8 @@ def configuration_of(
     """
     policy = _policy(site, blocks)
     proved = [module for module in report.modules if active(module.name)]
-    return make_configuration(policy, {module.name: _certified(module, policy) for module in proved})
+    certified = {module.name: _certified(module, policy, surroundings) for module in proved}
+    return make_configuration(policy, certified)
 
 
 def _require_locks(report: Report) -> None:
@@ -121,17 +130,17 @@ def _policy(path: Path, blocks: Sequence[OperatorOverride]) -> Site:
     return site.with_overrides(blocks)
 
 
-def _certified(report: SubjectReport, policy: Site) -> tuple[Ecm, Certificate]:
+def _certified(report: SubjectReport, policy: Site, surroundings: Surroundings) -> tuple[Ecm, Certificate]:
     """Load a proved module and check that its files are still the ones that were proved.
 
     Raises:
         UserError: a file has changed since.
     """
-    found = load_ecm(report.path, policy, Diagnostics())
+    found = load_ecm(report.path, policy, Diagnostics(), surroundings)
     certificate = report.certificate
     if found is None or certificate is None:
         raise _file_changed_error(report.path)
-    if certificate_for(found.ecm, policy, certificate.obligations) != certificate:
+    if certificate_for(found.ecm, policy, certificate.obligations, certificate.engines) != certificate:
         raise _file_changed_error(report.path)
     return found.ecm, certificate
 

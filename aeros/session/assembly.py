@@ -30,11 +30,14 @@ from aeros.runtime.bus.listened_plant import ListenedPlant, MeasurementListener
 from aeros.runtime.bus.sample_file import FILE as SAMPLES
 from aeros.runtime.bus.sample_file import SampleWriter
 from aeros.runtime.execution.executor import Executor
-from aeros.runtime.execution.governor import Governor
+from aeros.runtime.execution.governor import FixedGovernor, Governor
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.gate import CompiledGate, GateMode
 from aeros.runtime.gate.port import Gate
 from aeros.runtime.isolation.run_factory import SkillRunFactory
+from aeros.runtime.perception.open_perceiver import open_by_policy, open_in_process
+from aeros.runtime.perception.perceiver_run import OpenPerceiver
+from aeros.runtime.perception.perceiving_plant import PerceivingPlant
 from aeros.runtime.ports import Plant
 from aeros.runtime.skills.in_process_run import OpenRun
 from aeros.session.bag import open_bag
@@ -131,9 +134,10 @@ def build_executor(
     gate: Gate | None = None,
     governor: Governor | None = None,
     listeners: Sequence[MeasurementListener] = (),
+    open_perceiver: OpenPerceiver = open_in_process,
     is_resumed: bool = False,
 ) -> Executor:
-    """Join configuration, gate, plant, audit log and skills.
+    """Join configuration, gate, plant, audit log, skills and perceivers.
 
     Args:
         configuration: Modules and site in force.
@@ -142,15 +146,22 @@ def build_executor(
         open_run: Opens runs of skills.
         gate: Decides actions; None for a compiled gate under `configuration`.
         governor: Returns the configuration in force; None to keep `configuration`.
-        listeners: Called with measurements.
+        listeners: Called with measurements, also with those of perceivers.
+        open_perceiver: Opens runs of perceivers.
         is_resumed: True to continue the session in the audit log.
 
     Returns:
-        The executor, a context manager.  On exit it ends all running steps.
+        The executor, a context manager.  On exit it ends all running steps and all perceivers.
 
     Raises:
         AuditError: The log cannot be written, or it is to be resumed and belongs to another site.
     """
+    on_close: Callable[[], None] | None = None
+    # Only a governor can bring perceivers later.
+    if governor is not None or any(ecm.perceivers for ecm in configuration.modules.values()):
+        followed = FixedGovernor(configuration) if governor is None else governor
+        plant = perceiving = PerceivingPlant(plant, followed, open_perceiver, audit.append)
+        on_close = perceiving.close_perceivers
     return Executor(
         configuration,
         CompiledGate(configuration) if gate is None else gate,
@@ -159,6 +170,7 @@ def build_executor(
         open_run,
         governor,
         resumed=is_resumed,
+        on_close=on_close,
     )
 
 
@@ -222,6 +234,7 @@ def open_agent(setup: SessionSetup, recorded: RecordedPlant, governor: Governor)
         gate=gate,
         governor=governor,
         listeners=recorded.listeners,
+        open_perceiver=open_by_policy(recorded.skills),
         is_resumed=setup.is_resumed,
     ) as executor:
         recorded.audit.append("isolation", recorded.skills.audit_details())

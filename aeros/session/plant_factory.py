@@ -1,27 +1,27 @@
-"""Open plants by name, with people, faults, bodies and videos; PyBullet is imported only for physics."""
+"""Open plants by name, with people, faults, scenes and videos; PyBullet is imported only for physics."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal, get_args
 
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.ports import Plant
+from aeros.session.scene_files import scene_of_task
 from aeros.sim.hosting.remote import RemotePlant
 from aeros.spec.expr.doubles import to_doubles
 from aeros.spec.model.ecm import Task
+from aeros.spec.model.scene import Scene
 
 if TYPE_CHECKING:
-    from aeros.sim.bullet.bodies import SceneBody
     from aeros.sim.bullet.people import Person
     from aeros.sim.faults.faults_file import FaultContext
     from aeros.sim.faults.injector import FaultEvent
     from aeros.sim.faults.model import Fault
     from aeros.sim.physics import Viewer
-    from aeros.sim.scenes.scene import Scene
 
 _START_TIMEOUT_S: Final = 60.0
 """Time for a plant in another process to start: it proves its modules and builds its scene first."""
@@ -64,7 +64,7 @@ def load_people(plant: str, name_or_path: str | None) -> tuple[Person, ...]:
 
 
 def load_faults(
-    plant: str, name_or_path: str | None, configuration: Configuration, task: Task
+    plant: str, name_or_path: str | None, configuration: Configuration, scene: Scene | None
 ) -> Sequence[Fault]:
     """Read the faults file of a run.
 
@@ -72,7 +72,7 @@ def load_faults(
         plant: The plant's name.
         name_or_path: A file, or the name of one that comes with AEROS; None for no faults.
         configuration: The vocabulary and the skills that faults may name.
-        task: The task; its scene has the objects and cameras that faults may name.
+        scene: The scene, with the objects and cameras that faults may name; None on a plant without faults.
 
     Returns:
         The faults to inject; empty for None.
@@ -83,13 +83,12 @@ def load_faults(
     """
     if name_or_path is None:
         return ()
-    if plant != "physics":
+    if plant != "physics" or scene is None:
         raise PlantSetupError(
             f"`--faults` needs `--plant physics`; on {plant}, failures are declared outcomes"
         )
     with _physics_import_errors():
         from aeros.sim.faults.faults_file import read_faults
-    _, scene = _unbuilt_scene(task.scene)
     return read_faults(name_or_path, surroundings_of(configuration, scene))
 
 
@@ -98,7 +97,7 @@ def surroundings_of(configuration: Configuration, scene: Scene) -> FaultContext:
 
     Args:
         configuration: Site and modules; skills are named `MODULE.SKILL`.
-        scene: The scene, which need not be built.
+        scene: The scene.
 
     Returns:
         The names by sort.
@@ -106,36 +105,39 @@ def surroundings_of(configuration: Configuration, scene: Scene) -> FaultContext:
     from aeros.sim.faults.faults_file import FaultContext
 
     skills = [f"{ecm.id}.{skill}" for ecm in configuration.modules.values() for skill in ecm.skills]
-    return FaultContext(configuration.site.state, skills, scene.pushable_objects, scene.cameras)
+    return FaultContext(configuration.site.state, skills, scene.movable, tuple(scene.cameras))
 
 
-def load_bodies(plant: str, name_or_path: str | None, task: Task, seed: int) -> Sequence[SceneBody]:
-    """Read the scene file of a run: bodies besides the task's own objects.
+def load_run_scene(
+    plant: str, extra: str | None, configuration: Configuration, task: Task, seed: int
+) -> Scene | None:
+    """Load the scene of a run.
 
     Args:
         plant: The plant's name.
-        name_or_path: A file, or the name of one that comes with AEROS; None for none.
-        task: The task; its scene is built once, to find bodies that overlap something.
+        extra: A scene file that is added to the task's, or its name; None for none. With one, the scene is
+            built once, to find bodies that overlap.
+        configuration: Site and modules, whose folders have scenes.
+        task: The task.
         seed: Seed of the plant.
 
     Returns:
-        The bodies; empty for None.
+        The scene; None on a plant without one.
 
     Raises:
-        UserError: The file is not a scene file, or a body overlaps something.
-        PlantSetupError: The plant has no bodies.
+        UserError: There is no such scene, a file is no scene file, or a body overlaps another one.
+        PlantSetupError: The plant has no obstacles.
     """
-    if name_or_path is None:
-        return ()
-    if plant != "physics":
+    if extra is not None and plant != "physics":
         raise PlantSetupError(f"`--scene` needs the physics plant: the {plant} plant has no obstacles")
-    with _physics_import_errors():
-        from aeros.sim.bullet.scene_file import read_bodies
-        from aeros.sim.physics import make_plant
-    known, _ = _unbuilt_scene(task.scene)
-    bodies = read_bodies(name_or_path)
-    make_plant(known, seed, bodies=bodies).close()
-    return bodies
+    if plant == "symbolic":
+        return None
+    scene = scene_of_task(configuration, task, extra)
+    if extra is not None:
+        with _physics_import_errors():
+            from aeros.sim.physics import make_plant
+        make_plant(scene, seed).close()
+    return scene
 
 
 def open_video(plant: str, path: Path) -> Viewer:
@@ -199,7 +201,7 @@ def open_plant(
     people: Sequence[Person] = (),
     faults: Sequence[Fault] = (),
     on_fault: Callable[[FaultEvent], None] | None = None,
-    bodies: Sequence[SceneBody] = (),
+    scene: Scene | None = None,
 ) -> Iterator[Plant]:
     """Open the plant `name`, ready for `task`; it is closed however the block ends.
 
@@ -212,20 +214,23 @@ def open_plant(
         people: Simulated people (physics).
         faults: Faults to inject (physics).
         on_fault: Called with each event of `faults` as it happens; None to inject no fault.
-        bodies: Further objects in the scene (physics).
+        scene: The scene; None for that of the task.
 
     Yields:
         The plant.
 
     Raises:
-        PlantSetupError: The extra is missing, there is no such scene, or the video cannot be written.
+        PlantSetupError: The extra is missing, or the video cannot be written.
+        UserError: There is no such scene, or it cannot be built.
     """
-    if name == "physics":
-        plant = _build_physics(task.scene, seed, spectators, people, faults, on_fault, bodies)
-    elif name == "kinematic":
-        plant = _build_kinematic(task.scene, seed)
-    else:
+    scene = scene or load_run_scene(name, None, configuration, task, seed)
+    plant: Plant
+    if scene is None:
         plant = _build_symbolic(configuration, task, seed)
+    elif name == "physics":
+        plant = _build_physics(scene, seed, spectators, people, faults, on_fault)
+    else:
+        plant = _build_kinematic(scene, seed)
     try:
         yield plant
     finally:
@@ -269,43 +274,31 @@ def _build_symbolic(configuration: Configuration, task: Task, seed: int) -> Plan
     return SymbolicPlant(configuration.site, configuration.modules, seed, to_doubles(task.initial))
 
 
-def _build_kinematic(scene: str | None, seed: int) -> Plant:
+def _build_kinematic(scene: Scene, seed: int) -> Plant:
     try:
         from aeros.sim.kinematic.plant import make_plant
-        from aeros.sim.kinematic.scenes import SCENES
     except ImportError as error:
         raise PlantSetupError(
             f"the kinematic plant needs `pip install 'aeros[kinematic]'` ({error.name} is missing); "
             "or use `--plant symbolic`"
         ) from error
-    return make_plant(_checked_scene(scene, SCENES), seed)
+    return make_plant(scene, seed)
 
 
 def _build_physics(
-    scene: str | None,
+    scene: Scene,
     seed: int,
     spectators: Sequence[Viewer],
     people: Sequence[Person],
     faults: Sequence[Fault],
     on_fault: Callable[[FaultEvent], None] | None,
-    bodies: Sequence[SceneBody],
 ) -> Plant:
-    known_scene, _ = _unbuilt_scene(scene)
-    from aeros.sim.faults.injector import FaultInjector
-    from aeros.sim.physics import make_plant
+    with _physics_import_errors():
+        from aeros.sim.faults.injector import FaultInjector
+        from aeros.sim.physics import make_plant
 
     disturbance = None if on_fault is None else FaultInjector(faults, seed, on_fault)
-    return make_plant(
-        known_scene, seed, spectators=spectators, people=people, disturbance=disturbance, bodies=bodies
-    )
-
-
-def _unbuilt_scene(scene: str | None) -> tuple[str, Scene]:
-    """Return the scene of a task: its name, and the scene before it is built."""
-    with _physics_import_errors():
-        from aeros.sim.scenes import SCENES
-    known = _checked_scene(scene, SCENES)
-    return known, SCENES[known]()
+    return make_plant(scene, seed, spectators=spectators, people=people, disturbance=disturbance)
 
 
 @contextmanager
@@ -317,16 +310,3 @@ def _physics_import_errors() -> Iterator[None]:
             f"the physics plant needs `pip install 'aeros[sim]'` ({error.name} is missing); "
             "or use `--plant kinematic` or `--plant symbolic`"
         ) from error
-
-
-def _checked_scene(scene: str | None, scenes: Collection[str]) -> str:
-    """Check that a plant has the scene.
-
-    Raises:
-        PlantSetupError: `scene` is not one of `scenes`.
-    """
-    if scene is None or scene not in scenes:
-        raise PlantSetupError(
-            f"the task's scene is `{scene}`, but there is only {', '.join(scenes)}; or use `--plant symbolic`"
-        )
-    return scene

@@ -11,8 +11,9 @@ from contextlib import ExitStack
 from math import hypot
 from typing import Any, Final, NamedTuple, Protocol, TypedDict, Unpack
 
-from aeros.runtime.ports import Readings
-from aeros.sim.bullet.bodies import SceneBody, add_body, check_overlaps
+import numpy as np
+
+from aeros.runtime.ports import CameraPicture, CameraView, Readings
 from aeros.sim.bullet.panda import Panda
 from aeros.sim.bullet.people import People, Person
 from aeros.sim.bullet.world import PhysicsWorld
@@ -20,10 +21,11 @@ from aeros.sim.fixed_step_plant import CAMERA_TICKS, FixedStepPlant
 from aeros.sim.geometry import Camera, Vector3
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.errors import BlockedError
-from aeros.sim.scenes import SCENES
-from aeros.sim.scenes.scene import DetectionFilter, Scene, unfiltered
+from aeros.sim.scenes.physics_scene import PhysicsScene
+from aeros.sim.scenes.scene import DetectionFilter, PhysicalScene, unfiltered
 from aeros.sim.sensors import SCANNER_RANGE, GroundTruth, SensorModel, Sensors
 from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.model.scene import Scene
 
 BLOCKED_DISTANCE: Final = 0.015
 """Distance of a link from its commanded place above which the robot is blocked, m (unhindered: 0.002).
@@ -67,7 +69,7 @@ class PlantParts(NamedTuple):
 
     world: PhysicsWorld
     robot: Panda
-    scene: Scene
+    scene: PhysicalScene
     sensors: Sensors
     people: People
 
@@ -121,7 +123,6 @@ class PlantOptions(TypedDict, total=False):
             without delay.
         referee: is given the ground truth after every tick; none by default.
         disturbance: faults, active from the start of the clock; none by default.
-        bodies: bodies in the scene besides its own; none by default.
     """
 
     spectators: Sequence[Viewer]
@@ -129,7 +130,6 @@ class PlantOptions(TypedDict, total=False):
     sensors: Mapping[str, SensorModel] | None
     referee: TruthListener | None
     disturbance: NoDisturbance | None
-    bodies: Sequence[SceneBody]
 
 
 class PhysicsPlant(FixedStepPlant):
@@ -146,19 +146,16 @@ class PhysicsPlant(FixedStepPlant):
         UserError: two bodies overlap at the start.
     """
 
-    def __init__(self, scene: Scene, seed: int, **options: Unpack[PlantOptions]) -> None:
-        bodies, people = options.get("bodies", ()), options.get("people", ())
+    def __init__(self, scene: PhysicalScene, seed: int, **options: Unpack[PlantOptions]) -> None:
+        people = options.get("people", ())
         self._scene = scene
         self._spectators = options.get("spectators", ())
         self._referee = options.get("referee")
         self.sensors = Sensors(seed, options.get("sensors"))
         self._world = PhysicsWorld()
         robot = Panda(self._world, scene.robot)
-        scene.build(self._world, robot, RandomSource(seed))
-        placed = {add_body(self._world, body): body for body in bodies}
-        names = {scene.body(name): f"the scene's `{name}`" for name in scene.pushable_objects}
         try:
-            check_overlaps(self._world, placed, {**names, robot.body: "the robot"})
+            scene.build(self._world, robot, RandomSource(seed))
         except UserError:
             self._world.close()
             raise
@@ -171,9 +168,10 @@ class PhysicsPlant(FixedStepPlant):
         super().__init__(robot, scene.cameras)
         self._truth = GroundTruth(0, self._fast_values())
         self.sensors.sample(self._truth)
+        self._pictures: dict[str, CameraPicture] = {}
         for camera in scene.initial_cameras:
             # Taken before the clock starts, and so without faults.
-            self._publish_detection(self.sensors.read_camera(GroundTruth(0, self._scene.detect(camera))))
+            self._publish_look(*self._look(camera, scene.detect))
 
     def now(self) -> float:
         """Implement `Plant.now`: simulated seconds since the scene settled."""
@@ -182,6 +180,22 @@ class PhysicsPlant(FixedStepPlant):
     def observe(self) -> Readings:
         """Implement `Plant.observe`: current readings, and the latest detection of each camera."""
         return {**self._detections, **self.sensors.read(self._ground_truth())}
+
+    def pictures(self) -> Mapping[str, CameraPicture]:
+        """Return the newest picture of each camera: those of `look`, and the first ones of the scene.
+
+        Returns:
+            The pictures by camera; a camera that has taken none is absent.
+        """
+        return dict(self._pictures)
+
+    def truth(self) -> Mapping[str, bool]:
+        """Judge the goals by what is true in the world, for a referee; nothing that acts may call it.
+
+        Returns:
+            The truth of each state variable that the scene defines.
+        """
+        return self._scene.truth()
 
     def skill_began(self, skill: str) -> None:
         """Implement `Plant.skill_began`: tell the disturbance."""
@@ -204,10 +218,35 @@ class PhysicsPlant(FixedStepPlant):
         return self._scene.detect(camera, self._disturbance.detection_filter(camera))
 
     def _camera_motion(self, camera: str) -> Iterator[None]:
-        picture = GroundTruth(self._world.ticks, self._detect(camera))
-        for _ in range(CAMERA_TICKS + self.sensors.delay(picture.values)):
+        detections, picture = self._look(camera, self._detect)
+        for _ in range(CAMERA_TICKS + self.sensors.delay(detections.values)):
             yield
-        self._publish_detection(self.sensors.read_camera(picture))
+        self._publish_look(detections, picture)
+
+    def _look(
+        self, name: str, detect: Callable[[str], Mapping[str, Any]]
+    ) -> tuple[GroundTruth, CameraPicture]:
+        """Take a picture: what the scene detects in it, and the picture itself."""
+        renderer = self._world.renderer
+        renderer.forget_latest()
+        values = detect(name)
+        camera = self._scene.camera(name)
+        # The scene renders most pictures itself; some it does not need.
+        image = renderer.render_unless_latest(camera)
+        picture = CameraPicture(
+            name,
+            self._world.time,
+            camera.width,
+            camera.height,
+            image.rgb.tobytes(),
+            image.depth.astype(np.float32).tobytes(),
+            CameraView(camera.eye, camera.target, camera.up, camera.field_of_view),
+        )
+        return GroundTruth(self._world.ticks, values), picture
+
+    def _publish_look(self, detections: GroundTruth, picture: CameraPicture) -> None:
+        self._publish_detection(self.sensors.read_camera(detections))
+        self._pictures[picture.camera] = picture
 
     def _step_world(self) -> None:
         self._disturbance.before_tick()
@@ -254,13 +293,13 @@ def _format_point(place: Vector3) -> str:
     return f"({x:.3f}, {y:.3f}, {z:.3f}) m"
 
 
-def make_plant(scene_name: str, seed: int, **options: Unpack[PlantOptions]) -> PhysicsPlant:
-    """Make a physics plant with a scene that comes with AEROS.
+def make_plant(scene: Scene, seed: int, **options: Unpack[PlantOptions]) -> PhysicsPlant:
+    """Make a physics plant of a scene.
 
     The same scene, options, seed and actions repeat bit for bit.
 
     Args:
-        scene_name: a key of `aeros.sim.scenes.SCENES`.
+        scene: the scene.
         seed: of layout, sensor noise and people.
         **options: see `PlantOptions`.
 
@@ -268,7 +307,6 @@ def make_plant(scene_name: str, seed: int, **options: Unpack[PlantOptions]) -> P
         The plant, at rest, its clock at 0.
 
     Raises:
-        KeyError: no scene has that name.
-        UserError: two bodies overlap.
+        UserError: the scene has no robot, a model cannot be loaded, or two bodies overlap.
     """
-    return PhysicsPlant(SCENES[scene_name](), seed, **options)
+    return PhysicsPlant(PhysicsScene(scene), seed, **options)

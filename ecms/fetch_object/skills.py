@@ -90,8 +90,13 @@ def navigate(observed: Observation, inputs: Inputs) -> SkillBody:
 
 
 def detect(observed: Observation, inputs: Inputs) -> SkillBody:
-    """Move the arm out of sight and look from the mast."""
-    yield from _look(observed)
+    """Move the arm out of sight and look from the mast; look for what is not there along the way."""
+    observed = yield from _look(observed)
+    if observed.get("object_detected") is not True:
+        observed = yield act("look", camera="mast")
+    if observed.get("object_detected") is not True:
+        observed = yield from _carry(observed)
+        yield from _search(observed)
 
 
 def grasp(observed: Observation, inputs: Inputs) -> SkillBody:
@@ -144,12 +149,7 @@ def recover(observed: Observation, inputs: Inputs) -> SkillBody:
     yield act("grip", width=OPEN, force=GRIP_FORCE)
     observed = yield from _carry(observed)
     observed = yield from _look(observed)
-    for x, y in _along_the_way(observed):
-        if observed.get("object_detected") is True:
-            break
-        yield act("move_base", x=x, y=y, speed=BASE_SPEED)
-        observed = yield act("look", camera="mast")
-    observed = yield from _go_there(observed)
+    observed = yield from _search(observed)
     for _ in range(PUSHES):
         if not _can_be_pushed(observed):
             return
@@ -188,6 +188,16 @@ def _push(observed: Observation) -> Task:
 def _is_located(observed: Observation) -> bool:
     """Check that every value that pictures give of the object is known."""
     return all(name in observed for name in ("object_position", "object_yaw", "object_free", "object_lying"))
+
+
+def _search(observed: Observation) -> Task:
+    """Look from one place after the other until the object is seen, and drive to it."""
+    for x, y in _along_the_way(observed):
+        if observed.get("object_detected") is True:
+            break
+        yield act("move_base", x=x, y=y, speed=BASE_SPEED)
+        observed = yield act("look", camera="mast")
+    return (yield from _go_there(observed))
 
 
 def _go_there(observed: Observation) -> Task:

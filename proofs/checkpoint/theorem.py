@@ -162,7 +162,7 @@ _OUTCOMES: Final = {
 _SKILL: Final = SimpleNamespace(
     id="k", idempotent=False, outcomes=_OUTCOMES, success_outcomes=(_OUTCOMES["done"],)
 )
-_ECM: Final = SimpleNamespace(skills={"k": _SKILL}, providers=lambda name: (name,))
+_ECM: Final = SimpleNamespace(id="m", skills={"k": _SKILL}, providers=lambda name: (name,))
 
 
 def _stubbed_attempts(do: PerformStep, modules: Any, world: Any) -> Any:

@@ -7,6 +7,7 @@
 (declare-const right.is-seq Bool)
 (declare-const right.is-if Bool)
 (declare-const handled Bool)
+(declare-const handled-last Bool)
 (define-fun every-pair-is-met () Bool true)
 (assert (! (not every-pair-is-met) :named negated-conclusion))
 (check-sat)

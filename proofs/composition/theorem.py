@@ -11,7 +11,6 @@ from aeros.runtime.gate.decision import Decision, DecisionKind, Reason
 from aeros.skill import Action
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL
-from aeros.spec.model.composition import Step
 from aeros.spec.model.step_graph import If, Par, Seq
 from aeros.spec.model.variables import Declared
 from aeros.spec.theorems.module_copies import ModuleSource, Mutant, install_stubs
@@ -24,6 +23,8 @@ JOINT_RULES: Final = "aeros.runtime.gate.joint_rules"
 DECISION_PIPELINE: Final = "aeros.runtime.execution.decision_pipeline"
 GATE: Final = "aeros.runtime.gate.gate"
 JOINT: Final = "aeros.spec.obligations.joint"
+DISPATCHER: Final = "aeros.agent.execution.dispatcher"
+COMPOSITION: Final = "aeros.spec.model.composition"
 PARALLEL: Final = "aeros.spec.obligations.parallel"
 
 # At work: each action is decided beside those under way.
@@ -286,11 +287,12 @@ _STEPS: Final = ("s1", "s2", "s3", "s4")
 
 
 def _branch_pair_obligations(code: ModuleSource) -> TheoremObligation:
-    """Of all shapes of two branches, each of two steps, one with a handler."""
-    parallel = code.module(PARALLEL)
+    """Of all shapes of two branches, each of two steps, one with handlers."""
+    model = code.module(COMPOSITION)
+    parallel = code.module(PARALLEL, using=(model,))
 
-    def step(name: str, handler: str | None = None) -> Step:
-        return Step(name, name, {}, {}, 0, handler, cast("Any", None))
+    def step(name: str, between: str | None = None, last: str | None = None) -> Any:
+        return model.Step(name, name, {}, {}, 0, between, last, None)
 
     def settled(*_: Any) -> Iterator[Any]:
         """Yield nothing: claims that need no solver are left out."""
@@ -299,7 +301,7 @@ def _branch_pair_obligations(code: ModuleSource) -> TheoremObligation:
     parallel._BranchPairClaims.resources = parallel._BranchPairClaims.shared_use_claims = settled
 
     def run(ask: DecideBranch) -> str:
-        handlers = {"h": step("h")}
+        handlers = {"h": step("h"), "l": step("l")}
 
         def branch(which: str, one: Any, two: Any) -> Any:
             if ask(f"{which}.is-seq"):
@@ -308,7 +310,9 @@ def _branch_pair_obligations(code: ModuleSource) -> TheoremObligation:
                 return If(t.TRUE, "", one, two, cast("Any", None))
             return Par((one, two), cast("Any", None))
 
-        s1, s2, s3, s4 = (step(name, "h" if name == "s1" and ask("handled") else None) for name in _STEPS)
+        asked = (("h", "handled"), ("l", "handled-last"))
+        names = [name if ask(given) else None for name, given in asked]
+        s1, s2, s3, s4 = step("s1", *names), *map(step, _STEPS[1:])
         inner = branch("left", s1, s2), branch("right", s3, s4)
         par = Par(inner, cast("Any", None))
         met: set[frozenset[str]] = set()
@@ -322,10 +326,10 @@ def _branch_pair_obligations(code: ModuleSource) -> TheoremObligation:
             {"joint_obligations": joint_obligations, "step_arguments": lambda *_: None},
         )
         composition = SimpleNamespace(id="c", body=par, handlers=handlers)
-        skills = dict.fromkeys((*_STEPS, "h"))
-        ecm = SimpleNamespace(skills=skills)
+        skills = dict.fromkeys((*_STEPS, "h", "l"))
+        ecm = SimpleNamespace(callable_skills=skills)
         list(parallel.parallel_obligations(composition, ecm, SimpleNamespace()))
-        return smt_literal(_concurrent_steps(inner, handled=s1.handler is not None) <= met)
+        return smt_literal(_concurrent_steps(inner, [name for name in names if name]) <= met)
 
     return TheoremObligation(
         "`parallel_obligations` puts every two steps that may be under way together to `joint_obligations`,\n"
@@ -337,17 +341,76 @@ def _branch_pair_obligations(code: ModuleSource) -> TheoremObligation:
                 for shape in ("seq", "if")
             ),
             "(declare-const handled Bool)",
+            "(declare-const handled-last Bool)",
         ),
         "every-pair-is-met",
         tables=(SymbolicFunction("every-pair-is-met", "Bool", execute_symbolically(run)),),
     )
 
 
-def _concurrent_steps(branches: tuple[Any, Any], *, handled: bool) -> set[frozenset[str]]:
+def _owner_obligation(code: ModuleSource) -> TheoremObligation:
+    """With what memory says, and what is measured, put aside."""
+    dispatching = code.module(DISPATCHER, evidence_context=lambda *_: "", _with_defaults=lambda *_: {})
+    record = SimpleNamespace(mean=0.5, sample=lambda _: 0.5)
+    alternatives = tuple(SimpleNamespace(name=name, composition=None) for name in ("own", "b.lent"))
+
+    def run(ask: DecideBranch) -> str:
+        modules = {
+            "a": SimpleNamespace(id="a", skills={"own": SimpleNamespace(id="own", inputs={})}),
+            "b": SimpleNamespace(id="b", skills={"lent": SimpleNamespace(id="lent", inputs={})}),
+        }
+        caller = modules["a"]
+        caller.callable_skills = {"own": None, "b.lent": None}
+        named = {"own": alternatives[:1], "b.lent": alternatives[1:], "either": alternatives}
+        name = "own" if ask("names-own") else "b.lent" if ask("names-lent") else "either"
+        caller.alternatives = named.__getitem__
+        if not ask("b.is-active"):
+            del modules["b"]
+        problem = dispatching.Cause("precondition", "", "")
+        install_stubs(
+            dispatching,
+            {"_problem": lambda of, skill, *_: None if ask(f"{skill.id}.can-start") else problem},
+        )
+        one = object.__new__(dispatching.Dispatcher)
+        one._runtime = SimpleNamespace(active_modules=lambda: modules)
+        one._memory = SimpleNamespace(
+            success_record=lambda *_: record, typical_duration=lambda *_: None, latest_episode=lambda: 0
+        )
+        one._task, one._seed, one.denied = "", 0, set()
+        try:
+            dispatch = one.dispatch("a", name, {}, None)
+        except dispatching.DispatchError:
+            return "nothing"
+        except ValueError:
+            return "another"
+        request = dispatch.request
+        owner = modules.get(request.module)
+        is_own = owner is not None and owner.skills.get(request.skill) is dispatch.skill
+        return request.module if is_own else "another"
+
+    lent = "(and b.is-active lent.can-start)"
+    return TheoremObligation(
+        "`Dispatcher.dispatch` requests a skill from the module that owns it, whichever names it, and only\n"
+        "where that module is active and the skill can start.",
+        (
+            "(declare-datatypes ((Owner 0)) (((a) (b) (another) (nothing))))",
+            *(
+                f"(declare-const {name} Bool)"
+                for name in ("names-own", "names-lent", "b.is-active", "own.can-start", "lent.can-start")
+            ),
+        ),
+        "(and (not (= requested another))"
+        " (=> (= requested a) (and own.can-start (or names-own (not names-lent))))"
+        f" (=> (= requested b) (and {lent} (not names-own)))"
+        f" (=> (= requested nothing) (and (or (not own.can-start) (and (not names-own) names-lent))"
+        f" (or (not {lent}) names-own))))",
+        tables=(SymbolicFunction("requested", "Owner", execute_symbolically(run)),),
+    )
+
+
+def _concurrent_steps(branches: tuple[Any, Any], handlers: Sequence[str]) -> set[frozenset[str]]:
     """Steps that may be under way together: of both branches, and of one that is parallel itself."""
-    left, right = {"s1", "s2"}, {"s3", "s4"}
-    if handled:
-        left = {*left, "h"}
+    left, right = {"s1", "s2", *handlers}, {"s3", "s4"}
     found = {frozenset(pair) for pair in product(left, right)}
     for branch, steps in zip(branches, (left, right), strict=True):
         if isinstance(branch, Par):
@@ -357,7 +420,8 @@ def _concurrent_steps(branches: tuple[Any, Any], *, handled: bool) -> set[frozen
 
 
 THEOREM = Theorem(
-    "parallel actions obey Φ individually and the joint rules together; seq and cond need no joint check",
+    "parallel actions obey Φ individually and the joint rules together; seq and cond need no joint check; a "
+    "step that calls another module runs as that module",
     {
         "beside": _joint_rule_obligation,
         "decided-beside": _joint_decision_obligation,
@@ -365,6 +429,7 @@ THEOREM = Theorem(
         "tells-all": motions_match_plant,
         "proved-joint": _proved_obligations,
         "pairs": _branch_pair_obligations,
+        "owner": _owner_obligation,
     },
     (
         Mutant(
@@ -428,8 +493,29 @@ THEOREM = Theorem(
             "forgets-handlers",
             "pairs",
             PARALLEL,
-            "return (step, *handlers_of(step, self.composition.handlers))",
-            "return (step,)",
+            "steps = (step, *handlers_of(step, self.composition.handlers))",
+            "steps = (step,)",
+        ),
+        Mutant(
+            "forgets-what-follows-the-last-try",
+            "pairs",
+            COMPOSITION,
+            "names = (self.between_tries, self.last_handler)",
+            "names = (self.between_tries,)",
+        ),
+        Mutant(
+            "requests-from-the-caller",
+            "owner",
+            DISPATCHER,
+            "StepRequest(owner.id, skill.id, _with_defaults(skill, inputs)),",
+            "StepRequest(module, skill.id, _with_defaults(skill, inputs)),",
+        ),
+        Mutant(
+            "chooses-what-is-not-active",
+            "owner",
+            DISPATCHER,
+            '            why = "" if one in preferred else _unavailable_reason(one.problem)\n',
+            '            why = ""\n',
         ),
     ),
 )

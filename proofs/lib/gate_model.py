@@ -249,6 +249,7 @@ def _configuration(ask: DecideBranch, variant: GateVariant, quotas: tuple[Any, .
     )
     site = SimpleNamespace(
         observed_variables={"s": SimpleNamespace(name="s")},
+        module_variables=frozenset(),
         kinds={"a": SimpleNamespace(name="a", parameters={"p": SimpleNamespace(name="p")})},
         rules_for_kind=lambda _: rules,
         quotas=quotas,
@@ -299,7 +300,7 @@ def _gate_stubs(ask: DecideBranch) -> dict[str, Any]:
         "compile_conditions": lambda terms, _: tuple(terms),
         "compile_read_each": lambda *_: None,
         "compile_fast_path": lambda criteria, **_: criteria,
-        "SnapshotCache": lambda _: None,
+        "SnapshotCache": lambda *_: None,
         "value_checkers": lambda declared: {one.name: one.name for one in declared.values()},
         "ranges_of": lambda _: {},
     }
@@ -377,7 +378,13 @@ def execute_objections(
                 yield Reason("AE704", name, whose)
 
         def unpack_readings(
-            forms: Mapping[str, Any], readings: Any, now: Any, required: Any, into: dict[str, Any]
+            forms: Mapping[str, Any],
+            readings: Any,
+            now: Any,
+            required: Any,
+            into: dict[str, Any],
+            *,
+            module_variables: frozenset[str],
         ) -> Iterator[Reason]:
             (name,) = forms
             if ask("readings-serve"):
@@ -547,7 +554,7 @@ def execute_unknown_request(code: ModuleSource) -> DecisionDiagram:
 
         install_stubs(gate, {"finite_objections": finite_objections, **_gate_stubs(ask)})
 
-        def take(_: Any, given: Mapping[str, Any], *more: Any) -> Iterator[Reason]:
+        def take(_: Any, given: Mapping[str, Any], *more: Any, **__: Any) -> Iterator[Reason]:
             more[-1].update(given)
             return iter(())
 

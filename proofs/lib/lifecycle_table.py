@@ -81,6 +81,7 @@ def _transition_obligation(code: ModuleSource) -> SymbolicFunction:
         one = registry.Registry.__new__(registry.Registry)
         one.folder = _FolderStub()
         one._policy_of = lambda _: None
+        one._folders = lambda _: {}
         one._prove_snapshot = lambda *_: (None, None)
         one._transactions = SimpleNamespace(change_lock=changing, commit=lambda _, new, *__: made.append(new))
         try:
@@ -147,8 +148,9 @@ def _in_force_obligation(code: ModuleSource) -> TheoremObligation:
 
     def run(ask: DecideBranch) -> str:
         state = _choose_member(ask, "state", lifecycle.ModuleState)
-        ecm = SimpleNamespace(id="m", required_modules=("n",) if ask("needs-another") else ())
-        certificate = SimpleNamespace(obligations={}) if ask("proved") else None
+        needed = ("n",) if ask("needs-another") else ()
+        ecm = SimpleNamespace(id="m", required_modules=needed, required_capabilities={})
+        certificate = SimpleNamespace(obligations={}, engines={}) if ask("proved") else None
         module = SimpleNamespace(name="m", certificate=certificate, path="m")
         conclusion = Conclusion.PROVED if ask("all-proved") else Conclusion.REJECTED
         report = SimpleNamespace(conclusion=conclusion, modules=[module], subjects=())

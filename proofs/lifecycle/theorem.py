@@ -46,8 +46,8 @@ THEOREM = Theorem(
             "puts-in-force-what-is-not-what-was-proved",
             "in-force",
             PROVING,
-            "if certificate_for(found.ecm, policy, certificate.obligations) != certificate:",
-            "if False:",
+            "certificate.obligations, certificate.engines) != certificate:",
+            "certificate.obligations, certificate.engines) != certificate and False:",
         ),
         Mutant(
             "begins-what-was-revoked-while-the-skill-computed",

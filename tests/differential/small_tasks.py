@@ -79,6 +79,7 @@ def cases(draw: st.DrawFn, *, most_rules: int, most_retries: int, most_replans: 
             run.id,
             draw(st.integers(0, most_retries)),
             draw(st.one_of(st.none(), st.sampled_from(names))),
+            draw(st.one_of(st.none(), st.none(), st.sampled_from(names))),
         )
         force = draw(st.sampled_from([Fraction(1, 4), Fraction(3, 4)]))
         rules.append(replace(rule, inputs={"force": force} if run.inputs else {}))
@@ -100,6 +101,7 @@ _HARM: list[dict[str, Any]] = [
     {"area": "pot"},
     {_TARGETS[0]: False, _MARKS[0]: True},
 ]
+_LAST = st.sampled_from([None, None, "cure_0", "cure_1"])
 _AT = ["area == table", "area == pot", *(f"not {name}" for name in PREDICATES), *PREDICATES]
 
 
@@ -146,7 +148,7 @@ def loops(draw: st.DrawFn) -> Case:
         unless = draw(st.sampled_from([target] * 3 + [f"{target} or {{}}", f"{target} and {{}}", "{}"]))
         cure = draw(st.sampled_from([None, cures[0].id, cures[0].id, cures[1].id]))
         done = unless.format(draw(st.sampled_from(_AT)))
-        rule = dumplings.rule(done, run.id, draw(st.integers(0, 2)), cure)
+        rule = dumplings.rule(done, run.id, draw(st.integers(0, 2)), cure, draw(_LAST))
         force = draw(st.sampled_from([Fraction(1, 4), Fraction(3, 4), Fraction(3, 4)]))
         rules.append(replace(rule, inputs={"force": force} if run.inputs else {}))
     last = order[-1][1]
@@ -172,7 +174,13 @@ def marking_loops(draw: st.DrawFn) -> Case:
     )
     rules = (
         dumplings.rule(" and ".join(f"not {name}" for name in _MARKS), "tidy"),
-        dumplings.rule(_TARGETS[0], "work", draw(st.integers(0, 3)), draw(st.sampled_from([None, "cure"]))),
+        dumplings.rule(
+            _TARGETS[0],
+            "work",
+            draw(st.integers(0, 3)),
+            draw(st.sampled_from([None, "cure"])),
+            draw(st.sampled_from([None, None, "cure"])),
+        ),
     )
     pursued = replace(task("task", ("word",), _TARGETS[0], *rules), initial=START)
     return Case(

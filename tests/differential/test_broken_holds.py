@@ -38,7 +38,8 @@ class Slipping(Recording):
     def __init__(self, case: Case, ecm: Ecm, drawn: random.Random) -> None:
         super().__init__(ecm, case.site, case.start, lambda skill, outcomes: drawn.choice(outcomes))
         self.drawn = drawn
-        used = {rule.skill for rule in case.task.rules} | {rule.on_failure for rule in case.task.rules}
+        rules = case.task.rules
+        used = {name for one in rules for name in (one.skill, one.between_tries, one.on_failure)}
         runs = [ecm.skills[name] for name in used if name]
         self.settable = {name for one in runs for o in one.outcomes.values() for name in o.effects}
 

@@ -80,28 +80,36 @@ class Walk:
             yield Place(state, "plan"), True
             return
         rule = rules[rest[0]]
+        if due == "reset":
+            ends = self.ends(rule.on_failure or "", {}, state)
+            for after, likely, _ in [(state, True, False)] if ends is None else ends:
+                yield Place(after, "plan"), likely
+            return
         if due != "try again" and is_true(rule.satisfied_condition, dict(state)):
             yield Place(state, "rest", rest[1:]), True
         elif due == "rest":
             yield Place(state, "try", rest, rule.retry), True
         elif due == "recover":
-            ends = None if rule.on_failure is None else self.ends(rule.on_failure, {}, state)
+            ends = None if rule.between_tries is None else self.ends(rule.between_tries, {}, state)
             for after, likely, _ in [(state, True, False)] if ends is None else ends:
                 served = self.is_goal(after) or is_true(rule.satisfied_condition, dict(after))
                 yield Place(after, "rest" if served else "try again", rest, left), likely
         else:
             ends = self.ends(rule.skill, rule.inputs, state)
+            lost = "plan" if rule.on_failure is None else "reset"
             if ends is None:
                 self.hindered |= due == "try"
-                yield Place(state, "plan"), True
+                yield Place(state, "plan" if due == "try" else lost, rest), True
                 return
             for after, likely, failed in ends:
                 if not failed or is_true(rule.satisfied_condition, dict(after)):
                     yield Place(after, "rest", rest[1:]), likely
                 elif left:
                     yield Place(after, "recover", rest, left - 1), likely
+                    if lost == "reset":  # memory may leave out the tries that are left
+                        yield Place(after, lost, rest), False
                 else:
-                    yield Place(after, "plan"), likely
+                    yield Place(after, lost, rest), likely
 
     def ends(self, name: str, given: Any, state: State) -> list[tuple[State, bool, bool]] | None:
         """Each state after it, whether it has a chance and is a failure; None where it does not start."""

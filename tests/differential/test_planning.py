@@ -270,8 +270,11 @@ def _graphs(draw: st.DrawFn, problem: Problem) -> TaskGraph:
     solved = strategy.solves(start) and draw(st.booleans())
     parts = list(strategy_to_graph(strategy, start, 3).parts) if solved else []
     for _ in range(draw(st.integers(0 if solved else 1, 3))):
-        helper = draw(st.sampled_from([None, *names]))
-        step = PlanStep("small", draw(st.sampled_from(names)), {}, draw(st.integers(0, 3)), helper)
+        between, last = (
+            None if name is None else PlanStep("small", name)
+            for name in (draw(st.sampled_from([None, *names])), draw(st.sampled_from([None, None, *names])))
+        )
+        step = PlanStep("small", draw(st.sampled_from(names)), {}, draw(st.integers(0, 3)), between, last)
         at = draw(st.integers(0, len(parts)))
         parts[at : at + draw(st.integers(0, 1))] = [step]
     return TaskGraph(tuple(parts))
@@ -312,11 +315,11 @@ def test_a_plan_that_is_accepted_reaches_the_goal_unless_a_step_fails_and_never_
 def test_a_judge_of_graphs_that_minds_no_outcome_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("aeros.agent.planning.check_plan.StrongCyclicStrategy", _Hopeful)
     with pytest.raises(AssertionError):
-        _judged_in_runs(Counter(), phases=[Phase.generate])
+        _judged_in_runs(Counter(), 1000, phases=[Phase.generate])
 
 
-def _judged_in_runs(seen: Counter[str], **more: Any) -> None:
-    @examples(100, **more)
+def _judged_in_runs(seen: Counter[str], count: int = 100, **more: Any) -> None:
+    @examples(count, **more)
     @given(problems(), st.data(), st.integers(0, 2**32))
     def law(problem: Problem, data: st.DataObject, seed: int) -> None:
         _judged_plans_are_run(problem, data.draw(_graphs(problem)), seed, seen)

@@ -76,7 +76,7 @@ def assert_is_a_path(system: TransitionSystem, case: Case, run: Run) -> None:
             move.target
             for node in here
             for move in system.transitions(node)
-            if (move.role, move.label, move.target.state) == observed
+            if move.probability and (move.role, move.label, move.target.state) == observed
         }
         assert len(targets) == 1, f"the system knows no such step: {observed}"
         here = _silently(system, targets.pop())

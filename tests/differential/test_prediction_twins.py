@@ -50,6 +50,8 @@ def _as_drawn(self: Invocation, values: Any) -> Any:
 
 
 def _never_recovers(self: TransitionSystem, node: LoopState) -> list[Transition]:
+    if node.phase == "reset":
+        return [Transition(LoopState("plan", node.state))]
     return [Transition(LoopState("try", node.state, node.remaining_rules, node.tries))]
 
 
@@ -66,7 +68,7 @@ _after, _try = Invocation.after, TransitionSystem._attempt_transitions
 TWINS: dict[str, tuple[type, str, Callable[..., Any]]] = {
     "ignores failures": (Invocation, "after", _no_failures),
     "takes another outcome than the one measured": (Invocation, "_measured_outcome", _as_drawn),
-    "forgets on_failure": (TransitionSystem, "_recovery_transitions", _never_recovers),
+    "forgets recoveries": (TransitionSystem, "_recovery_transitions", _never_recovers),
     "plans again although the step is done": (
         TransitionSystem,
         "_attempt_transitions",

@@ -80,12 +80,12 @@ class _Tree:
             if done:
                 return self._follow(after, plan[1:], made)
             if not left:
-                return self._over(after, made)
+                return self._reset(after, plan, made)
             return self._recover(after, plan, made, left)
 
         found = self._invoke(self._ecm.skills[rule.skill], rule.inputs, state, then)
         if found is None:
-            return self._over(state, made)
+            return self._over(state, made) if counted == "invocations" else self._reset(state, plan, made)
         return found.plus(**dict.fromkeys({"invocations", counted}, 1))
 
     def _recover(self, state: State, plan: Plan, made: int, left: int) -> Expected:
@@ -96,9 +96,16 @@ class _Tree:
                 return self._follow(after, plan[1:], made)
             return self._attempt(after, plan, made, left - 1, "retries")
 
-        recovery = rule.on_failure
+        recovery = rule.between_tries
         found = None if recovery is None else self._invoke(self._ecm.skills[recovery], {}, state, then)
         return then(state, False) if found is None else found.plus(invocations=1, recoveries=1)
+
+    def _reset(self, state: State, plan: Plan, made: int) -> Expected:
+        recovery = self._task.rules[plan[0]].on_failure
+        if recovery is None or self._is_goal(state):
+            return self._over(state, made)
+        found = self._invoke(self._ecm.skills[recovery], {}, state, lambda after, _: self._over(after, made))
+        return self._over(state, made) if found is None else found.plus(invocations=1, recoveries=1)
 
     def _invoke(
         self, skill: Skill, inputs: Mapping[str, Any], state: State, then: Callable[[State, bool], Expected]
@@ -123,11 +130,9 @@ class _Tree:
             return True
         cures: dict[str, set[str]] = {}
         for rule in rules:
-            if rule.on_failure is not None:
-                cures.setdefault(rule.skill, set()).add(rule.on_failure)
-                if any(
-                    one.default_value is None for one in self._ecm.skills[rule.on_failure].inputs.values()
-                ):
+            for cure in filter(None, (rule.between_tries, rule.on_failure)):
+                cures.setdefault(rule.skill, set()).add(cure)
+                if any(one.default_value is None for one in self._ecm.skills[cure].inputs.values()):
                     return True
         return any(_comes_to(cures, cure, skill, set()) for skill in cures for cure in cures[skill])
 
@@ -157,7 +162,8 @@ def _judged_a_failure(skill: Skill, after: Mapping[str, Any]) -> bool:
 
 def variables(ecm: Ecm, task: Task) -> set[str]:
     """The state variables that a task depends on, found anew."""
-    used = {rule.skill for rule in task.rules} | {rule.on_failure for rule in task.rules if rule.on_failure}
+    named = {name for rule in task.rules for name in (rule.skill, rule.between_tries, rule.on_failure)}
+    used = {name for name in named if name is not None}
     terms = [task.goal, *(rule.satisfied_condition for rule in task.rules)]
     found = set()
     for skill in map(ecm.skills.__getitem__, used):

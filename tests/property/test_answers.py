@@ -55,7 +55,7 @@ policy:
   limits: {{skill_timeout: 60 s, retries: 2, replans: 5}}
 """
 _MANIFEST = """\
-schema: aeros/ecm/1
+schema: aeros/ecm/2
 id: module
 version: 1.0.0
 description: What a test is about.

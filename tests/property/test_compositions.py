@@ -123,9 +123,10 @@ class _Drawer:
     def step(self) -> Step:
         retry = self.draw(st.sampled_from([0, 0, 1, 2]))
         handler = self.draw(st.sampled_from([None, "h0", "h1"])) if retry else None
+        last = self.draw(st.sampled_from([None, None, "stop", "h0", "h1"]))
         span = self.span()
         skill = self.draw(st.sampled_from(["s0", "s1", "s2", "s3"]))
-        return Step(f"step{self.number}", skill, {}, {}, retry, handler, span)
+        return Step(f"step{self.number}", skill, {}, {}, retry, handler, last, span)
 
     def part(self, depth: int) -> Part:
         form = self.draw(st.sampled_from(["step", "seq", "seq", "par", "if", "if"])) if depth else "step"
@@ -146,8 +147,8 @@ class _Drawer:
 def _compositions(draw: st.DrawFn) -> Composition:
     drawer = _Drawer(draw)
     body = drawer.part(2)
-    second = Step("h1", draw(st.sampled_from(["s0", "s1"])), {}, {}, 0, None, drawer.span())
-    first = Step("h0", draw(st.sampled_from(["s2", "s3"])), {}, {}, 1, "h1", drawer.span())
+    second = Step("h1", draw(st.sampled_from(["s0", "s1"])), {}, {}, 0, None, None, drawer.span())
+    first = Step("h0", draw(st.sampled_from(["s2", "s3"])), {}, {}, 1, "h1", None, drawer.span())
     precondition = draw(st.sampled_from([t.TRUE, *CONDITIONS]))
     span = None if precondition == t.TRUE else drawer.span()
     return Composition("c", precondition, span, body, {"h0": first, "h1": second}, drawer.span())
@@ -227,25 +228,33 @@ class _Machine:
                 for outcome in self.skills[step.skill].outcomes.values():
                     if outcome.probability != 0:
                         for measured in UNIT:
-                            after = self.ended(step, name, tries_left, outcome)
-                            yield after, {**state, "v": measured, **outcome.effects}
-            case ("handle", handling, again):
+                            for after in self.ended(step, name, tries_left, outcome):
+                                yield after, {**state, "v": measured, **outcome.effects}
+            case ("handle", handling, again, lost):
                 for after, changed in self.next(handling, state):
-                    if after == "done":
-                        yield again, changed
-                    else:
-                        yield ("stopped" if after == "stopped" else ("handle", after, again)), changed
+                    ends = {"done": again, "stopped": lost}
+                    yield (
+                        ends[after] if after in ("done", "stopped") else ("handle", after, again, lost),
+                        changed,
+                    )
 
-    def ended(self, step: Step, name: str, tries_left: int, outcome: Outcome) -> Process:
+    def ended(self, step: Step, name: str, tries_left: int, outcome: Outcome) -> Iterator[Process]:
         if not outcome.failure:
-            return "done"
-        if not tries_left:
-            return "stopped"
-        again = ("try", step, name, tries_left - 1)
-        if step.handler is None:
-            return again
-        handler = self.handlers[step.handler]
-        return ("handle", ("try", handler, f"handler/{step.handler}", handler.retry), again)
+            yield "done"
+            return
+        lost: Process = "stopped"
+        if step.last_handler is not None:
+            lost = ("handle", self.handling(step.last_handler), "stopped", "stopped")
+        again: Process = ("try", step, name, tries_left - 1)
+        if tries_left and step.between_tries is not None:
+            again = ("handle", self.handling(step.between_tries), again, lost)
+        if tries_left:
+            yield again
+        if not tries_left or step.last_handler is not None:  # the agent may leave out the tries that are left
+            yield lost
+
+    def handling(self, name: str) -> Process:
+        return ("try", self.handlers[name], f"handler/{name}", self.handlers[name].retry)
 
 
 def _uses(composition: Composition, skills: dict[str, Skill], branch: Part) -> tuple[set[str], set[str]]:
@@ -265,7 +274,7 @@ def _uses(composition: Composition, skills: dict[str, Skill], branch: Part) -> t
             written |= {
                 name for one in skill.outcomes.values() if one.probability != 0 for name in one.effects
             }
-            pending += [composition.handlers[part.handler]] if part.handler else []
+            pending += [composition.handlers[name] for name in part.handlers]
     return written, read
 
 
@@ -343,10 +352,8 @@ def _resources_are_judged(composition: Composition, skills: dict[str, Skill]) ->
         match part:
             case Step():
                 yield (part.skill,)
-                handler = part.handler
-                while handler is not None:
-                    yield (composition.handlers[handler].skill,)
-                    handler = composition.handlers[handler].handler
+                for name in part.handlers:
+                    yield from choices(composition.handlers[name])
             case Par(branches=branches):
                 for chosen in itertools.product(*(list(choices(branch)) for branch in branches)):
                     yield tuple(itertools.chain(*chosen))
@@ -372,7 +379,9 @@ def _resources_are_judged(composition: Composition, skills: dict[str, Skill]) ->
 def test_questions_about_one_start_are_counted_from_one() -> None:
     either = [Outcome(name, {"p": name == "yes"}, False, None, None) for name in ("yes", "no")]
     skills = {"s0": _skill("s0", None, either), "s1": _skill("s1", t.Compare("==", P, V), either)}
-    steps = tuple(Step(f"step{at}", f"s{at}", {}, {}, 0, None, TEXT.span(at, at + 1)) for at in range(2))
+    steps = tuple(
+        Step(f"step{at}", f"s{at}", {}, {}, 0, None, None, TEXT.span(at, at + 1)) for at in range(2)
+    )
     composition = Composition("c", t.TRUE, None, Seq(steps), {}, TEXT.span(3, 4))
     claims, refuted = _refuted(_module(skills, composition), _site())
     ready = {f"composition/c/step1/ready/{number}" for number in (1, 2)}
@@ -422,7 +431,7 @@ def _pair(
         )
         for name, kind, term in zip(("s0", "s1"), kinds, envelopes, strict=True)
     }
-    steps = [Step(name, name, {}, {}, 0, None, TEXT.span(at, at + 1)) for at, name in enumerate(skills)]
+    steps = [Step(name, name, {}, {}, 0, None, None, TEXT.span(at, at + 1)) for at, name in enumerate(skills)]
     composition = Composition("c", t.TRUE, None, Par(tuple(steps), span), {}, span)
     return _module(skills, composition), site
 
@@ -496,20 +505,21 @@ def test_failures_that_are_ignored_are_noticed(monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_a_handler_after_the_last_try_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    def always_handled(self: Any, step: Step, before: Any, name: str) -> Any:
+    def always_handled(self: Any, step: Step, before: Any, name: str, failed: Any) -> Any:
         done: Any = {}
         for _ in range(step.retry + 1):
             self._record_visit(name, before)
             before = self._run(step, before, done)
-            if before and step.handler is not None:
-                before = self._step(self.handlers[step.handler], before, f"handler/{step.handler}")
+            if before and step.between_tries is not None:
+                handler = self.handlers[step.between_tries]
+                before = self._step(handler, before, f"handler/{step.between_tries}", failed)
         return done
 
     fails = [Outcome("o", {"p": True}, True, None, None), Outcome("s", {}, False, None, None)]
     helps = [Outcome("o", {"q": True}, False, None, None)]
     skills = {"s0": _skill("s0", None, fails), "s1": _skill("s1", t.Not(t.And((P, Q))), helps)}
-    handler = Step("h", "s1", {}, {}, 0, None, TEXT.span(1, 2))
-    body = Step("step", "s0", {}, {}, 1, "h", TEXT.span(2, 3))
+    handler = Step("h", "s1", {}, {}, 0, None, None, TEXT.span(1, 2))
+    body = Step("step", "s0", {}, {}, 1, "h", None, TEXT.span(2, 3))
     composition = Composition("c", t.Not(Q), TEXT.span(3, 4), body, {"h": handler}, TEXT.span(4, 5))
     _compare(composition, skills)
     monkeypatch.setattr(symbolic_paths.PathExploration, "_step", always_handled)
@@ -518,9 +528,9 @@ def test_a_handler_after_the_last_try_is_noticed(monkeypatch: pytest.MonkeyPatch
 
 
 def test_branches_that_wait_for_each_other_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    def in_sequence(self: Any, part: Par[Step], before: Any) -> Any:
+    def in_sequence(self: Any, part: Par[Step], before: Any, failed: Any) -> Any:
         for branch in part.branches:
-            before = self.execute(branch, before)
+            before = self.execute(branch, before, failed)
         return before
 
     fails = Outcome("o", {}, True, None, None)
@@ -531,7 +541,7 @@ def test_branches_that_wait_for_each_other_are_noticed(monkeypatch: pytest.Monke
         "s2": _skill("s2", P, [well]),
     }
     first, second, third = (
-        Step(f"step{at}", f"s{at}", {}, {}, 0, None, TEXT.span(at, at + 1)) for at in range(3)
+        Step(f"step{at}", f"s{at}", {}, {}, 0, None, None, TEXT.span(at, at + 1)) for at in range(3)
     )
     guarded = If(P, "", second, first, TEXT.span(3, 4))
     body = Par((guarded, third), TEXT.span(4, 5))  # the third starts also where the first fails

@@ -36,7 +36,7 @@ def _bodies(draw: st.DrawFn) -> Part:
         at = next(numbers)
         span = TEXT.span(at, at + 1)
         if form == "step":
-            return Step(f"step{at}", "s0", {}, {}, 0, "stop", span)
+            return Step(f"step{at}", "s0", {}, {}, 0, None, "stop", span)
         if form == "if":
             otherwise = draw(st.sampled_from([part(depth - 1), Seq(()), None]))
             return If(P, "p", part(depth - 1), otherwise, span)
@@ -162,15 +162,13 @@ def test_an_unhandled_failure_is_refused_exactly_where_it_can_occur() -> None:
 
 @bounded
 @given(_OUTCOMES, st.integers(0, 1), st.sampled_from([None, "stop", "h0"]))
-def _failures_are_judged(
-    outcomes: list[tuple[bool, Fraction | None]], retry: int, on_failure: str | None
-) -> None:
+def _failures_are_judged(outcomes: list[tuple[bool, Fraction | None]], retry: int, last: str | None) -> None:
     ends = [Outcome(f"o{n}", {}, failure, chance, None) for n, (failure, chance) in enumerate(outcomes)]
     skill = _skill("s0", None, [Outcome("done", {}, False, None, None), *ends])
-    step = Step("step", "s0", {}, {}, retry, on_failure, SPAN)
-    handler = Step("h0", "s0", {}, {}, 0, "stop", TEXT.span(1, 2))
+    step = Step("step", "s0", {}, {}, retry, None, last, SPAN)
+    handler = Step("h0", "s0", {}, {}, 0, None, "stop", TEXT.span(1, 2))
     found = _settled(step, {"s0": skill}, {"h0": handler})["step/handled"]
-    silent = retry == 0 and on_failure is None
+    silent = retry == 0 and last is None
     unsaid = [one for one in ends if silent and one.failure and one.probability != 0]
     FAILURES.compare("AE854", proved=found.diagnostic is None, expected=not unsaid)
 
@@ -184,10 +182,11 @@ def test_handlers_are_refused_exactly_where_failures_could_go_on_for_ever() -> N
 @given(st.lists(st.sampled_from([None, "stop", "h0", "h1", "h2"]), min_size=3, max_size=3))
 def _handlers_are_judged(lead: list[str | None]) -> None:
     handlers = {
-        f"h{n}": Step(f"h{n}", "s0", {}, {}, 1, to, TEXT.span(n + 1, n + 2)) for n, to in enumerate(lead)
+        f"h{n}": Step(f"h{n}", "s0", {}, {}, 1, None, to, TEXT.span(n + 1, n + 2))
+        for n, to in enumerate(lead)
     }
     skill = _skill("s0", None, [Outcome("done", {}, False, None, None)])
-    found = _settled(Step("step", "s0", {}, {}, 0, None, SPAN), {"s0": skill}, handlers)["handlers"]
+    found = _settled(Step("step", "s0", {}, {}, 0, None, None, SPAN), {"s0": skill}, handlers)["handlers"]
 
     def ends(name: str | None) -> bool:
         for _ in range(4):  # one failure more than there are handlers
@@ -219,7 +218,8 @@ def _actuators_are_judged(body: Part, moved: list[frozenset[str]], data: st.Data
     def filled(part: Part) -> Part:
         match part:
             case Step():
-                return replace(part, skill=data.draw(names), retry=1, on_failure=data.draw(handled))
+                between, last = data.draw(handled), data.draw(handled)
+                return replace(part, skill=data.draw(names), retry=1, between_tries=between, on_failure=last)
             case Seq(parts=inner):
                 return replace(part, parts=tuple(map(filled, inner)))
             case Par(branches=inner):
@@ -228,13 +228,13 @@ def _actuators_are_judged(body: Part, moved: list[frozenset[str]], data: st.Data
                 return replace(part, then=filled(then), otherwise=None if other is None else filled(other))
 
     body = filled(body)
-    handler = Step("h0", "s2", {}, {}, 0, "stop", TEXT.span(900, 901))
+    handler = Step("h0", "s2", {}, {}, 0, None, "stop", TEXT.span(900, 901))
     found = _settled(body, skills, {"h0": handler})
 
     def movers(branch: Part) -> Iterator[frozenset[str]]:
         for step in steps_of(branch):
             yield skills[step.skill].actuators
-            if step.on_failure == "h0":
+            if "h0" in step.handlers:
                 yield skills["s2"].actuators
 
     clashes = [

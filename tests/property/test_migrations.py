@@ -33,12 +33,12 @@ def manifests(draw: st.DrawFn) -> tuple[str, str]:
 
     def schema() -> None:
         quote = draw(_QUOTES)
-        line(f"schema: {quote}aeros/ecm/0{quote}", f"schema: {quote}aeros/ecm/1{quote}")
+        line(f"schema: {quote}aeros/ecm/1{quote}", f"schema: {quote}aeros/ecm/2{quote}")
 
     is_first = draw(st.booleans())
     if is_first:
         schema()
-    line("time_limit: aeros/ecm/0")
+    line("time_limit: aeros/ecm/1")
     line("skills:")
     for number in range(draw(st.integers(1, 3))):
         quote = draw(_QUOTES)

@@ -31,6 +31,7 @@ from aeros.spec.model.ecm import Ecm, Skill
 from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
 from tests.repo.tree import ROOT
+from tests.shipped_scenes import shipped_scene
 
 pytestmark = pytest.mark.physics
 
@@ -115,7 +116,7 @@ def _run(
     def open_run(at: Site, ecm: Ecm, of: Skill, inputs: Mapping[str, Any]) -> SkillRunProtocol:
         return _TracedRun(run_in_process(at, ecm, of, inputs), ways, files)
 
-    plant = make_plant(scene, 0)
+    plant = make_plant(shipped_scene(scene), 0)
     with (
         AuditLog(log) as audit,
         Executor(configuration, gate, plant, audit, open_run) as executor,

@@ -33,7 +33,7 @@ def test_files_needed_at_run_time_are_part_of_the_package() -> None:
         "wheel": {"packages": ["aeros"], "force-include": {"docs/codes": "aeros/docs/codes"}}
     }
     ignored = text_of(".gitignore").split()
-    for needed in ("py.typed", "sites/panda_cell.yaml", "schemas/report.json", "sim/models/wrapper.urdf"):
+    for needed in ("py.typed", "sites/panda_cell.yaml", "schemas/report.json", "scenes/bare.yaml"):
         path = ROOT / "aeros" / needed
         assert path.is_file()
         assert not {path.name, f"*{path.suffix}", f"{path.parent.name}/"} & set(ignored)

@@ -50,14 +50,14 @@ _WHOLE = {
     "site": "tests/corpus/site/table.yaml",
     "people": "aeros/people/across_the_room.yaml",
     "faults": "aeros/faults/object_slips.yaml",
-    "scene": "aeros/scenes/shelf_behind.yaml",
+    "scene": "ecms/fetch_object/scenes/fetch.yaml",
 }
 _SAMPLES = {
     "ecm": ("ecms/*/ecm.yaml", "tests/corpus/accepted/*/ecm.yaml"),
     "site": ("aeros/sites/*.yaml", "tests/corpus/site/*.yaml", "tests/corpus/accepted/*/site.yaml"),
     "people": ("aeros/people/*.yaml",),
     "faults": ("aeros/faults/*.yaml",),
-    "scene": ("aeros/scenes/*.yaml",),
+    "scene": ("aeros/scenes/*.yaml", "ecms/*/scenes/*.yaml"),
 }
 _LONGEST_EXAMPLE = 80
 _SCALARS = {

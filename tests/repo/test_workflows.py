@@ -156,7 +156,7 @@ def test_every_benchmark_is_run() -> None:
 def test_every_extra_is_installed_by_what_is_run() -> None:
     extras: dict[str, list[str]] = _PROJECT["optional-dependencies"]
     recipes = "".join(_reached().values()) + _MAKEFILE.partition("$(VENV)/.installed")[2]
-    todo = set(re.findall(r"'\.\[(\w+)\]'", recipes)) | {"test"}
+    todo = set(re.findall(r"'\.\[([\w-]+)\]'", recipes)) | {"test"}
     installed: set[str] = set()
     while todo - installed:
         extra = (todo - installed).pop()

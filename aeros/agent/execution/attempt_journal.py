@@ -7,18 +7,21 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
-from aeros.agent.execution.dispatcher import Dispatch, ProviderOption
+from aeros.agent.execution.dispatcher import ChosenComposition, Dispatch, ProviderOption
 from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.report import StepRole
 from aeros.agent.execution.supervisor import StepAssessment
 from aeros.agent.world.world import WorldModel
 from aeros.runtime.ports import Runtime, StepResult, StepStatus
 from aeros.spec.model.cause import Cause, causes_to_json
+from aeros.spec.model.ecm import owner_of
 from aeros.spec.verification.outcome_dependencies import obligations_assuming_outcomes
 
 
-def record_provider_choice(journal: Journal, module: str, name: str, dispatch: Dispatch) -> None:
-    """Record which skill was chosen to provide a capability; nothing if a skill was asked for by name.
+def record_provider_choice(
+    journal: Journal, module: str, name: str, dispatch: Dispatch | ChosenComposition
+) -> None:
+    """Record which alternative was chosen for a capability; nothing if a skill was asked for by name.
 
     Args:
         journal: takes the entry.
@@ -29,12 +32,20 @@ def record_provider_choice(journal: Journal, module: str, name: str, dispatch: D
     if dispatch.options:
         journal.record(
             "provider-selected",
-            f"`{dispatch.request.skill}` for {module}.{name}: " + "; ".join(map(str, dispatch.options)),
+            f"`{_chosen_name(module, dispatch)}` for {module}.{name}: "
+            + "; ".join(map(str, dispatch.options)),
             capability=f"{module}.{name}",
-            skill=f"{module}.{dispatch.request.skill}",
+            skill=".".join(owner_of(_chosen_name(module, dispatch), module)),
             context=json.loads(dispatch.context),
             options=[_option_to_json(option) for option in dispatch.options],
         )
+
+
+def _chosen_name(module: str, dispatch: Dispatch | ChosenComposition) -> str:
+    if isinstance(dispatch, ChosenComposition):
+        return dispatch.name
+    request = dispatch.request
+    return request.skill if request.module == module else f"{request.module}.{request.skill}"
 
 
 def record_start(journal: Journal, role: StepRole, dispatch: Dispatch, inputs: Mapping[str, Any]) -> None:

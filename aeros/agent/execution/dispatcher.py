@@ -2,9 +2,12 @@
 
 If the step names a capability, one of its providers is chosen by Thompson sampling: among the providers whose
 preconditions are measured as true, the one with the highest chance of success drawn from its posterior in
-this context. So providers that worked better are chosen more often and little-known ones are still tried. The
-proof of the planning rules covers every provider, so any choice is covered by it. The draw is a function of
-the seed and of the memory's content: the same memory gives the same choice. A provider that the gate has
+this context. So providers that worked better are chosen more often and little-known ones are still tried.
+Providers may be of several modules: of the step's own, or of those that it requires. A provider may be a
+composition: then its record is that of the skill of it that succeeded least.
+
+The proof of the planning rules covers every provider, so any choice is covered by it. The draw is a function
+of the seed and of the memory's content: the same memory gives the same choice. A provider that the gate has
 denied for good in this run is chosen only if there is no other.
 
 The choice is only a request: the gate decides its actions like any others and does not read memory.
@@ -12,12 +15,12 @@ The choice is only a request: the gate decides its actions like any others and d
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from random import Random
 from typing import Any
 
-from aeros.agent.execution.supervisor import start_obstacle
+from aeros.agent.execution.supervisor import composition_obstacle, start_obstacle
 from aeros.agent.memory.context import evidence_context
 from aeros.agent.memory.posterior import SuccessRecord
 from aeros.agent.memory.store import DurationStats, Memory
@@ -27,7 +30,9 @@ from aeros.agent.world.world import WorldModel
 from aeros.runtime.ports import Runtime, StepRequest
 from aeros.spec.expr.semantics import Environment
 from aeros.spec.model.cause import Cause
-from aeros.spec.model.ecm import Ecm, Skill
+from aeros.spec.model.composition import Composition
+from aeros.spec.model.ecm import Alternative, Ecm, Skill, owner_of
+from aeros.spec.model.step_graph import steps_of
 
 
 class DispatchError(Exception):
@@ -43,8 +48,9 @@ class ProviderOption:
     """A provider as the choice saw it.
 
     Attributes:
-        skill: id of the skill.
-        record: successes and failures in the context of the choice.
+        skill: id of the skill, or name of the composition; `MODULE.NAME` for one of another module.
+        record: successes and failures in the context of the choice; of a composition, those of the skill that
+            succeeded least.
         sampled_success: chance of success drawn for it, in [0, 1]; None if it was not available.
         unavailable_reason: why it was not available; empty if it was.
     """
@@ -84,6 +90,25 @@ class Dispatch:
     options: tuple[ProviderOption, ...] = ()
 
 
+@dataclass(frozen=True, slots=True)
+class ChosenComposition:
+    """A composition that provides a capability and was chosen.
+
+    Attributes:
+        name: name of the alternative.
+        module: id of the module that asks for it.
+        composition: the composition, with its skills named as that module names them.
+        context: context of the choice.
+        options: alternatives that were considered, the chosen one included.
+    """
+
+    name: str
+    module: str
+    composition: Composition
+    context: str
+    options: tuple[ProviderOption, ...] = ()
+
+
 class Dispatcher:
     """Maker of requests for skills that are active and may start now, not only at planning time."""
 
@@ -103,59 +128,113 @@ class Dispatcher:
         """
         self.denied.add((module, skill))
 
-    def dispatch(self, module: str, name: str, inputs: Mapping[str, Any], world: WorldModel) -> Dispatch:
-        """Make the request for a skill, or for the best provider of a capability.
+    def dispatch(
+        self, module: str, name: str, inputs: Mapping[str, Any], world: WorldModel
+    ) -> Dispatch | ChosenComposition:
+        """Make the request for a skill, or for the best alternative of a capability.
+
+        A skill of another module is requested from that module, so that its own permissions apply.
 
         Args:
             module: id of the module.
-            name: skill or capability of the module.
+            name: skill or capability of the module, or one that it may call of others.
             inputs: inputs of the step by name (SI); defaults are filled in.
             world: current state, which the conditions are checked against.
 
         Returns:
-            The request, with the records that explain the choice.
+            The request, with the records that explain the choice; or the composition to be run.
 
         Raises:
-            DispatchError: the module is not active, has no such skill, or no provider can start now.
+            DispatchError: a module is not active, has no such skill, or no alternative can start now.
         """
         active = self._runtime.active_modules().get(module)
         if active is None:
             raise DispatchError(f"the module `{module}` is not active")
-        providers = [active.skills[one] for one in active.providers(name)]
-        if not providers:
+        candidates = [self._candidate(active, one, inputs, world) for one in active.alternatives(name)]
+        if not candidates:
             raise DispatchError(f"`{module}` has no skill `{name}`")
-        problems = {one.id: _problem(active, one, inputs, world) for one in providers}
-        context = evidence_context(self._task, active, providers, world)
-        records = {one.id: self._memory.success_record(module, one.id, context) for one in providers}
-        options = self._options(module, problems, records)
-        chosen = max(options, key=lambda one: -1.0 if one.sampled_success is None else one.sampled_success)
-        if chosen.sampled_success is None:
-            unable = [problem for problem in problems.values() if problem is not None]
+        runs = [run for one in candidates for run in one.runs]
+        others = [ecm for ecm, _ in runs if ecm.id != module]
+        context = evidence_context(self._task, active, [skill for _, skill in runs], world, others)
+        options = self._options(candidates, context)
+        chosen, option = max(
+            zip(candidates, options, strict=True),
+            key=lambda pair: -1.0 if pair[1].sampled_success is None else pair[1].sampled_success,
+        )
+        if option.sampled_success is None:
+            unable = [one.problem for one in candidates if one.problem is not None]
             raise DispatchError("; ".join(map(_problem_text, unable)), *unable)
-        skill = active.skills[chosen.skill]
+        options = () if name in active.callable_skills else options
+        if chosen.composition is not None:
+            return ChosenComposition(chosen.name, module, chosen.composition, context, options)
+        ((owner, skill),) = chosen.runs
         return Dispatch(
-            StepRequest(module, skill.id, _with_defaults(skill, inputs)),
+            StepRequest(owner.id, skill.id, _with_defaults(skill, inputs)),
             skill,
             context,
-            self._memory.success_record(module, skill.id),
-            self._memory.typical_duration(module, skill.id),
-            options if name not in active.skills else (),
+            self._memory.success_record(owner.id, skill.id),
+            self._memory.typical_duration(owner.id, skill.id),
+            options,
         )
 
-    def _options(
-        self, module: str, problems: Mapping[str, Cause | None], records: Mapping[str, SuccessRecord]
-    ) -> tuple[ProviderOption, ...]:
-        can = {name for name, problem in problems.items() if problem is None}
-        preferred = {name for name in can if (module, name) not in self.denied} or can
+    def _candidate(
+        self, module: Ecm, one: Alternative, inputs: Mapping[str, Any], world: WorldModel
+    ) -> _Candidate:
+        active = self._runtime.active_modules()
+        runs, missing = [], ""
+        for name in _skills_run_by(one):
+            owner, own_name = owner_of(name, module.id)
+            skill = active[owner].skills.get(own_name) if owner in active else None
+            if skill is None:
+                missing = missing or name
+            else:
+                runs.append((active[owner], skill))
+        problem: Cause | None
+        if missing:
+            problem = Cause("inactive", missing, "its module is not active")
+        elif one.composition is None:
+            ((owner_module, skill),) = runs
+            problem = _problem(owner_module, skill, inputs, world)
+        else:
+            problem = composition_obstacle(f"{module.id}.{one.name}", one.composition, world)
+        return _Candidate(one.name, tuple(runs), one.composition, problem)
+
+    def _options(self, candidates: Sequence[_Candidate], context: str) -> tuple[ProviderOption, ...]:
+        can = [one for one in candidates if one.problem is None]
+        preferred = [one for one in can if not self.denied & one.names] or can
         random = Random(f"{self._seed} {self._memory.latest_episode()}")  # noqa: S311  exploration, no secret
-        # Drawn for each, so that a draw does not depend on which of the others may start.
-        drawn = {name: record.sample(random) for name, record in records.items()}
-        return tuple(
-            ProviderOption(name, record, drawn[name])
-            if name in preferred
-            else ProviderOption(name, record, None, _unavailable_reason(problems[name]))
-            for name, record in records.items()
-        )
+        options = []
+        for one in candidates:
+            records = [self._memory.success_record(ecm.id, skill.id, context) for ecm, skill in one.runs]
+            # A composition is as good as the skill of it that succeeded least. Without any records, each
+            # alternative is as likely as another.
+            record = min(records, key=lambda each: each.mean, default=SuccessRecord(0, 0))
+            # Drawn for each, so that a draw does not depend on which of the others may start.
+            drawn = record.sample(random)
+            why = "" if one in preferred else _unavailable_reason(one.problem)
+            options.append(ProviderOption(one.name, record, None if why else drawn, why))
+        return tuple(options)
+
+
+@dataclass(frozen=True, slots=True)
+class _Candidate:
+    """An alternative with the active skills that it may run, and the reason that it cannot start now."""
+
+    name: str
+    runs: tuple[tuple[Ecm, Skill], ...]
+    composition: Composition | None
+    problem: Cause | None
+
+    @property
+    def names(self) -> set[tuple[str, str]]:
+        return {(ecm.id, skill.id) for ecm, skill in self.runs}
+
+
+def _skills_run_by(one: Alternative) -> tuple[str, ...]:
+    if one.composition is None:
+        return (one.name,)
+    steps = (*steps_of(one.composition.body), *one.composition.handlers.values())
+    return tuple(dict.fromkeys(name for step in steps for name in step.runs))
 
 
 def _problem(module: Ecm, skill: Skill, inputs: Mapping[str, Any], world: WorldModel) -> Cause | None:
@@ -167,7 +246,7 @@ def _problem(module: Ecm, skill: Skill, inputs: Mapping[str, Any], world: WorldM
 
 
 def _problem_text(problem: Cause) -> str:
-    if problem.kind == "input":
+    if problem.kind in ("input", "inactive"):
         return f"`{problem.rule}`: {problem.text}"
     what = "its hold-condition" if problem.kind == "hold" else "its precondition"
     return f"{what} `{problem.text}` is not met: {', '.join(map(str, problem.shortfalls))}"

@@ -2,15 +2,19 @@
 
 - An attempt of a step: the skill is active, its precondition is measured as true, it is started. It succeeds
   iff the skill ran to its end and the measured outcome is declared and no failure.
-- A failed attempt is repeated at most `retry` times. Before each further attempt `on_failure` runs with
-  default inputs (its effect is checked by the next attempt's precondition), or the step's handler runs,
-  whose own failure fails the step. If the step's `unless` is measured as true by then, the step is done.
-  Never repeated: an attempt that did not start, was refused, denied or cancelled, or ended in an undeclared
-  outcome. An `on_failure` that was submitted and then refused, denied, or ended in an undeclared outcome
-  ends its step likewise.
+- A failed attempt is repeated at most `retry` times. Before each further attempt `between_tries` runs. Its
+  effect is checked by the next attempt's precondition; in a composition its failure fails the step. If the
+  step's `unless` is measured as true by then, the step is done. Never repeated: an attempt that did not
+  start, was refused, denied or cancelled, or ended in an undeclared outcome.
+- When no attempt is left, or the next one cannot start, the step has failed. Then `on_failure` runs, which
+  may bring about a state in which the next plan succeeds. It does not run after an attempt that was refused,
+  denied or cancelled, or ended in an undeclared outcome. If `between_tries` or `on_failure` itself ends like
+  that, so does its step.
 - Remaining attempts are dropped if memory makes another one hopeless (`posterior.py`) and this run has
-  already planned in the same measured state. Then the agent plans again in that state, which the proof of
-  the task's rules already counts as a state to plan in.
+  already planned in the same measured state. The proof of the task's rules counts every failed attempt as one
+  that may be the last.
+- A step that names a capability runs one of its alternatives. If that is a composition, an attempt is a run
+  of it, which fails where a step of it fails for good.
 - A sequence fails with its first part that fails. The branches of a `par` start in the order written.
   When one fails for good the whole `par` has failed and nothing follows (as in `flow.paths`): the other
   branches start nothing more and their running steps are cancelled. The `par` ends when they have ended.
@@ -28,12 +32,14 @@ import json
 from collections.abc import Callable, Generator, Iterator, Mapping
 from dataclasses import dataclass, field
 from math import inf
-from typing import Any
+from typing import Any, Final
 
+from aeros.agent.execution.dispatcher import ChosenComposition
 from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.progress import PlanProgress, StepPath, UnfinishedAttempt
 from aeros.agent.execution.report import StepRole
 from aeros.agent.execution.step_attempt import AttemptResult, RunningAttempt, StepRunner
+from aeros.agent.planning.compositions import chosen_composition
 from aeros.agent.planning.task_graph import Part, PlanStep
 from aeros.agent.world.values import to_json_value
 from aeros.runtime.ports import EndedStep, StepHandle
@@ -48,12 +54,17 @@ class PlanFailure:
         reason: reason in words.
         is_final: planning again cannot help.
         is_transient: planning again cannot help now, but may later.
+        is_declared: a step ended as it declares that it may, or could not start.
     """
 
     reason: str
     is_final: bool = False
     is_transient: bool = False
+    is_declared: bool = field(default=False, compare=False)
 
+
+_AFTER_LAST: Final = 0
+"""Place of what follows the last attempt of a step; what runs between two has the number of the first."""
 
 _Branch = Generator[None, EndedStep, PlanFailure | None]
 """Rest of a part's execution; returns None once the part is done, else the failure that ended it."""
@@ -119,7 +130,7 @@ class PlanExecutor:
         self._outputs.clear()
         self._progress = progress or PlanProgress()
         scope = _CancelScope()
-        branch, until = self._run_part(part, scope, ()), self.until
+        branch, until = self._run_part(part, scope, (), StepRole.STEP), self.until
         ended = None
         while True:
             try:
@@ -133,25 +144,30 @@ class PlanExecutor:
 
     # Parts.
 
-    def _run_part(self, part: Part, scope: _CancelScope, path: StepPath) -> _Branch:
+    def _run_part(self, part: Part, scope: _CancelScope, path: StepPath, role: StepRole) -> _Branch:
+        """Run a part; `role` is that of the first try of each of its steps."""
         match part:
             case PlanStep():
-                return self._run_step(part, scope, path)
+                return self._run_step(part, scope, path, role)
             case Seq(parts=parts):
-                return self._run_sequence(parts, scope, path)
+                return self._run_sequence(parts, scope, path, role)
             case Par(branches=branches):
-                return self._run_parallel(branches, scope, path)
+                return self._run_parallel(branches, scope, path, role)
             case If():
-                return self._run_conditional(part, scope, path)
+                return self._run_conditional(part, scope, path, role)
 
-    def _run_sequence(self, parts: tuple[Part, ...], scope: _CancelScope, at: StepPath) -> _Branch:
+    def _run_sequence(
+        self, parts: tuple[Part, ...], scope: _CancelScope, at: StepPath, role: StepRole
+    ) -> _Branch:
         for number, part in enumerate(parts):
-            end = yield from self._run_part(part, scope, (*at, number))
+            end = yield from self._run_part(part, scope, (*at, number), role)
             if end is not None:
                 return end
         return None
 
-    def _run_conditional(self, part: If[PlanStep], scope: _CancelScope, at: StepPath) -> _Branch:
+    def _run_conditional(
+        self, part: If[PlanStep], scope: _CancelScope, at: StepPath, role: StepRole
+    ) -> _Branch:
         if self._is_over():
             return None
         holds = self._progress.branch_choices.get(at)
@@ -160,16 +176,18 @@ class PlanExecutor:
             if holds is not None:
                 self._progress.set_branch(at, holds)
         if holds is True:
-            return (yield from self._run_part(part.then, scope, (*at, 0)))
+            return (yield from self._run_part(part.then, scope, (*at, 0), role))
         if holds is False and part.otherwise is not None:
-            return (yield from self._run_part(part.otherwise, scope, (*at, 1)))
+            return (yield from self._run_part(part.otherwise, scope, (*at, 1), role))
         why = self._attempts.world.unmet_reason(part.condition)
         return PlanFailure(f"the plan does not say how to continue if `{part.text}` is not met: {why}")
 
-    def _run_parallel(self, parts: tuple[Part, ...], scope: _CancelScope, at: StepPath) -> _Branch:
+    def _run_parallel(
+        self, parts: tuple[Part, ...], scope: _CancelScope, at: StepPath, role: StepRole
+    ) -> _Branch:
         inner = _CancelScope(scope.cancel_reason)
         scope.children.append(inner)
-        running = [self._run_part(part, inner, (*at, number)) for number, part in enumerate(parts)]
+        running = [self._run_part(part, inner, (*at, number), role) for number, part in enumerate(parts)]
         failure: PlanFailure | None = None
         ended: EndedStep | None = None
         while running:
@@ -192,7 +210,7 @@ class PlanExecutor:
 
     # Steps.
 
-    def _run_step(self, step: PlanStep, scope: _CancelScope, at: StepPath) -> _Branch:
+    def _run_step(self, step: PlanStep, scope: _CancelScope, at: StepPath, role: StepRole) -> _Branch:
         if self._progress.is_done(at):
             self._store_outputs(step, self._progress.last_result(at))
             return None
@@ -202,10 +220,13 @@ class PlanExecutor:
             self._journal.record("step-skipped", f"{step} is no longer needed", step=str(step))
             self._progress.mark_done(at)
             return None
-        return (yield from self._run_attempt(StepRole.STEP, step, scope, at))
+        return (yield from self._run_attempt(role, step, scope, at))
 
     def _run_attempt(self, role: StepRole, step: PlanStep, scope: _CancelScope, at: StepPath) -> _Branch:
-        attempt = self._progress.last_result(at) or (yield from self._invoke(role, step, scope, at))
+        attempt = self._progress.last_result(at)
+        if attempt is None or self._progress.alternative(at):
+            attempt = yield from self._invoke(role, step, scope, at)
+        has_failed = attempt.is_retryable
         while self._progress.attempt_count(at) <= step.retry:
             if not attempt.is_retryable or self._is_done(step):
                 break
@@ -213,50 +234,51 @@ class PlanExecutor:
                 why = attempt.no_retry_reason
                 self._journal.record("retries-skipped", f"{step}: {why}", step=str(step), reason=why)
                 break
-            end = yield from self._run_recovery(step, scope, (*at, self._progress.attempt_count(at)))
-            if end is not None:
-                return end
+            count = self._progress.attempt_count(at)
+            end = yield from self._run_recovery(step.between_tries, scope, (*at, count))
+            if end is not None and (step.needs_recovery or not end.is_declared):
+                return (yield from self._fail(step, end, scope, at))
             if self._is_done(step):
                 self._progress.mark_done(at)
                 return None
             attempt = yield from self._invoke(StepRole.RETRY, step, scope, at)
+            did_not_start = attempt.record is None and not attempt.is_composed
+            has_failed = attempt.is_retryable or (has_failed and did_not_start)
         if not attempt.failed or (attempt.is_retryable and self._is_done(step)):
             self._progress.mark_done(at)
             return None
-        return self._failure_of(step, attempt)
+        failure = self._failure_of(step, attempt)
+        return (yield from self._fail(step, failure, scope, at)) if has_failed else failure
 
-    def _run_recovery(self, step: PlanStep, scope: _CancelScope, at: StepPath) -> _Branch:
-        """Run the recovery between two attempts; return a failure if its result forbids another attempt."""
-        if self._progress.is_done(at):
+    def _fail(self, step: PlanStep, failure: PlanFailure, scope: _CancelScope, at: StepPath) -> _Branch:
+        """Run what follows the last attempt of a step; return the failure of the step."""
+        if not failure.is_declared or self._is_over():
+            return failure
+        end = yield from self._run_recovery(step.on_failure, scope, (*at, _AFTER_LAST))
+        return failure if end is None or end.is_declared else end
+
+    def _run_recovery(self, recovery: PlanStep | None, scope: _CancelScope, at: StepPath) -> _Branch:
+        """Run a recovery, if there is one that was not run yet."""
+        if recovery is None or self._progress.is_done(at):
             return None
-        if step.handler is not None:
-            return (yield from self._run_attempt(StepRole.RECOVERY, step.handler, scope, at))
-        if step.on_failure is None:
-            return None
-        recovery = PlanStep(step.module, step.on_failure)
-        attempt = self._progress.last_result(at) or (
-            yield from self._invoke(StepRole.RECOVERY, recovery, scope, at)
-        )
-        # A recovery that did not start is no obstacle: nothing moved, and the next attempt checks its
-        # precondition.
-        if not attempt.failed or attempt.is_retryable or attempt.record is None:
-            return None
-        return self._failure_of(recovery, attempt)
+        return (yield from self._run_attempt(StepRole.RECOVERY, recovery, scope, at))
 
     def _invoke(
         self, role: StepRole, step: PlanStep, scope: _CancelScope, at: StepPath
     ) -> Generator[None, EndedStep, AttemptResult]:
         if scope.cancel_reason is not None:
             return AttemptResult(failed=True, reason=f"cancelled: {scope.cancel_reason}")
-        inputs = dict(step.inputs)
-        for name, (source, output) in step.flows.items():
-            if output not in self._outputs.get(source, {}):
-                why = f"its input `{name}` takes `{source}.{output}`, which is missing"
-                return AttemptResult(failed=True, reason=why)
-            inputs[name] = self._outputs[source][output]
+        if self._progress.alternative(at):
+            return (yield from self._run_composition(role, step, scope, at))
+        inputs = _filled_inputs(step, self._outputs)
+        if isinstance(inputs, str):
+            return AttemptResult(failed=True, reason=inputs)
         before, head = self._attempts.world.predicates, self._attempts.audit_head
         self._progress.start_attempt(at, UnfinishedAttempt(step.module, step.skill, inputs, before, head))
         started = self._attempts.start(role, step.module, step.skill, inputs)
+        if isinstance(started, ChosenComposition):
+            self._progress.choose_alternative(at, started.name)
+            return (yield from self._run_composition(role, step, scope, at))
         if not isinstance(started, RunningAttempt):
             self._progress.drop_attempt(at)
             return started
@@ -270,11 +292,31 @@ class PlanExecutor:
                 self._store_outputs(step, attempt)
                 return attempt
 
+    def _run_composition(
+        self, role: StepRole, step: PlanStep, scope: _CancelScope, at: StepPath
+    ) -> Generator[None, EndedStep, AttemptResult]:
+        """Run the composition that was chosen for a step, or what is left of it, as one attempt."""
+        count, chosen = self._progress.attempt_count(at), self._progress.alternative(at)
+        body = chosen_composition(self._attempts.active_modules(), step.module, step.skill, chosen)
+        if body is None:
+            attempt = AttemptResult(failed=True, reason=f"`{chosen}` is no longer there", is_composed=True)
+        else:
+            first = role if count == 1 else StepRole.RETRY
+            end = yield from self._run_part(body, scope, (*at, -count), first)
+            attempt = _composed_result(end)
+        if not attempt.ends_run:  # else a resumed run goes on inside it
+            self._progress.finish_attempt(at, attempt)
+        return attempt
+
     def _store_outputs(self, step: PlanStep, attempt: AttemptResult | None) -> None:
         if attempt is not None and not attempt.failed:
             self._outputs[step.id] = attempt.outputs
 
     def _failure_of(self, step: PlanStep, attempt: AttemptResult) -> PlanFailure:
+        if attempt.is_composed:
+            return PlanFailure(
+                attempt.reason, attempt.ends_run, attempt.is_transient, is_declared=attempt.is_retryable
+            )
         skill = step.skill if attempt.record is None else attempt.record.skill
         name = f"`{step.module}.{skill}`"
         if attempt.is_halted:
@@ -282,7 +324,10 @@ class PlanExecutor:
         if attempt.ends_run:
             return PlanFailure(f"{name} ended with an undeclared outcome: {attempt.reason}", is_final=True)
         if not attempt.is_denied:
-            return PlanFailure(f"{name} failed: {attempt.reason}")
+            ran = attempt.record is not None
+            return PlanFailure(
+                f"{name} failed: {attempt.reason}", is_declared=attempt.is_retryable or not ran
+            )
         if attempt.is_transient:
             return PlanFailure(f"{name} was denied: {attempt.reason}", is_transient=True)
         inputs = {key: to_json_value(value) for key, value in step.inputs.items()}
@@ -297,6 +342,30 @@ class PlanExecutor:
 
     def _is_redundant(self, step: PlanStep) -> bool:
         return step.unless is not None and self._attempts.world.evaluate(step.unless) is True
+
+
+def _filled_inputs(step: PlanStep, outputs: Mapping[str, Mapping[str, Any]]) -> dict[str, Any] | str:
+    """Return the inputs of a step with outputs of earlier steps, or the reason that one is missing."""
+    inputs = dict(step.inputs)
+    for name, (source, output) in step.flows.items():
+        if output not in outputs.get(source, {}):
+            return f"its input `{name}` takes `{source}.{output}`, which is missing"
+        inputs[name] = outputs[source][output]
+    return inputs
+
+
+def _composed_result(end: PlanFailure | None) -> AttemptResult:
+    """Return the result of an attempt that ran a composition to its end."""
+    if end is None:
+        return AttemptResult(failed=False, reason="", is_composed=True)
+    return AttemptResult(
+        True,
+        end.reason,
+        is_retryable=end.is_declared,
+        is_transient=end.is_transient,
+        ends_run=end.is_final,
+        is_composed=True,
+    )
 
 
 def _resume_branch(branch: _Branch, ended: EndedStep | None) -> None:

@@ -1,8 +1,9 @@
 """Progress of a plan: the attempts of each step that were started, and their results.
 
 A step path is the place of a part in the plan's graph: the indices of the parts on the way down to it. A
-recovery between two attempts adds the number of the attempt before it. This module decides nothing: the
-executor asks it where to continue, and checkpoints keep it.
+recovery between two attempts adds the number of the attempt before it; one after the last attempt adds 0. An
+attempt that runs a composition adds its number below 0 to the paths of the parts of that.
+This module decides nothing: the executor asks it where to continue, and checkpoints keep it.
 """
 
 from __future__ import annotations
@@ -43,12 +44,14 @@ class AttemptHistory:
     Attributes:
         attempt_count: number of attempts started.
         unfinished: attempt that is running, if any.
-        last_result: result of the last attempt, if it has ended.
+        last_result: result of the last attempt that has ended, if any.
+        alternative: name of the composition that the running attempt runs; empty if it runs a skill.
     """
 
     attempt_count: int = 0
     unfinished: UnfinishedAttempt | None = None
     last_result: AttemptResult | None = None
+    alternative: str = ""
 
 
 @dataclass
@@ -117,7 +120,7 @@ class PlanProgress:
             attempt: the attempt.
         """
         tried = self.attempts.setdefault(at, AttemptHistory())
-        tried.attempt_count, tried.unfinished, tried.last_result = tried.attempt_count + 1, attempt, None
+        tried.attempt_count, tried.unfinished = tried.attempt_count + 1, attempt
         self.on_change()
 
     def finish_attempt(self, at: StepPath, result: AttemptResult) -> None:
@@ -128,8 +131,31 @@ class PlanProgress:
             result: result of the attempt.
         """
         if not result.is_halted:
-            self.attempts[at].unfinished, self.attempts[at].last_result = None, result
+            tried = self.attempts[at]
+            tried.unfinished, tried.last_result, tried.alternative = None, result, ""
             self.on_change()
+
+    def alternative(self, at: StepPath) -> str:
+        """Return the composition that the running attempt at a step path runs.
+
+        Args:
+            at: step path.
+
+        Returns:
+            Its name; empty if no attempt runs one.
+        """
+        return self.attempts[at].alternative if at in self.attempts else ""
+
+    def choose_alternative(self, at: StepPath, name: str) -> None:
+        """Record that the attempt that was recorded last runs a composition.
+
+        Args:
+            at: step path.
+            name: name of the alternative.
+        """
+        tried = self.attempts[at]
+        tried.unfinished, tried.alternative = None, name
+        self.on_change()
 
     def drop_attempt(self, at: StepPath) -> None:
         """Remove the attempt that was recorded last: it never started.

@@ -15,7 +15,7 @@ class StepRole(Enum):
 
     STEP = "step"  # the first try of a step of the plan
     RETRY = "retry"  # a further try of the same step
-    RECOVERY = "recovery"  # `on_failure`, between two tries
+    RECOVERY = "recovery"  # `between_tries`, or `on_failure` after the last try
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +23,7 @@ class StepRecord:
     """One skill invocation of a run.
 
     Attributes:
-        role: first try of a step, further try, or recovery between two tries.
+        role: first try of a step, further try, or recovery after a failed one.
         module: id of the module.
         skill: id of the skill in its module.
         inputs: values of its inputs by name, SI.
@@ -88,7 +88,7 @@ class RunReport:
 
     @property
     def recoveries(self) -> int:
-        """Number of runs of `on_failure` skills."""
+        """Number of runs of the skills that failures lead to."""
         return sum(step.role is StepRole.RECOVERY for step in self.steps)
 
     @property

@@ -13,7 +13,7 @@ from aeros.agent.execution.attempt_journal import (
     record_provider_choice,
     record_start,
 )
-from aeros.agent.execution.dispatcher import Dispatch, Dispatcher, DispatchError
+from aeros.agent.execution.dispatcher import ChosenComposition, Dispatch, Dispatcher, DispatchError
 from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.report import StepRecord, StepRole
 from aeros.agent.execution.supervisor import assess_step
@@ -23,6 +23,7 @@ from aeros.agent.world.values import CachingConverter, to_json_value
 from aeros.agent.world.world import WorldModel, world_from_readings
 from aeros.runtime.ports import EndedStep, LogHead, Runtime, StepHandle, StepResult, StepStatus
 from aeros.spec.model.cause import Cause, causes_to_json
+from aeros.spec.model.ecm import Ecm
 
 RAN_STATUSES: Final = frozenset(
     {
@@ -61,6 +62,7 @@ class AttemptResult:
         is_transient: it was denied, and may be allowed later.
         no_retry_reason: why memory makes another attempt hopeless; empty if it does not.
         ends_run: it ended in an undeclared outcome, and the site stops the run then.
+        is_composed: it was a run of a composition, whose steps have records of their own.
     """
 
     failed: bool
@@ -71,6 +73,7 @@ class AttemptResult:
     is_transient: bool = False
     no_retry_reason: str = ""
     ends_run: bool = False
+    is_composed: bool = False
 
     @property
     def is_denied(self) -> bool:
@@ -218,7 +221,7 @@ class StepRunner:
 
     def start(
         self, role: StepRole, module: str, skill: str, inputs: Mapping[str, Any]
-    ) -> RunningAttempt | AttemptResult:
+    ) -> RunningAttempt | AttemptResult | ChosenComposition:
         """Start a skill if it is active and its precondition is measured as true now.
 
         Args:
@@ -228,29 +231,40 @@ class StepRunner:
             inputs: inputs by name (SI).
 
         Returns:
-            The running attempt, or its result if it did not start or ended at once.
+            The running attempt, its result if it did not start or ended at once, or the composition that was
+            chosen and is to be run instead.
         """
         try:
             dispatch = self.dispatcher.dispatch(module, skill, inputs, self.world)
         except DispatchError as error:
             return self._not_started(role, module, skill, str(error), error.causes)
-        request = dispatch.request
-        barred = self.bars.reason_not_to_start(module, dispatch.skill, request.inputs, self.world)
-        if barred is not None:
-            cause = Cause("interrupted", f"{module}.{request.skill}", barred)
-            return self._not_started(role, module, request.skill, barred, (cause,))
         record_provider_choice(self._journal, module, skill, dispatch)
+        if isinstance(dispatch, ChosenComposition):
+            return dispatch
+        request = dispatch.request
+        barred = self.bars.reason_not_to_start(request.module, dispatch.skill, request.inputs, self.world)
+        if barred is not None:
+            cause = Cause("interrupted", f"{request.module}.{request.skill}", barred)
+            return self._not_started(role, request.module, request.skill, barred, (cause,))
         given = {key: to_json_value(value) for key, value in dispatch.request.inputs.items()}
         time, before = self._runtime.now(), self.world.predicates
         chosen = dispatch.request.skill
         beginning = EpisodeStart(
-            self._task, module, chosen, role.value, given, time, before, dispatch.context
+            self._task, request.module, chosen, role.value, given, time, before, dispatch.context
         )
         episode = self._memory.start_episode(beginning)
         record_start(self._journal, role, dispatch, given)
         handle = self._runtime.start(dispatch.request)
         made = PendingAttempt(role, dispatch, beginning, episode)
         return self.finish(made, handle) if isinstance(handle, StepResult) else RunningAttempt(handle, made)
+
+    def active_modules(self) -> Mapping[str, Ecm]:
+        """Return the modules whose skills may run.
+
+        Returns:
+            Modules by id.
+        """
+        return self._runtime.active_modules()
 
     def finish(self, pending: PendingAttempt, result: StepResult) -> AttemptResult:
         """Assess a step that has ended by the world measured now, and record it in memory and audit record.
@@ -284,11 +298,7 @@ class StepRunner:
         stops = judgement.is_undeclared and self._ends_run(result)
         if judgement.is_undeclared:
             record_broken_assumption(
-                self._journal,
-                self._runtime,
-                dispatch,
-                result,
-                judgement,
+                *(self._journal, self._runtime, dispatch, result, judgement),
                 before=pending.episode_start.before,
                 after=after,
                 ends_run=stops,
@@ -334,13 +344,14 @@ class StepRunner:
 
     def _no_retry_reason(self, dispatch: Dispatch) -> str:
         """Return why memory makes another attempt in this context hopeless; empty if it does not."""
-        of = [option.skill for option in dispatch.options] or [dispatch.request.skill]
-        records = [
-            self._memory.success_record(dispatch.request.module, skill, dispatch.context) for skill in of
-        ]
-        if not all(record.is_hopeless for record in records):
+        request = dispatch.request
+        records = {option.skill: option.record for option in dispatch.options}
+        records |= {
+            request.skill: self._memory.success_record(request.module, request.skill, dispatch.context)
+        }
+        if not all(record.is_hopeless for record in records.values()):
             return ""
-        counts = ", ".join(f"`{skill}` {record}" for skill, record in zip(of, records, strict=True))
+        counts = ", ".join(f"`{skill}` {record}" for skill, record in records.items())
         return f"succeeded before in this context: {counts}"
 
     def _not_started(

@@ -16,7 +16,9 @@ from aeros.runtime.ports import StepResult, StepStatus
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import Environment
 from aeros.spec.expr.shortfall import UnmetBound
+from aeros.spec.expr.unparse import unparse
 from aeros.spec.model.cause import Cause, file_and_line
+from aeros.spec.model.composition import Composition
 from aeros.spec.model.ecm import ActionCondition, Outcome, Skill
 
 
@@ -60,6 +62,25 @@ def start_obstacle(module: str, skill: Skill, world: WorldModel, inputs: Environ
         if clause is not None and world.evaluate(clause.term, inputs) is not True:
             return _unmet_cause(kind, name, clause, world, inputs)
     return None
+
+
+def composition_obstacle(name: str, composition: Composition, world: WorldModel) -> Cause | None:
+    """Return the condition that keeps a composition from starting in `world`.
+
+    Args:
+        name: name of the composition for messages.
+        composition: the composition.
+        world: current state.
+
+    Returns:
+        Its unmet precondition as a cause; None iff it is measured as true.
+    """
+    term, span = composition.precondition, composition.precondition_span
+    if world.evaluate(term) is True:
+        return None
+    text = unparse(term) if span is None else span.text
+    place = "" if span is None else file_and_line(span)
+    return Cause("precondition", name, text, location=place, shortfalls=world.unmet_parts(term, {}))
 
 
 def _unmet_cause(

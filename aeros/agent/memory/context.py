@@ -16,14 +16,17 @@ from aeros.spec.expr import terms as t
 from aeros.spec.model.ecm import Ecm, Skill
 
 
-def evidence_context(task: str, module: Ecm, skills: Iterable[Skill], world: WorldModel) -> str:
+def evidence_context(
+    task: str, module: Ecm, skills: Iterable[Skill], world: WorldModel, others: Iterable[Ecm] = ()
+) -> str:
     """Encode the context of a step that may run any of `skills`.
 
     Args:
         task: task as MODULE.TASK.
-        module: module of the skills.
+        module: module that is asked.
         skills: skills that may run.
         world: current state.
+        others: further modules of which skills may run.
 
     Returns:
         Canonical JSON; two texts are equal iff the contexts are.
@@ -31,4 +34,5 @@ def evidence_context(task: str, module: Ecm, skills: Iterable[Skill], world: Wor
     conditions = [skill.precondition.term for skill in skills if skill.precondition is not None]
     read = {name for term in conditions for name in t.variables_of(term)}
     predicates = {name: world.predicates[name] for name in read & world.predicates.keys()}
-    return json.dumps({"task": task, "code": module.code_digest, "predicates": predicates}, sort_keys=True)
+    code = " ".join([module.code_digest, *sorted({one.code_digest for one in others})])
+    return json.dumps({"task": task, "code": code, "predicates": predicates}, sort_keys=True)

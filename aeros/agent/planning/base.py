@@ -12,7 +12,7 @@ from typing import Protocol
 from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.task_graph import PlanStep, TaskGraph
 from aeros.agent.world.world import WorldModel
-from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.ecm import Ecm, PlanningRule, owner_of
 
 
 class Planner(Protocol):
@@ -59,15 +59,27 @@ class RulePlanner:
         """
         return TaskGraph(
             tuple(
-                PlanStep(
-                    routed.module,
-                    rule.skill,
-                    rule.inputs,
-                    rule.retry,
-                    rule.on_failure,
-                    rule.satisfied_condition,
-                )
+                step_of_rule(routed.module, rule)
                 for rule in routed.task.rules
                 if world.evaluate(rule.satisfied_condition) is not True
             )
         )
+
+
+def step_of_rule(module: str, rule: PlanningRule) -> PlanStep:
+    """Make the step that a planning rule asks for.
+
+    Args:
+        module: id of the module that declares the rule.
+        rule: the rule.
+
+    Returns:
+        The step, with the steps that its failure leads to.
+    """
+    between, last = (
+        None if name is None else PlanStep(*owner_of(name, module))
+        for name in (rule.between_tries, rule.on_failure)
+    )
+    return PlanStep(
+        *owner_of(rule.skill, module), rule.inputs, rule.retry, between, last, rule.satisfied_condition
+    )

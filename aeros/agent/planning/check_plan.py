@@ -14,7 +14,7 @@ from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.task_graph import PlanStep, TaskGraph
 from aeros.agent.world.values import UnusableValueError, to_exact
 from aeros.agent.world.world import WorldModel
-from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.ecm import Ecm, owner_of
 from aeros.spec.model.site import Site
 from aeros.spec.model.step_graph import map_graph_steps
 from aeros.spec.planning.domain import GroundSkill, PlanningDomain, domain_for
@@ -42,9 +42,10 @@ class PlanChecker:
             The reasons; empty iff the plan is accepted.
         """
         also = {
-            f"{step.module}.{name}".casefold()
+            name.casefold()
             for step in graph.steps
-            for name in (*self._providers(step), *_recovery_skills(step))
+            for run in (step, *(helper for _, helper in step.helpers))
+            for name in self._providers(run)
         }
         task, known = self._task, self._world.known
         domain = domain_for(
@@ -57,42 +58,42 @@ class PlanChecker:
             return [f"the plan could not be checked: {why}"]
 
     def _providers(self, step: PlanStep) -> tuple[str, ...]:
+        """List the skills that a step may run as MODULE.SKILL, if only skills may."""
         module = self._modules.get(step.module)
-        return () if module is None else module.providers(step.skill)
+        providers = () if module is None else module.providers(step.skill)
+        return tuple(".".join(owner_of(name, step.module)) for name in providers)
 
     def _to_planned_step(self, step: PlanStep, domain: PlanningDomain) -> PlannedStep:
         name = f"{step.module}.{step.skill}"
-        if step.handler is not None or step.flows:
+        if step.needs_recovery or step.flows or any(helper.helpers for _, helper in step.helpers):
             return PlannedStep(
-                name, (), "steps with a handler or with outputs of other steps cannot be checked"
+                name, (), "steps of a composition, or with outputs of other steps, cannot be checked"
             )
-        choices: list[GroundSkill] = []
-        for skill in self._providers(step):
-            found = self._choice(domain, step, skill)
-            if isinstance(found, str):
-                return PlannedStep(name, (), found)
-            choices.append(found)
-        cures = []
-        for skill in _recovery_skills(step):
-            found = self._choice(domain, PlanStep(step.module, skill), skill)
-            if isinstance(found, str):
-                return PlannedStep(name, (), f"on_failure: {found}")
-            cures.append(found)
+        choices = self._choices(domain, step)
+        if isinstance(choices, str):
+            return PlannedStep(name, (), choices)
+        cures: dict[str, tuple[GroundSkill, ...]] = {}
+        for word, helper in step.helpers:
+            found = self._choices(domain, helper)
+            if isinstance(found, str) or not found:
+                return PlannedStep(name, (), f"{word}: {found or 'no such skill'}")
+            cures[word] = found
         missing = "" if choices else "no such skill"
-        return PlannedStep(name, tuple(choices), missing, step.retry, tuple(cures), step.unless)
+        between, last = cures.get("between_tries", ()), cures.get("on_failure", ())
+        return PlannedStep(name, choices, missing, step.retry, between, last, step.unless)
 
-    def _choice(self, domain: PlanningDomain, step: PlanStep, skill: str) -> GroundSkill | str:
-        name = f"{step.module}.{skill}"
+    def _choices(self, domain: PlanningDomain, step: PlanStep) -> tuple[GroundSkill, ...] | str:
+        found = [self._choice(domain, step, skill) for skill in self._providers(step)]
+        problem = next((one for one in found if isinstance(one, str)), None)
+        return problem or tuple(one for one in found if not isinstance(one, str))
+
+    def _choice(self, domain: PlanningDomain, step: PlanStep, name: str) -> GroundSkill | str:
         for choice in domain.choices:
             if choice.name == name and _matches_inputs(choice, step):
                 return choice
         return domain.excluded_skills.get(
             name, "it cannot be checked with inputs other than the declared defaults"
         )
-
-
-def _recovery_skills(step: PlanStep) -> tuple[str, ...]:
-    return () if step.on_failure is None else (step.on_failure,)
 
 
 def _matches_inputs(choice: GroundSkill, step: PlanStep) -> bool:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from aeros.agent.planning.routing import RoutedTask
-from aeros.agent.planning.task_graph import PlanStep, TaskGraph
+from aeros.agent.planning.task_graph import Part, PlanStep, TaskGraph
 from aeros.agent.world.world import WorldModel
 from aeros.spec.model import composition as spec
 from aeros.spec.model.composition import Composition
-from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.ecm import Ecm, owner_of
 from aeros.spec.model.step_graph import Seq, map_graph_steps
 
 
@@ -51,6 +51,24 @@ class CompositionPlanner:
         return composition_to_graph(composition, routed.module)
 
 
+def chosen_composition(modules: Mapping[str, Ecm], module: str, name: str, alternative: str) -> Part | None:
+    """Return the graph of a composition that was chosen for a step.
+
+    Args:
+        modules: active modules by id.
+        module: id of the module that asks for it.
+        name: capability that the step names.
+        alternative: name of the alternative.
+
+    Returns:
+        The graph; None if the module is not active or has it no more.
+    """
+    for one in modules[module].alternatives(name) if module in modules else ():
+        if one.name == alternative and one.composition is not None:
+            return composition_to_graph(one.composition, module).body
+    return None
+
+
 def composition_to_graph(composition: Composition, module: str) -> TaskGraph:
     """Convert a composition to a task graph.
 
@@ -63,9 +81,21 @@ def composition_to_graph(composition: Composition, module: str) -> TaskGraph:
     """
 
     def planned(step: spec.Step) -> PlanStep:
-        handler = None if step.handler is None else planned(composition.handlers[step.handler])
+        between, last = (
+            None if name is None else planned(composition.handlers[name])
+            for name in (step.between_tries, step.last_handler)
+        )
         flows = {name: (flow.step, flow.output) for name, flow in step.output_references.items()}
-        return PlanStep(module, step.skill, step.inputs, step.retry, handler=handler, id=step.id, flows=flows)
+        return PlanStep(
+            *owner_of(step.skill, module),
+            step.inputs,
+            step.retry,
+            between,
+            last,
+            needs_recovery=between is not None,
+            id=step.id,
+            flows=flows,
+        )
 
     body = map_graph_steps(composition.body, planned)
     return TaskGraph(body.parts if isinstance(body, Seq) else (body,))

@@ -1,9 +1,13 @@
 """Plans as JSON, for people and programs, with a strict reader for untrusted input.
 
     plan ::= [part, …]
-    part ::= {"skill": "MODULE.SKILL", "inputs": {…}, "retry": 0, "on_failure": "SKILL" or null,
+    part ::= {"skill": "MODULE.SKILL", "inputs": {…}, "retry": 0,
+              "between_tries": "SKILL" or null; it runs before each repetition of a failed step,
+              "on_failure": "SKILL" or null; it runs when the last repetition has failed,
               "unless": "CONDITION"; the step is skipped if it is measured as true at its turn}
            | {"if": "CONDITION", "then": plan, "else": plan or null} | {"seq": plan}
+
+SKILL is one of the same module, or MODULE.SKILL. Both run with default inputs.
 
 The reader accepts this form only. An unknown key, a number instead of text, or a condition that is not one
 over the site's vocabulary is refused with its place. `verify_plan` decides if the plan may start.
@@ -39,7 +43,7 @@ def plan_to_json(graph: TaskGraph) -> list[dict[str, Any]]:
     """Convert a plan to JSON values.
 
     Args:
-        graph: plan without parallel branches, handlers and flows.
+        graph: plan without parallel branches and flows, whose failures lead to steps with default inputs.
 
     Returns:
         The list of its parts.
@@ -52,7 +56,9 @@ def _part_to_json(part: Part) -> dict[str, Any]:
         case PlanStep():
             inputs = {name: to_json_value(value) for name, value in part.inputs.items()}
             skill = f"{part.module}.{part.skill}"
-            form = {"skill": skill, "inputs": inputs, "retry": part.retry, "on_failure": part.on_failure}
+            form: dict[str, Any] = {"skill": skill, "inputs": inputs, "retry": part.retry}
+            form |= {"between_tries": None, "on_failure": None}
+            form |= {word: part.helper_name(helper) for word, helper in part.helpers}
             return form if part.unless is None else {**form, "unless": unparse(part.unless)}
         case If(text=text, then=then, otherwise=otherwise):
             other = None if otherwise is None else _parts_to_json(otherwise)
@@ -140,7 +146,8 @@ class _PlanReader:
         return self._step(form, place)
 
     def _step(self, form: Mapping[str, Any], place: str) -> PlanStep:
-        _reject_unknown_keys(form, {"skill", "inputs", "retry", "on_failure", "unless"}, place)
+        known = {"skill", "inputs", "retry", "between_tries", "on_failure", "unless"}
+        _reject_unknown_keys(form, known, place)
         module, dot, skill = _read_text(form, "skill", place).partition(".")
         if not dot:
             raise MalformedPlanError(f"`{place}.skill` is not of the form MODULE.SKILL")
@@ -149,9 +156,9 @@ class _PlanReader:
             raise MalformedPlanError(f"`{place}.inputs` is not an object")
         if type(retry) is not int:
             raise MalformedPlanError(f"`{place}.retry` is not a whole number")
-        on_failure = None if form.get("on_failure") is None else _read_text(form, "on_failure", place)
+        between, last = (_helper(form, key, module, place) for key in ("between_tries", "on_failure"))
         unless = None if form.get("unless") is None else self._condition(form, "unless", place)
-        return PlanStep(module, skill, inputs, retry, on_failure, unless)
+        return PlanStep(module, skill, inputs, retry, between, last, unless)
 
     def _if(self, form: Mapping[str, Any], place: str, level: int) -> Part:
         _reject_unknown_keys(form, {"if", "then", "else"}, place)
@@ -166,6 +173,14 @@ class _PlanReader:
             return check(parse(_read_text(form, key, place)), self._scope, BOOL)
         except (ExpressionSyntaxError, ExpressionTypeError) as fault:
             raise MalformedPlanError(f"`{place}.{key}` is not a condition: {fault.message}") from fault
+
+
+def _helper(form: Mapping[str, Any], key: str, module: str, place: str) -> PlanStep | None:
+    """Read a step that a failure leads to: a skill of `module`, or MODULE.SKILL."""
+    if form.get(key) is None:
+        return None
+    of, dot, skill = _read_text(form, key, place).rpartition(".")
+    return PlanStep(of if dot else module, skill)
 
 
 def _reject_unknown_keys(form: Mapping[str, Any], known: set[str], place: str) -> None:

@@ -1,9 +1,9 @@
 """Conversion of a strong cyclic strategy to a task graph: its path to the goal, assuming that steps succeed.
 
 A step with several successes is followed by an `if` on what is measured then. Reactions to failure become the
-step's retries and its `on_failure`, if the strategy covers every state that these can lead to. The graph ends
-where the conversion runs into a cycle, grows too large, or cannot distinguish states by measurement: there
-the agent plans again, from the state that it has reached.
+step's retries and its `between_tries`, if the strategy covers every state that these can lead to. The graph
+ends where the conversion runs into a cycle, grows too large, or cannot distinguish states by measurement:
+there the agent plans again, from the state that it has reached.
 """
 
 from __future__ import annotations
@@ -70,8 +70,8 @@ class _GraphBuilder:
                 break
         if helper is not None:
             self._cures.setdefault(choice.name, set()).add(helper.name)
-        on_failure = None if helper is None else helper.skill.id
-        return PlanStep(choice.module, choice.skill.id, choice.inputs, retry, on_failure), successes
+        between = None if helper is None or not retry else PlanStep(helper.module, helper.skill.id)
+        return PlanStep(choice.module, choice.skill.id, choice.inputs, retry, between), successes
 
     def _is_covered(self, state: State) -> bool:
         try:
@@ -80,7 +80,7 @@ class _GraphBuilder:
             return False
 
     def _recovery_for(self, state: State, choice: GroundSkill) -> GroundSkill | None:
-        """Return the strategy's reaction to failure, if it is one skill that fits `on_failure`."""
+        """Return the strategy's reaction to failure, if it is one skill that fits `between_tries`."""
         wanted: dict[GroundSkill, None] = {}
         for then, outcome, _ in self._domain.after(choice, state):
             chosen = self._strategy.chosen.get(then)
@@ -89,8 +89,7 @@ class _GraphBuilder:
         if len(wanted) != 1:
             return None
         (cure,) = wanted
-        fits = cure.module == choice.module and not cure.inputs
-        return cure if fits and choice.name not in self._recovery_skills(cure.name) else None
+        return cure if not cure.inputs and choice.name not in self._recovery_skills(cure.name) else None
 
     def _recovery_skills(self, name: str) -> set[str]:
         """Return `name` and every skill that may run after its failure, transitively."""

@@ -11,7 +11,8 @@ the gate checks them for each action.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from itertools import islice
 from typing import Any, Final, TypeAlias, cast
 
 from aeros.agent.world.values import UnusableValueError, to_exact
@@ -20,7 +21,7 @@ from aeros.spec.diagnostics.source import Source, SourceSpan
 from aeros.spec.expr import terms as t
 from aeros.spec.model import composition as spec
 from aeros.spec.model import step_graph as parts
-from aeros.spec.model.ecm import Ecm, Skill
+from aeros.spec.model.ecm import Alternative, Ecm, Skill, owner_of
 from aeros.spec.model.site import Site
 from aeros.spec.model.step_graph import If, Par, Seq, children_of, map_graph_steps, steps_of, walk_parts
 from aeros.spec.obligations.parallel import interference_claims
@@ -28,8 +29,11 @@ from aeros.spec.obligations.parallel import interference_claims
 MAX_STEPS: Final = 100
 """The most steps of one plan: with the caps on retries and re-plans it bounds every run."""
 
+MAX_RUNS: Final = 1000
+"""The most steps of one plan together with the steps that failures lead to, each as often as it is used."""
+
 MAX_DEPTH: Final = 20
-"""Largest nesting depth of a plan's parts and of a step's handlers."""
+"""Largest nesting depth of a plan's parts, and of a failure that leads to a step that may fail."""
 
 MAX_REMARK_CHARS: Final = 4000
 
@@ -46,10 +50,11 @@ class PlanStep:
         skill: id of a skill, or a capability of the module; the dispatcher chooses one of its providers.
         inputs: inputs by name (SI); inputs with defaults may be left out.
         retry: number of repetitions of a failed attempt.
-        on_failure: skill of the same module that runs with default inputs between two attempts.
+        between_tries: step that runs between two attempts.
+        on_failure: step that runs after the last attempt has failed; then this step has failed.
         unless: the step is skipped if this is measured as true at its turn.
-        handler: step that runs between two attempts instead of `on_failure`; if it fails for good, so does
-            this.
+        needs_recovery: this step fails for good if `between_tries` does, as a step of a composition; else
+            the next attempt follows, which checks its precondition.
         id: name by which other steps refer to its outputs.
         flows: for each such input, the `id` and the output of an earlier step that has succeeded.
     """
@@ -58,16 +63,34 @@ class PlanStep:
     skill: str
     inputs: Mapping[str, Any] = field(default_factory=dict)
     retry: int = 0
-    on_failure: str | None = None
+    between_tries: PlanStep | None = None
+    on_failure: PlanStep | None = None
     unless: t.Term | None = None
-    handler: PlanStep | None = None
+    needs_recovery: bool = False
     id: str = ""
     flows: Mapping[str, tuple[str, str]] = field(default_factory=dict)
 
     def __str__(self) -> str:
-        helper = self.on_failure if self.handler is None else self.handler.skill
-        recovery = "" if helper is None else f", on_failure {helper}"
-        return f"{self.module}.{self.skill}" + (f" (retry {self.retry}{recovery})" if self.retry else "")
+        notes = [f"retry {self.retry}"] if self.retry else []
+        notes += [f"{word} {self.helper_name(helper)}" for word, helper in self.helpers]
+        return f"{self.module}.{self.skill}" + (f" ({', '.join(notes)})" if notes else "")
+
+    @property
+    def helpers(self) -> tuple[tuple[str, PlanStep], ...]:
+        """The steps that a failure leads to, each with the field that names it."""
+        pairs = (("between_tries", self.between_tries), ("on_failure", self.on_failure))
+        return tuple((word, helper) for word, helper in pairs if helper is not None)
+
+    def helper_name(self, helper: PlanStep) -> str:
+        """Name a step that a failure leads to, as a plan writes it.
+
+        Args:
+            helper: one of `helpers`.
+
+        Returns:
+            The skill; `MODULE.SKILL` if it is of another module than this step.
+        """
+        return helper.skill if helper.module == self.module else f"{helper.module}.{helper.skill}"
 
 
 Part: TypeAlias = parts.Part[PlanStep]
@@ -101,9 +124,9 @@ _STEP_FIELD_TYPES: Final[tuple[tuple[str, tuple[Any, ...]], ...]] = (
     ("skill", (str,)),
     ("inputs", (Mapping,)),
     ("retry", (int,)),
-    ("on_failure", (str, type(None))),
+    ("between_tries", (PlanStep, type(None))),
+    ("on_failure", (PlanStep, type(None))),
     ("unless", (t.Term, type(None))),
-    ("handler", (PlanStep, type(None))),
     ("id", (str,)),
     ("flows", (Mapping,)),
 )
@@ -137,8 +160,10 @@ def verify_plan(graph: object, modules: Mapping[str, Ecm], site: Site) -> list[s
     runs = [
         (f"step {n}{of}", run)
         for n, step in enumerate(graph.steps, 1)
-        for of, run in _step_and_handlers(step)
+        for of, run in islice(_step_and_helpers(step), MAX_RUNS + 1)
     ]
+    if len(runs) > MAX_RUNS:
+        return [f"the plan has more than {MAX_RUNS} steps and steps that failures lead to"]
     malformed = [f"{which}: {text}" for which, run in runs if (text := _field_problems(run))]
     if malformed:
         return malformed
@@ -150,14 +175,13 @@ def verify_plan(graph: object, modules: Mapping[str, Ecm], site: Site) -> list[s
     return problems + _recovery_cycles(graph, modules) or _parallel_conflicts(graph, modules, site)
 
 
-def _step_and_handlers(step: PlanStep) -> Iterator[tuple[str, PlanStep]]:
-    """Yield a step and its handler, the handler's handler, and so on."""
-    of, run = "", step
-    while True:
-        yield of, run
-        if not isinstance(run.handler, PlanStep):
-            return
-        of, run = f"{of}, its handler", run.handler
+def _step_and_helpers(step: PlanStep, of: str = "", depth: int = 0) -> Iterator[tuple[str, PlanStep]]:
+    """Yield a step, the steps that its failure leads to, those that their failure leads to, and so on."""
+    yield of, step
+    for word in ("between_tries", "on_failure") if depth < MAX_DEPTH else ():
+        helper = getattr(step, word)
+        if isinstance(helper, PlanStep):
+            yield from _step_and_helpers(helper, f"{of}, its `{word}`", depth + 1)
 
 
 def _shape_problems(part: object, depth: int) -> str | None:
@@ -201,32 +225,32 @@ def _is_source(source: object) -> bool:
 
 def _step_problems(step: PlanStep, modules: Mapping[str, Ecm], site: Site) -> list[str]:
     problems: list[str] = []
-    if step.handler is not None and step.on_failure is not None:
-        problems.append("it has both a handler and an `on_failure`")
-    if step.handler is not None and _is_capability(step.handler, modules):
-        problems.append(f"its handler `{step.handler.skill}` is a capability; a handler is a skill")
     if not 0 <= step.retry <= site.limits.retries:
         problems.append(f"{step.retry} retries; this site allows 0 to {site.limits.retries}")
     module = modules.get(step.module)
     if module is None:
         return [*problems, f"no active module is named `{step.module}`"]
-    providers = module.providers(step.skill)
-    if not providers:
+    alternatives = module.alternatives(step.skill)
+    if not alternatives:
         problems.append(_unknown_skill(step.skill, module))
-    for name in providers:
-        problems += input_problems(module.skills[name], step.inputs, step.flows)
-    if step.on_failure is not None:
-        recovery = module.skills.get(step.on_failure)
-        if recovery is None:
-            problems.append("on_failure: " + _unknown_skill(step.on_failure, module))
-        else:
-            problems += [f"on_failure `{step.on_failure}`: {text}" for text in input_problems(recovery, {})]
+    inactive: list[str] = []
+    for one in alternatives:
+        owners = {owner_of(name, module.id)[0] for name in _skills_run_by(one)}
+        inactive += sorted(owners - modules.keys())[:1]
+        if one.composition is None:
+            problems += input_problems(module.callable_skills[one.name], step.inputs, step.flows)
+        elif step.inputs or step.flows:
+            problems.append(f"`{one.name}`, which provides it, has no input")
+    if alternatives and len(inactive) == len(alternatives):
+        problems.append(f"no active module is named `{inactive[0]}`")
     return problems
 
 
-def _is_capability(step: PlanStep, modules: Mapping[str, Ecm]) -> bool:
-    module = modules.get(step.module)
-    return module is not None and module.providers(step.skill) not in ((), (step.skill,))
+def _skills_run_by(one: Alternative) -> tuple[str, ...]:
+    if one.composition is None:
+        return (one.name,)
+    steps = (*steps_of(one.composition.body), *one.composition.handlers.values())
+    return tuple(dict.fromkeys(name for step in steps for name in step.runs))
 
 
 def _unknown_skill(name: str, module: Ecm) -> str:
@@ -260,21 +284,32 @@ def input_problems(skill: Skill, inputs: Mapping[str, Any], flows: Collection[st
 
 
 def _recovery_cycles(graph: TaskGraph, modules: Mapping[str, Ecm]) -> list[str]:
-    """Find skills that recover from their own failure through others, which the executor cannot run."""
+    """Find skills whose failure leads back to them through others."""
     recoveries = [
-        (f"{step.module}.{skill}", f"{step.module}.{step.on_failure}")
+        (skill, cure)
         for step in graph.steps
-        if step.on_failure is not None and step.module in modules
-        for skill in modules[step.module].providers(step.skill)
+        # Handlers of a composition, whose steps have ids, are finite: `verify` refuses any that lead back.
+        if step.module in modules and not step.id
+        for _, helper in step.helpers
+        if modules[step.module].providers(step.skill)  # what a composition runs has handlers of its own
+        for skill in _qualified(modules, step)
+        for cure in _qualified(modules, helper)
     ]
     if {skill for skill, _ in recoveries}.isdisjoint(cure for _, cure in recoveries):
         return []
     import networkx as nx  # 80 ms, which plans whose recoveries have none themselves need not pay
 
     return [
-        "on_failure leads back to itself: " + " → ".join(f"`{skill}`" for skill in (*cycle, cycle[0]))
+        "a failure leads back to itself: " + " → ".join(f"`{skill}`" for skill in (*cycle, cycle[0]))
         for cycle in nx.simple_cycles(nx.DiGraph(recoveries))
     ]
+
+
+def _qualified(modules: Mapping[str, Ecm], step: PlanStep) -> list[str]:
+    """List the skills that a step may run as MODULE.SKILL."""
+    module = modules.get(step.module)
+    alternatives = () if module is None else module.alternatives(step.skill)
+    return [".".join(owner_of(name, step.module)) for one in alternatives for name in _skills_run_by(one)]
 
 
 def _parallel_conflicts(graph: TaskGraph, modules: Mapping[str, Ecm], site: Site) -> list[str]:
@@ -297,19 +332,23 @@ class _CompositionView:
         self._count = 0
 
     def part(self, step: PlanStep) -> spec.Part:
-        """Convert a step; a capability becomes all its providers in sequence, so any choice is checked."""
-        providers = self._modules[step.module].providers(step.skill)
-        steps = tuple(self._step(replace(step, skill=name)) for name in providers)
+        """Convert a step; a capability becomes all that it may run, in sequence: any choice is checked."""
+        steps = tuple(self._step(step, name) for name in self._known(step))
         return steps[0] if len(steps) == 1 else Seq(steps)
 
-    def _step(self, step: PlanStep) -> spec.Step:
+    def _known(self, step: PlanStep) -> list[str]:
+        """List the skills of active modules that a step may run."""
+        names = _qualified(self._modules, step)
+        return [name for name in names if name.partition(".")[0] in self._modules]
+
+    def _step(self, step: PlanStep, name: str) -> spec.Step:
         self._count += 1
-        name = f"{step.module}.{step.skill}"
+        owner, _, skill = name.partition(".")
         id_ = f"{self._count} {name}"
-        self.skills[name] = self._modules[step.module].skills[step.skill]
-        helper = step.handler or (PlanStep(step.module, step.on_failure) if step.on_failure else None)
-        handler = None
-        if helper is not None:
-            made = self._step(helper)
-            handler, self.handlers[made.id] = made.id, made
-        return spec.Step(id_, name, {}, {}, step.retry, handler, PLAN_SPAN)
+        self.skills[name] = self._modules[owner].skills[skill]
+        made = {word: self._step(helper, self._known(helper)[0]) for word, helper in step.helpers}
+        self.handlers |= {one.id: one for one in made.values()}
+        names = {word: one.id for word, one in made.items()}
+        return spec.Step(
+            id_, name, {}, {}, step.retry, names.get("between_tries"), names.get("on_failure"), PLAN_SPAN
+        )

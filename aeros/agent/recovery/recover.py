@@ -27,7 +27,7 @@ from aeros.agent.execution.uncertain_steps import UncertainSteps, possible_succe
 from aeros.agent.world.values import to_json_value
 from aeros.agent.world.world import WorldModel
 from aeros.runtime.ports import AuditEvent, StepResult, StepStatus
-from aeros.spec.model.ecm import Ecm, Skill
+from aeros.spec.model.ecm import Ecm, Skill, owner_of
 
 _INTERRUPTED_STATUSES: Final = (StepStatus.HALTED, StepStatus.CANCELLED)
 """Endings that were not its own: as for one that never ended."""
@@ -103,8 +103,8 @@ class ProgressRecovery:
         return (
             module is not None
             and step.sequence >= unfinished.head.records
-            and step.module == unfinished.module
-            and step.skill in module.providers(unfinished.skill)
+            and (step.module, step.skill)
+            in {owner_of(name, module.id) for name in module.providers(unfinished.skill)}
         )
 
     def _resolve_step(self, step: RecordedStep, before: Mapping[str, Any]) -> AttemptResult | None:

@@ -5,10 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from aeros.apps.drawings.drawing import Diagram, Edge, Node, Shape
-from aeros.spec.flow.control_flow import DONE, START, STOPPED, control_flow_graph
+from aeros.spec.flow.control_flow import (
+    DONE,
+    FAILURE,
+    LAST_FAILURE,
+    START,
+    STOPPED,
+    control_flow_graph,
+)
 from aeros.spec.model.composition import Composition, Step
 from aeros.spec.model.ecm import Ecm, Skill
 from aeros.spec.model.step_graph import If
+
+FAILURES = (FAILURE, LAST_FAILURE)
 
 
 def composition_drawing(ecm: Ecm, composition: Composition) -> Diagram:
@@ -28,9 +37,9 @@ def composition_drawing(ecm: Ecm, composition: Composition) -> Diagram:
     for before, after, data in graph.edges(data=True):
         part = graph.nodes[before].get("part")
         on: str = data["on"]
-        label = _label(part, on, after, ecm.skills) if isinstance(part, Step) else on
+        label = _label(part, on, after, ecm.callable_skills) if isinstance(part, Step) else on
         if label is not None:
-            edges.append((before, after, label, on == "failure"))
+            edges.append((before, after, label, on in FAILURES))
     reached = {name for before, after, _, _ in edges for name in (before, after)}
     body = [name for name in graph if name.partition("/")[0] not in (START, DONE, STOPPED, "handler")]
     handlers = [f"handler/{name}" for name in composition.handlers]
@@ -48,11 +57,14 @@ def composition_drawing(ecm: Ecm, composition: Composition) -> Diagram:
 
 def _label(step: Step, on: str, after: str, skills: Mapping[str, Skill]) -> str | None:
     """Return the outcomes that lead from a step to `after`, as text; None if there is no such outcome."""
-    likely = [one for one in skills[step.skill].outcomes.values() if one.probability != 0]
-    names = " or ".join(one.id for one in likely if one.failure == (on == "failure"))
+    outcomes = [one for name in step.runs for one in skills[name].outcomes.values()]
+    likely = [one for one in outcomes if one.probability != 0]
+    if not on:
+        return ""
+    names = " or ".join(dict.fromkeys(one.id for one in likely if one.failure == (on in FAILURES)))
     if not names:
         return None
-    if on == "failure" and after == STOPPED and step.retry:
+    if step.retry and (on == LAST_FAILURE or (on == FAILURE and after == STOPPED)):
         return f"{names}, after {step.retry + 1} tries"
     return names
 

@@ -93,13 +93,18 @@ def rules_drawing(ecm: Ecm, task: Task) -> Diagram:
         step = f"step{index}"
         nodes.append(Node(step, (f"{index + 1}. {rule.skill}", *_rule_text(rule))))
         edges.append(Edge("start" if index == 0 else f"step{index - 1}", step))
-        if rule.on_failure is not None:
+        if rule.between_tries is not None:
             recovery = f"recovery{index}"
-            nodes.append(Node(recovery, (rule.on_failure,), "state"))
+            nodes.append(Node(recovery, (rule.between_tries,), "state"))
             edges.append(Edge(step, recovery, "on failure", dashed=True))
             edges.append(Edge(recovery, step, "try again", dashed=True))
         elif rule.retry:
             edges.append(Edge(step, step, "try again", dashed=True))
+        if rule.on_failure is not None:
+            reset = f"reset{index}"
+            nodes.append(Node(reset, (rule.on_failure,), "state"))
+            edges.append(Edge(step, reset, "after the last failure", dashed=True))
+            edges.append(Edge(reset, "start", "plan again", dashed=True))
     nodes.append(Node("goal", (f"goal: {task.goal_text}",), "goal"))
     edges.append(Edge(f"step{len(task.rules) - 1}", "goal"))
     return Diagram(f"{ecm.id}: planning rules of {task.id}", tuple(nodes), tuple(edges))
@@ -132,7 +137,7 @@ def closed_loop_drawing(ecm: Ecm, explored: ReachableStates) -> Diagram:
     for node, name in names.items():
         nodes.append(_loop_node(explored, node, name, stuck=node in stuck))
         for move in explored.system.transitions(node):
-            failed = move.role in ("step", "retry") and move.target.phase in ("plan", "recover")
+            failed = move.role in ("step", "retry") and move.target.phase in ("plan", "recover", "reset")
             edges.append(Edge(name, names[move.target], move.label, dashed=failed))
     return Diagram(
         f"{ecm.id}: closed loop of {explored.system.task.id}", tuple(nodes), tuple(dict.fromkeys(edges))
@@ -146,9 +151,12 @@ def _loop_node(explored: ReachableStates, node: LoopNode, name: str, *, stuck: b
     doing: str = node.phase
     if node.remaining_rules:
         rule = task.rules[node.remaining_rules[0]]
-        recovery = rule.on_failure or "trying again"
-        doing = f"try {rule.skill}" if node.phase == "try" else f"recover by {recovery}"
-        doing += f" (try {node.tries + 1})" if node.tries else ""
+        doing = {
+            "try": f"try {rule.skill}",
+            "recover": f"recover by {rule.between_tries or 'trying again'}",
+            "reset": f"recover by {rule.on_failure}, then plan again",
+        }[node.phase]
+        doing += f" (try {node.tries + 1})" if node.tries and node.phase != "reset" else ""
     elif node.phase == "try":
         doing = "plan exhausted"
     lines = (doing, *_state_text(explored, node))

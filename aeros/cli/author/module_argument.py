@@ -25,7 +25,7 @@ def read_module(path: Path, site_path: Path | None) -> tuple[Ecm, Site]:
         site_path: The site file; None for the reference site.
 
     Returns:
-        The module and the site.
+        The module, and the site with the module's own state variables.
 
     Raises:
         UserError: A file is rejected; lists all problems.
@@ -38,7 +38,7 @@ def read_module(path: Path, site_path: Path | None) -> tuple[Ecm, Site]:
     sink.raise_if_errors()
     if loaded is None or site is None:
         raise UsageError(f"`{path}` holds several modules; name one")
-    return loaded.ecm, site
+    return loaded.ecm, site.with_modules((loaded.ecm,))
 
 
 def select_declared(ecm: Ecm, what: str, declared: Mapping[str, _T], name: str | None) -> _T:

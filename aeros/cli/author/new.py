@@ -30,8 +30,9 @@ if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
 _EXAMPLES = """\
-The module picks up a piece of clutter.  Its folder holds the manifest ecm.yaml and the code skills.py.
-Its tests are in test_NAME.py next to the folder.  Continue with docs/tutorial.md.
+The module picks up a piece of clutter.  Its folder holds the manifest ecm.yaml, the code skills.py
+and a scene for simulation.  Its tests are in test_NAME.py next to the folder.
+Continue with docs/tutorial.md.
 
 examples:
   aeros new ecm tidy                          the folder tidy/ and test_tidy.py, here
@@ -45,6 +46,9 @@ _RESERVED: Final = frozenset({"aeros", "null"})
 
 _WORDS: Final = re.compile(r"[^\W_][\w-]*( [\w-]+)*")
 """Trigger phrases: words with single blanks between them."""
+
+_SCENE: Final = "scenes/table.yaml"
+"""Path of the scene file in the module's folder."""
 
 _MAX_NAME_CHARS: Final = 60
 """Largest number of characters of a name or phrase; file systems allow about 250 bytes."""
@@ -160,7 +164,12 @@ def _files(name: str, words: str, place: Path, site: Path | None) -> dict[str, s
         if site is None
         else f', "--site", str(HERE / {json.dumps(_relative_path(place, site))})',
     }
-    names = {MANIFEST: f"{name}/{MANIFEST}", "skills.py": f"{name}/skills.py", "test.py": f"test_{name}.py"}
+    names = {
+        MANIFEST: f"{name}/{MANIFEST}",
+        "skills.py": f"{name}/skills.py",
+        "scene.yaml": f"{name}/{_SCENE}",
+        "test.py": f"test_{name}.py",
+    }
     templates = resources.files("aeros") / "templates" / "ecm"
     return {
         path: Template((templates / f"{template}.template").read_text(encoding="utf-8")).substitute(given)
@@ -176,8 +185,8 @@ def _relative_path(place: Path, site: Path) -> str:
 def _write_module(name: str, place: Path, files: dict[str, str], site: Site) -> None:
     """Write `files` into `place`, all or none, if `site` declares the vocabulary that they use."""
     with temporary_folder(place) as staged:
-        (staged / name).mkdir()
         for path, text in files.items():
+            (staged / path).parent.mkdir(parents=True, exist_ok=True)
             (staged / path).write_text(text, encoding="utf-8")
         _check_site_vocabulary(staged / name, site)
         (staged / name).rename(place / name)
@@ -208,6 +217,7 @@ def _next_steps(name: str, words: str, place: Path, site: Path | None) -> str:
         (
             f"{place / name / MANIFEST}: what it may do",
             f"{place / name / 'skills.py'}: how it does it",
+            f"{place / name / _SCENE}: what stands about in simulation",
             f"{place / f'test_{name}.py'}: its tests",
             "",
             "next:",

@@ -283,7 +283,8 @@ def _format_parts(parts: list[dict[str, Any]], margin: str) -> Iterator[str]:
             continue
         given = ", ".join(f"{name} = {_format_value(value)}" for name, value in part["inputs"].items())
         tried = f", tried {part['retry'] + 1} times at most" if part["retry"] else ""
-        cure = f", {part['on_failure']} between tries" if part["on_failure"] else ""
+        cure = f", {part['between_tries']} between tries" if part["between_tries"] else ""
+        cure += f", {part['on_failure']} after the last" if part["on_failure"] else ""
         yield f"{margin}{part['skill']}" + (f"({given})" if given else "") + tried + cure
 
 

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 SCHEMA: Final = "aeros/migration/1"
 
 _EXAMPLES: Final = """\
-A file says its format and version in `schema`, as in `schema: aeros/ecm/1`.  Folders are
+A file says its format and version in `schema`, as in `schema: aeros/ecm/2`.  Folders are
 searched recursively for files of known formats; other files, links and hidden folders are skipped.
 Databases are migrated when they are opened.  docs/formats.md lists formats and their versions.
 

@@ -20,9 +20,9 @@ from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.ports import Plant
 from aeros.session.plant_factory import (
     connect_plant,
-    load_bodies,
     load_faults,
     load_people,
+    load_run_scene,
     open_plant,
     open_video,
     open_viewer,
@@ -31,25 +31,25 @@ from aeros.session.setup import create_output_folder
 from aeros.sim.hosting.host import HostLog, PlantHost
 
 if TYPE_CHECKING:
-    from aeros.sim.bullet.bodies import SceneBody
     from aeros.sim.bullet.people import Person
     from aeros.sim.faults.injector import FaultEvent
     from aeros.sim.faults.model import Fault
     from aeros.sim.physics import Viewer
+    from aeros.spec.model.scene import Scene
 
 
 class SceneExtras(NamedTuple):
-    """Simulated people, faults, and bodies besides the task's own objects.
+    """The scene of a run, simulated people and faults.
 
     Attributes:
         people: Simulated people.
         faults: Faults to inject.
-        bodies: Further bodies.
+        scene: The scene; None if the plant has none, or another process loads it.
     """
 
     people: Sequence[Person]
     faults: Sequence[Fault]
-    bodies: Sequence[SceneBody]
+    scene: Scene | None
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class PlantSetup:
         arguments: Parsed options of the command.
         configuration: The site and the active modules.
         task: The task, and the module that provides it.
-        extras: People, faults and bodies to add to the scene.
+        extras: The scene, its people and faults.
         viewers: Viewers that show the run.
         out: The run's output folder.
     """
@@ -88,7 +88,7 @@ def is_remote(arguments: argparse.Namespace) -> bool:
 def load_scene_extras(
     arguments: argparse.Namespace, configuration: Configuration, routed: RoutedTask
 ) -> SceneExtras:
-    """Load people, faults and bodies.
+    """Load scene, people and faults.
 
     Args:
         arguments: Parsed options of `aeros run`.
@@ -100,10 +100,10 @@ def load_scene_extras(
     """
     people = load_people(arguments.plant, arguments.people)
     if is_remote(arguments):
-        return SceneExtras((), (), ())
-    faults = load_faults(arguments.plant, arguments.faults, configuration, routed.task)
-    bodies = load_bodies(arguments.plant, arguments.scene, routed.task, arguments.seed)
-    return SceneExtras(people, faults, bodies)
+        return SceneExtras((), (), None)
+    scene = load_run_scene(arguments.plant, arguments.scene, configuration, routed.task, arguments.seed)
+    faults = load_faults(arguments.plant, arguments.faults, configuration, scene)
+    return SceneExtras(people, faults, scene)
 
 
 @contextmanager
@@ -144,7 +144,7 @@ def open_run_plant(
     Returns:
         A context manager of the plant.
     """
-    arguments, (people, faults, bodies) = staged.arguments, staged.extras
+    arguments, (people, faults, scene) = staged.arguments, staged.extras
     if is_remote(arguments):
         return closing(connect_plant(arguments.plant_at))
     return open_plant(
@@ -156,7 +156,7 @@ def open_run_plant(
         people,
         faults,
         on_fault,
-        bodies,
+        scene,
     )
 
 

@@ -7,11 +7,19 @@ from collections.abc import Mapping
 from typing import Any
 
 from aeros.agent.execution.report import RunReport
+from aeros.sim.referee import GoalJudgement
 from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.verification.reports import Report
 
 
-def summary(proof_report: Report, report: RunReport, plant: str, simulated: float, real: float) -> str:
+def summary(
+    proof_report: Report,
+    report: RunReport,
+    plant: str,
+    simulated: float,
+    real: float,
+    judgement: GoalJudgement | None = None,
+) -> str:
     """Summarize a run in a few lines.
 
     Args:
@@ -20,6 +28,7 @@ def summary(proof_report: Report, report: RunReport, plant: str, simulated: floa
         plant: Name of the plant.
         simulated: Duration on the plant's clock, in seconds.
         real: Duration on the wall clock, in seconds.
+        judgement: The referee's judgement of the goal; None if there is no referee.
 
     Returns:
         Lines of text.
@@ -35,6 +44,7 @@ def summary(proof_report: Report, report: RunReport, plant: str, simulated: floa
             "",
             f"{report.module}.{report.task}: {outcome}",
             f"goal       {report.goal}; measured on the {plant} plant: {measured}",
+            *(() if judgement is None else (f"truth      {judgement}",)),
             f"modules    {len(proof_report.modules)} proved, {obligations} obligations, "
             f"{guarded} runtime-checked",
             f"steps      {len(report.steps)} run, {report.retries} retries, {report.recoveries} recoveries, "

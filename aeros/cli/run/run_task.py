@@ -28,11 +28,12 @@ from aeros.runtime.audit.log import AuditLog, AuditReport, verify_log
 from aeros.runtime.bus.feed import BusFeed
 from aeros.runtime.execution.governor import Governor, OperatorCommand
 from aeros.runtime.gate.gate import DecisionTally, GateMode
-from aeros.session.assembly import SessionSetup, open_agent, open_recorded_plant
+from aeros.session.assembly import RecordedPlant, SessionSetup, open_agent, open_recorded_plant
 from aeros.session.run_governor import RunGovernor
 from aeros.session.sd_notify import READY, STOPPING, Notifier
 from aeros.session.setup import AUDIT
 from aeros.sim.hosting.remote import RemotePlant
+from aeros.sim.referee import GoalJudgement, judge_goal, truth_of
 from aeros.spec.model.ecm import ActionCondition
 from aeros.spec.verification.reports import Report
 
@@ -85,13 +86,14 @@ def run_task(staged: PlantSetup, request: RunRequest) -> Exit:
             report = pursue(arguments.instruction, arguments.timeout, request.goal)
         notifier.send(STOPPING)
         simulated = recorded.plant.now()
+        judgement = _judge(staged, request, report, recorded)
         # An agent that lost its supervisor has stopped; its task and plant can be resumed.
         is_over = False
         if isinstance(recorded.plant, RemotePlant) and not notifier.is_alone:
             end_plant(recorded.plant, arguments.state)
             is_over = True
     seconds = time.perf_counter() - began
-    code = _report_run(staged, request, report, simulated, seconds, recorded.feed, gate.tally)
+    code = _report_run(staged, request, report, simulated, seconds, recorded.feed, gate.tally, judgement)
     # Last of all, and by the supervisor if there is one: until then another process can report the end.
     if is_over and not arguments.supervised:
         delete_run_options(arguments.state)
@@ -137,10 +139,23 @@ def _report_past_end(staged: PlantSetup, request: RunRequest, ended: TaskEnd) ->
         notifier.send(READY)
         notifier.send(STOPPING)
     print("The task had already ended.")
-    code = _report_run(staged, request, ended.report, ended.time, 0.0, None, None)
+    code = _report_run(staged, request, ended.report, ended.time, 0.0, None, None, None)
     if not arguments.supervised:
         end_task(arguments.state, arguments.plant_at)
     return code
+
+
+def _judge(
+    staged: PlantSetup, request: RunRequest, report: RunReport, recorded: RecordedPlant
+) -> GoalJudgement | None:
+    """Judge the goal by truth and record the judgement; None if the scene defines no truth."""
+    truth = truth_of(recorded.plant)
+    if not truth:
+        return None
+    goal = staged.task.task.goal if request.goal is None else request.goal.term
+    judgement = judge_goal(goal, report.reached, truth)
+    recorded.audit.append("goal-judged", judgement.record())
+    return judgement
 
 
 def _report_run(
@@ -151,10 +166,11 @@ def _report_run(
     seconds: float,
     feed: BusFeed | None,
     tally: DecisionTally | None,
+    judgement: GoalJudgement | None,
 ) -> Exit:
-    """Print the summary and the outputs; return the exit code."""
+    """Print the summary and the outputs; return the exit code: a goal that is believed only is no success."""
     out = staged.out
-    print(summary(request.proof_report, report, staged.arguments.plant, simulated, seconds))
+    print(summary(request.proof_report, report, staged.arguments.plant, simulated, seconds, judgement))
     if tally is not None and GateMode(staged.arguments.gate) is GateMode.CHECKED:
         print(f"checked    Z3 confirmed {tally.confirmed} of {tally.decided} decisions")
     audited, sound = _check_log(out / AUDIT, request.signing)
@@ -162,7 +178,8 @@ def _report_run(
     if not report.reached:
         print_line(f"why        aeros why {out}")
     _report_outputs(staged, feed, sound)
-    return Exit.SUCCESS if report.reached and audited.bad_record is None else Exit.REJECTED
+    is_success = report.reached and not (judgement is not None and judgement.is_false_claim)
+    return Exit.SUCCESS if is_success and audited.bad_record is None else Exit.REJECTED
 
 
 def _report_outputs(staged: PlantSetup, feed: BusFeed | None, sound: str) -> None:

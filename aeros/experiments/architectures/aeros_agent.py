@@ -24,7 +24,7 @@ class AerosAgent:
 
     Args:
         retries: most retries of each step; None for those of the planning rules.
-        recovery: True if `on_failure` runs between two tries.
+        recovery: True if `between_tries` and `on_failure` run after failures.
         replans: most plans after the first; None for the site's limit, 0 for a plan made once.
         planning_timeout: seconds for each plan, which is then made while plant time goes on; None to plan in
             place, without a limit.
@@ -96,6 +96,7 @@ class AerosAgent:
             replace(
                 rule,
                 retry=self._capped_retries(rule.retry),
+                between_tries=rule.between_tries if self._recovery else None,
                 on_failure=rule.on_failure if self._recovery else None,
             )
             for rule in model.task.rules
@@ -112,8 +113,10 @@ class AerosAgent:
         Returns:
             The step as this variant runs it.
         """
-        helper = step.on_failure if self._recovery else None
-        return replace(step, retry=self._capped_retries(step.retry), on_failure=helper)
+        retry = self._capped_retries(step.retry)
+        if self._recovery:
+            return replace(step, retry=retry)
+        return replace(step, retry=retry, between_tries=None, on_failure=None)
 
     def _capped_retries(self, retries: int) -> int:
         return retries if self._retries is None else min(retries, self._retries)

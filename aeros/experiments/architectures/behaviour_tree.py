@@ -9,8 +9,9 @@ The tree is the one that a user would write from the task's planning rules:
         ? …                             the next rule
 
 The sequence remembers what has succeeded; a selector checks its condition at each tick.  With `recovery`
-a try is a sequence of its own: where the skill may not start, the skill that helps (`on_failure`) runs
-first.  The paper's table of baseline faithfulness (`tab:faithfulness`) has no recovery.
+the skill that helps runs before each further try.  It is the rule's `between_tries`, or else its
+`on_failure`: a tree makes no next plan, for which a recovery after the last try would help.  The paper's
+table of baseline faithfulness (`tab:faithfulness`) has no recovery.
 Not modelled: a leaf that runs over several ticks.  No two leaves run at the same time here, so it would
 change nothing.
 """
@@ -22,6 +23,7 @@ from py_trees.common import Status
 from py_trees.composites import Selector, Sequence
 from py_trees.decorators import Retry
 
+from aeros.agent.planning.base import step_of_rule
 from aeros.agent.planning.task_graph import PlanStep
 from aeros.experiments.architecture import ArchitectureReport, TrialContext
 from aeros.spec.expr import terms as t
@@ -33,7 +35,7 @@ class BehaviourTree:
 
     Args:
         max_tries: most tries of each skill; BehaviorTree.CPP and py_trees count them as failures.
-        recovery: True if the `on_failure` skill runs before a further try.
+        recovery: True if the skill that helps after a failure runs before a further try.
     """
 
     def __init__(self, max_tries: int = 3, *, recovery: bool = False) -> None:
@@ -55,18 +57,14 @@ class BehaviourTree:
     def _subtree(
         self, context: TrialContext, counters: _Counters, name: str, rule: PlanningRule
     ) -> Behaviour:
-        step = PlanStep(context.task.module, rule.skill, rule.inputs)
+        step = step_of_rule(context.task.module, rule)
+        helper = step.between_tries or step.on_failure
         attempt: Behaviour = _SkillNode(name, context, step, counters)
-        if self._recovery and rule.on_failure is not None:
+        if self._recovery and helper is not None:
             attempt = Sequence(f"{name}, helped", memory=True)
             attempt.add_children(
                 [
-                    _RecoveryNode(
-                        f"{name}, {rule.on_failure}",
-                        context,
-                        PlanStep(step.module, rule.on_failure),
-                        counters,
-                    ),
+                    _RecoveryNode(f"{name}, {helper.skill}", context, helper, counters),
                     _SkillNode(name, context, step, counters),
                 ]
             )

@@ -44,10 +44,12 @@ from aeros.runtime.ports import (
     StepStatus,
 )
 from aeros.session.assembly import build_executor
+from aeros.session.scene_files import scene_named
 from aeros.skill import Action
 from aeros.spec.diagnostics.codes import Diagnostics, Severity
 from aeros.spec.diagnostics.errors import InternalError, UserError
 from aeros.spec.elaborate.load import load_ecm
+from aeros.spec.model.scene import Scene
 from aeros.spec.model.site import Site
 
 
@@ -82,7 +84,8 @@ class AdversaryTrials:
                 began = time.process_time()
                 referee, events = LimitReferee(site, settings["limits"]), _TrialEvents()
                 if defence.configuration is not None and defence.gate is not None:
-                    plant = _plant(settings, seed, referee)
+                    scene = scene_named(premises.configuration, settings["scene"])
+                    plant = _plant(settings, scene, seed, referee)
                     here = defence.configuration, plant, audit, premises.skill_runs
                     try:
                         with build_executor(*here, gate=defence.gate) as executor:
@@ -149,7 +152,7 @@ def _unproved_configuration(folder: Path, site: Site) -> Configuration:
     return Configuration(site, {loaded.ecm.id: loaded.ecm}, {}, "unproved")
 
 
-def _plant(settings: Mapping[str, Any], seed: int, referee: LimitReferee) -> Plant:
+def _plant(settings: Mapping[str, Any], scene: Scene, seed: int, referee: LimitReferee) -> Plant:
     try:
         from aeros.sim.bullet.people import Person, Waypoint
         from aeros.sim.physics import make_plant
@@ -164,7 +167,7 @@ def _plant(settings: Mapping[str, Any], seed: int, referee: LimitReferee) -> Pla
         )
         for one in settings.get("people", ())
     ]
-    plant = make_plant(settings["scene"], seed, people=people, referee=referee)
+    plant = make_plant(scene, seed, people=people, referee=referee)
     return cast(Plant, _ClampingPlant(plant, settings["clamps"]) if "clamps" in settings else plant)
 
 

@@ -163,7 +163,8 @@ class _CachedProver:
         folders = tuple(paths)
         # In a registry the parent of a module's folder is named by its digest, and the folders that trials
         # install from do not change.
-        key = folders, site, *sorted(options.items()), tuple(active(one.name) for one in folders)
+        given = [(name, tuple(one) if isinstance(one, list) else one) for name, one in options.items()]
+        key = folders, site, *sorted(given), tuple(active(one.name) for one in folders)
         if key not in self._proved:
             self._proved[key] = prove_configuration(folders, site, **options, active=active)
         return self._proved[key]

@@ -8,6 +8,7 @@ from math import dist
 from pathlib import Path
 from typing import Any, Final
 
+from aeros.spec.closed_loop.transition_system import recoveries_of
 from aeros.spec.model.ecm import Ecm
 
 _REST_SPEEDS: Final = {"symbolic": 0.0, "kinematic": 0.0, "physics": 0.02}
@@ -32,10 +33,11 @@ def repeated_skills(plant_log: Iterable[Mapping[str, Any]], modules: Mapping[str
     broken: list[str] = []
     achieved: dict[str, list[Mapping[str, Any]]] = {}
     helpers = {
-        f"{ecm.id}.{rule.on_failure}"
+        f"{ecm.id}.{name}"
         for ecm in modules.values()
         for task in ecm.tasks.values()
         for rule in task.rules
+        for name in recoveries_of(rule)
     }
     for one in plant_log:
         if one["event"] == "skill-began":

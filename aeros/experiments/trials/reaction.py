@@ -28,6 +28,7 @@ from aeros.experiments.trial_kinds import Findings, Trial, scratch_folder
 from aeros.experiments.trials.truth import REST_SPEED, InvariantReferee, RefereedPlant, site_constant
 from aeros.runtime.ports import EndedStep, Plant, Runtime, StepRequest
 from aeros.session.assembly import build_executor
+from aeros.session.scene_files import scene_of_task
 from aeros.sim.clock import TICK
 
 if TYPE_CHECKING:
@@ -57,6 +58,7 @@ class ReactionTrials:
         people = read_people(settings["person"])
         site = premises.configuration.site
         braking = site_constant(site, "reaction_time") + site_constant(site, "arm_stopping_time")
+        scene = scene_of_task(premises.configuration, routed.task)
         with scratch_folder() as (_, audit):
 
             def trial(seed: int) -> Findings:
@@ -64,7 +66,6 @@ class ReactionTrials:
                 seen = _ReactionTimes()
                 referee = InvariantReferee(site, "human_distance", seen.tick)
                 seen.referee = referee
-                scene = routed.task.scene or ""
                 with closing(make_plant(scene, seed, people=people, referee=referee)) as plant:
                     refereed = cast(Plant, RefereedPlant(plant, referee, seen.rule_broken))
                     with build_executor(

@@ -25,6 +25,7 @@ from aeros.experiments.trial_kinds import Findings, Trial, scratch_folder
 from aeros.experiments.trials.truth import REST_SPEED, InvariantReferee, RefereedPlant, site_constant
 from aeros.runtime.ports import EndedStep, Plant, Runtime, StepStatus
 from aeros.session.assembly import build_executor
+from aeros.session.scene_files import scene_of_task
 from aeros.sim.clock import TICK
 from aeros.sim.sensors import SensorModel
 from aeros.spec.model.site import Site
@@ -49,6 +50,7 @@ class BadSensorTrials:
         people = read_people(settings["person"])
         sensors = {settings["of"]: sensor_model(settings)}
         site = premises.configuration.site
+        scene = scene_of_task(premises.configuration, routed.task)
         with scratch_folder() as (_, audit):
 
             def trial(seed: int) -> Findings:
@@ -56,7 +58,6 @@ class BadSensorTrials:
                 longest = _LongestViolation(site)
                 referee = InvariantReferee(site, "human_distance", longest.tick)
                 longest.referee = referee
-                scene = routed.task.scene or ""
                 with closing(
                     make_plant(scene, seed, people=people, sensors=sensors, referee=referee)
                 ) as plant:

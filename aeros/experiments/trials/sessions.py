@@ -42,6 +42,7 @@ from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.gate import CompiledGate
 from aeros.runtime.ports import Runtime
 from aeros.session.assembly import build_executor
+from aeros.session.scene_files import scene_of_task
 from aeros.spec.closed_loop.outcome_probabilities import with_skill_probabilities
 
 LAST_SESSIONS: Final = 10
@@ -67,7 +68,7 @@ class SessionTrials:
             ((module, ecm),) = configuration.modules.items()
             routed = RoutedTask(module, ecm.tasks[settings["task"]])
             plants = [
-                _plants(condition.plant, settings, configuration, routed, number)
+                _plants(condition.plant, settings, configuration, routed, premises, number)
                 for number in range(settings["sessions"])
             ]
 
@@ -140,7 +141,12 @@ def _agent(
 
 
 def _plants(
-    plant: str, settings: Mapping[str, Any], configuration: Configuration, routed: RoutedTask, number: int
+    plant: str,
+    settings: Mapping[str, Any],
+    configuration: Configuration,
+    routed: RoutedTask,
+    premises: TrialInputs,
+    number: int,
 ) -> PlantFactory:
     """Make the plants of session `number` ready, in which each skill fails at the rate of that session."""
     skills = [settings[one] for one in ("first", "second")]
@@ -148,7 +154,7 @@ def _plants(
     if plant == "physics":
         return physics_plants(
             configuration,
-            routed,
+            scene_of_task(premises.configuration, routed.task),
             settings["faults"],
             {name: independent_process(rate) for name, rate in rates.items()},
         )

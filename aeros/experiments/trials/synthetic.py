@@ -58,7 +58,7 @@ def _manifest(number: int, version: str, skills: int) -> str:
     provided = ", ".join(f"skill_{index}" for index in range(skills))
     depends = f"\n  modules:\n    module_{number - 1:04}: '>=1.0'" if number % 10 == 9 else ""
     return f"""\
-schema: aeros/ecm/1
+schema: aeros/ecm/2
 id: module_{number:04}
 version: {version}
 description: Synthetic module {number}, for benchmarks.
@@ -131,7 +131,7 @@ tasks:
     words: [errand{number:04}]
     goal: {first} and {second}
     rules:
-      - {{unless: {first}, do: skill_0, retry: 1, on_failure: skill_4}}
+      - {{unless: {first}, do: skill_0, retry: 1, between_tries: skill_4}}
       - {{unless: {second}, do: skill_2}}
     initial: {{{first}: false, {second}: false}}
 """

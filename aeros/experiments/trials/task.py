@@ -46,6 +46,8 @@ from aeros.experiments.trial_kinds import (
 from aeros.experiments.trial_plants import PlantFactory, physics_plants, symbolic_plants
 from aeros.runtime.audit.log import AuditError, AuditLog
 from aeros.session.assembly import build_executor
+from aeros.session.scene_files import scene_of_task
+from aeros.sim.referee import judge_goal
 from aeros.sim.symbolic.outcomes import OutcomeSampler, outcome_probabilities_by_skill
 from aeros.spec.closed_loop.transition_system import StateSpaceError
 from aeros.spec.diagnostics.errors import InternalError
@@ -98,6 +100,9 @@ class TaskTrials:
                     counting = CountingRuntime(runtime, watched, judge_by_measurement=judged)
                     found = _run_architecture(counting, routed, settings, seed)
                 state, took = runtime.state, time.process_time() - began
+                judgement = judge_goal(routed.task.goal, found["reached"], state.truth)
+                if judgement.true is not None:
+                    found |= {"reached": judgement.true, "believed": judgement.believed}
                 return {
                     **found,
                     **state.counts,
@@ -215,7 +220,12 @@ def plant_factory(condition: TrialCondition, premises: TrialInputs) -> PlantFact
     settings = condition.settings
     routed = premises.routed(settings["task"])
     if condition.plant == "physics":
-        return physics_plants(premises.configuration, routed, settings["faults"], fault_process(settings))
+        return physics_plants(
+            premises.configuration,
+            scene_of_task(premises.configuration, routed.task),
+            settings["faults"],
+            fault_process(settings),
+        )
     modules, declared = _failing_modules(settings, premises)
     return symbolic_plants(
         premises.configuration.site, modules, routed.task, burst_outcomes(declared, settings)

@@ -7,6 +7,7 @@ from typing import Any, Protocol
 
 from aeros.runtime.bus.message_publisher import RobotChain
 from aeros.runtime.ports import (
+    CameraPicture,
     Monitor,
     MotionCompletion,
     MotionHandle,
@@ -16,6 +17,7 @@ from aeros.runtime.ports import (
     Plant,
     Readings,
     Trajectory,
+    newest_pictures,
 )
 from aeros.skill import Action
 
@@ -99,6 +101,14 @@ class ListenedPlant:
     def runs_in_real_time(self) -> bool:
         """True if the plant does not wait for the monitor."""
         return bool(getattr(self._plant, "runs_in_real_time", False))
+
+    def pictures(self) -> Mapping[str, CameraPicture]:
+        """Return the newest pictures of the plant; see `newest_pictures`.
+
+        Returns:
+            The pictures by camera; empty if it has none.
+        """
+        return newest_pictures(self._plant)
 
     def halt(self, motion: MotionHandle) -> None:
         """Implement `Plant.halt`."""

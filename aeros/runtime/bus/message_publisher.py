@@ -63,14 +63,14 @@ class MessagePublisher:
             for family in joint_families(site)
         ]
         self._places = {
-            name: _ChangePublisher(bus.publisher(f"/aeros/state/{name}", PointStamped))
+            name: _ChangePublisher(bus.publisher(topic, PointStamped))
             for name in position_variables(site)
-            if _is_token(name)
+            if (topic := _topic_of(name)) is not None
         }
         self._singles = {
-            name: (kind, _ChangePublisher(bus.publisher(f"/aeros/state/{name}", kind)))
+            name: (kind, _ChangePublisher(bus.publisher(topic, kind)))
             for name, kind in scalar_variables(site).items()
-            if _is_token(name)
+            if (topic := _topic_of(name)) is not None
         }
         self._chain_joints = motion_joints(site)
         self._transforms = _ChangePublisher(bus.publisher("/tf", TFMessage))
@@ -145,9 +145,11 @@ class _ChangePublisher(Generic[M]):
             self._publisher.publish(message)
 
 
-def _is_token(name: str) -> bool:
+def _topic_of(name: str) -> str | None:
+    """Return the topic of a state variable, `MODULE/NAME` for a module's; None if ROS 2 has no such name."""
+    topic = f"/aeros/state/{name.replace('.', '/')}"
     try:
-        check_ros_name(f"/{name}")
+        check_ros_name(topic)
     except ValueError:
-        return False
-    return True
+        return None
+    return topic

@@ -24,7 +24,7 @@ own code runs.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from math import inf
 from typing import Any, Final, Self
 
@@ -81,6 +81,7 @@ class Executor:
             `configuration` stays in force.
         resumed: continue the session in the log, which ended without a closing record. Its quota counts and
             histories are restored, with a gap since its last record.
+        on_close: called when the executor is closed, after every step has ended.
 
     Raises:
         AuditError: another site was in force in the session to resume.
@@ -96,8 +97,10 @@ class Executor:
         governor: Governor | None = None,
         *,
         resumed: bool = False,
+        on_close: Callable[[], None] | None = None,
     ) -> None:
         self._plant = plant
+        self._on_close = on_close
         self._audit = audit
         self._open_run = open_run
         self._table = StepTable()
@@ -260,6 +263,8 @@ class Executor:
         """Clean up every step that has not ended; safe to call twice."""
         if self._table.steps:
             self._clean_up.clean_up_all(MisuseError("the executor was closed before the step ended"))
+        if self._on_close is not None:
+            self._on_close()
 
     def __enter__(self) -> Self:
         return self

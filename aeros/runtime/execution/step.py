@@ -31,6 +31,7 @@ from aeros.skill import Action
 from aeros.spec.model.cause import Cause
 from aeros.spec.model.ecm import Ecm, Skill
 from aeros.spec.model.site import Site
+from aeros.spec.model.variables import Declared
 
 
 class ActiveMotion(NamedTuple):
@@ -50,16 +51,20 @@ class ActiveMotion(NamedTuple):
 
 
 class ObservationFilter:
-    """State that a module may sense under a site: fresh values of the sensors that it declares."""
+    """State that a module may sense under a site, under the names that its conditions use.
+
+    These are fresh values of the sensors that it declares, of its own variables under short names, and of
+    those that the site shares of modules it requires.
+    """
 
     def __init__(self, ecm: Ecm, site: Site) -> None:
         self.site = site
         self._sensed = [
-            (name, declared.max_age)
+            (name, seen_as, declared.max_age)
             for name, declared in site.state.items()
-            if declared.sensor in ecm.requested_access.sensors and declared.max_age is not None
+            if (seen_as := _name_for(ecm, site, name, declared)) and declared.max_age is not None
         ]
-        # Columns of the latest snapshot: all names, and name and index of each sensed variable.
+        # Columns of the latest snapshot: all names, and the module's name and index of each sensed variable.
         self._order: ColumnNames | None = None
         self._places: list[tuple[str, int]] = []
         # The latest column, and the sensed values in it.
@@ -77,15 +82,15 @@ class ObservationFilter:
             now: plant seconds.
 
         Returns:
-            Values (SI) by vocabulary name, in a new dict that the caller may change.
+            Values (SI) by the module's name for the variable, in a new dict that the caller may change.
         """
         if not isfinite(now):
             return {}
         if type(readings) is Snapshot and readings.time == now:
             return self._observe_snapshot(readings)
         return {
-            name: reading.value
-            for name, max_age in self._sensed
+            seen_as: reading.value
+            for name, seen_as, max_age in self._sensed
             if (reading := readings.get(name)) is not None
             and (reading.time == now or _is_recent(reading.time, now, max_age))
         }
@@ -94,12 +99,22 @@ class ObservationFilter:
         """Select what is sensed of readings that were all taken now."""
         if snapshot.order is not self._order:
             self._order, self._column, places = snapshot.order, (), snapshot.order.places
-            self._places = [(name, places[name]) for name, _ in self._sensed if name in places]
+            self._places = [(seen_as, places[name]) for name, seen_as, _ in self._sensed if name in places]
         if snapshot.column is not self._column:
             column = self._column = snapshot.column
             self._values = {name: column[place] for name, place in self._places}
         # A copy, because the skill may change it.
         return dict(self._values)
+
+
+def _name_for(ecm: Ecm, site: Site, name: str, declared: Declared) -> str:
+    """Return the name under which a module senses a state variable; nothing if it may not."""
+    module, dot, short = name.partition(".")
+    if not dot:
+        return name if declared.sensor in ecm.requested_access.sensors else ""
+    if module == ecm.id:
+        return short
+    return name if name in site.perception.shared and module in ecm.required_modules else ""
 
 
 def _is_recent(time: float, now: float, max_age: Fraction) -> bool:

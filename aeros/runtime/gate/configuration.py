@@ -18,7 +18,7 @@ class Configuration:
     """The site's policy and the certified, active modules that the gate enforces.
 
     Attributes:
-        site: the site with its rules and its policy.
+        site: the site with its rules and its policy, and with the state variables of the modules.
         modules: active modules by name.
         certificates: by module name; says which invariants the proof left to the gate.
         digest: SHA-256 over site and certificates, in hexadecimal; audit records name it.
@@ -28,6 +28,9 @@ class Configuration:
     modules: Mapping[str, Ecm]
     certificates: Mapping[str, Certificate]
     digest: str
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "site", self.site.with_modules(self.modules.values()))
 
     def proved_obligations(self, module: str) -> frozenset[ClaimId]:
         """Return the obligations that are PROVED of exactly this module under exactly this site.

@@ -220,6 +220,7 @@ class _Decider:
         self._solver = GateSolver()
         site = configuration.site
         self._state = value_checkers(site.observed_variables)
+        self._module_variables = site.module_variables
         self._kinds = {name: self._kind_rules(kind) for name, kind in site.kinds.items()}
         self._inputs: dict[tuple[str, str], dict[str, ValueChecker]] = {}
         self._entries: dict[tuple[str, str, str], _CompiledSkillKind] = {}
@@ -313,7 +314,7 @@ class _Decider:
 
     @cached_property
     def _snapshot_cache(self) -> SnapshotCache:
-        return SnapshotCache(self._state)
+        return SnapshotCache(self._state, self._module_variables)
 
     def _rule_conditions(self, kind: ActionKind) -> CompiledConditions:
         """Compile the rules on a kind for the fast path, once for all skills."""
@@ -326,7 +327,7 @@ class _Decider:
     def _reading_unpacker(self, required: frozenset[str]) -> ReadEach:
         """Compile the reader of a set of required readings once: it is most of the generated code."""
         if required not in self._one_by_one:
-            self._one_by_one[required] = compile_read_each(self._state, required)
+            self._one_by_one[required] = compile_read_each(self._state, required, self._module_variables)
         return self._one_by_one[required]
 
     def _finite_reasons(self, module: str, skill: str, kind: str, *, used_up: bool) -> list[Reason]:
@@ -386,11 +387,8 @@ class _Decider:
         values: Scalars = {}
         reasons = self._objections(caller, readings, Action(kind, parameters), now, usage, values)
         if not reasons:
-            return Decision(
-                DecisionKind.ALLOW,
-                Action(kind, to_plant_parameters(self._kinds[kind].parameters, parameters)),
-                (),
-            )
+            allowed = Action(kind, to_plant_parameters(self._kinds[kind].parameters, parameters))
+            return Decision(DecisionKind.ALLOW, allowed, ())
         return self._deny_or_attenuate(
             caller, readings, Action(kind, parameters), now, usage, values, reasons
         )
@@ -435,7 +433,9 @@ class _Decider:
                 kind.parameters if kind else {}, action.parameters, f"of `{action.kind}`", values
             ),
             *unpack_arguments(inputs, given, f"of `{caller.skill}`", values),
-            *unpack_readings(self._state, readings, now, required, values),
+            *unpack_readings(
+                self._state, readings, now, required, values, module_variables=self._module_variables
+            ),
             *finite_objections(self._configuration, caller, action.kind, usage),
         ]
         if not reasons and entry and entry.residual_condition.decide(values) is ConditionValue.HOLDS:

@@ -87,8 +87,12 @@ def unpack_readings(
     now: float,
     required: frozenset[str],
     values: Scalars,
+    module_variables: frozenset[str] = frozenset(),
 ) -> Iterator[Reason]:
     """Unpack every reading into scalars.
+
+    A reading of a module's variable counts only where it is required, so that nothing that a module measures
+    can lead to an objection to another's action.
 
     Args:
         checkers: the site's state variables, by name.
@@ -96,12 +100,17 @@ def unpack_readings(
         now: time of the decision, s.
         required: the variables that must be present and fresh; others that are present must be well-formed.
         values: receives each well-formed scalar, by scalar variable.
+        module_variables: the state variables of modules.
 
     Yields:
         An objection for each reading that is missing, unknown, malformed or stale.
     """
     for name, reading in readings.items():
+        if name in module_variables and name not in required:
+            continue
         form = checkers.get(name)
+        if form is None and is_module_variable(name):
+            continue  # of a module that is not active
         if form is None:
             yield Reason("AE702", name, f"`{name}` is not a state variable of this site")
             continue
@@ -110,6 +119,21 @@ def unpack_readings(
             yield fault
     for name in sorted(required - readings.keys()):
         yield Reason("AE703", name, f"`{name}` is not measured")
+
+
+def is_module_variable(name: Any) -> bool:
+    """Tell if a name is the full name of a module's variable, as `kettle.water_hot`, of whatever module.
+
+    Args:
+        name: any object; of a state variable, its name.
+
+    Returns:
+        True if it is two identifiers with a `.` between them; a site's variable has none.
+    """
+    if type(name) is not str:
+        return False
+    module, dot, variable = name.partition(".")
+    return dot == "." and module.isidentifier() and variable.isidentifier()
 
 
 def unpack_reading(

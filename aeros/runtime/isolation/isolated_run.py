@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import signal
 from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
+from aeros.runtime.isolation.isolated_code import IsolatedCode, format_exit_code
 from aeros.runtime.isolation.layers import IsolationLayer
 from aeros.runtime.isolation.protocol import (
     ActionRequested,
@@ -16,16 +16,14 @@ from aeros.runtime.isolation.protocol import (
     ResumeSkill,
     SkillClosed,
     SkillFinished,
-    SkillLoaded,
     SkillRaised,
-    SkillRejected,
     WorkerConnection,
     WorkerEndedError,
     WorkerResponse,
 )
-from aeros.runtime.isolation.zygote_pool import ZygoteError, ZygotePool
+from aeros.runtime.isolation.zygote_pool import ZygotePool
 from aeros.runtime.ports import StepStatus
-from aeros.runtime.skills.contract import NoActionError, SkillRefusedError, copy_action
+from aeros.runtime.skills.contract import NoActionError, copy_action
 from aeros.runtime.skills.in_process_run import SkillRunResult, finished_result
 from aeros.runtime.skills.load import CertifiedCode
 from aeros.skill import Action, Observation
@@ -42,7 +40,7 @@ _CLEAN_UP_TIMEOUT_S: Final = 1.0
 """Time that a skill's own clean-up has, s of real time."""
 
 
-class IsolatedRun:
+class IsolatedRun(IsolatedCode):
     """Skill loaded in a worker of its own, not yet started; implements `SkillRunProtocol`.
 
     Args:
@@ -64,20 +62,21 @@ class IsolatedRun:
         inputs: Mapping[str, Any],
         answer_within: float,
     ) -> None:
-        self._pool = pool
+        super().__init__(pool, code.module)
         self._answer_within = answer_within
         self._is_open = False
-        try:
-            self._zygote, channel = pool.spawn_worker()
-        except ZygoteError as failure:
-            raise SkillRefusedError(f"there is no worker for module `{code.module}`: {failure}") from failure
-        self._connection = WorkerConnection(channel)
-        self._is_alive = True
-        try:
-            self._load(layers, code, inputs)
-        except BaseException:
-            self._kill_worker()
-            raise
+        load = LoadSkill(
+            WorkerConnection.token(),
+            tuple(layer.value for layer in layers),
+            code.module,
+            code.name,
+            code.path,
+            code.content,
+            code.function,
+            dict(inputs),
+            code.models,
+        )
+        self._load(load, answer_within)
 
     def resume(self, observation: Observation, seconds: float) -> Action | SkillRunResult:
         """Implement `SkillRunProtocol.resume`; kills the worker if it exceeds its time limit."""
@@ -86,9 +85,7 @@ class IsolatedRun:
         within = min(max(seconds, MIN_RESPONSE_TIMEOUT_S), self._answer_within)
         self._is_open = True
         try:
-            response = self._connection.request(
-                ResumeSkill(WorkerConnection.token(), dict(observation)), within
-            )
+            response = self._request(ResumeSkill(WorkerConnection.token(), dict(observation)), within)
             return self._interpret_response(response)
         except ResponseTimeoutError:
             self._kill_worker()
@@ -97,7 +94,7 @@ class IsolatedRun:
             )
         except WorkerEndedError:
             return SkillRunResult(
-                StepStatus.RAISED, f"the skill's process {_format_exit_code(self._kill_worker())}"
+                StepStatus.RAISED, f"the skill's process {format_exit_code(self._kill_worker())}"
             )
         except ProtocolError as failure:
             self._kill_worker()
@@ -111,31 +108,6 @@ class IsolatedRun:
             return self._clean_up() if self._is_open else None
         finally:
             self._kill_worker()
-
-    def _load(self, layers: Iterable[IsolationLayer], code: CertifiedCode, inputs: Mapping[str, Any]) -> None:
-        names = tuple(layer.value for layer in layers)
-        load = LoadSkill(
-            WorkerConnection.token(),
-            names,
-            code.module,
-            code.name,
-            code.path,
-            code.content,
-            code.function,
-            dict(inputs),
-        )
-        try:
-            response = self._connection.request(load, self._answer_within)
-        except WorkerEndedError as failure:
-            why = f"its process {_format_exit_code(self._kill_worker())}"
-            raise SkillRefusedError(f"the code of module `{code.module}` fails to load: {why}") from failure
-        except (ProtocolError, TypeError, ValueError, OverflowError) as failure:
-            raise SkillRefusedError(
-                f"the code of module `{code.module}` fails to load: {failure}"
-            ) from failure
-        if not isinstance(response, SkillLoaded):
-            why = response.reason if isinstance(response, SkillRejected) else "it sent an unexpected response"
-            raise SkillRefusedError(why)
 
     def _interpret_response(self, response: WorkerResponse) -> Action | SkillRunResult:
         if isinstance(response, ActionRequested):
@@ -152,7 +124,7 @@ class IsolatedRun:
 
     def _clean_up(self) -> str | None:
         try:
-            response = self._connection.request(CloseSkill(WorkerConnection.token()), _CLEAN_UP_TIMEOUT_S)
+            response = self._request(CloseSkill(WorkerConnection.token()), _CLEAN_UP_TIMEOUT_S)
         except ResponseTimeoutError:
             return f"TimeoutError: it took more than {_CLEAN_UP_TIMEOUT_S:g} s and was killed"
         except ProtocolError as failure:
@@ -162,27 +134,3 @@ class IsolatedRun:
             if isinstance(response, SkillClosed)
             else "ProtocolError: it sent an unexpected response"
         )
-
-    def _kill_worker(self) -> int | None:
-        """Kill the worker with all its descendants; return its exit code if it is known."""
-        if not self._is_alive:
-            return None
-        self._is_alive = False
-        self._connection.close()
-        try:
-            code = self._zygote.end_worker()
-        except ZygoteError:
-            return None  # the zygote was killed with everything below it, so it is not released
-        self._pool.release(self._zygote)
-        return code
-
-
-def _format_exit_code(code: int | None) -> str:
-    if code is None or code == -signal.SIGKILL:
-        return "hung up or was killed"
-    if code >= 0:
-        return f"ended with exit status {code}"
-    try:
-        return f"was killed by {signal.Signals(-code).name}"
-    except ValueError:
-        return f"was killed by signal {-code}"

@@ -9,7 +9,7 @@ from enum import Enum
 from typing import Final
 
 from aeros.runtime.isolation.landlock import restrict_files
-from aeros.runtime.isolation.limits import restrict_resources
+from aeros.runtime.isolation.limits import MEMORY, restrict_resources
 from aeros.runtime.isolation.privileges import drop_privileges
 from aeros.runtime.isolation.seccomp import restrict_system_calls
 
@@ -23,16 +23,16 @@ class IsolationLayer(Enum):
     BUBBLEWRAP = "bubblewrap"  # around the zygote, so every worker starts inside it
 
 
-APPLY_LAYER: Final[dict[IsolationLayer, Callable[[], None]]] = {
+APPLY_LAYER: Final[dict[IsolationLayer, Callable[..., None]]] = {
     # In this order: each needs something that the next one takes away.
     IsolationLayer.RLIMITS: restrict_resources,
     IsolationLayer.LANDLOCK: restrict_files,
     IsolationLayer.SECCOMP: restrict_system_calls,
 }
-"""Layers that a worker applies to itself."""
+"""Layers that a worker applies to itself; `rlimits` takes the memory that it may map."""
 
 
-def apply_layers(layers: Iterable[IsolationLayer], keep: int) -> None:
+def apply_layers(layers: Iterable[IsolationLayer], keep: int, memory: int = MEMORY) -> None:
     """Close all inherited descriptors and apply isolation layers to this process.
 
     Descriptors 0 to 2 stay open but lead nowhere.
@@ -40,6 +40,7 @@ def apply_layers(layers: Iterable[IsolationLayer], keep: int) -> None:
     Args:
         layers: layers to apply; those that a process cannot apply to itself are skipped.
         keep: descriptor to keep open.
+        memory: bytes that the process may map beyond those that are mapped now, by the layer `rlimits`.
 
     Raises:
         OSError: a layer cannot be applied; the caller must then run no code.
@@ -49,9 +50,10 @@ def apply_layers(layers: Iterable[IsolationLayer], keep: int) -> None:
         os.dup2(0, descriptor)
     close_all_but(keep)
     drop_privileges()
+    arguments = {IsolationLayer.RLIMITS: (memory,)}
     for layer, apply in APPLY_LAYER.items():
         if layer in requested:
-            apply()
+            apply(*arguments.get(layer, ()))
 
 
 def close_all_but(keep: int) -> None:

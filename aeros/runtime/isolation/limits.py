@@ -16,15 +16,18 @@ CPU: Final = 3600
 """Limit on processor time, s: the longest timeout a site may grant.  Ends orphaned processes too."""
 
 
-def restrict_resources() -> None:
+def restrict_resources(memory: int = MEMORY) -> None:
     """Lower this process's limits, permanently.
 
     Root is exempt from `RLIMIT_NPROC`; `seccomp` covers that.
+
+    Args:
+        memory: bytes that it may map beyond those that are mapped now.
     """
     pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
-    memory = pages * resource.getpagesize() + MEMORY
+    mapped = pages * resource.getpagesize()
     for limit, value in (
-        (resource.RLIMIT_AS, memory),
+        (resource.RLIMIT_AS, mapped + memory),
         (resource.RLIMIT_CPU, CPU),
         (resource.RLIMIT_CORE, 0),
         (resource.RLIMIT_FSIZE, 0),

@@ -18,11 +18,13 @@ from typing import Final
 
 import msgspec
 
+from aeros.models.interface import ModelPackage
+
 MAX_RESPONSE_BYTES: Final = 64 * 1024
 """Limit on the bytes of one response of a worker; an action takes about a hundred."""
 
-MAX_REQUEST_BYTES: Final = 1024 * 1024
-"""Limit on the bytes of one request to a worker; the longest holds a file of skill code."""
+MAX_REQUEST_BYTES: Final = 34 * 1024 * 1024
+"""Limit on the bytes of one request to a worker; the longest holds a file of skill code and its models."""
 
 TOKEN_BYTES: Final = 16
 """Bytes of a token."""
@@ -57,6 +59,7 @@ class LoadSkill(WorkerMessage, frozen=True):
         source: the file's bytes.
         function: name of the generator function.
         inputs: inputs of the skill by name, SI.
+        models: the models that the skill declares.
     """
 
     layers: tuple[str, ...]
@@ -66,6 +69,7 @@ class LoadSkill(WorkerMessage, frozen=True):
     source: bytes
     function: str
     inputs: dict[str, JsonValue | tuple[JsonValue, ...]]
+    models: tuple[ModelPackage, ...] = ()
 
 
 class ResumeSkill(WorkerMessage, frozen=True):
@@ -82,8 +86,92 @@ class CloseSkill(WorkerMessage, frozen=True):
     """Request to close the generator, so that its own clean-up runs."""
 
 
+class PictureSlot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Place of a camera's picture in the memory that runtime and worker share.
+
+    Attributes:
+        camera: name of the camera.
+        width: number of columns, pixels.
+        height: number of rows, pixels.
+        rgb: offset of the colours, 3 bytes a pixel.
+        depth: offset of the depth, a float32 a pixel; None if there is none.
+    """
+
+    camera: str
+    width: int
+    height: int
+    rgb: int
+    depth: int | None
+
+
+class PictureFacts(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Time and place of a picture, whose pixels are in the shared memory.
+
+    Attributes:
+        time: plant time at which it was taken, s.
+        eye: position of the camera in W, m.
+        target: point in W that it looks at, m.
+        up: direction in W that is up in the picture.
+        field_of_view: vertical, degrees.
+        full_size: width and height of the picture of which it is a sample, pixels.
+    """
+
+    time: float
+    eye: tuple[float, float, float]
+    target: tuple[float, float, float]
+    up: tuple[float, float, float]
+    field_of_view: float
+    full_size: tuple[int, int]
+
+
+class LoadPerceiver(WorkerMessage, frozen=True):
+    """Request to lock the process down, execute a file of perceivers, and find a generator function in it.
+
+    Attributes:
+        layers: names of the isolation layers to apply before the code runs.
+        memory: greatest memory beyond the zygote's, bytes.
+        module: name of the module.
+        name: path of the file in the module's folder.
+        path: path of the file, for tracebacks.
+        source: the file's bytes.
+        function: name of the generator function.
+        members: members that the code may import, by module.
+        builtins: builtins that it may use.
+        slots: places of its pictures in the shared memory, in order.
+        size: bytes of the shared memory.
+    """
+
+    layers: tuple[str, ...]
+    memory: int
+    module: str
+    name: str
+    path: str
+    source: bytes
+    function: str
+    members: dict[str, tuple[str, ...]]
+    builtins: tuple[str, ...]
+    slots: tuple[PictureSlot, ...]
+    size: int
+
+
+class ResumePerceiver(WorkerMessage, frozen=True):
+    """Request to compute values from a new view.
+
+    Attributes:
+        time: plant time, s.
+        readings: values by the module's name for the variable, SI.
+        samples: time and value of each sampled reading, oldest first, by the same names.
+        pictures: facts of the picture in each slot.
+    """
+
+    time: float
+    readings: dict[str, JsonValue | tuple[JsonValue, ...]]
+    samples: dict[str, tuple[tuple[float, JsonValue | tuple[JsonValue, ...]], ...]]
+    pictures: tuple[PictureFacts, ...]
+
+
 class SkillLoaded(WorkerMessage, frozen=True):
-    """Response: the skill is ready."""
+    """Response: the skill or the perceiver is ready."""
 
 
 class SkillRejected(WorkerMessage, frozen=True):
@@ -138,8 +226,38 @@ class SkillClosed(WorkerMessage, frozen=True):
     error: str | None
 
 
-RuntimeRequest = LoadSkill | ResumeSkill | CloseSkill
-WorkerResponse = SkillLoaded | SkillRejected | ActionRequested | SkillFinished | SkillRaised | SkillClosed
+class PerceivedValue(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A value that a perceiver computed.
+
+    Attributes:
+        value: SI.
+        uncertainty: standard uncertainty, SI; None if the perceiver gave none.
+    """
+
+    value: JsonValue | list[JsonValue]
+    uncertainty: JsonValue = None
+
+
+class ValuesPerceived(WorkerMessage, frozen=True):
+    """Response: the perceiver computed values.
+
+    Attributes:
+        values: values by the module's name for the variable; unknown ones are absent.
+    """
+
+    values: dict[str, PerceivedValue]
+
+
+RuntimeRequest = LoadSkill | ResumeSkill | CloseSkill | LoadPerceiver | ResumePerceiver
+WorkerResponse = (
+    SkillLoaded
+    | SkillRejected
+    | ActionRequested
+    | SkillFinished
+    | SkillRaised
+    | SkillClosed
+    | ValuesPerceived
+)
 
 _REQUEST_DECODER: Final[msgspec.msgpack.Decoder[RuntimeRequest]] = msgspec.msgpack.Decoder(RuntimeRequest)
 _RESPONSE_DECODER: Final[msgspec.msgpack.Decoder[WorkerResponse]] = msgspec.msgpack.Decoder(WorkerResponse)
@@ -247,7 +365,8 @@ class WorkerConnection:
     def _send(self, data: bytes, deadline: float) -> None:
         if len(data) > _PREFIX + MAX_REQUEST_BYTES:
             raise ProtocolError(f"the request to it has more than {MAX_REQUEST_BYTES} bytes")
-        # The channel is empty, so a request that fits into its buffer is sent at once.
+        # The channel is empty, so a request that fits into its buffer is sent at once; one with models is
+        # not.
         self._channel.settimeout(max(deadline - time.monotonic(), 0.001))
         try:
             self._channel.sendall(data)
@@ -311,13 +430,13 @@ def send_response(descriptor: int, data: bytes) -> None:
 
 
 def _read(descriptor: int, length: int) -> bytes | None:
-    read = b""
+    read = bytearray()
     while len(read) < length:
         part = os.read(descriptor, length - len(read))
         if not part:
             return None
         read += part
-    return read
+    return bytes(read)
 
 
 def sanitize_text(text: str) -> str:

@@ -8,6 +8,7 @@ from functools import lru_cache
 from importlib.util import find_spec
 from typing import Any, Final, Self
 
+from aeros.models.load import modules_to_preload
 from aeros.runtime.isolation.isolated_run import IsolatedRun
 from aeros.runtime.isolation.layers import APPLY_LAYER, IsolationLayer
 from aeros.runtime.isolation.zygote_pool import ZygoteError, ZygotePool
@@ -19,7 +20,14 @@ from aeros.spec.model.policy import IsolationPolicy
 from aeros.spec.model.site import Site
 from aeros.spec.obligations.skill_syntax.allowed_names import ALLOWED_MODULES
 
-_NUMPY: Final = ("numpy", "numpy.fft", "numpy.linalg", "numpy.polynomial", "numpy.random")
+NUMPY_MODULES: Final = (
+    "numpy",
+    "numpy.fft",
+    "numpy.linalg",
+    "numpy.ma",
+    "numpy.polynomial",
+    "numpy.random",
+)
 """Submodules that NumPy imports on first use, which is too late in a worker."""
 
 
@@ -51,7 +59,7 @@ class SkillRunFactory:
         self._missing: Mapping[IsolationLayer, str | None] = {}
         try:
             for ecm in self._isolated:
-                self._pool_for(ecm)
+                self._pool_for(ecm, _preload_modules(ecm))
         except BaseException:
             self.close()
             raise
@@ -62,16 +70,33 @@ class SkillRunFactory:
         Raises:
             SkillRefusedError: the host lacks a required isolation layer.
         """
-        policy = site.isolation
-        if ecm.id in policy.trusted_modules:
+        if ecm.id in site.isolation.trusted_modules:
             return run_in_process(site, ecm, skill, inputs)
         code = certified_code(ecm, skill)
-        pool = self._pool_for(ecm)
-        lacking = self._missing_layers(policy)
-        if lacking and policy.refuses_missing:
+        pool, layers = self.pool_and_layers(site, ecm, _preload_modules(ecm))
+        return IsolatedRun(pool, layers, code, inputs, float(site.isolation.answer_timeout_s))
+
+    def pool_and_layers(
+        self, site: Site, ecm: Ecm, preload: tuple[str, ...]
+    ) -> tuple[ZygotePool, list[IsolationLayer]]:
+        """Return a pool for code of a module that the site does not trust, and the layers to apply.
+
+        Args:
+            site: the site in force.
+            ecm: the module.
+            preload: modules that the zygotes import.
+
+        Returns:
+            The pool, and the layers of this host that a worker applies to itself.
+
+        Raises:
+            SkillRefusedError: the host lacks a required isolation layer, or there are no zygotes.
+        """
+        pool = self._pool_for(ecm, preload)
+        lacking = self._missing_layers(site.isolation)
+        if lacking and site.isolation.refuses_missing:
             raise SkillRefusedError(_format_unavailable([ecm.id], lacking))
-        layers = [layer for layer in APPLY_LAYER if pool.missing[layer] is None]
-        return IsolatedRun(pool, layers, code, inputs, float(policy.answer_timeout_s))
+        return pool, [layer for layer in APPLY_LAYER if pool.missing[layer] is None]
 
     @property
     def unavailable_reason(self) -> str | None:
@@ -123,8 +148,7 @@ class SkillRunFactory:
     def _isolated_modules(self) -> list[str]:
         return sorted(ecm.id for ecm in self._isolated)
 
-    def _pool_for(self, ecm: Ecm) -> ZygotePool:
-        preload = _preload_modules(ecm)
+    def _pool_for(self, ecm: Ecm, preload: tuple[str, ...]) -> ZygotePool:
         if preload not in self._pools:
             try:
                 self._pools[preload] = self._make_pool(preload)
@@ -153,9 +177,22 @@ def _format_unavailable(modules: Iterable[str], lacking: Mapping[str, str]) -> s
 
 
 def _preload_modules(ecm: Ecm) -> tuple[str, ...]:
-    """Return the modules that the code of `ecm` may import: a worker can open no file to import them."""
+    """Return the modules that a worker for `ecm` may need: it can open no file to import them.
+
+    Raises:
+        SkillRefusedError: a library that its models need is not installed.
+    """
     wants_numpy = find_spec("numpy") is not None and _imports_numpy(ecm)
-    return (*sorted(ALLOWED_MODULES), *(_NUMPY if wants_numpy else ()))
+    used = {name for skill in ecm.skills.values() for name in skill.models}
+    engines = modules_to_preload(ecm.models[name].kind for name in used)
+    missing = [name for name in engines if find_spec(name.partition(".")[0]) is None]
+    if missing:
+        raise SkillRefusedError(
+            f"module `{ecm.id}` has networks and `{missing[0]}` is not installed: "
+            "pip install 'aeros[learned]'"
+        )
+    names = (*sorted(ALLOWED_MODULES), *(NUMPY_MODULES if wants_numpy else ()), *engines)
+    return tuple(dict.fromkeys(names))
 
 
 def _imports_numpy(ecm: Ecm) -> bool:

@@ -1,4 +1,4 @@
-"""Worker process: locks itself down, runs one skill once, and ends.
+"""Worker process: locks itself down, runs one skill once or one perceiver for many views, and ends.
 
 After `apply_layers` everything here shares its process with hostile code and defends nothing: that code may
 talk to the runtime itself. The kernel confines it, and the runtime's side of `protocol` checks what it sends.
@@ -7,9 +7,11 @@ talk to the runtime itself. The kernel confines it, and the runtime's side of `p
 from __future__ import annotations
 
 import sys
-from typing import Final, cast
+from typing import Final, Protocol, cast
 
 from aeros.descriptions import describe_exception
+from aeros.models.interface import ModelFileError
+from aeros.models.load import load_models
 from aeros.runtime.isolation.layers import IsolationLayer, apply_layers
 from aeros.runtime.isolation.protocol import (
     MAX_RESPONSE_BYTES,
@@ -17,6 +19,7 @@ from aeros.runtime.isolation.protocol import (
     CloseSkill,
     JsonValue,
     LoadSkill,
+    ResumeSkill,
     RuntimeRequest,
     SkillClosed,
     SkillFinished,
@@ -36,19 +39,30 @@ from aeros.runtime.skills.contract import (
     check_outputs,
     copy_action,
     execute_skill,
+    start_skill,
 )
-from aeros.skill import Action, SkillBody
+from aeros.skill import Action, Models, SkillBody
 
 _FINAL_RESPONSES: Final = (SkillRejected, SkillFinished, SkillRaised, SkillClosed)
 
 
-def serve(channel: int) -> None:
-    """Run the one skill that the runtime sends.
+class _Handler(Protocol):
+    def handle(self, question: RuntimeRequest) -> WorkerResponse: ...
+
+
+def serve(channel: int, memory: int | None = None) -> None:
+    """Run the one skill or perceiver that the runtime sends.
 
     Args:
         channel: descriptor of a socket whose other end the runtime holds.
+        memory: descriptor of the memory with a perceiver's pictures; None for a skill.
     """
-    worker = _Worker(channel)
+    worker: _Handler = _Worker(channel)
+    if memory is not None:
+        # Needs NumPy, which skills do without.
+        from aeros.runtime.isolation.perceiver_worker import PerceiverWorker
+
+        worker = PerceiverWorker(channel, memory)
     while (question := receive_request(channel)) is not None:
         response = worker.handle(question)
         send_response(channel, encode(response))
@@ -61,6 +75,7 @@ class _Worker:
         self._channel = channel
         self._load: LoadSkill | None = None
         self._function: SkillFunction | None = None
+        self._models: Models = {}
         self._body: SkillBody | None = None
 
     def handle(self, question: RuntimeRequest) -> WorkerResponse:
@@ -68,11 +83,13 @@ class _Worker:
             return self._handle_load(question)
         if isinstance(question, CloseSkill):
             return self._handle_close(question.token)
-        if self._load is None or self._function is None:
+        if self._load is None or self._function is None or not isinstance(question, ResumeSkill):
             return SkillRaised(question.token, "no skill is loaded")
         try:
             if self._body is None:
-                self._body = self._function(question.observation, self._load.inputs)
+                self._body = start_skill(
+                    self._function, question.observation, self._load.inputs, self._models
+                )
                 yielded = next(self._body)
             else:
                 yielded = self._body.send(question.observation)
@@ -97,7 +114,12 @@ class _Worker:
         sys.path_importer_cache.clear()
         self._load = load
         try:
+            self._models = load_models(load.models)
             self._function = execute_skill(load.module, load.name, load.source, load.path, load.function)
+        except ModelFileError as failure:
+            return SkillRejected(
+                load.token, sanitize_text(f"a model of module `{load.module}` cannot be loaded: {failure}")
+            )
         except SkillRefusedError as refusal:
             return SkillRejected(load.token, sanitize_text(str(refusal)))
         except BaseException as failure:

@@ -4,7 +4,8 @@ It runs no skill code itself, serves one worker at a time, and adopts the worker
 ended or is to end, the zygote kills all of its own descendants, and reports only when there are none left.
 It ends, and everything below it ends, when the runtime hangs up.
 
-Messages come one per packet:  spawn (with the worker's channel) | kill | probe PID PATH ADDRESS
+Messages come one per packet:  spawn (with the worker's channel, and memory that it shares with the runtime,
+                               if any) | kill | probe PID PATH ADDRESS
 and the replies are:           ready | gone EXITCODE | JSON of the probes' results
 """
 
@@ -47,26 +48,28 @@ def main(control: int, preload: Sequence[str]) -> None:
     with socket.socket(fileno=control) as channel:
         channel.send(b"ready")
         while True:
-            message, descriptors, _, _ = socket.recv_fds(channel, _MAX_MESSAGE_BYTES, 1)
+            message, descriptors, _, _ = socket.recv_fds(channel, _MAX_MESSAGE_BYTES, 2)
             word = message.partition(b" ")[0]
             if word == b"spawn" and descriptors:
-                _fork_worker(channel, descriptors[0])
+                _fork_worker(channel, *descriptors)
             elif word == b"probe":
                 channel.send(json.dumps(_probe(message.decode().split(" ", 3)[1:])).encode())
             elif not message:
                 return
 
 
-def _fork_worker(control: socket.socket, channel: int) -> None:
+def _fork_worker(control: socket.socket, channel: int, memory: int | None = None) -> None:
     """Fork a worker that talks over `channel`; wait for its end and end all its descendants."""
     worker = os.fork()
     if worker == 0:
         try:
             control.close()
-            serve(channel)
+            serve(channel, memory)
             os._exit(0)
         finally:
             os._exit(70)
+    if memory is not None:
+        os.close(memory)
     os.close(channel)
     ended = os.pidfd_open(worker)
     try:

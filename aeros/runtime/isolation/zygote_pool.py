@@ -80,8 +80,11 @@ class Zygote:
             reasons = json.loads(self._receive(_START))
         return {IsolationLayer(name): missing for name, missing in reasons.items()}
 
-    def spawn_worker(self) -> socket.socket:
+    def spawn_worker(self, memory: int | None = None) -> socket.socket:
         """Fork a worker. The previous one must have ended.
+
+        Args:
+            memory: descriptor of memory that the worker shares, open for reading alone; None for none.
 
         Returns:
             The channel to the worker.
@@ -92,7 +95,8 @@ class Zygote:
         ours, theirs = socket.socketpair()
         with theirs:
             try:
-                socket.send_fds(self._channel, [b"spawn"], [theirs.fileno()])
+                shared = () if memory is None else (memory,)
+                socket.send_fds(self._channel, [b"spawn"], [theirs.fileno(), *shared])
             except OSError as failure:
                 ours.close()
                 raise ZygoteError(f"the zygote is gone: {failure}") from failure
@@ -224,8 +228,11 @@ class ZygotePool:
         if self._program is None:
             self.missing[IsolationLayer.BUBBLEWRAP] = why
 
-    def spawn_worker(self) -> tuple[Zygote, socket.socket]:
+    def spawn_worker(self, memory: int | None = None) -> tuple[Zygote, socket.socket]:
         """Fork a worker.
+
+        Args:
+            memory: descriptor of memory that the worker shares, open for reading alone; None for none.
 
         Returns:
             The zygote that is lent for it, to be given to `release`; and the channel to the worker.
@@ -235,11 +242,11 @@ class ZygotePool:
         """
         while (zygote := self._pop()) is not None:
             try:
-                return zygote, zygote.spawn_worker()
+                return zygote, zygote.spawn_worker(memory)
             except ZygoteError:
                 zygote.kill()  # something else ended it
         zygote = Zygote(self._preload, self._program)
-        return zygote, zygote.spawn_worker()
+        return zygote, zygote.spawn_worker(memory)
 
     def release(self, zygote: Zygote) -> None:
         """Return a zygote to the pool after its worker has ended.

@@ -16,7 +16,7 @@ kind, the answer is the rule that stopped the robot.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final, NamedTuple
 
 from aeros.runtime.gate.compiled.rules import CompiledRuleSet, FastTickCheck, MonitorRules
@@ -62,6 +62,14 @@ class _MonitoredActions:
         self.requested_values = requested_values
         self.values: Scalars | None = None
         """Scalars of the requests, and of the state at the first decision, where not measured since."""
+
+
+_Watches = Sequence[_MonitoredActions]
+
+
+def _is_unread(name: str, watches: _Watches) -> bool:
+    """Tell if a name is of a module's variable that no rule under watch reads: its value stops nothing."""
+    return "." in name and all(name not in watch.rules.reads for watch in watches)
 
 
 class RuntimeMonitor:
@@ -186,7 +194,7 @@ class RuntimeMonitor:
         """Return the first rule that forbids to back off after a stop for `reason`, or `BACK_OFF`."""
         if self._back_off is None:
             return reason
-        fault = self._measurement_fault(now, measured)
+        fault = self._measurement_fault(now, measured, (*self._watches, self._back_off))
         if fault is not None:
             return fault
         violation = self._violation(self._back_off, measured, known)
@@ -197,7 +205,7 @@ class RuntimeMonitor:
     def _first_violation(self, now: float, measured: Mapping[str, Any], known: HistoryValues) -> str | None:
         if not self._watches:
             return None
-        fault = self._measurement_fault(now, measured)
+        fault = self._measurement_fault(now, measured, self._watches)
         if fault is not None:
             return fault
         for watch in self._watches:
@@ -256,27 +264,31 @@ class RuntimeMonitor:
                     watch.values.update(self._unpack(name, reading.value) or {})
         return watch.values
 
-    def _measurement_fault(self, now: float, measured: Mapping[str, Any]) -> str | None:
+    def _measurement_fault(self, now: float, measured: Mapping[str, Any], watches: _Watches) -> str | None:
         """Return `input:NAME` of a value that is missing or malformed; store the scalars of the others."""
         if len(measured) != len(self._measured) or not self._measured <= measured.keys():
-            missing = self._measured - measured.keys()
+            missing = [one for one in self._measured - measured.keys() if not _is_unread(one, watches)]
             if missing:
                 return f"input:{min(missing)}"
-            self._measured = frozenset(measured)
+            self._measured = frozenset(name for name in measured if not _is_unread(name, watches))
         for name, value in measured.items():
             checked = self._checked_values.get(name)
             if checked is not None and checked.value is value:
                 continue
-            checker = self._compiled.forms.get(name)
-            if checker is None:
-                return f"input:{name}"
-            if type(value) is Reading:
-                if not is_reading(value) or check_freshness(checker, value.time, now, True) is not None:
-                    return f"input:{name}"
-                value = value.value
-            if self._scalars(name, value) is None:
+            if not self._is_usable(name, value, now) and not _is_unread(name, watches):
                 return f"input:{name}"
         return None
+
+    def _is_usable(self, name: str, value: Any, now: float) -> bool:
+        """Check a measured value or reading, and store its scalars."""
+        checker = self._compiled.forms.get(name)
+        if checker is None:
+            return False
+        if type(value) is Reading:
+            if not is_reading(value) or check_freshness(checker, value.time, now, True) is not None:
+                return False
+            value = value.value
+        return self._scalars(name, value) is not None
 
     def _scalars(self, name: str, value: Any) -> Scalars | None:
         """Unpack and remember a state variable's value; return None if it is malformed."""

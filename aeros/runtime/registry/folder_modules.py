@@ -68,6 +68,7 @@ class FolderModules:
         """Implement `RunModules.load`."""
         site, policy = self._site_file(snapshot)
         configuration, report = self._prove_unblocked(site)
+        require_dependencies(configuration)
         unblocked = configuration.site
         if f"policies/{unblocked.digest}.yaml" != policy:
             raise refusal("AE961", f"`{site}` changed while it was being read")
@@ -118,9 +119,10 @@ class FolderModules:
             ecm.id: ModuleIdentity(ecm.version, _bundle_digest(paths[ecm.id], ecm)) for ecm in found
         }
         withheld = _withheld(snapshot, identities)
+        modules = {ecm.id: ecm for ecm in found if ecm.id not in withheld}
         return (
-            site.with_overrides(blocks_in_force(snapshot, identities)),
-            {ecm.id: ecm for ecm in found if ecm.id not in withheld},
+            site.with_overrides(blocks_in_force(snapshot, identities)).with_modules(modules.values()),
+            modules,
             withheld,
         )
 

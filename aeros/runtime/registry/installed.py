@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Final
 
@@ -15,11 +16,12 @@ from aeros.runtime.registry.store import RegistrySnapshot
 from aeros.runtime.registry.transaction import RegistryTransactions
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics
 from aeros.spec.diagnostics.errors import UserError
-from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.elaborate.load import Surroundings, load_ecm, load_site
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.site import Site
 from aeros.spec.text.digests import file_digest
 from aeros.spec.text.discovery import reference_site_path
+from aeros.spec.text.versions import is_compatible_version
 from aeros.spec.verification.reports import Report
 
 _FOLDER: Final = "registry"
@@ -88,10 +90,10 @@ class InstalledModules:
         Raises:
             UserError: a module cannot be read.
         """
-        site = self._policy_of(snapshot)
+        site, folders = self._policy_of(snapshot), self._folders(snapshot)
         return {
-            name: tuple(sorted(load_module(site, folder).capabilities))
-            for name, folder in self._folders(snapshot).items()
+            name: tuple(sorted(load_module(site, folder, folders.values()).capabilities))
+            for name, folder in folders.items()
         }
 
     def skills(self, name: str) -> tuple[str, ...]:
@@ -109,7 +111,8 @@ class InstalledModules:
         snapshot = self.snapshot()
         if name not in snapshot.modules:
             return ()
-        return tuple(sorted(load_module(self._policy_of(snapshot), self._folders(snapshot)[name]).skills))
+        folders = self._folders(snapshot)
+        return tuple(sorted(load_module(self._policy_of(snapshot), folders[name], folders.values()).skills))
 
     def inactive_modules(self) -> dict[str, Ecm]:
         """Load the modules that are installed and not active.
@@ -123,7 +126,7 @@ class InstalledModules:
         snapshot = self.snapshot()
         site, folders = self._policy_of(snapshot), self._folders(snapshot)
         idle = [name for name, one in snapshot.modules.items() if one.state is not ModuleState.ACTIVE]
-        return {name: load_module(site, folders[name]) for name in idle}
+        return {name: load_module(site, folders[name], folders.values()) for name in idle}
 
     # Parts.
 
@@ -153,7 +156,12 @@ class InstalledModules:
         blocks = blocks_in_force(new, new.identities)
         active = {name for name, one in new.modules.items() if one.state is ModuleState.ACTIVE}
         configuration, report = self._prove(
-            folders.values(), self.site_file(new), certified=False, blocks=blocks, active=active.__contains__
+            folders.values(),
+            self.site_file(new),
+            certified=False,
+            blocks=blocks,
+            active=active.__contains__,
+            active_folders=[folders[name] for name in active],
         )
         require_dependencies(configuration)
         return configuration, report
@@ -218,16 +226,43 @@ def require_dependencies(configuration: Configuration) -> None:
                 raise refusal(
                     "AE964",
                     f"`{name}` needs `{needed}`, which is not active",
-                    f"`aeros activate {needed}` first",
+                    f"`aeros activate {needed}` first, or `aeros deactivate {name}`",
+                )
+        for capability, specifier in ecm.required_capabilities.items():
+            if not active_providers(capability, specifier, configuration.modules.values()):
+                raise refusal(
+                    "AE964",
+                    f"`{name}` needs the capability `{capability}` {specifier}, and no active module has it",
+                    f"activate a module that `aeros list` shows with it, or `aeros deactivate {name}`",
                 )
 
 
-def load_module(site: Site, folder: Path) -> Ecm:
+def active_providers(capability: str, specifier: str, modules: Iterable[Ecm]) -> list[str]:
+    """List the modules that provide a capability in a version that suits.
+
+    Args:
+        capability: name of the capability.
+        specifier: version range.
+        modules: the modules to look at.
+
+    Returns:
+        Their names.
+    """
+    return [
+        ecm.id
+        for ecm in modules
+        if capability in ecm.capability_versions
+        and is_compatible_version(specifier, ecm.capability_versions[capability])
+    ]
+
+
+def load_module(site: Site, folder: Path, installed: Iterable[Path]) -> Ecm:
     """Load a module without proving it.
 
     Args:
         site: the policy that it is read under.
         folder: the module's folder.
+        installed: folders of the modules among which it finds those that it requires.
 
     Returns:
         The module.
@@ -236,7 +271,7 @@ def load_module(site: Site, folder: Path) -> Ecm:
         UserError: it cannot be read.
     """
     diagnostics = Diagnostics()
-    loaded = load_ecm(folder, site, diagnostics)
+    loaded = load_ecm(folder, site, diagnostics, Surroundings(tuple(installed)))
     diagnostics.raise_if_errors()
     if loaded is None:
         raise refusal("AE961", f"`{folder}` holds no module")

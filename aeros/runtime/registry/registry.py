@@ -18,10 +18,12 @@ from aeros.runtime.registry.control_page import ControlPage
 from aeros.runtime.registry.installed import InstalledModules, load_module, policy_file, refusal
 from aeros.runtime.registry.lifecycle import LifecycleAction, ModuleState, allowed_states, next_state
 from aeros.runtime.registry.operator_block import OperatorBlock
+from aeros.runtime.registry.requirements import require_installed
 from aeros.runtime.registry.shown_paths import shown_as
 from aeros.runtime.registry.store import InstalledModule, RegistrySnapshot
 from aeros.spec.diagnostics.codes import did_you_mean
 from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.elaborate.load import decode_manifest
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.site import Site
 from aeros.spec.text.digests import file_digest
@@ -80,7 +82,7 @@ class Registry(InstalledModules):
             if pinned is not None and pinned.removeprefix("sha256:") != digest:
                 name, found = source.name, f"sha256:{digest}"
                 raise refusal("AE963", f"`{name}` does not have the pinned digest: its digest is {found}")
-            ecm = _load_files(self._policy_of(old), files, source)
+            ecm = _load_files(self._policy_of(old), files, source, self._folders(old).values())
             _require_upgrade(old.modules.get(ecm.id), ecm, digest, allows_downgrade=allows_downgrade)
             state = self._next_state(old, ecm.id, LifecycleAction.INSTALL)
             one = InstalledModule(ecm.id, ecm.version, digest, state)
@@ -140,6 +142,8 @@ class Registry(InstalledModules):
 
     def deactivate(self, name: str) -> InstalledModule:
         """Deactivate a module. When this returns, none of its skills acts any more.
+
+        Refused while an active module needs it, or a capability that no other active module provides.
 
         Args:
             name: id of the module.
@@ -264,13 +268,16 @@ def _withdrawn(before: frozenset[str], name: str, verb: LifecycleAction) -> froz
     return before - {name} if verb is LifecycleAction.ACTIVATE else before
 
 
-def _load_files(site: Site, files: Mapping[str, bytes], source: Path) -> Ecm:
+def _load_files(site: Site, files: Mapping[str, bytes], source: Path, installed: Iterable[Path]) -> Ecm:
     """Load a module from the bytes that were read of it."""
     with temporary_folder() as made:
         folder = made / (source.resolve().name or "module")
         write_files(files, folder)
         with shown_as(folder, source):
-            return load_module(site, folder)
+            declared = decode_manifest(folder)
+            if declared is not None:
+                require_installed(declared, installed, source)
+            return load_module(site, folder, installed)
 
 
 def _require_upgrade(kept: InstalledModule | None, ecm: Ecm, digest: str, *, allows_downgrade: bool) -> None:

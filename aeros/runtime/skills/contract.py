@@ -8,18 +8,19 @@ from __future__ import annotations
 
 import inspect
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 from types import CodeType, ModuleType
 from typing import Final
 
 from aeros.descriptions import describe_exception, type_name
-from aeros.skill import Action, Inputs, Observation, SkillBody
+from aeros.skill import Action, Inputs, Models, Observation, SkillBody
 
 MAX_PARAMETERS: Final = 64
 """Limit on the parameters of one action; no kind has nearly as many, and every one is recorded."""
 
-SkillFunction = Callable[[Observation, Inputs], SkillBody]
+SkillFunction = Callable[..., SkillBody]
+"""Takes the observation and the inputs, and the models if the skill declares any."""
 
 
 class SkillRefusedError(Exception):
@@ -49,11 +50,29 @@ def execute_skill(module: str, name: str, content: bytes, path: str, function: s
     Raises:
         SkillRefusedError: the code raises when loaded, or has no such generator function.
     """
-    executed = _execute(module, name, content, path)
+    executed = execute_file(module, name, content, path)
     generator = executed.__dict__.get(function)
     if not inspect.isgeneratorfunction(generator):
         raise SkillRefusedError(f"`{name}` of module `{module}` has no generator function `{function}`")
     return generator
+
+
+def start_skill(
+    function: SkillFunction, observation: Observation, inputs: Inputs, models: Models
+) -> SkillBody:
+    """Call a skill's function; its body runs no further than its generator is asked.
+
+    Args:
+        function: the generator function.
+        observation: values that the skill senses now, SI, by name.
+        inputs: checked inputs, SI, by name.
+        models: the models that the skill declares, by name; it takes them as a third argument if there are
+            any.
+
+    Returns:
+        The generator.
+    """
+    return function(observation, inputs, models) if models else function(observation, inputs)
 
 
 def copy_action(yielded: object) -> Action:
@@ -111,10 +130,29 @@ def check_outputs(value: object) -> dict[str, object] | None:
     return outputs
 
 
-def _execute(module: str, name: str, content: bytes, path: str) -> ModuleType:
+def execute_file(
+    module: str, name: str, content: bytes, path: str, builtins: Mapping[str, object] | None = None
+) -> ModuleType:
+    """Execute a file of module code, under a private name.
+
+    Args:
+        module: id of the module.
+        name: path of the file in the module's folder.
+        content: source code, whose digest was checked.
+        path: path of the file, for tracebacks.
+        builtins: builtins of the code; None for Python's own.
+
+    Returns:
+        The executed file.
+
+    Raises:
+        SkillRefusedError: the code raises when loaded.
+    """
     dotted = name.removesuffix(".py").replace("/", ".")
     executed = ModuleType(f"_aeros_ecm_{module}.{dotted}")
     executed.__file__ = path
+    if builtins is not None:
+        executed.__dict__["__builtins__"] = dict(builtins)
     # Standard library code (dataclasses, pickle) looks up a class's module here.
     sys.modules[executed.__name__] = executed
     try:

@@ -7,13 +7,20 @@ For modules that the site trusts. Code that loops without yielding cannot be int
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Any, NamedTuple, Protocol
 
 from aeros.descriptions import describe_exception
 from aeros.runtime.ports import StepStatus
-from aeros.runtime.skills.contract import NoActionError, SkillFunction, check_outputs, copy_action
-from aeros.runtime.skills.load import CertifiedCode, certified_code, execute_code, load_skill
-from aeros.skill import Action, Observation, SkillBody
+from aeros.runtime.skills.contract import (
+    NoActionError,
+    SkillFunction,
+    check_outputs,
+    copy_action,
+    start_skill,
+)
+from aeros.runtime.skills.load import CertifiedCode, certified_code, execute_code, load_certified_models
+from aeros.skill import Action, Models, Observation, SkillBody
 from aeros.spec.model.cause import Cause
 from aeros.spec.model.ecm import Ecm, Skill
 from aeros.spec.model.site import Site
@@ -75,7 +82,8 @@ def run_in_process(_: Site, ecm: Ecm, skill: Skill, inputs: Mapping[str, Any]) -
     Raises:
         SkillRefusedError: the code is not the certified code, or is not a skill.
     """
-    return InProcessRun(load_skill(ecm, skill), inputs)
+    code = certified_code(ecm, skill)
+    return InProcessRun(execute_code(code), inputs, load_certified_models(code))
 
 
 class CachedRunFactory:
@@ -92,7 +100,8 @@ class CachedRunFactory:
         key = ecm.id, ecm.code_digest, skill.id
         if key not in self._code:
             self._code[key] = certified_code(ecm, skill)
-        return InProcessRun(execute_code(self._code[key]), inputs)
+        code = self._code[key]
+        return InProcessRun(execute_code(code), inputs, load_certified_models(code))
 
 
 def finished_result(value: object) -> SkillRunResult:
@@ -111,10 +120,19 @@ def finished_result(value: object) -> SkillRunResult:
 
 
 class InProcessRun:
-    """Run of a generator in this process, not yet started."""
+    """Run of a generator in this process, not yet started.
 
-    def __init__(self, function: SkillFunction, inputs: Mapping[str, Any]) -> None:
+    Args:
+        function: the generator function.
+        inputs: checked inputs, SI, by name.
+        models: the models that the skill declares, by name.
+    """
+
+    def __init__(
+        self, function: SkillFunction, inputs: Mapping[str, Any], models: Models = MappingProxyType({})
+    ) -> None:
         self._function = function
+        self._models = models
         # A copy, so that the skill cannot change the inputs that the gate sees.
         self._inputs = dict(inputs)
         self._body: SkillBody | None = None
@@ -128,7 +146,7 @@ class InProcessRun:
         del seconds  # cannot be enforced in this process
         try:
             if self._body is None:
-                self._body = self._function(observation, self._inputs)
+                self._body = start_skill(self._function, observation, self._inputs, self._models)
                 yielded = next(self._body)
             else:
                 yielded = self._body.send(observation)

@@ -6,16 +6,24 @@ that the site trusts. All others run in a worker (`isolation`).
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
+from aeros.models.interface import ModelFileError, ModelPackage
+from aeros.models.load import load_models
 from aeros.runtime.skills.contract import SkillFunction, SkillRefusedError, execute_skill
+from aeros.skill import Models
 from aeros.spec.model.ecm import Ecm, Skill
-from aeros.spec.text.digests import code_digest, code_files
+from aeros.spec.model.perception import Perceiver
+from aeros.spec.text.digests import code_digest, code_files, file_digest, model_content
+
+MAX_LOADED_MODELS: Final = 32 * 1024 * 1024
+"""Bytes of all models of one skill or perceiver at most: each of its runs receives them."""
 
 
 class CertifiedCode(NamedTuple):
-    """The file that contains a skill's function.
+    """The file that contains the function of a skill or of a perceiver.
 
     Attributes:
         module: id of the module.
@@ -23,6 +31,7 @@ class CertifiedCode(NamedTuple):
         path: path of the file.
         content: its bytes, with the certified digest.
         function: name of the generator function in it.
+        models: the models that the skill declares, with their certified bytes.
     """
 
     module: str
@@ -30,6 +39,7 @@ class CertifiedCode(NamedTuple):
     path: str
     content: bytes
     function: str
+    models: tuple[ModelPackage, ...] = ()
 
 
 def load_skill(ecm: Ecm, skill: Skill) -> SkillFunction:
@@ -63,15 +73,15 @@ def execute_code(code: CertifiedCode) -> SkillFunction:
     return execute_skill(code.module, code.name, code.content, code.path, code.function)
 
 
-def certified_code(ecm: Ecm, skill: Skill) -> CertifiedCode:
-    """Read the code of a skill.
+def certified_code(ecm: Ecm, skill: Skill | Perceiver) -> CertifiedCode:
+    """Read the code of a skill or of a perceiver.
 
     Args:
         ecm: the module.
-        skill: the skill of it.
+        skill: the skill or the perceiver of it.
 
     Returns:
-        The file of the skill's function.
+        The file of its function.
 
     Raises:
         SkillRefusedError: the code is not the certified code, or lacks that file.
@@ -80,7 +90,60 @@ def certified_code(ecm: Ecm, skill: Skill) -> CertifiedCode:
     content = certified_files(ecm).get(name)
     if content is None:
         raise SkillRefusedError(f"module `{ecm.id}` has no file `{name}`")
-    return CertifiedCode(ecm.id, name, str(Path(ecm.folder) / name), content, skill.function)
+    models = certified_models(ecm, skill.models) if isinstance(skill, Skill) else ()
+    return CertifiedCode(ecm.id, name, str(Path(ecm.folder) / name), content, skill.function, models)
+
+
+def load_certified_models(code: CertifiedCode) -> Models:
+    """Load the models of a skill in this process.
+
+    Args:
+        code: as `certified_code` returns it.
+
+    Returns:
+        The models by name.
+
+    Raises:
+        SkillRefusedError: a file cannot be used, or its library is not installed.
+    """
+    try:
+        return load_models(code.models)
+    except ModelFileError as failure:
+        raise SkillRefusedError(f"a model of module `{code.module}` cannot be loaded: {failure}") from failure
+
+
+def certified_models(ecm: Ecm, names: Iterable[str]) -> tuple[ModelPackage, ...]:
+    """Read models of a module.
+
+    Args:
+        ecm: the module, with the certified digests of its models.
+        names: names of the models.
+
+    Returns:
+        The models with their bytes.
+
+    Raises:
+        SkillRefusedError: a file cannot be read, its digest differs from the certified one, or all together
+            have more than `MAX_LOADED_MODELS` bytes.
+    """
+    left = MAX_LOADED_MODELS
+    packages = []
+    for model in (ecm.models[name] for name in names):
+        try:
+            content = model_content(ecm.folder, model.file, left)
+        except OSError as failure:
+            raise SkillRefusedError(
+                f"the model `{model.id}` of module `{ecm.id}` cannot be read: {failure}"
+            ) from failure
+        digest, certified = file_digest(content), ecm.model_digests.get(model.file, "")
+        if digest != certified:
+            raise SkillRefusedError(
+                f"the model `{model.id}` of module `{ecm.id}` does not match its certificate: "
+                f"its digest is {digest[:12]}…, certified was {certified[:12]}…"
+            )
+        left -= len(content)
+        packages.append(model.package(content))
+    return tuple(packages)
 
 
 def certified_files(ecm: Ecm) -> dict[str, bytes]:

@@ -1,106 +1,168 @@
-"""Bodies that a scene file adds to a scene, and the check that no two bodies overlap."""
+"""Bodies of a scene in a PyBullet world, their links and joints, and the check that no two bodies overlap."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
 from typing import Final, NamedTuple
 
-from aeros.sim.bullet.body_factory import Colour
+from aeros.sim.bullet.body_factory import Colour, RigidPart
+from aeros.sim.bullet.client import bullet
 from aeros.sim.bullet.world import PhysicsWorld
-from aeros.sim.geometry import Vector3, yaw_orientation
+from aeros.sim.geometry import Pose, Vector3
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.diagnostics.errors import UserError
-from aeros.spec.diagnostics.source import SourceSpan
+from aeros.spec.model.scene import (
+    BASIN_WALL,
+    Basin,
+    Box,
+    Compound,
+    Cylinder,
+    SceneBody,
+    Sphere,
+    UrdfModel,
+)
 
 MAX_OVERLAP: Final = 0.002
 """Greatest allowed overlap of two bodies, m: the robot's foot overlaps its table by 1.03 mm."""
 
-GREY: Final[Colour] = (0.7, 0.7, 0.7, 1.0)
+_FIXED_JOINT: Final = bullet.JOINT_FIXED
 
 
-class Box(NamedTuple):
-    """A box.
-
-    Attributes:
-        edges: full lengths of its edges along its own x, y and z, m.
-    """
-
-    edges: Vector3
-
-
-class Cylinder(NamedTuple):
-    """A cylinder about its own z axis.
+class PlacedBody(NamedTuple):
+    """A body of a scene in a world.
 
     Attributes:
-        radius: m.
-        height: full height, m.
+        body: the declaration.
+        number: number of the body in PyBullet.
+        links: numbers of its links by name; -1 is the base.
+        joints: numbers of its movable joints by name.
     """
 
-    radius: float
-    height: float
+    body: SceneBody
+    number: int
+    links: Mapping[str, int]
+    joints: Mapping[str, int]
 
 
-class UrdfModel(NamedTuple):
-    """A URDF file that `check_urdf` has accepted.
-
-    Attributes:
-        path: path of the file.
-    """
-
-    path: str
-
-
-@dataclass(frozen=True, slots=True)
-class SceneBody:
-    """A declared body in a scene.
-
-    Attributes:
-        name: as declared.
-        shape: box, cylinder or URDF model.
-        position: of its middle in W, m; for a URDF model, of its frame.
-        yaw: about z of W, rad.
-        mass: kg; 0 fixes it to W. A URDF model has the mass in its file, unless this is 0.
-        friction: Coulomb coefficient.
-        colour: red, green, blue and alpha in [0, 1].
-        span: where it is declared.
-    """
-
-    name: str
-    shape: Box | Cylinder | UrdfModel
-    position: Vector3
-    yaw: float
-    mass: float
-    friction: float
-    colour: Colour
-    span: SourceSpan
-
-
-def add_body(world: PhysicsWorld, body: SceneBody) -> int:
-    """Add a declared body to a world.
+def add_body(world: PhysicsWorld, body: SceneBody, pose: Pose) -> PlacedBody:
+    """Add a body of a scene to a world.
 
     Args:
         world: the world.
         body: the body.
+        pose: of its frame in W.
 
     Returns:
-        Its number in PyBullet.
+        The body in the world.
 
     Raises:
         UserError: PyBullet cannot load its URDF file.
     """
-    turn, friction = yaw_orientation(body.yaw), body.friction
+    links: dict[str, int] = {}
+    joints: dict[str, int] = {}
+    if isinstance(body.shape, UrdfModel):
+        number = world.bodies.add_urdf(
+            body.shape.path, *pose, fixed=not body.is_movable, friction=body.friction
+        )
+        links, joints = _names(world, number)
+        _set_model(world, body, body.shape, number, links, joints)
+    else:
+        number = _add_rigid(world, body, pose)
+        world.bodies.set_friction(number, -1, body.friction, body.spinning)
+    if body.rolling_resistance > 0.0:
+        world.bodies.set_rolling_resistance(number, body.rolling_resistance)
+    return PlacedBody(body, number, links, joints)
+
+
+def _add_rigid(world: PhysicsWorld, body: SceneBody, pose: Pose) -> int:
+    colour = (*body.colour, 1.0)
     match body.shape:
         case Box(edges):
-            return world.bodies.add_box(
-                edges, body.position, turn, mass=body.mass, colour=body.colour, friction=friction
-            )
+            return world.bodies.add_box(edges, *pose, mass=body.mass, colour=colour, friction=body.friction)
         case Cylinder(radius, height):
             return world.bodies.add_cylinder(
-                radius, height, body.position, turn, mass=body.mass, colour=body.colour, friction=friction
+                radius, height, *pose, mass=body.mass, colour=colour, friction=body.friction
             )
-        case UrdfModel(path):
-            return world.bodies.add_urdf(path, body.position, turn, fixed=body.mass == 0.0, friction=friction)
+    parts = list(_parts(body, colour))
+    return world.bodies.add_parts(parts, *pose, mass=body.mass, friction=body.friction)
+
+
+def _parts(body: SceneBody, colour: Colour) -> Iterator[RigidPart]:
+    match body.shape:
+        case Sphere(radius):
+            yield RigidPart(bullet.GEOM_SPHERE, (radius, 0.0, 0.0), (0.0, 0.0, 0.0), colour)
+        case Basin(inner):
+            for edges, middle in basin_boxes(inner):
+                yield RigidPart(bullet.GEOM_BOX, edges, middle, colour)
+        case Compound(parts):
+            for part in parts:
+                own = (*part.colour, 1.0)
+                match part.shape:
+                    case Box(edges):
+                        yield RigidPart(bullet.GEOM_BOX, edges, part.position, own)
+                    case Cylinder(radius, height):
+                        yield RigidPart(bullet.GEOM_CYLINDER, (radius, height, 0.0), part.position, own)
+                    case Sphere(radius):
+                        yield RigidPart(bullet.GEOM_SPHERE, (radius, 0.0, 0.0), part.position, own)
+
+
+def basin_boxes(inner: Vector3) -> tuple[tuple[Vector3, Vector3], ...]:
+    """Build a box without a lid from a floor and four walls.
+
+    Args:
+        inner: inner length, width and depth, m.
+
+    Returns:
+        Edges and middle of each of the five boxes, in the frame of the middle of the floor's top, m.
+    """
+    length, width, depth = inner
+    wall = BASIN_WALL
+    across, along = (length + wall) / 2, (width + wall) / 2
+    return (
+        ((length + 2 * wall, width + 2 * wall, wall), (0.0, 0.0, -wall / 2)),
+        ((wall, width + 2 * wall, depth), (-across, 0.0, depth / 2)),
+        ((length, wall, depth), (0.0, -along, depth / 2)),
+        ((wall, width + 2 * wall, depth), (across, 0.0, depth / 2)),
+        ((length, wall, depth), (0.0, along, depth / 2)),
+    )
+
+
+def _names(world: PhysicsWorld, number: int) -> tuple[dict[str, int], dict[str, int]]:
+    """Return the numbers of a model's links and of its movable joints, by name."""
+    links = {bullet.getBodyInfo(number, physicsClientId=world.client)[0].decode(): -1}
+    joints = {}
+    for joint in range(bullet.getNumJoints(number, physicsClientId=world.client)):
+        info = bullet.getJointInfo(number, joint, physicsClientId=world.client)
+        links[info[12].decode()] = joint
+        if info[2] != _FIXED_JOINT:
+            joints[info[1].decode()] = joint
+    return links, joints
+
+
+def _set_model(
+    world: PhysicsWorld,
+    body: SceneBody,
+    model: UrdfModel,
+    number: int,
+    links: Mapping[str, int],
+    joints: Mapping[str, int],
+) -> None:
+    for link, link_number in links.items():
+        world.bodies.set_friction(
+            number, link_number, model.link_friction.get(link, body.friction), body.spinning
+        )
+    for joint, joint_number in joints.items():
+        settings = model.joint_settings.get(joint)
+        world.bodies.set_joint_friction(number, joint_number, 0.0 if settings is None else settings.friction)
+        if settings is not None and settings.range is not None:
+            low, high = settings.range
+            bullet.changeDynamics(
+                number,
+                joint_number,
+                jointLowerLimit=low,
+                jointUpperLimit=high,
+                physicsClientId=world.client,
+            )
 
 
 def check_overlaps(world: PhysicsWorld, placed: Mapping[int, SceneBody], names: Mapping[int, str]) -> None:

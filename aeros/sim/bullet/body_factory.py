@@ -1,8 +1,10 @@
-"""Bodies of a PyBullet client: boxes, cylinders, URDF files and painted rectangles, and their friction."""
+"""Bodies of a PyBullet client: rigid parts, URDF files and painted rectangles, and their friction."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
+from typing import NamedTuple
 
 from aeros.sim.bullet.client import bullet
 from aeros.sim.geometry import UPRIGHT, Quaternion, Vector3
@@ -10,6 +12,22 @@ from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
 
 Colour = tuple[float, float, float, float]
+
+
+class RigidPart(NamedTuple):
+    """A part of a rigid body.
+
+    Attributes:
+        kind: `GEOM_BOX`, `GEOM_CYLINDER` or `GEOM_SPHERE` of PyBullet.
+        size: full lengths of a box; radius and height of a cylinder, then 0; radius of a sphere, then 0, m.
+        position: of its middle in the body's frame, m.
+        colour: red, green, blue and alpha in [0, 1].
+    """
+
+    kind: int
+    size: Vector3
+    position: Vector3
+    colour: Colour
 
 
 def load_model(
@@ -124,6 +142,41 @@ class BodyFactory:
         )
         visual = bullet.createVisualShape(
             bullet.GEOM_CYLINDER, radius=radius, length=height, rgbaColor=colour, physicsClientId=self.client
+        )
+        return self._add(shape, visual, mass, position, orientation, friction)
+
+    def add_parts(
+        self,
+        parts: Sequence[RigidPart],
+        position: Vector3,
+        orientation: Quaternion = UPRIGHT,
+        *,
+        mass: float = 0.0,
+        friction: float = 0.6,
+    ) -> int:
+        """Add a rigid body of several parts; its centre of mass is the origin of its frame.
+
+        Args:
+            parts: the parts.
+            position: of its frame in W, m.
+            orientation: in W.
+            mass: kg; 0 fixes it to W.
+            friction: Coulomb coefficient.
+
+        Returns:
+            The body's number in PyBullet.
+        """
+        sizes = {
+            "shapeTypes": [part.kind for part in parts],
+            "halfExtents": [[edge / 2.0 for edge in part.size] for part in parts],
+            "radii": [part.size[0] for part in parts],
+            "lengths": [part.size[1] for part in parts],
+            "physicsClientId": self.client,
+        }
+        places = [part.position for part in parts]
+        shape = bullet.createCollisionShapeArray(**sizes, collisionFramePositions=places)
+        visual = bullet.createVisualShapeArray(
+            **sizes, visualFramePositions=places, rgbaColors=[part.colour for part in parts]
         )
         return self._add(shape, visual, mass, position, orientation, friction)
 

@@ -86,14 +86,8 @@ def poses_of(world: PhysicsWorld, shapes: Sequence[Shape]) -> list[Pose]:
     for shape in shapes:
         key = (shape.body, shape.link)
         if key not in poses:
-            poses[key] = _base_frame(world, shape.body) if shape.link == BASE_LINK else world.pose(*key)
+            poses[key] = world.frame_pose(shape.body) if shape.link == BASE_LINK else world.pose(*key)
     return [poses[shape.body, shape.link] for shape in shapes]
-
-
-def _base_frame(world: PhysicsWorld, body: int) -> Pose:
-    """Return the frame that the base's visible parts are placed in; PyBullet gives its centre of mass."""
-    info = bullet.getDynamicsInfo(body, BASE_LINK, physicsClientId=world.client)
-    return Pose(*bullet.multiplyTransforms(*world.pose(body), *bullet.invertTransform(info[3], info[4])))
 
 
 class SceneMirror:

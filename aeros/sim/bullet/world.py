@@ -16,7 +16,9 @@ from aeros.sim.bullet.body_factory import BodyFactory
 from aeros.sim.bullet.client import bullet
 from aeros.sim.bullet.renderer import Renderer
 from aeros.sim.clock import TICK
-from aeros.sim.geometry import Pose, Vector3
+from aeros.sim.geometry import UPRIGHT, Pose, Vector3
+
+_NO_OFFSET: Final = (0.0, 0.0, 0.0)
 
 GRAVITY: Final = 9.81
 """Standard acceleration, m/s², rounded as PyBullet's examples do."""
@@ -117,6 +119,21 @@ class PhysicsWorld:
             return Pose(*bullet.getBasePositionAndOrientation(body, physicsClientId=self.client))
         state = bullet.getLinkState(body, link, computeForwardKinematics=1, physicsClientId=self.client)
         return Pose(state[4], state[5])
+
+    def frame_pose(self, body: int) -> Pose:
+        """Read the pose of a body's own frame, in which its file or declaration describes it.
+
+        Args:
+            body: number in PyBullet.
+
+        Returns:
+            The pose in W; that of its centre of mass if a model's base has no inertial offset.
+        """
+        info = bullet.getDynamicsInfo(body, -1, physicsClientId=self.client)
+        if info[3] == _NO_OFFSET and info[4] == UPRIGHT:
+            return self.pose(body)
+        to_frame = bullet.invertTransform(info[3], info[4])
+        return Pose(*bullet.multiplyTransforms(*self.pose(body), *to_frame))
 
     def joint_position(self, body: int, joint: int) -> float:
         """Read the position of a joint.

@@ -45,6 +45,7 @@ class PlantUnderTest:
             there; () for a plant without such an action.
         parallel_actions: an action that drives the base for a second or more, and one that moves the arm
             meanwhile; () for a plant without such actions.
+        look_action: an action that takes a picture with one camera; None for a plant without cameras.
         joint_variable: vocabulary name of the joint positions.
         base_variable: vocabulary name of the base position.
     """
@@ -62,6 +63,7 @@ class PlantUnderTest:
     skill: str = "module.skill"
     contact_actions: tuple[Action, ...] = ()
     parallel_actions: tuple[Action, Action] | tuple[()] = ()
+    look_action: Action | None = None
     joint_variable: str = "joint_position"
     base_variable: str = "base_position"
 

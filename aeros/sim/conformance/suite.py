@@ -28,6 +28,7 @@ from aeros.sim.conformance.observation_checks import (
     the_monitor_may_observe_and_changes_nothing_by_it,
     the_monitor_runs_before_the_first_tick_and_after_each,
 )
+from aeros.sim.conformance.picture_checks import a_look_brings_a_new_picture_of_its_own_time
 from aeros.sim.conformance.plant_under_test import ConformanceError, PlantUnderTest
 from aeros.sim.conformance.rejection_checks import (
     a_planned_motion_begins_where_the_robot_is,
@@ -60,6 +61,7 @@ CHECKS: Final[tuple[Check, ...]] = (
     invalid_input_is_rejected_with_a_reason_before_any_motion,
     the_monitor_runs_before_the_first_tick_and_after_each,
     the_monitor_may_observe_and_changes_nothing_by_it,
+    a_look_brings_a_new_picture_of_its_own_time,
     the_executed_motion_is_the_decided_one,
     no_speed_is_higher_than_decided,
     advance_stops_at_until,

@@ -20,15 +20,25 @@ from pathlib import Path
 from typing import Any, Final
 
 from aeros.files import open_private
-from aeros.runtime.ports import MotionCompletion, MotionHandle, PlannedMotion, Plant, RobotBody, Trajectory
+from aeros.runtime.ports import (
+    MotionCompletion,
+    MotionHandle,
+    PlannedMotion,
+    Plant,
+    RobotBody,
+    Trajectory,
+    newest_pictures,
+)
 from aeros.sim.hosting.wire import (
     ConnectionLostError,
     MessageChannel,
     decode_value,
     encode_body,
+    encode_picture,
     encode_plan,
     encode_value,
 )
+from aeros.sim.referee import truth_of
 from aeros.skill import Action
 from aeros.spec.migrations.formats import PLANT_LOG
 
@@ -156,6 +166,11 @@ class PlantHost:
     def _observe(self, message: Mapping[str, Any]) -> Any:
         return {name: [reading.value, reading.time] for name, reading in self._plant.observe().items()}
 
+    def _pictures(self, message: Mapping[str, Any]) -> Any:
+        known = message["known"]
+        newest = newest_pictures(self._plant)
+        return [encode_picture(one) for name, one in newest.items() if known.get(name) != one.time]
+
     def _plan(self, message: Mapping[str, Any]) -> Any:
         plan = self._plant.plan(_decode_action(message))
         number = self._plans[0] + 1
@@ -210,6 +225,9 @@ class PlantHost:
     def _runs_in_real_time(self, message: Mapping[str, Any]) -> Any:
         return bool(getattr(self._plant, "runs_in_real_time", False))
 
+    def _truth(self, message: Mapping[str, Any]) -> Any:
+        return dict(truth_of(self._plant))
+
     def _halt(self, message: Mapping[str, Any]) -> Any:
         self._plant.halt(MotionHandle(message["motion"]))
 
@@ -246,10 +264,12 @@ def _decode_action(message: Mapping[str, Any]) -> Action:
 _HANDLERS: Final[Mapping[str, Callable[[PlantHost, Mapping[str, Any]], Any]]] = {
     "now": PlantHost._now,
     "observe": PlantHost._observe,
+    "pictures": PlantHost._pictures,
     "plan": PlantHost._plan,
     "begin": PlantHost._begin,
     "advance": PlantHost._advance,
     "runs-in-real-time": PlantHost._runs_in_real_time,
+    "truth": PlantHost._truth,
     "halt": PlantHost._halt,
     "stop": PlantHost._stop,
     "skill-began": PlantHost._skill_began,

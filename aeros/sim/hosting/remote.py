@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from aeros.runtime.ports import (
+    CameraPicture,
     Monitor,
     MotionCompletion,
     MotionHandle,
@@ -19,7 +20,7 @@ from aeros.runtime.ports import (
     RobotBody,
     announce_stop,
 )
-from aeros.sim.hosting.wire import MessageChannel, decode_body, decode_plan, decode_value
+from aeros.sim.hosting.wire import MessageChannel, decode_body, decode_picture, decode_plan, decode_value
 from aeros.skill import Action
 
 HOST_TIMEOUT_S: Final = 600.0
@@ -48,6 +49,7 @@ class RemotePlant:
         self._channel = MessageChannel(connection, HOST_TIMEOUT_S)
         self._body: RobotBody | None = None
         self._planned: tuple[int, PlannedMotion] | None = None
+        self._pictures: dict[str, CameraPicture] = {}
         self._is_open = True
 
     def now(self) -> float:
@@ -58,6 +60,17 @@ class RemotePlant:
         """Implement `Plant.observe`."""
         reply = self._call("observe")
         return {name: Reading(decode_value(value), time) for name, (value, time) in reply.items()}
+
+    def pictures(self) -> Mapping[str, CameraPicture]:
+        """Return the newest pictures of the plant; only new ones cross the socket.
+
+        Returns:
+            The pictures by camera; empty if it has none.
+        """
+        known = {name: one.time for name, one in self._pictures.items()}
+        for picture in map(decode_picture, self._call("pictures", known=known)):
+            self._pictures[picture.camera] = picture
+        return dict(self._pictures)
 
     def plan(self, action: Action) -> PlannedMotion:
         """Implement `Plant.plan`."""
@@ -113,6 +126,14 @@ class RemotePlant:
     def runs_in_real_time(self) -> bool:
         """True if the hosted plant does not wait for the monitor."""
         return bool(self._call("runs-in-real-time"))
+
+    def truth(self) -> Mapping[str, bool]:
+        """Read the truth of the hosted plant's scene, for a referee; nothing that acts may call it.
+
+        Returns:
+            The truth of each state variable that the scene defines; empty if the plant knows none.
+        """
+        return dict(self._call("truth"))
 
     def halt(self, motion: MotionHandle) -> None:
         """Implement `Plant.halt`."""

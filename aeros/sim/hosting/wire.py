@@ -9,11 +9,14 @@ from __future__ import annotations
 import json
 import socket
 import struct
+from base64 import b64decode, b64encode
 from collections.abc import Mapping
 from typing import Any, Final
 
 from aeros.runtime.ports import (
     Ball,
+    CameraPicture,
+    CameraView,
     Hull,
     MotionCompletion,
     NoMotion,
@@ -125,6 +128,43 @@ def decode_value(value: Any) -> Any:
         (measured, time) = value["reading"]
         return Reading(decode_value(measured), time)
     return value
+
+
+def encode_picture(picture: CameraPicture) -> dict[str, Any]:
+    """Encode a picture as a message.
+
+    Args:
+        picture: the picture.
+
+    Returns:
+        Values that JSON can hold; colours and depth in base 64.
+    """
+    depth = None if picture.depth is None else b64encode(picture.depth).decode("ascii")
+    return {
+        "camera": picture.camera,
+        "time": picture.time,
+        "size": [picture.width, picture.height],
+        "rgb": b64encode(picture.rgb).decode("ascii"),
+        "depth": depth,
+        "view": picture.view,
+    }
+
+
+def decode_picture(message: Mapping[str, Any]) -> CameraPicture:
+    """Decode a picture.
+
+    Args:
+        message: of `encode_picture`.
+
+    Returns:
+        The picture.
+    """
+    depth = None if message["depth"] is None else b64decode(message["depth"])
+    width, height = message["size"]
+    view = CameraView(*decode_value(message["view"]))
+    return CameraPicture(
+        message["camera"], message["time"], width, height, b64decode(message["rgb"]), depth, view
+    )
 
 
 def encode_plan(plan: PlannedMotion) -> dict[str, Any]:

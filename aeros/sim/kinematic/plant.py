@@ -13,10 +13,12 @@ from aeros.runtime.ports import Reading, Readings
 from aeros.sim.clock import TICK
 from aeros.sim.fixed_step_plant import FixedStepPlant
 from aeros.sim.kinematic.robot import BLOCKING_FORCE, KinematicRobot
-from aeros.sim.kinematic.scenes import SCENES, KinematicScene
+from aeros.sim.kinematic.scenes.declared_scene import DeclaredScene
+from aeros.sim.kinematic.scenes.scene import KinematicScene
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.errors import BlockedError
 from aeros.sim.robot.self_contact import find_self_contact
+from aeros.spec.model.scene import Scene
 
 _SELF_CONTACT_TICKS: Final = 12
 """Ticks between two looks for links that meet each other: 50 ms."""
@@ -56,6 +58,14 @@ class KinematicPlant(FixedStepPlant):
         }
         return {**self._detections, **{name: Reading(value, time) for name, value in values.items()}}
 
+    def truth(self) -> Mapping[str, bool]:
+        """Judge the goals by what is true in the world, for a referee; nothing that acts may call it.
+
+        Returns:
+            The truth of each state variable that the scene defines.
+        """
+        return self._scene.truth()
+
     def close(self) -> None:
         """Implement `Plant.close`: nothing to release."""
 
@@ -67,7 +77,7 @@ class KinematicPlant(FixedStepPlant):
     def _step_world(self) -> None:
         self._arm.tick()
         self._ticks += 1
-        self._scene.tick()
+        self._scene.tick(self._arm.read_sensors())
 
     def _check_tracking(self) -> None:
         before, self._load = self._load, self._robot.wrist_vertical_force()
@@ -80,19 +90,19 @@ class KinematicPlant(FixedStepPlant):
             self._free_posture = self._state.q
 
 
-def make_plant(scene_name: str, seed: int) -> KinematicPlant:
-    """Make a kinematic plant with a scene that comes with AEROS.
+def make_plant(scene: Scene, seed: int) -> KinematicPlant:
+    """Make a kinematic plant of a scene.
 
     The same scene, seed and actions repeat bit for bit.
 
     Args:
-        scene_name: a key of `aeros.sim.kinematic.scenes.SCENES`.
+        scene: the scene.
         seed: of the layout, which is that of the physics plant with this seed.
 
     Returns:
         The plant, its clock at 0.
 
     Raises:
-        KeyError: no scene has that name.
+        UserError: the scene has no robot.
     """
-    return KinematicPlant(SCENES[scene_name](), seed)
+    return KinematicPlant(DeclaredScene(scene), seed)

@@ -1,1 +1,1 @@
-"""Initial positions in each scene and the measurements that follow from positions, without a simulator."""
+"""Scenes in use, whatever the simulator: start poses, cameras, coatings, conditions, meaning of pictures."""

@@ -1,30 +1,14 @@
-"""Layout of a bench for making one dumpling: wrapper on a tray, filling on a stand, folding press, pot.
-
-Not modelled anywhere: soft dough, water, heat; cooking is dwell time in the pot.
-"""
+"""Meaning of pictures of a bench for one dumpling: wrapper, filling, folding press and pot."""
 
 from __future__ import annotations
 
 from math import dist, pi
 from typing import Any, Final, NamedTuple
 
-from aeros.sim.geometry import Camera, Pose, Vector3, subtract, to_frame, to_world, yaw_orientation
-from aeros.sim.randomness import RandomSource
+from aeros.sim.geometry import Pose, Vector3, subtract, to_frame, to_world, yaw_orientation
 
 PRESS: Final = (0.50, 0.0, 0.094)
 """Middle of the press's hinge in W, m: its bed is 80 mm high, so that fingers reach past its sides."""
-
-TRAY: Final = (0.43, -0.28, 0.06)
-"""Nominal middle of the wrapper tray's top, m."""
-
-TRAY_EDGES: Final = (0.06, 0.03)
-"""Length and width of the tray, m."""
-
-STAND: Final = (0.36, 0.24, 0.05)
-"""Nominal middle of the filling stand's top, m."""
-
-STAND_RADIUS: Final = 0.009
-"""Radius of the filling stand, m."""
 
 POT: Final = (0.55, 0.33, 0.005)
 """Middle of the pot's floor, m."""
@@ -34,9 +18,6 @@ POT_INNER: Final = (0.16, 0.17, 0.05)
 
 FILLING: Final = (0.022, 0.017)
 """Side and height of the filling, m: 1 mm higher than the closed wrapper's gap, so that it is pressed."""
-
-POSITION_SPREAD: Final = 0.03
-"""Greatest random offset of tray and stand, in x and in y, m."""
 
 HINGE_TO_PLATE: Final = 0.022
 """Distance of the middle of plate A from the wrapper's hinge, m (models/wrapper.urdf)."""
@@ -56,18 +37,6 @@ COOKING_TIME: Final = 5.0
 ALIGNED_POSITION: Final[Vector3] = (PRESS[0], PRESS[1], PRESS[2] - 0.011)
 """Target of `wrapper_position`: the hinges meet (8 mm half gap + 3 mm half plate)."""
 
-
-CAMERAS: Final[tuple[str, ...]] = ("overhead", "side")
-
-OVERHEAD_CAMERA: Final = Camera(
-    eye=(0.45, 0.01, 1.2), target=(0.45, 0.01, 0.0), up=(1.0, 0.0, 0.0), field_of_view=33.0
-)
-"""The camera over the bench: its picture is 0.95 m wide and 0.71 m high, 3 mm a pixel."""
-
-SIDE_CAMERA: Final = Camera(
-    eye=(0.80, -0.22, 0.16), target=(0.52, 0.0, 0.095), field_of_view=18.0, width=160, height=120
-)
-"""The camera at the press: it sees between the plates of a dumpling in it, 1 mm a pixel."""
 
 CLOSED_HEIGHT: Final = 0.025
 """Height of the outside of plate B above the middle of plate A when closed, m (models/wrapper.urdf)."""
@@ -108,98 +77,10 @@ class WrapperDetection(NamedTuple):
         return _is_filling_on_plate(Pose(self.middle, yaw_orientation(self.yaw)), filling)
 
 
-class BenchLayout(NamedTuple):
-    """Initial poses in W.
-
-    Attributes:
-        tray: pose of the tray's middle.
-        stand: middle of the stand, m.
-        wrapper: pose of the wrapper's plate A.
-        filling: pose of the filling.
-    """
-
-    tray: Pose
-    stand: Vector3
-    wrapper: Pose
-    filling: Pose
-
-
-def sample_bench_layout(random: RandomSource) -> BenchLayout:
-    """Draw the initial layout of the bench; wrapper and filling begin 1 mm above their support.
-
-    Args:
-        random: random source; channels `tray`, `wrapper` and `stand`.
-
-    Returns:
-        The layout, positions in the world frame W, m.
-    """
-    draw = [float(part) for part in random.generator("tray").uniform(-1.0, 1.0, 3)]
-    x, y = TRAY[0] + POSITION_SPREAD * draw[0], TRAY[1] + POSITION_SPREAD * draw[1]
-    yaw = 0.4 * draw[2]
-    off = [float(part) for part in random.generator("wrapper").uniform(-1.0, 1.0, 3)]
-    tilt = yaw_orientation(yaw + 0.05 * off[2])
-    hinge = Pose((x + 0.003 * off[0], y + 0.003 * off[1], TRAY[2] + PLATE_HALF[2] + 0.001), tilt)
-    aside = [float(part) for part in random.generator("stand").uniform(-1.0, 1.0, 3)]
-    u, v = STAND[0] + POSITION_SPREAD * aside[0], STAND[1] + POSITION_SPREAD * aside[1]
-    return BenchLayout(
-        Pose((x, y, TRAY[2] / 2), yaw_orientation(yaw)),
-        (u, v, STAND[2] / 2),
-        Pose(to_world(hinge, (HINGE_TO_PLATE, 0.0, 0.0)), tilt),
-        Pose((u, v, STAND[2] + FILLING[1] / 2 + 0.001), yaw_orientation(0.05 * aside[2])),
-    )
-
-
-class Dumpling(NamedTuple):
-    """True state of a dumpling.
-
-    Attributes:
-        plate: pose of plate A in W.
-        fold: angle of the fold, rad.
-        filling: middle of the filling in W, m.
-    """
-
-    plate: Pose
-    fold: float
-    filling: Vector3
-
-    @property
-    def hinge(self) -> Vector3:
-        """The middle of the wrapper's hinge line at mid thickness, in W, m."""
-        return to_world(self.plate, (-HINGE_TO_PLATE, 0.0, 0.0))
-
-    @property
-    def is_filled(self) -> bool:
-        """True if the filling's middle is over plate A, within 6 mm of rest height."""
-        return _is_filling_on_plate(self.plate, self.filling)
-
-    @property
-    def is_closed(self) -> bool:
-        """True if it is folded over its filling."""
-        return self.fold > CLOSED_FOLD_ANGLE and self.is_filled
-
-
 def _is_filling_on_plate(plate: Pose, filling: Vector3) -> bool:
     x, y, z = to_frame(plate, filling)
     above = z - PLATE_HALF[2] - FILLING[1] / 2
     return abs(x) < PLATE_HALF[0] and abs(y) < PLATE_HALF[1] and abs(above) < 0.006
-
-
-def bench_measurements(handle: Vector3, pressed: float) -> dict[str, Any]:
-    """Return the measurements of the bench: surveyed positions, the press's encoder and its load cell.
-
-    Args:
-        handle: position of the press's handle in W, m.
-        pressed: force of the lid's plate on the filling, N.
-
-    Returns:
-        Values by vocabulary name, SI, positions in W. `press_position` is where `wrapper_position` belongs.
-    """
-    return {
-        "press_position": ALIGNED_POSITION,
-        "press_handle_position": handle,
-        "press_force": pressed,
-        "pot_position": (POT[0], POT[1], POT[2] + POT_INNER[2]),
-    }
 
 
 class DumplingTracker:

@@ -13,6 +13,9 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from aeros.perception.colours import has_dominant_colour, has_red_ratios
+from aeros.perception.planes import trim_to_plane
+from aeros.perception.rectangles import Rectangle, min_area_rectangle, top_face, wrap_heading
 from aeros.sim.bullet.renderer import Image
 from aeros.sim.geometry import Camera, Vector3
 from aeros.sim.layouts.dumpling_bench import (
@@ -22,8 +25,7 @@ from aeros.sim.layouts.dumpling_bench import (
     PLATE_HALF,
     WrapperDetection,
 )
-from aeros.sim.perception.detection import MIN_BRIGHTNESS, MIN_PIXELS, point_cloud
-from aeros.sim.perception.rectangles import Rectangle, min_area_rectangle, top_face, wrap_heading
+from aeros.sim.perception.detection import MIN_BRIGHTNESS, MIN_PIXELS, camera_points
 
 MAX_OBJECT_HEIGHT: Final = 0.20
 """Greatest height of an object on the bench, m: above it is the arm."""
@@ -135,34 +137,23 @@ def _colour_masks(
     image: Image, camera: Camera
 ) -> tuple[Points, NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:
     """Return the points of the picture, and masks of those on plate A, on plate B and on the filling."""
-    points = point_cloud(image.depth, camera).reshape(-1, 3)
-    rgb = image.rgb.reshape(-1, 3).astype(np.float64)
+    points = camera_points(image.depth, camera).reshape(-1, 3)
+    rgb = image.rgb.reshape(-1, 3)
     low = points[:, 2] < MAX_OBJECT_HEIGHT
-    red, green, blue = rgb[:, 0], rgb[:, 1], rgb[:, 2]
-    bright = low & (red > MIN_BRIGHTNESS)
     plates = [
-        bright & (green > least * red) & (green < most * red) & (blue < bluest * red)
-        for (least, most), bluest in (PLATE_A_COLOUR, PLATE_B_COLOUR)
+        low & has_red_ratios(rgb, green, (None, bluest), MIN_BRIGHTNESS)
+        for green, bluest in (PLATE_A_COLOUR, PLATE_B_COLOUR)
     ]
-    return points, plates[0], plates[1], low & (green > GREEN_DOMINANCE * np.maximum(red, blue))
+    return points, plates[0], plates[1], low & has_dominant_colour(rgb, 1, GREEN_DOMINANCE, 0.0)
 
 
 def _plate(points: Points) -> _Plate | None:
     """Fit a plate to points, without the points on its sides."""
     if len(points) < MIN_PIXELS:
         return None
-    for _ in range(2):
-        middle = points.mean(axis=0)
-        normal = np.linalg.svd(points - middle, full_matrices=False)[2][2]
-        off = np.abs((points - middle) @ normal)
-        if int((off < PLANE_TOLERANCE).sum()) < MIN_PIXELS:
-            break
-        points = points[off < PLANE_TOLERANCE]
-    normal = normal if normal[2] > 0.0 else -normal
-    around = min_area_rectangle(points[:, :2])
-    x, y = around.x - middle[0], around.y - middle[1]
-    height = float(middle[2] - (normal[0] * x + normal[1] * y) / max(normal[2], 0.1))
-    return _Plate(points, around, height, (float(normal[0]), float(normal[1]), float(normal[2])))
+    plane, face = trim_to_plane(points, PLANE_TOLERANCE, MIN_PIXELS)
+    around = min_area_rectangle(face[:, :2])
+    return _Plate(face, around, plane.height_at(around.x, around.y), plane.normal)
 
 
 def _wrapper(a: _Plate | None, b: _Plate | None) -> WrapperDetection | None:

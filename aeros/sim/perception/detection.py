@@ -1,17 +1,19 @@
 """Detect a coloured object in a picture by colour and depth, and free room around it.
 
-The simulator's state is not used. A pixel's point: p_W = eye + depth · (forward + x·right + y·up), where x
-and y are the pixel's coordinates on the image plane at distance 1. Units: m. Frame: W.
+The simulator's state is not used. Units: m. Frame: W.
 """
 
 from __future__ import annotations
 
-from math import atan2, cos, pi, radians, sin, tan
+from math import cos, pi, sin
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from aeros.perception.colours import has_dominant_colour, has_red_ratios
+from aeros.perception.cylinders import locate_cylinder
+from aeros.perception.points import point_cloud
 from aeros.sim.bullet.renderer import Image
 from aeros.sim.detected_object import DetectedObject, Push
 from aeros.sim.geometry import Camera, Vector3, add
@@ -27,9 +29,6 @@ MIN_BRIGHTNESS: Final = 60
 
 YELLOW_RATIOS: Final = (0.6, 0.5)
 """Colour of a yellow pixel: least green over red, greatest blue over red."""
-
-TOP_FACE_DEPTH: Final = 0.004
-"""Depth below the highest point that still belongs to the top face, m."""
 
 HAND_HALF_EXTENT: Final = (0.06, 0.115)
 """Half of the space that hand and flange need, along and across the hand's x axis, with 1 cm margin, m."""
@@ -60,9 +59,7 @@ _GRIP_HEADINGS: Final = (0.0, pi / 2.0)
 def detect_red_cylinder(image: Image, camera: Camera, size: tuple[float, float]) -> DetectedObject | None:
     """Detect the one red cylinder of known size in a picture.
 
-    Its highest points show its pose: a disc if it stands, a strip as long as the cylinder if it lies. They
-    also give the middle: the visible side is the camera's side, so the middle of all points would be biased
-    towards the camera. Assumes that its upper side is visible.
+    Assumes that its upper side is visible, as `locate_cylinder` does.
 
     Args:
         image: the picture.
@@ -73,47 +70,20 @@ def detect_red_cylinder(image: Image, camera: Camera, size: tuple[float, float])
         The cylinder in W, with the grip heading and the push that a hand needs; None if it is not visible.
     """
     radius, height = size
-    rgb = image.rgb.astype(np.float64)
-    others = np.maximum(rgb[:, :, 1], rgb[:, :, 2])
-    red = (rgb[:, :, 0] > MIN_BRIGHTNESS) & (rgb[:, :, 0] > RED_DOMINANCE * others)
+    red = has_dominant_colour(image.rgb, 0, RED_DOMINANCE, MIN_BRIGHTNESS)
     if int(red.sum()) < MIN_PIXELS:
         return None
-    everything = point_cloud(image.depth, camera)
-    points = everything[red]
-    top = float(points[:, 2].max())
-    face = points[points[:, 2] > top - TOP_FACE_DEPTH]
-    level = float(np.median(face[:, 2]))
-    along = _principal_direction(face[:, :2])
-    low, high = _extent(face[:, :2], along)
-    lies = float((high - low)[0]) > (2.0 * radius + height) / 2.0
-    heading = atan2(along[1], along[0]) if lies else 0.0
-    if not lies:
-        along = np.array((1.0, 0.0))
-        low, high = _extent(face[:, :2], along)
-    u, v = (low + high) / 2.0
-    x, y = u * along + v * np.array((-along[1], along[0]))
-    place = (float(x), float(y), level - (radius if lies else height / 2.0))
-    axis = (heading + pi / 2.0) % pi - pi / 2.0 if lies else None
+    everything = camera_points(image.depth, camera)
+    found = locate_cylinder(everything[red], radius, height)
+    axis = found.axis
     ways = (axis,) if axis is not None else _GRIP_HEADINGS
     # Visible points that a hand would hit.
-    higher = everything[everything[:, :, 2] > top + HAND_CLEARANCE]
-    grip = next((way for way in ways if _has_room(higher, place, way)), None)
-    is_stuck = axis is not None and grip is None
-    return DetectedObject(place, axis, grip, _shortest_push(higher, place, heading) if is_stuck else None)
-
-
-def _principal_direction(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the unit direction in which `points` (n, 2) spread most."""
-    away = points - points.mean(axis=0)
-    _, vectors = np.linalg.eigh(away.T @ away)
-    longest: NDArray[np.float64] = vectors[:, -1]
-    return longest
-
-
-def _extent(points: NDArray[np.float64], along: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return least and greatest coordinates of `points` (n, 2) along and across a direction: (2, 2)."""
-    turned = points @ np.array((along, (-along[1], along[0]))).T
-    return np.array((turned.min(axis=0), turned.max(axis=0)))
+    higher = everything[everything[:, :, 2] > found.top + HAND_CLEARANCE]
+    grip = next((way for way in ways if _has_room(higher, found.position, way)), None)
+    push = None
+    if found.heading is not None and grip is None:
+        push = _shortest_push(higher, found.position, found.heading)
+    return DetectedObject(found.position, axis, grip, push)
 
 
 def _has_room(
@@ -155,14 +125,10 @@ def is_yellow(rgb: NDArray[np.float64]) -> NDArray[np.bool_]:
     Returns:
         Mask (height, width).
     """
-    red, green, blue = (rgb[:, :, channel] for channel in range(3))
-    yellow: NDArray[np.bool_] = (
-        (red > MIN_BRIGHTNESS) & (green > YELLOW_RATIOS[0] * red) & (blue < YELLOW_RATIOS[1] * red)
-    )
-    return yellow
+    return has_red_ratios(rgb, (YELLOW_RATIOS[0], None), (None, YELLOW_RATIOS[1]), MIN_BRIGHTNESS)
 
 
-def point_cloud(depth: NDArray[np.float64], camera: Camera) -> NDArray[np.float64]:
+def camera_points(depth: NDArray[np.float64], camera: Camera) -> NDArray[np.float64]:
     """Compute the point of every pixel.
 
     Args:
@@ -172,17 +138,4 @@ def point_cloud(depth: NDArray[np.float64], camera: Camera) -> NDArray[np.float6
     Returns:
         Points (height, width, 3) in W, m.
     """
-    eye = np.array(camera.eye)
-    forward = np.array(camera.target) - eye
-    forward /= np.linalg.norm(forward)
-    right = np.cross(forward, np.array(camera.up))
-    right /= np.linalg.norm(right)
-    up = np.cross(right, forward)
-    half = tan(radians(camera.field_of_view) / 2.0)
-    aspect = camera.width / camera.height
-    # The TinyRenderer samples a pixel at its lower left corner: pixel middles would be half a pixel off.
-    x = (2.0 * np.arange(camera.width) / camera.width - 1.0) * half * aspect
-    y = (1.0 - 2.0 * (np.arange(camera.height) + 1.0) / camera.height) * half
-    rays = forward + x[None, :, None] * right + y[:, None, None] * up
-    points: NDArray[np.float64] = eye + depth[:, :, None] * rays
-    return points
+    return point_cloud(depth, camera.eye, camera.target, camera.up, camera.field_of_view)

@@ -11,10 +11,11 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from aeros.perception.rectangles import top_points
 from aeros.sim.bullet.renderer import Image
 from aeros.sim.geometry import Camera, Vector3
 from aeros.sim.layouts.table import BIN, BIN_INNER, CELL_SIZE, SPONGE_SIZE, WIPING_AREA
-from aeros.sim.perception.detection import MIN_PIXELS, TOP_FACE_DEPTH, is_yellow, point_cloud
+from aeros.sim.perception.detection import MIN_PIXELS, camera_points, is_yellow
 
 DIRT_BRIGHTNESS: Final = 0.7
 """Share of the bare table's brightness below which a pixel shows dirt."""
@@ -60,7 +61,7 @@ def inspect_table(image: Image, camera: Camera) -> Inspection:
     Returns:
         The result.
     """
-    points = point_cloud(image.depth, camera)
+    points = camera_points(image.depth, camera)
     x, y, z = (points[:, :, axis] for axis in range(3))
     rgb = image.rgb.astype(np.float64)
     standing = _in_rectangle(x, y, *INSPECTED_AREA) & (z > OBJECT_HEIGHTS[0]) & (z < OBJECT_HEIGHTS[1])
@@ -76,7 +77,7 @@ def _sponge(foam: NDArray[np.float64]) -> Vector3 | None:
     """Return the middle of a sponge that lies flat, from the points on its foam's top."""
     if len(foam) < MIN_PIXELS:
         return None
-    face = foam[foam[:, 2] > foam[:, 2].max() - TOP_FACE_DEPTH]
+    face = top_points(foam)
     x, y = (face[:, :2].min(axis=0) + face[:, :2].max(axis=0)) / 2.0
     return (float(x), float(y), float(np.median(face[:, 2])) - SPONGE_SIZE[2] / 2.0)
 

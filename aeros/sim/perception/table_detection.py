@@ -13,11 +13,12 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from aeros.perception.colours import has_dominant_colour
+from aeros.perception.rectangles import top_face, wrap_heading
 from aeros.sim.bullet.renderer import Image
 from aeros.sim.detected_object import DetectedObject
 from aeros.sim.geometry import Camera
-from aeros.sim.perception.detection import MIN_BRIGHTNESS, MIN_PIXELS, is_yellow, point_cloud
-from aeros.sim.perception.rectangles import top_face, wrap_heading
+from aeros.sim.perception.detection import MIN_BRIGHTNESS, MIN_PIXELS, camera_points, is_yellow
 
 OBJECT_TOP_HEIGHTS: Final = (0.012, 0.12)
 """Height range of the tops of objects on the table, m: below is the table, above is the arm."""
@@ -53,12 +54,12 @@ def detect_table(image: Image, camera: Camera) -> TableDetection:
     Returns:
         The detections, in W.
     """
-    points = point_cloud(image.depth, camera)
+    points = camera_points(image.depth, camera)
     low = (points[:, :, 2] > OBJECT_TOP_HEIGHTS[0]) & (points[:, :, 2] < OBJECT_TOP_HEIGHTS[1])
     rgb = image.rgb.astype(np.float64)
-    red, green, blue = (rgb[:, :, channel] for channel in range(3))
-    bluish = (blue > MIN_BRIGHTNESS) & (blue > COLOUR_DOMINANCE * np.maximum(red, green))
-    greenish = (green > MIN_BRIGHTNESS) & (green > COLOUR_DOMINANCE * np.maximum(red, blue))
+    bluish, greenish = (
+        has_dominant_colour(rgb, channel, COLOUR_DOMINANCE, MIN_BRIGHTNESS) for channel in (2, 1)
+    )
     pieces = (_detect_lying(points[low & mask], pi / 2.0) for mask in (bluish, greenish))
     sponge = _detect_lying(points[low & is_yellow(rgb)], pi)
     return TableDetection(sponge, tuple(piece for piece in pieces if piece is not None))

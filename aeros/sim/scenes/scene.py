@@ -31,7 +31,7 @@ def unfiltered(found: OptionalDetection) -> OptionalDetection:
     return found
 
 
-class Scene(Protocol):
+class PhysicalScene(Protocol):
     """Surroundings of one task.
 
     Attributes:
@@ -55,6 +55,9 @@ class Scene(Protocol):
             world: the empty world.
             robot: the robot in it.
             chance: random source of the layout.
+
+        Raises:
+            UserError: PyBullet cannot load a model, or two bodies overlap.
         """
 
     def tick(self) -> None:
@@ -78,6 +81,26 @@ class Scene(Protocol):
 
         Raises:
             KeyError: there is no such object.
+        """
+
+    def camera(self, name: str) -> Camera:
+        """Place a camera where it is now.
+
+        Args:
+            name: one of `cameras`.
+
+        Returns:
+            The camera, in W.
+
+        Raises:
+            KeyError: there is no such camera.
+        """
+
+    def truth(self) -> Mapping[str, bool]:
+        """Judge the goals by what is true in the world; nothing that acts may see it.
+
+        Returns:
+            The truth of each state variable that the scene defines.
         """
 
     def detect(self, camera: str, through: DetectionFilter = unfiltered) -> Mapping[str, Any]:

@@ -91,7 +91,10 @@ class SymbolicPlant:
         bursts: Mapping[str, BurstOutcomes] | None = None,
     ) -> None:
         self._site = site
-        self._names = ColumnNames(site.state)
+        # What a site shares of a module that is not there, nobody measures.
+        self._names = ColumnNames(
+            [name for name in site.state if "." not in name or name.partition(".")[0] in modules]
+        )
         start = initial_values(site, initial or {})
         self._initial = {name: start[name] for name in self._names.names}
         self._shares = outcome_probabilities_by_skill(modules.values())
@@ -285,7 +288,7 @@ class SymbolicPlant:
         return {name: value for name, value in values.items() if name in self._values}
 
     def _apply_outcome(self, skill: str, outcome: Outcome) -> dict[str, Any]:
-        unknown = outcome.effects.keys() - self._site.state.keys()
+        unknown = outcome.effects.keys() - self._initial.keys()
         if unknown:
             raise MisuseError(f"an effect of `{skill}` is on `{min(unknown)}`, which is not a state variable")
         return {name: as_reading(value, self._site.state[name]) for name, value in outcome.effects.items()}

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Final
 
+from aeros.spec.closed_loop.composed_run import ROLES
 from aeros.spec.closed_loop.invocation import State
 from aeros.spec.closed_loop.transition_system import LoopState, StateSpaceError, TransitionSystem
 
@@ -33,7 +34,7 @@ class Prediction:
         success: probability that the goal is reached.
         invocations: expected number of skills submitted.
         retries: expected number of these that are further tries of a step.
-        recoveries: expected number of these that are run by `on_failure`.
+        recoveries: expected number of these that are run after a failure, by `between_tries` or `on_failure`.
         replans: expected number of plans made after the first.
     """
 
@@ -56,12 +57,13 @@ def predict(system: TransitionSystem, start: State, replans: int) -> Prediction:
         The exact probability of success and the expected counts.
 
     Raises:
-        StateSpaceError: the chain needs more than `MAX_WORK` bits of probabilities.
+        StateSpaceError: the chain needs more than `MAX_WORK` bits of probabilities, or a step runs a
+            composition whose parallel branches may fail.
     """
     queue = _Queue()
     queue.push(0, LoopState("plan", start), Fraction(1))
     success = replanned = Fraction(0)
-    submitted = {"step": Fraction(0), "retry": Fraction(0), "recovery": Fraction(0)}
+    submitted = dict.fromkeys(ROLES, Fraction(0))
     while queue:
         made, node, probability = queue.pop()
         moves = system.transitions(node)
@@ -76,9 +78,14 @@ def predict(system: TransitionSystem, start: State, replans: int) -> Prediction:
             replanned += probability
         for move in moves:
             share = probability * move.probability
-            if move.role is not None:
+            if move.counts is not None:
+                for role, count in zip(ROLES, move.counts, strict=True):
+                    submitted[role] += share * count
+            elif move.role is not None:
                 submitted[move.role] += share
             queue.push(made + (move.target.phase == "plan"), move.target, share)
+    if not system.is_exact:
+        raise StateSpaceError("which of several steps fails first depends on how long they take")
     return Prediction(
         success=success,
         invocations=sum(submitted.values(), Fraction(0)),
@@ -120,9 +127,12 @@ class _Queue:
 def _rank(made: int, node: LoopState) -> tuple[int, ...]:
     """Rank a state so that every move leads to a higher rank.
 
-    The order is by re-plans, then by steps done, then by tries; the recovery comes before the next try.
+    The order is by re-plans, then by steps done, then by tries; the recovery comes before the next try.  What
+    follows the last try has no steps left to count and comes last.
     """
     if node.phase == "plan":
         return (made, 0)
+    if node.phase == "reset":
+        return (made, 1, 1)
     ended = node.phase in ("reached", "rejected")
     return (made, 2 if ended else 1, -len(node.remaining_rules), node.tries, node.phase == "try")

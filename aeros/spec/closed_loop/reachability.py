@@ -26,11 +26,14 @@ class ReachableStates:
             from which a move of positive probability leads to it, with the agent's choice for that move.
         predecessors: for each node but the starts, the node before it on a shortest path and the label of the
             move between them.
+        through: states on the way of a composition that is run in one try, with the node before and the label
+            of the move.
     """
 
     system: TransitionSystem
     graph: dict[LoopState, list[tuple[LoopState, str]]] = field(default_factory=dict)
     predecessors: dict[LoopState, tuple[LoopState, str]] = field(default_factory=dict)
+    through: dict[State, tuple[LoopState, str]] = field(default_factory=dict)
 
     def nodes_that_can_miss_goal(self) -> Iterator[LoopState]:
         """Find the nodes before a plan from which the agent's choices may keep it from the goal for ever.
@@ -121,6 +124,8 @@ def explore_task(ecm: Ecm, task: Task, site: Site) -> ReachableStates:
                 reachable.graph[move.target] = []
                 reachable.predecessors[move.target] = (node, move.label)
                 pending.append(move.target)
+            for state in move.through:
+                reachable.through.setdefault(state, (node, move.label))
             if move.probability:
                 reachable.graph[move.target].append((node, move.choice))
     return reachable

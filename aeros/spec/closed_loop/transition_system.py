@@ -17,16 +17,19 @@ denied twice.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from graphlib import CycleError, TopologicalSorter
-from typing import Any, Final, Literal
+from typing import Any, Final, Literal, TypeAlias
 
+from aeros.spec.closed_loop.composed_run import ComposedRun, Role, RunTooLargeError
 from aeros.spec.closed_loop.invocation import Invocation, State, StateCondition
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BoolType, EnumType
-from aeros.spec.model.ecm import Ecm, PlanningRule, Skill, Task
+from aeros.spec.model.ecm import Alternative, Ecm, PlanningRule, Skill, Task
 from aeros.spec.model.site import Site
+from aeros.spec.model.step_graph import If, steps_of, walk_parts
 
 MAX_PLAN_STEPS: Final = 100
 """Largest number of steps in an accepted plan; `aeros.agent.planning.task_graph` has the same."""
@@ -41,14 +44,15 @@ class LoopState:
     """A state of the loop: its phase, the measured predicates and the rest of the plan.
 
     Attributes:
-        phase: `plan` (about to plan), `try` or `recover` (of the first step of `remaining_rules`), `reached`
-            (the goal is measured), or `rejected` (no plan is accepted here, and another would be the same).
+        phase: `plan` (about to plan), `try`, `recover` (between two tries) or `reset` (after the last try) of
+            the first step of `remaining_rules`, `reached` (the goal is measured), or `rejected` (no plan is
+            accepted here, and another would be the same).
         state: a value for each predicate.
         remaining_rules: the rules of the current plan that are still to be run, by index.
         tries: failed tries of the current step.
     """
 
-    phase: Literal["plan", "try", "recover", "reached", "rejected"]
+    phase: Literal["plan", "try", "recover", "reset", "reached", "rejected"]
     state: State
     remaining_rules: tuple[int, ...] = ()
     tries: int = 0
@@ -72,13 +76,17 @@ class Transition:
         role: role of the skill that is submitted, as in the agent's report; None where no skill is.
         label: that skill and the outcome that is measured then.
         choice: the provider that the agent chooses, where it has a choice.
+        counts: expected number of skills submitted, for each of `ROLES`, if a composition is run; else None.
+        through: states on the way, if a composition is run.
     """
 
     target: LoopState
     probability: Fraction = Fraction(1)
-    role: Literal["step", "retry", "recovery"] | None = None
+    role: Role | None = None
     label: str = ""
     choice: str = ""
+    counts: tuple[Fraction, ...] | None = None
+    through: frozenset[State] = frozenset()
 
 
 class TransitionSystem:
@@ -96,7 +104,7 @@ class TransitionSystem:
         self.task = task
         self.names = _predicates(ecm, task)
         self.domains = [_domain(site, name) for name in self.names]
-        self._skills = ecm.skills
+        self._skills = ecm.callable_skills
         settable = {
             name for skill in skills_of(ecm, task) for one in skill.outcomes.values() for name in one.effects
         }
@@ -107,17 +115,19 @@ class TransitionSystem:
         places = [condition.single_predicate_index for condition in self._unless]
         self._looked_up = [(index, place) for index, place in enumerate(places) if place is not None]
         self._decided = [index for index, place in enumerate(places) if place is None]
+        self._settable = settable
+        self._steps = [[self._way(one, rule) for one in ecm.alternatives(rule.skill)] for rule in task.rules]
         self._providers = [ecm.providers(rule.skill) for rule in task.rules]
-        self._steps = [
-            [Invocation(ecm.skills[name], rule.inputs, self.names, settable) for name in providers]
-            for rule, providers in zip(task.rules, self._providers, strict=True)
-        ]
-        self._recoveries = [
-            None
-            if rule.on_failure is None
-            else Invocation(ecm.skills[rule.on_failure], {}, self.names, settable)
-            for rule in task.rules
-        ]
+        self._recoveries = {
+            phase: [self._helpers(ecm, name) for name in names]
+            for phase, names in (
+                ("recover", [rule.between_tries for rule in task.rules]),
+                ("reset", [rule.on_failure for rule in task.rules]),
+            )
+        }
+        self._recovery_skills = {
+            name: ecm.providers(name) for rule in task.rules for name in recoveries_of(rule)
+        }
         self._rejections: dict[tuple[int, ...], str | None] = {}
 
     def condition(self, term: t.Term) -> StateCondition:
@@ -130,6 +140,29 @@ class TransitionSystem:
             The condition.
         """
         return StateCondition(term, self.names)
+
+    @property
+    def is_exact(self) -> bool:
+        """True if the probability of every move explored so far is known."""
+        return all(way.is_exact for ways in self._steps for way in ways if isinstance(way, _ComposedWay))
+
+    def _invocation(self, skill: str, inputs: Mapping[str, Any]) -> Invocation:
+        return Invocation(self._skills[skill], inputs, self.names, self._settable)
+
+    def _helpers(self, ecm: Ecm, name: str | None) -> list[Invocation]:
+        return [] if name is None else [self._invocation(one, {}) for one in ecm.providers(name)]
+
+    def _way(self, alternative: Alternative, rule: PlanningRule) -> _Way:
+        if alternative.composition is None:
+            return _SkillWay(self._invocation(alternative.name, rule.inputs))
+        run = ComposedRun(
+            alternative.composition,
+            self._invocation,
+            lambda part: self.condition(part.condition),
+            self._goal,
+        )
+        precondition = self.condition(alternative.composition.precondition)
+        return _ComposedWay(alternative.name, precondition, run)
 
     def blocked_step(self, node: LoopState) -> tuple[PlanningRule, str] | None:
         """Find a skill that is due for its first try and cannot start.
@@ -146,7 +179,7 @@ class TransitionSystem:
         index = node.remaining_rules[0]
         if self._unless[index](node.state):
             return None
-        unable = (step.name for step in self._steps[index] if not step.can_start(node.state))
+        unable = (way.name for way in self._steps[index] if not way.can_start(node.state))
         name = next(unable, None)
         return None if name is None else (self.task.rules[index], name)
 
@@ -167,6 +200,8 @@ class TransitionSystem:
             return [Transition(self._compute_plan(node.state))]
         if not node.remaining_rules:
             return [Transition(LoopState("plan", node.state))]
+        if node.phase == "reset":
+            return self._recovery_transitions(node)
         if self._unless[node.remaining_rules[0]](node.state):
             return [Transition(LoopState("try", node.state, node.remaining_rules[1:]))]
         return (
@@ -211,51 +246,142 @@ class TransitionSystem:
         if not self._tried_too_often.isdisjoint(plan):
             return f"a step has more than the {self._most_retries} retries that this site allows"
         recovered = [
-            (name, self.task.rules[index].on_failure or "")
+            (name, recovery)
             for index in plan
-            if self.task.rules[index].on_failure is not None
+            for helper in recoveries_of(self.task.rules[index])
+            for recovery in self._recovery_skills[helper]
             for name in self._providers[index]
         ]
         for _, recovery in recovered:
             if any(declared.default_value is None for declared in self._skills[recovery].inputs.values()):
                 return f"`{recovery}` runs with default inputs after a failure, but an input has no default"
-        return "`on_failure` leads back to itself" if _is_cyclic(recovered) else None
+        return "a failure leads back to itself" if _is_cyclic(recovered) else None
 
     def _attempt_transitions(self, node: LoopState) -> list[Transition]:
         index, rest = node.remaining_rules[0], node.remaining_rules[1:]
-        able = [step for step in self._steps[index] if step.can_start(node.state)]
+        able = [way for way in self._steps[index] if way.can_start(node.state)]
         if not able:
-            return [Transition(LoopState("plan", node.state))]
+            is_failure = node.tries > 0
+            return [
+                Transition(self._failed(index, node.state) if is_failure else LoopState("plan", node.state))
+            ]
         last = node.tries >= self.task.rules[index].retry
+        role: Role = "retry" if node.tries else "step"
         moves = []
-        for step, (state, outcome, probability) in (
-            (one, after) for one in able for after in one.after(node.state)
-        ):
-            if not outcome.failure or (last and self._unless[index](state)):
+        for way, move in [(one, move) for one in able for move in one.moves(node.state, role)]:
+            state = move.state
+            if not move.is_failure or (last and self._unless[index](state)):
                 target = LoopState("try", state, rest)
             elif last:
-                target = LoopState("plan", state)
+                target = self._failed(index, state)
             else:
                 target = LoopState("recover", state, node.remaining_rules, node.tries + 1)
-            label = f"{step.name} → {outcome.id}"
-            role: Literal["step", "retry"] = "retry" if node.tries else "step"
-            moves.append(Transition(target, probability / len(able), role, label, step.name))
+            share = move.probability / len(able)
+            moves.append(Transition(target, share, role, move.label, way.name, move.counts, move.through))
+            if target.phase == "recover" and self._recoveries["reset"][index]:
+                # The agent's memory may leave out the tries that are left.
+                given_up = self._failed(index, state)
+                moves.append(Transition(given_up, Fraction(0), role, move.label, way.name))
         return moves
 
+    def _failed(self, index: int, state: State) -> LoopState:
+        """Return the node after the last try of a rule's step has failed."""
+        if not self._recoveries["reset"][index]:
+            return LoopState("plan", state)
+        return LoopState("reset", state, (index,), self.task.rules[index].retry + 1)
+
     def _recovery_transitions(self, node: LoopState) -> list[Transition]:
-        """List the moves of a recovery; one that cannot start is skipped, and the next try follows."""
-        recovery = self._recoveries[node.remaining_rules[0]]
-        if recovery is None or not recovery.can_start(node.state):
-            return [Transition(LoopState("try", node.state, node.remaining_rules, node.tries))]
+        """List the moves of a recovery; one that cannot start is skipped."""
+
+        def after(state: State) -> LoopState:
+            if node.phase == "reset":
+                return LoopState("plan", state)
+            return LoopState("try", state, node.remaining_rules, node.tries)
+
+        helpers = self._recoveries[node.phase][node.remaining_rules[0]]
+        able = [one for one in helpers if one.can_start(node.state)]
+        if not able:
+            return [Transition(after(node.state))]
         return [
             Transition(
-                LoopState("try", state, node.remaining_rules, node.tries),
-                probability,
+                after(state),
+                probability / len(able),
                 "recovery",
-                f"{recovery.name} → {outcome.id}",
+                f"{one.name} → {outcome.id}",
+                one.name if len(helpers) > 1 else "",
             )
-            for state, outcome, probability in recovery.after(node.state)
+            for one in able
+            for state, outcome, probability in one.after(node.state)
         ]
+
+
+@dataclass(frozen=True, slots=True)
+class _Ending:
+    """One way in which a try may end."""
+
+    state: State
+    is_failure: bool
+    probability: Fraction
+    label: str
+    counts: tuple[Fraction, ...] | None = None
+    through: frozenset[State] = frozenset()
+
+
+@dataclass(frozen=True, slots=True)
+class _SkillWay:
+    """An alternative that is one skill."""
+
+    invocation: Invocation
+
+    @property
+    def name(self) -> str:
+        return self.invocation.name
+
+    def can_start(self, state: State) -> bool:
+        return self.invocation.can_start(state)
+
+    def moves(self, state: State, _: Role) -> Iterator[_Ending]:
+        for after, outcome, probability in self.invocation.after(state):
+            yield _Ending(after, outcome.failure, probability, f"{self.name} → {outcome.id}")
+
+
+@dataclass(frozen=True, slots=True)
+class _ComposedWay:
+    """An alternative that is a composition; one try runs it to its end."""
+
+    name: str
+    can_start: StateCondition
+    run: ComposedRun
+
+    @property
+    def is_exact(self) -> bool:
+        return self.run.is_exact
+
+    def moves(self, state: State, role: Role) -> Iterator[_Ending]:
+        try:
+            done, failed, through = self.run.run(state, role)
+        except RunTooLargeError as error:
+            raise StateSpaceError(f"`{self.name}` comes through too many states") from error
+        for ends, is_failure, word in ((done, False, "done"), (failed, True, "failed")):
+            for after, weight in ends.items():
+                share = weight.probability
+                counts = tuple(one / share if share else one for one in weight.counts)
+                yield _Ending(after, is_failure, share, f"{self.name} → {word}", counts, through)
+
+
+_Way: TypeAlias = _SkillWay | _ComposedWay
+
+
+def recoveries_of(rule: PlanningRule) -> tuple[str, ...]:
+    """List the skills that a failure of a rule's step leads to.
+
+    Args:
+        rule: the rule.
+
+    Returns:
+        Names under `between_tries` and `on_failure`.
+    """
+    return tuple(name for name in (rule.between_tries, rule.on_failure) if name is not None)
 
 
 def _is_cyclic(edges: list[tuple[str, str]]) -> bool:
@@ -277,6 +403,12 @@ def _predicates(ecm: Ecm, task: Task) -> tuple[str, ...]:
         *(rule.satisfied_condition for rule in task.rules),
         *(one.term for one in task.invariants),
     ]
+    for rule in task.rules:
+        for one in ecm.alternatives(rule.skill):
+            if one.composition is not None:
+                parts = walk_parts(one.composition.body)
+                conditions += [part.condition for part in parts if isinstance(part, If)]
+                conditions.append(one.composition.precondition)
     conditions += [skill.precondition.term for skill in skills if skill.precondition is not None]
     variables = {name: one for term in conditions for name, one in t.variables_of(term).items()}
     names = {name for name, one in variables.items() if one.role is t.VariableRole.STATE}
@@ -294,9 +426,21 @@ def skills_of(ecm: Ecm, task: Task) -> list[Skill]:
     Returns:
         Providers of the rules' skills and capabilities, and recoveries, sorted by name.
     """
-    used = {name for rule in task.rules for name in ecm.providers(rule.skill)}
-    used |= {rule.on_failure for rule in task.rules if rule.on_failure}
-    return [ecm.skills[name] for name in sorted(used)]
+    used = {name for rule in task.rules for name in _skills_by_rule(ecm, rule)}
+    used |= {name for rule in task.rules for helper in recoveries_of(rule) for name in ecm.providers(helper)}
+    return [ecm.callable_skills[name] for name in sorted(used)]
+
+
+def _skills_by_rule(ecm: Ecm, rule: PlanningRule) -> tuple[str, ...]:
+    """List the skills that any alternative of a rule's step may run, recoveries of the rule excluded."""
+    found: dict[str, None] = {}
+    for one in ecm.alternatives(rule.skill):
+        if one.composition is None:
+            found[one.name] = None
+        else:
+            steps = (*steps_of(one.composition.body), *one.composition.handlers.values())
+            found |= dict.fromkeys(name for step in steps for name in step.runs)
+    return tuple(found)
 
 
 def _domain(site: Site, name: str) -> tuple[Any, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
-from aeros.spec.declared.field_types import Identifier, Named
+from aeros.spec.declared.field_types import Identifier, Named, Reference
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.text.fields import (
     ChoiceField,
@@ -36,21 +36,25 @@ class OutputReference:
 
 @dataclass(frozen=True)
 class Handler:
-    """A skill that runs before each retry of a failed step.
+    """A skill that runs after a failure: between two tries of a step, or after the last one.
 
     Attributes:
         span: its place in the file.
     """
 
     span: SourceSpan
-    skill: Identifier = field(metadata={"doc": "the skill that runs, as in `skill: recover`"})
+    skill: Reference = field(metadata={"doc": "the skill or capability that runs, as in `skill: recover`"})
     inputs: Named[ExpressionField] = field(
         default=MappingField(), metadata={"doc": "its inputs, as in `inputs: {force: 8 N}`"}
     )
     retry: Retry | None = field(default=None, metadata={"doc": "how many times it is retried itself"})
-    on_failure: Identifier | None = field(
+    between_tries: Reference | None = field(
         default=None,
         metadata={"doc": "the handler between two of its own tries; it must not lead back to this one"},
+    )
+    on_failure: Reference | None = field(
+        default=None,
+        metadata={"doc": "the handler after its own last try; it must not lead back to this one"},
     )
 
 
@@ -80,7 +84,13 @@ class Part:
             "doc": "the part that runs otherwise, or `nothing`; optional only if the condition always holds"
         },
     )
-    skill: Identifier | None = field(default=None, metadata={"doc": "the skill that this step runs"})
+    skill: Reference | None = field(
+        default=None,
+        metadata={
+            "doc": "the skill that this step runs, or a capability: one of its skills; `MODULE.NAME` if it "
+            "is of a required module"
+        },
+    )
     id: Identifier | None = field(
         default=None, metadata={"doc": "the step's name; the skill's name if absent"}
     )
@@ -89,9 +99,15 @@ class Part:
         metadata={"doc": "its inputs, as in `inputs: {force: 8 N, width: {from: measure.width}}`"},
     )
     retry: Retry | None = field(default=None, metadata={"doc": "how many times a failed step is retried"})
-    on_failure: Identifier | None = field(
+    between_tries: Reference | None = field(
+        default=None, metadata={"doc": "the handler or skill that runs between two tries"}
+    )
+    on_failure: Reference | None = field(
         default=None,
-        metadata={"doc": "the handler or skill that runs between two tries; `stop`: the composition fails"},
+        metadata={
+            "doc": "the handler or skill that runs after the last try; then, or with `stop` at once, the "
+            "composition fails"
+        },
     )
 
 

@@ -10,9 +10,11 @@ from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
 from aeros.spec.declared.composition import Composition
-from aeros.spec.declared.field_types import Identifier, Named, RiskWord, Slug
+from aeros.spec.declared.field_types import ByVariable, Identifier, Named, Reference, RiskWord, Slug
+from aeros.spec.declared.models import Model, UsedModels
+from aeros.spec.declared.perception import ModuleVariable, Perceiver
 from aeros.spec.declared.policy import Access
-from aeros.spec.declared.site import Quantity
+from aeros.spec.declared.quantity import Quantity
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.text.fields import (
     BooleanField,
@@ -44,7 +46,7 @@ class Outcome:
     """
 
     span: SourceSpan
-    effects: Named[ExpressionField] = field(
+    effects: ByVariable[ExpressionField] = field(
         default=MappingField(),
         metadata={"doc": "the state after this outcome, as in `effects: {wrapper_aligned: true}`"},
     )
@@ -80,6 +82,10 @@ class Skill:
     outputs: Named[Quantity] = field(
         default=MappingField(), metadata={"doc": "the values that it may return at its end"}
     )
+    models: UsedModels = field(
+        default=(),
+        metadata={"doc": "models that it receives as a third argument, as in `models: [policy]`"},
+    )
     idempotent: BooleanField | None = field(
         default=None,
         metadata={
@@ -105,7 +111,7 @@ class Skill:
 
 @dataclass(frozen=True)
 class Capability:
-    """An ability. A step that names it runs one of the skills that provide it, so each must suffice.
+    """An ability. A step that names it runs one of the alternatives that provide it, so each must suffice.
 
     Attributes:
         span: its place in the file.
@@ -113,14 +119,21 @@ class Capability:
 
     span: SourceSpan
     description: TextField = field(metadata={"doc": "the ability that it gives the robot, for people"})
-    provided_by: tuple[Identifier, ...] = field(
-        metadata={"doc": "skills or compositions, as in `provided_by: [wrap]`"}
+    provided_by: tuple[Identifier | tuple[Identifier, ...], ...] = field(
+        metadata={
+            "doc": "alternatives: each a skill, a composition, or skills that run one after the other, as in "
+            "`provided_by: [wipe, [fetch, tidy]]`"
+        }
+    )
+    version: TextField | None = field(
+        default=None,
+        metadata={"doc": "its semantic version, which dependencies refer to; the module's if absent"},
     )
 
 
 @dataclass(frozen=True)
 class PlanningRule:
-    """`unless CONDITION do SKILL retry N on_failure SKILL`, or `do CAPABILITY`.
+    """`unless CONDITION do SKILL retry N between_tries SKILL on_failure SKILL`, or `do CAPABILITY`.
 
     Attributes:
         span: its place in the file.
@@ -128,15 +141,24 @@ class PlanningRule:
 
     span: SourceSpan
     unless: ExpressionField = field(metadata={"doc": "the step is skipped if this condition holds"})
-    do: Identifier = field(metadata={"doc": "the skill of the step, or a capability: one of its skills runs"})
+    do: Reference = field(
+        metadata={
+            "doc": "the skill of the step, or a capability: one of its alternatives runs; `MODULE.NAME` if "
+            "it is of a required module"
+        }
+    )
     inputs: Named[ExpressionField] = field(
         default=MappingField(), metadata={"doc": "inputs, as in `inputs: {force: 8 N}`"}
     )
     retry: Annotated[IntegerField, ValueBounds(0, 100)] | None = field(
         default=None, metadata={"doc": "how many times a failed step is retried"}
     )
-    on_failure: Identifier | None = field(
+    between_tries: Reference | None = field(
         default=None, metadata={"doc": "the skill that runs between two tries"}
+    )
+    on_failure: Reference | None = field(
+        default=None,
+        metadata={"doc": "the skill that runs when the last try has failed, before the agent plans again"},
     )
 
 
@@ -186,7 +208,7 @@ class Task:
     )
     goal: ExpressionField = field(metadata={"doc": "the condition that must hold at the end"})
     rules: tuple[PlanningRule, ...] = field(metadata={"doc": "the planning rules, in order"})
-    initial: Named[ExpressionField] = field(
+    initial: ByVariable[ExpressionField] = field(
         default=MappingField(),
         metadata={"doc": "the typical state at the start, as in `door_open: true`"},
     )
@@ -216,20 +238,6 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Tool:
-    """A model or tool adapter that skills use.
-
-    Attributes:
-        span: its place in the file.
-    """
-
-    span: SourceSpan
-    description: TextField = field(metadata={"doc": "its purpose, for people"})
-    kind: Literal["model", "tool"] = field(metadata={"doc": "`model` or `tool`"})
-    file: TextField | None = field(default=None, metadata={"doc": "the file of this module that contains it"})
-
-
-@dataclass(frozen=True)
 class Permissions(Access):
     """Permissions (P): the access that the module asks for, and the largest set of its actions."""
 
@@ -256,6 +264,13 @@ class Dependencies:
     modules: Named[TextField] = field(
         default=MappingField(), metadata={"doc": "other modules and their versions"}
     )
+    capabilities: Named[TextField] = field(
+        default=MappingField(),
+        metadata={
+            "doc": "capabilities of any other modules and their versions, as in "
+            '`capabilities: {grasping: ">=1.2"}`'
+        },
+    )
 
 
 @dataclass(frozen=True)
@@ -267,7 +282,7 @@ class Ecm:
     """
 
     span: SourceSpan
-    schema: Literal["aeros/ecm/1"] = field(metadata={"doc": "`schema: aeros/ecm/1`"})
+    schema: Literal["aeros/ecm/2"] = field(metadata={"doc": "`schema: aeros/ecm/2`"})
     id: Identifier = field(metadata={"doc": "the module's name, the name of its folder"})
     version: TextField = field(metadata={"doc": "its semantic version, as in `version: 1.0.0`"})
     description: TextField = field(metadata={"doc": "the module's purpose, for people"})
@@ -280,4 +295,16 @@ class Ecm:
         default=MappingField(), metadata={"doc": "graphs of skills that are proved together"}
     )
     tasks: Named[Task] = field(default=MappingField(), metadata={"doc": "tasks that a person can ask for"})
-    models: Named[Tool] = field(default=MappingField(), metadata={"doc": "models and tool adapters"})
+    models: Named[Model] = field(
+        default=MappingField(), metadata={"doc": "networks, tables and files that its skills use"}
+    )
+    state: Named[ModuleVariable] = field(
+        default=MappingField(),
+        metadata={
+            "doc": "predicates and quantities that it measures itself, as in "
+            "`state: {water_hot: {type: bool, max_age: 10 s}}`"
+        },
+    )
+    perceivers: Named[Perceiver] = field(
+        default=MappingField(), metadata={"doc": "the functions that measure them"}
+    )

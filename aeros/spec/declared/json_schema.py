@@ -11,6 +11,7 @@ import inspect
 from typing import Any, Final, get_args, get_origin
 
 from aeros.spec.declared import ecm, faults, people, scene, site
+from aeros.spec.migrations.formats import format_named
 from aeros.spec.text.fields import (
     PATTERNS,
     BooleanField,
@@ -56,7 +57,7 @@ def json_schema_of(name: str) -> dict[str, Any]:
     record = _record(root, definitions)
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "$id": f"urn:aeros:{name}:1",
+        "$id": f"urn:aeros:{name}:{format_named(name).version}",
         "title": _TITLES[name],
         **record,
         "$defs": dict(sorted(definitions.items())),

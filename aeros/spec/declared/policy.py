@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
 from aeros.spec.declared.field_types import Identifier, Named, RiskWord, Slug
+from aeros.spec.declared.perception import PerceptionPolicy
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.text.fields import (
     ChoiceField,
@@ -186,4 +187,7 @@ class Policy:
             "doc": "reaction to an undeclared outcome of a skill: `stop` ends the task (if absent), "
             "`replan` plans again"
         },
+    )
+    perception: PerceptionPolicy | None = field(
+        default=None, metadata={"doc": "rights of perceivers, and to what they measure"}
     )

@@ -10,7 +10,9 @@ from typing import Annotated, Literal
 
 from aeros.spec.declared.field_types import Identifier, Named, RiskWord, Slug
 from aeros.spec.declared.motion import MotionPolicy
+from aeros.spec.declared.perception import Camera
 from aeros.spec.declared.policy import Policy
+from aeros.spec.declared.quantity import Quantity
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.text.fields import (
     BooleanField,
@@ -21,25 +23,6 @@ from aeros.spec.text.fields import (
     TextField,
     ValueBounds,
 )
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """A typed variable: its type, unit and bounds.
-
-    Attributes:
-        span: its place in the file.
-    """
-
-    span: SourceSpan
-    type: TextField = field(
-        metadata={"doc": "`bool`, `int`, `real`, `vec3` or the name of an enum, as in `type: real`"}
-    )
-    unit: TextField | None = field(default=None, metadata={"doc": "the unit of `range`, as in `unit: mm/s`"})
-    range: tuple[NumberField, ...] | None = field(
-        default=None, metadata={"doc": "lowest and highest value, as in `range: [0, 3]`"}
-    )
-    description: TextField | None = field(default=None, metadata={"doc": "its meaning, for people"})
 
 
 @dataclass(frozen=True)
@@ -185,4 +168,11 @@ class Site:
     )
     motion: MotionPolicy | None = field(
         default=None, metadata={"doc": "limits for whole motions; if absent, motions are not checked"}
+    )
+    cameras: Named[Camera] = field(
+        default=MappingField(),
+        metadata={
+            "doc": "the cameras whose pictures perceivers may get, as in "
+            "`cameras: {overhead: {sensor: overhead_camera, width: 640, height: 480}}`"
+        },
     )

@@ -85,8 +85,12 @@ _TABLE: Final = (
     DiagnosticCode("AE120", "duplicate-id", "form", "two declarations have the same name"),
     DiagnosticCode("AE121", "name-clash", "form", "a name already means something else"),
     DiagnosticCode("AE122", "unknown-reference", "form", "a name refers to nothing that is declared"),
-    DiagnosticCode("AE123", "missing-entry-point", "form", "a skill's function does not exist"),
-    DiagnosticCode("AE124", "not-a-generator", "form", "a skill's function yields no action"),
+    DiagnosticCode(
+        "AE123", "missing-entry-point", "form", "a skill's or perceiver's function does not exist"
+    ),
+    DiagnosticCode(
+        "AE124", "not-a-generator", "form", "a skill's function yields no action, or a perceiver's no values"
+    ),
     DiagnosticCode("AE125", "malformed-version", "form", "a version or version range cannot be read"),
     DiagnosticCode(
         "AE127", "probability", "form", "the probabilities of a skill's outcomes do not form a distribution"
@@ -105,10 +109,17 @@ _TABLE: Final = (
         "AE134",
         "reaching-code",
         "form",
-        "skill code uses more than actions, observations and pure computation",
+        "module code uses more than actions, observations and pure computation",
+    ),
+    DiagnosticCode(
+        "AE135",
+        "shared-otherwise",
+        "form",
+        "a module declares a variable otherwise than the site shares it",
     ),
     DiagnosticCode("AE140", "overlapping-bodies", "form", "two bodies of a scene overlap"),
     DiagnosticCode("AE141", "unusable-model", "form", "a model file does not describe a body"),
+    DiagnosticCode("AE142", "model-interface", "form", "a model's file lacks the interface that is declared"),
     # AE2xx: the expression language
     DiagnosticCode("AE201", "expression-syntax", "form", "an expression cannot be parsed"),
     DiagnosticCode("AE202", "unknown-name", "form", "an expression uses a name that is not declared"),
@@ -134,6 +145,10 @@ _TABLE: Final = (
     DiagnosticCode(
         "AE304", "incompatible-runtime", "dependencies", "a module does not work with this runtime"
     ),
+    DiagnosticCode("AE305", "missing-capability", "dependencies", "no module provides a required capability"),
+    DiagnosticCode(
+        "AE306", "capability-version", "dependencies", "a required capability has another version"
+    ),
     # AE4xx: permission
     DiagnosticCode(
         "AE401",
@@ -151,7 +166,10 @@ _TABLE: Final = (
         "AE404", "access-not-granted", "permission", "a module asks for access that the site does not grant"
     ),
     DiagnosticCode(
-        "AE405", "sensor-not-permitted", "permission", "a condition reads a sensor the module may not use"
+        "AE405",
+        "sensor-not-permitted",
+        "permission",
+        "a condition or perceiver reads a sensor the module may not use",
     ),
     DiagnosticCode("AE406", "risk-above-ceiling", "permission", "a skill's risk is above the site's ceiling"),
     DiagnosticCode(
@@ -195,6 +213,9 @@ _TABLE: Final = (
         "hold-contradiction",
         "safety",
         "a skill's hold-condition contradicts its start or its success",
+    ),
+    DiagnosticCode(
+        "AE511", "model-bound-violated", "safety", "a model's output can leave a bound that is declared"
     ),
     # AE6xx: policy
     DiagnosticCode("AE601", "unsatisfiable-policy", "policy", "no action of a kind is ever allowed"),

@@ -8,10 +8,11 @@ which only choose among skills, and skill code.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from aeros.spec.backends.oracle import Oracle
+from aeros.spec.difference.perception_changes import perceiver_changes
 from aeros.spec.difference.policy_change import (
     PolicyChange,
     Relation,
@@ -57,6 +58,7 @@ def module_changes(
     Yields:
         The change of each subject of either version.
     """
+    sites = [site.with_modules([one] if one else ()) for one in (old, new)]
     names = dict.fromkeys([*(old.skills if old else ()), *(new.skills if new else ())])
     for name in names:
         before, after = (_SkillVersion(ecm, ecm.skills.get(name) if ecm else None) for ecm in (old, new))
@@ -64,12 +66,12 @@ def module_changes(
             yield compare_sets(
                 f"{module}/{name}/{kind}",
                 f"a `{kind}` of `{name}`",
-                _allowed(before, site, site.kinds[kind]),
-                _allowed(after, site, site.kinds[kind]),
+                _allowed(before, sites[0], site.kinds[kind]),
+                _allowed(after, sites[1], site.kinds[kind]),
                 oracle,
             )
         if before.skill is not None and after.skill is not None:
-            yield from _skill_changes(f"{module}/{name}", before.skill, after.skill, site, oracle)
+            yield from _skill_changes(f"{module}/{name}", before.skill, after.skill, sites, oracle)
     if old is not None and new is not None:
         yield from _module_changes(old, new)
 
@@ -104,21 +106,21 @@ def _is_denied_by_finite_layers(ecm: Ecm, site: Site, skill: Skill, kind: Action
 
 
 def _skill_changes(
-    subject: str, old: Skill, new: Skill, site: Site, oracle: Oracle
+    subject: str, old: Skill, new: Skill, sites: Sequence[Site], oracle: Oracle
 ) -> Iterator[PolicyChange]:
     yield compare_sets(
         f"{subject}/precondition",
         f"a start of `{new.id}`",
-        _condition_location(old, old.precondition, site),
-        _condition_location(new, new.precondition, site),
+        _condition_location(old, old.precondition, sites[0]),
+        _condition_location(new, new.precondition, sites[1]),
         oracle,
     )
     if old.hold_condition is not None or new.hold_condition is not None:
         yield compare_sets(
             f"{subject}/hold",
             f"a state in which `{new.id}` goes on",
-            _condition_location(old, old.hold_condition, site),
-            _condition_location(new, new.hold_condition, site),
+            _condition_location(old, old.hold_condition, sites[0]),
+            _condition_location(new, new.hold_condition, sites[1]),
             oracle,
         )
     risk = bounds_relation(new.risk > old.risk, new.risk < old.risk)
@@ -172,6 +174,7 @@ def _module_changes(old: Ecm, new: Ecm) -> Iterator[PolicyChange]:
         headline = describe_set_change(f"{group} of `{new.id}`", before, after)
         relation = sets_relation(before, after)
         yield finite_change(f"{new.id}/{group}", relation, headline, old.access_span, new.access_span)
+    yield from perceiver_changes(old, new)
     if old.code_digest != new.code_digest:
         headline = f"the code of `{new.id}` differs; only the actions that it may ask for are compared"
         yield finite_change(f"{new.id}/code", Relation.CHANGED_OTHERWISE, headline)

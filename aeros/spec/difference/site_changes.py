@@ -9,13 +9,14 @@ changed.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.difference.module_changes import ACCESS
+from aeros.spec.difference.perception_changes import site_perception_changes, vocabulary_changes
 from aeros.spec.difference.policy_change import (
     PolicyChange,
     Relation,
@@ -30,7 +31,6 @@ from aeros.spec.expr.units import format_number
 from aeros.spec.model.policy import Access, Execute, OperatorOverride, Quota
 from aeros.spec.model.rules import ActionKind, JointRule
 from aeros.spec.model.site import Site
-from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.joint import joint_variables
 
 
@@ -51,7 +51,8 @@ def site_changes(old: Site, new: Site, oracle: Oracle) -> Iterator[PolicyChange]
         if name in old.kinds and name in new.kinds:
             yield from _kind_changes(old, new, old.kinds[name], new.kinds[name])
     yield from _joint_changes(old, new, oracle)
-    yield from _vocabulary_changes(old.state, new.state)
+    yield from vocabulary_changes(old.state, new.state)
+    yield from site_perception_changes(old, new)
     places = (old.policy_spans.get("policy/access"), new.policy_spans.get("policy/access"))
     yield from _access_changes("policy/access", "every module", old.access, new.access, places)
     for module in dict.fromkeys([*old.grants, *new.grants]):
@@ -140,25 +141,6 @@ def _pairs(site: Site, rule: JointRule | None) -> ComparedSet:
     return ComparedSet(
         joint_variables(site, rule), (SetCondition(rule.term, rule.require_span),), rule.require_span
     )
-
-
-def _vocabulary_changes(old: Mapping[str, Declared], new: Mapping[str, Declared]) -> Iterator[PolicyChange]:
-    for name in dict.fromkeys([*old, *new]):
-        before, after, subject = old.get(name), new.get(name), f"state/{name}"
-        if before is None or after is None:
-            headline = f"`{name}` is {'measured now' if before is None else 'no longer measured'}"
-            spans = (None if one is None else one.span for one in (before, after))
-            yield finite_change(subject, Relation.CHANGED_OTHERWISE, headline, *spans)
-            continue
-        ages = [one.max_age or Fraction(0) for one in (before, after)]
-        headline = f"`{name}` may be {format_number(ages[1])} s old, before {format_number(ages[0])} s"
-        age = bounds_relation(ages[1] > ages[0], ages[1] < ages[0])
-        yield finite_change(f"{subject}/max_age", age, headline, before.span, after.span)
-        if before.sensor != after.sensor:
-            headline = f"`{name}` was measured by `{before.sensor}` and is by `{after.sensor}`"
-            yield finite_change(
-                f"{subject}/sensor", Relation.CHANGED_OTHERWISE, headline, before.span, after.span
-            )
 
 
 def _access_changes(

@@ -25,7 +25,11 @@ _T = TypeVar("_T")
 
 
 def elaborate_expression(
-    expression: ExpressionField, scope: Scope, diagnostics: Diagnostics, expected: Type = BOOL
+    expression: ExpressionField,
+    scope: Scope,
+    diagnostics: Diagnostics,
+    expected: Type = BOOL,
+    rewrite: Callable[[Node], Node] = lambda node: node,
 ) -> t.Term | None:
     """Elaborate an expression to a typed term.
 
@@ -34,11 +38,12 @@ def elaborate_expression(
         scope: meaning of the names in the expression.
         diagnostics: receives the faults.
         expected: type that the term must have.
+        rewrite: applied to the parsed expression before it is checked; it may raise `ExpressionTypeError`.
 
     Returns:
         The term, or None after reporting the fault.
     """
-    return _report_errors(expression, diagnostics, lambda node: check(node, scope, expected))
+    return _report_errors(expression, diagnostics, lambda node: check(rewrite(node), scope, expected))
 
 
 class ElaboratedCondition(NamedTuple):

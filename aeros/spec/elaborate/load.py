@@ -6,7 +6,7 @@ import os
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import TypeVar
+from typing import Final, TypeVar
 
 from aeros.spec.declared import ecm as declared_ecm
 from aeros.spec.declared import site as declared_site
@@ -14,13 +14,15 @@ from aeros.spec.declared.decode import decode
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.source import Source
-from aeros.spec.elaborate.ecm import elaborate_ecm
+from aeros.spec.elaborate.module.callables import foreign_names
+from aeros.spec.elaborate.module.ecm import elaborate_ecm
 from aeros.spec.elaborate.site import elaborate_site
-from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.ecm import Ecm, ForeignNames
 from aeros.spec.model.site import Site
 from aeros.spec.text.digests import code_digest, code_files, text_digest
 from aeros.spec.text.discovery import MANIFEST
 from aeros.spec.text.files import read_source
+from aeros.spec.text.versions import is_compatible_version
 from aeros.spec.text.yaml_reader import read_yaml
 
 _T = TypeVar("_T")
@@ -79,16 +81,57 @@ def _elaborate_with_diagnostics(source: Source) -> tuple[Site | None, Diagnostic
     ), diagnostics
 
 
-def load_ecm(folder: Path, site: Site, diagnostics: Diagnostics) -> LoadedEcm | None:
+@dataclass(frozen=True)
+class Surroundings:
+    """The modules among which a module finds those that it requires.
+
+    Attributes:
+        folders: folders of modules; None for the modules next to it.
+        active: the folders of these that are active; a capability is provided by them, if by any of them.
+    """
+
+    folders: tuple[Path, ...] | None = None
+    active: frozenset[Path] = frozenset()
+
+    def around(self, folder: Path) -> tuple[Path, ...]:
+        """List the folders of the modules around one.
+
+        Args:
+            folder: the module's folder.
+
+        Returns:
+            Folders of other modules, in a fixed order.
+        """
+        if self.folders is not None:
+            return tuple(one for one in self.folders if one != folder)
+        parent = folder.parent if folder.name not in ("", "..") else folder.resolve().parent
+        return tuple(
+            one for one in sorted(parent.iterdir()) if (one / MANIFEST).is_file() and not one.samefile(folder)
+        )
+
+
+NEIGHBOURS: Final = Surroundings()
+"""Each module finds those that it requires next to it."""
+
+
+def load_ecm(
+    folder: Path,
+    site: Site,
+    diagnostics: Diagnostics,
+    surroundings: Surroundings = NEIGHBOURS,
+    above: frozenset[str] = frozenset(),
+) -> LoadedEcm | None:
     """Load the module in a folder, under a site.
 
-    A module without models that is as it was is elaborated once a process: the same text and code under the
-    same site give the same module.
+    A module that depends on no file but its own is elaborated once a process, as long as it is as it was: the
+    same text and code under the same site give the same module.
 
     Args:
         folder: the module's folder, which holds `ecm.yaml`.
         site: site under which the module is elaborated.
         diagnostics: receives the faults.
+        surroundings: the modules among which it finds those that it requires.
+        above: ids of modules that require this one, which it cannot require itself.
 
     Returns:
         The module with its code, or None after reporting every fault.
@@ -106,12 +149,66 @@ def load_ecm(folder: Path, site: Site, diagnostics: Diagnostics) -> LoadedEcm | 
         diagnostics.error("AE002", f"cannot read the code in `{folder}`: {error.strerror}")
         return None
     digests = text_digest(source.text), code_digest(code)
-    if declared.models:  # files, which elaboration reads itself
+    needed = declared.dependencies
+    if needed.modules.items or needed.capabilities.items:
+        foreign = _foreign_names(declared, folder, site, surroundings, above)
+        ecm = elaborate_ecm(declared, site, str(folder), digests, diagnostics, foreign)
+    elif declared.models:  # files, which elaboration reads itself
         ecm = elaborate_ecm(declared, site, str(folder), digests, diagnostics)
     else:
         ecm, faults = _elaborate_unread(source, _SameSite(site), str(folder), digests)
         diagnostics.extend(faults)
     return None if ecm is None else LoadedEcm(ecm, code)
+
+
+def _foreign_names(
+    declared: declared_ecm.Ecm,
+    folder: Path,
+    site: Site,
+    surroundings: Surroundings,
+    above: frozenset[str],
+) -> ForeignNames:
+    """Load the modules that a module requires, as far as they can be read; list what it may call of them."""
+    needed = {name.value for name, _ in declared.dependencies.modules}
+    ranges = {name.value: text.value for name, text in declared.dependencies.capabilities}
+    above |= {declared.id.value}
+    modules: dict[str, Ecm] = {}
+    providers: dict[str, list[tuple[Ecm, bool]]] = {name: [] for name in ranges}
+    for one in surroundings.around(folder):
+        other = decode_manifest(one)
+        if other is None or other.id.value in above:
+            continue
+        provided = {name.value for name, _ in other.capabilities} & ranges.keys()
+        if other.id.value not in needed and not provided:
+            continue
+        loaded = load_ecm(one, site, Diagnostics(), surroundings, above)
+        if loaded is None:
+            continue
+        modules[loaded.ecm.id] = loaded.ecm
+        for name in provided:
+            if _is_in_range(ranges[name], loaded.ecm.capability_versions[name]):
+                providers[name].append((loaded.ecm, one in surroundings.active))
+    return foreign_names(modules, needed, providers)
+
+
+def _is_in_range(specifier: str, version: str) -> bool:
+    try:
+        return is_compatible_version(specifier, version)
+    except ValueError:
+        return False  # the range is none, which elaboration reports
+
+
+def decode_manifest(folder: Path) -> declared_ecm.Ecm | None:
+    """Read a manifest without a site.
+
+    Args:
+        folder: the module's folder.
+
+    Returns:
+        The module as it declares itself; None if the manifest has a fault.
+    """
+    source = _source(folder / MANIFEST, Diagnostics())
+    return None if source is None else _decode_ecm(source)[0]
 
 
 @lru_cache(maxsize=64)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from fractions import Fraction
 
@@ -15,6 +15,7 @@ from aeros.spec.elaborate.names import resolve_site_name
 from aeros.spec.elaborate.rules import resolve_kinds
 from aeros.spec.elaborate.vocabulary import SiteVocabulary
 from aeros.spec.expr.units import TIME
+from aeros.spec.model.perception import SiteCamera
 from aeros.spec.model.policy import (
     Access,
     Execute,
@@ -42,22 +43,29 @@ def elaborate_access(access: declared.Access) -> Access:
     return Access(*(frozenset(name.value for name in group) for group in groups))
 
 
-def check_access(access: declared.Access, vocabulary: SiteVocabulary, diagnostics: Diagnostics) -> None:
+def check_access(
+    access: declared.Access,
+    vocabulary: SiteVocabulary,
+    cameras: Mapping[str, SiteCamera],
+    diagnostics: Diagnostics,
+) -> None:
     """Check that an access list names actuators and sensors of the site.
 
     Args:
         access: declared lists of actuators, sensors, channels and computing devices.
         vocabulary: vocabulary of the site, without faults.
+        cameras: cameras of the site by name.
         diagnostics: receives the faults.
     """
     actuators = {name for kind in vocabulary.kinds.values() for name in kind.actuators}
     sensors = {one.sensor: None for one in vocabulary.state.values() if one.sensor is not None}
+    sensors |= {camera.sensor: None for camera in cameras.values()}
     for name in access.actuators:
         known = dict.fromkeys(sorted(actuators), True)
         resolve_site_name(name, known, "an actuator of any action kind", diagnostics)
     for name in access.sensors:
         known = dict.fromkeys(sensors, True)
-        resolve_site_name(name, known, "a sensor of any state variable", diagnostics)
+        resolve_site_name(name, known, "a sensor of any state variable or camera", diagnostics)
 
 
 def elaborate_limits(limits: declared.ModuleLimits, diagnostics: Diagnostics) -> ModuleLimits:

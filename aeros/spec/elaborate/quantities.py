@@ -7,6 +7,8 @@ from dataclasses import replace
 from fractions import Fraction
 
 from aeros.spec.declared import site as declared
+from aeros.spec.declared.perception import ModuleVariable
+from aeros.spec.declared.quantity import Quantity
 from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean
 from aeros.spec.elaborate.expressions import elaborate_quantity, elaborate_unit
 from aeros.spec.expr import terms as t
@@ -29,7 +31,7 @@ _TYPES = ("bool", "int", "real", "vec3")
 
 
 def elaborate_variable(
-    name: str, quantity: declared.Quantity, role: t.VariableRole, enums: Enums, diagnostics: Diagnostics
+    name: str, quantity: Quantity, role: t.VariableRole, enums: Enums, diagnostics: Diagnostics
 ) -> Declared | None:
     """Elaborate a declared quantity to a variable.
 
@@ -88,10 +90,7 @@ def elaborate_state(
         The variable with bounds and greatest age in SI units, or None after reporting the fault.
     """
     base = elaborate_variable(name, quantity, t.VariableRole.STATE, enums, diagnostics)
-    age = elaborate_quantity(quantity.max_age, TIME, diagnostics)
-    if age is not None and age <= 0:
-        diagnostics.error("AE208", "`max_age` must be above 0 s", quantity.max_age.span)
-        return None
+    age = _max_age(quantity.max_age, diagnostics)
     if base is None or age is None:
         return None
     type_: Type = base.variable.type
@@ -108,9 +107,61 @@ def elaborate_state(
     return replace(base, variable=variable, span=quantity.span, max_age=age, sensor=quantity.sensor.value)
 
 
-def _type(
-    quantity: declared.Quantity, unit: Unit | None, enums: Enums, diagnostics: Diagnostics
-) -> Type | None:
+def elaborate_module_variable(
+    name: str, quantity: ModuleVariable, enums: Enums, diagnostics: Diagnostics
+) -> Declared | None:
+    """Elaborate a state variable of a module.  A number or vector needs an uncertainty; a count needs none.
+
+    Args:
+        name: full name of the variable, as in `kettle.water_hot`.
+        quantity: declared quantity, greatest age and uncertainty.
+        enums: enumerations of the site by name.
+        diagnostics: receives the faults.
+
+    Returns:
+        The variable, without its sensor, with bounds, greatest age and uncertainty in SI units; None after
+        reporting the fault.
+    """
+    base = elaborate_variable(name, quantity, t.VariableRole.STATE, enums, diagnostics)
+    age = _max_age(quantity.max_age, diagnostics)
+    if base is None or age is None:
+        return None
+    type_, stated = base.variable.type, quantity.uncertainty
+    is_number = isinstance(type_, RealType | VectorType) and not isinstance(type_, IntegerType)
+    if stated is None:
+        if is_number:
+            diagnostics.error(
+                "AE208",
+                "a measured number needs an uncertainty: a perceiver's less certain values are unknown",
+                quantity.type.span,
+                help=("add `uncertainty`, with its unit, as in `uncertainty: 5 mm`",),
+            )
+            return None
+        return replace(base, span=quantity.span, max_age=age)
+    if not isinstance(type_, RealType | VectorType) or isinstance(type_, IntegerType):
+        diagnostics.error("AE208", f"a {type_} has no uncertainty", stated.span)
+        return None
+    uncertainty = elaborate_quantity(stated, type_.dimension, diagnostics)
+    if uncertainty is not None and uncertainty <= 0:
+        diagnostics.error("AE208", "`uncertainty` must be above 0", stated.span)
+        return None
+    return (
+        None
+        if uncertainty is None
+        else replace(base, span=quantity.span, max_age=age, uncertainty=uncertainty)
+    )
+
+
+def _max_age(text: TextField, diagnostics: Diagnostics) -> Fraction | None:
+    """Elaborate the greatest age of a value, s."""
+    age = elaborate_quantity(text, TIME, diagnostics)
+    if age is not None and age <= 0:
+        diagnostics.error("AE208", "`max_age` must be above 0 s", text.span)
+        return None
+    return age
+
+
+def _type(quantity: Quantity, unit: Unit | None, enums: Enums, diagnostics: Diagnostics) -> Type | None:
     word = quantity.type.value
     if word == "bool":
         return BOOL

@@ -5,6 +5,11 @@ from __future__ import annotations
 from aeros.spec.declared import site as declared
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.motion import check_tracking_rules, elaborate_motion
+from aeros.spec.elaborate.perception import (
+    elaborate_cameras,
+    elaborate_perception_policy,
+    elaborate_shared_variables,
+)
 from aeros.spec.elaborate.policy import (
     check_access,
     elaborate_access,
@@ -41,10 +46,13 @@ def elaborate_site(site: declared.Site, digest: str, diagnostics: Diagnostics) -
     check_protective_stop(site, vocabulary, diagnostics)
     check_unique_ids(site, diagnostics)
     rules, policy, motion = ElaboratedRules(), site.policy, None
+    shared, cameras = {}, {}
     if is_whole:
+        shared = elaborate_shared_variables(policy.perception, vocabulary, diagnostics)
+        cameras = elaborate_cameras(site, vocabulary, diagnostics)
         rules = elaborate_rules(site, vocabulary, diagnostics)
         for access in (policy.access, *(access for _, access in policy.grants)):
-            check_access(access, vocabulary, diagnostics)
+            check_access(access, vocabulary, cameras, diagnostics)
     limits = elaborate_limits(policy.limits, diagnostics)
     blocks = elaborate_overrides(policy.blocks, vocabulary, diagnostics)
     quotas = elaborate_quotas(policy.quotas, vocabulary, diagnostics)
@@ -52,6 +60,7 @@ def elaborate_site(site: declared.Site, digest: str, diagnostics: Diagnostics) -
         motion = elaborate_motion(site.motion, vocabulary, diagnostics)
         check_tracking_rules(site.motion, motion, rules.rules, diagnostics)
     isolation = elaborate_isolation(policy.isolation, diagnostics)
+    perception = elaborate_perception_policy(policy.perception, shared, diagnostics)
     if len(diagnostics) > before:
         return None
     undeclared = policy.undeclared_outcome
@@ -61,7 +70,7 @@ def elaborate_site(site: declared.Site, digest: str, diagnostics: Diagnostics) -
         enums=vocabulary.enums,
         constants=vocabulary.constants,
         volumes=vocabulary.volumes,
-        state=vocabulary.state,
+        state={**vocabulary.state, **shared},
         kinds=vocabulary.kinds,
         rules=rules.rules,
         access=elaborate_access(policy.access),
@@ -81,4 +90,6 @@ def elaborate_site(site: declared.Site, digest: str, diagnostics: Diagnostics) -
         isolation=isolation,
         mcp=elaborate_mcp(policy.mcp),
         stops_on_undeclared_outcome=undeclared is None or undeclared.value == "stop",
+        cameras=cameras,
+        perception=perception,
     )

@@ -44,15 +44,15 @@ def elaborate_state_values(
 
     Args:
         entries: constant expressions by state variable.
-        site: site that declares the state variables.
+        site: site that declares the state variables, by the names that the module uses.
         diagnostics: receives the faults.
 
     Returns:
-        Value of each of them that the site declares, numbers in SI units; None for a faulty one.
+        Value of each of them that is declared, by full name, numbers in SI units; None for a faulty one.
     """
     values: dict[str, Any] = {}
     for name, expression in entries:
         variable = resolve_name(name, site.state, "a state variable of this site", diagnostics)
         if variable is not None:
-            values[name.value] = elaborate_value(expression, variable, site, diagnostics)
+            values[variable.name] = elaborate_value(expression, variable, site, diagnostics)
     return values

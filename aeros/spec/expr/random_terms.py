@@ -35,6 +35,10 @@ _TYPES: Mapping[str, Type] = {
     "q": VectorType(LENGTH),
     "joint": FamilyType(JOINT, RealType(LENGTH)),
     "ready": FamilyType(JOINT, BOOL),
+    # of a module
+    "kettle.hot": BOOL,
+    "kettle.level": RealType(LENGTH),
+    "kettle.spout": VectorType(LENGTH),
 }
 VARIABLES: Mapping[str, t.Variable] = {
     name: t.Variable(name, type_, t.VariableRole.STATE) for name, type_ in _TYPES.items()
@@ -74,6 +78,7 @@ class TermGenerator:
             return self._pick(
                 lambda: VARIABLES["a"],
                 lambda: VARIABLES["b"],
+                lambda: VARIABLES["kettle.hot"],
                 lambda: self._draw(st.sampled_from((t.TRUE, t.FALSE))),
                 lambda: t.Select(VARIABLES["ready"], self.enum(0, JOINT)),
             )
@@ -204,7 +209,7 @@ class TermGenerator:
         )
 
     def _leaves(self, dimension: Dimension) -> list[Callable[[], t.Term]]:
-        names = {NUMBER: ("n", "laps"), LENGTH: ("x", "y")}.get(dimension, ())
+        names = {NUMBER: ("n", "laps"), LENGTH: ("x", "y", "kettle.level")}.get(dimension, ())
         return [lambda name=name: VARIABLES[name] for name in names]  # type: ignore[misc]
 
     def _product(self, depth: int, dimension: Dimension) -> t.Term:
@@ -222,7 +227,7 @@ class TermGenerator:
             Vector term in metres.
         """
         if depth <= 0:
-            return self._draw(st.sampled_from((VARIABLES["p"], VARIABLES["q"])))
+            return self._draw(st.sampled_from((VARIABLES["p"], VARIABLES["q"], VARIABLES["kettle.spout"])))
         below = depth - 1
         return self._pick(
             lambda: self.vector(0),

@@ -27,7 +27,9 @@ class Arguments:
     variables: tuple[Declared, ...]
 
 
-def step_arguments(step: Step, sources: Mapping[str, Step], skills: Mapping[str, Skill]) -> Arguments:
+def step_arguments(
+    step: Step, sources: Mapping[str, Step], skills: Mapping[str, Skill], run: str | None = None
+) -> Arguments:
     """Build the arguments of a step; an output `x` of the step `s` becomes the variable `s.x`.
 
     An output whose type does not fit the input is refused elsewhere.  Here such an input may have any value
@@ -36,20 +38,25 @@ def step_arguments(step: Step, sources: Mapping[str, Step], skills: Mapping[str,
     Args:
         step: step or handler of a composition.
         sources: steps of the composition by id.
-        skills: skills of the module by name.
+        skills: skills that the module may run, by name.
+        run: the skill that runs; by default the first that may.
 
     Returns:
         The term of each input, and the variables in these terms.
     """
     terms: dict[str, t.Term] = {}
     declared: list[Declared] = []
-    for name, one in skills[step.skill].inputs.items():
+    for name, one in skills[run or step.runs[0]].inputs.items():
         flow = step.output_references.get(name)
         if flow is None:
-            terms[one.name] = constant_term(step.inputs[name], one.variable.type)
+            value = step.inputs.get(name, one.default_value)
+            terms[one.name] = constant_term(value, one.variable.type)
             continue
-        output = skills[sources[flow.step].skill].outputs[flow.output]
-        fits = output.variable.type == one.variable.type
+        outputs = [skills[source].outputs[flow.output] for source in sources[flow.step].runs]
+        output = outputs[0]
+        fits = all(each.variable.type == one.variable.type for each in outputs) and (
+            len({each.range for each in outputs}) == 1
+        )
         brought, called = (output, f"{flow.step}.{flow.output}") if fits else (one, f"{step.id}.{name}")
         declared.append(replace(brought, variable=replace(brought.variable, name=called)))
         terms[one.name] = declared[-1].variable

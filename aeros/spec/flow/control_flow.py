@@ -14,6 +14,9 @@ START: Final = "start"
 DONE: Final = "done"
 STOPPED: Final = "stopped"
 
+FAILURE: Final = "failure"
+LAST_FAILURE: Final = "last failure"
+
 
 def control_flow_graph(composition: Composition) -> nx.DiGraph[str]:
     """Build the control-flow graph of a composition; an edge's `on` says when it is followed.
@@ -48,7 +51,7 @@ def handler_cycle(composition: Composition) -> list[str]:
     Returns:
         Names of the handlers on the cycle, the first repeated at the end; empty if there is no cycle.
     """
-    edges = [(name, one.handler) for name, one in composition.handlers.items() if one.handler is not None]
+    edges = [(name, inner) for name, one in composition.handlers.items() for inner in one.handlers]
     if not edges:
         return []
     import networkx as nx
@@ -96,10 +99,14 @@ def _connect(graph: nx.DiGraph[str], node: str, part: Part, loose: _DanglingEdge
 
 
 def _add_failure(graph: nx.DiGraph[str], step: Step, node: str) -> None:
-    """Add the edges of a failed step: to its handler and back, and to the end."""
-    graph.add_edge(node, STOPPED, on="failure")
-    if step.handler is not None:
-        graph.add_edge(node, f"handler/{step.handler}", on="failure")
-        graph.add_edge(f"handler/{step.handler}", node, on="success")
+    """Add the edges of a failed step: to the handler between two tries and back, and to the end."""
+    if step.last_handler is None:
+        graph.add_edge(node, STOPPED, on=FAILURE)
+    else:
+        graph.add_edge(node, f"handler/{step.last_handler}", on=LAST_FAILURE)
+        graph.add_edge(f"handler/{step.last_handler}", STOPPED, on="")
+    if step.between_tries is not None:
+        graph.add_edge(node, f"handler/{step.between_tries}", on=FAILURE)
+        graph.add_edge(f"handler/{step.between_tries}", node, on="success")
     elif step.retry:
-        graph.add_edge(node, node, on="failure")
+        graph.add_edge(node, node, on=FAILURE)

@@ -99,12 +99,13 @@ class PathExploration:
         skills = self.skills.values()
         return frozenset(name for one in skills for o in one.outcomes.values() for name in o.effects)
 
-    def execute(self, part: Part, before: SymbolicStates) -> SymbolicStates:
+    def execute(self, part: Part, before: SymbolicStates, failed: SymbolicStates) -> SymbolicStates:
         """Explore a part of the composition and record the situations met in it.
 
         Args:
             part: part of the composition.
             before: situations before the part.
+            failed: receives the situations in which a step of it has failed for good.
 
         Returns:
             The situations in which the part has succeeded.
@@ -114,31 +115,31 @@ class PathExploration:
         """
         match part:
             case Step():
-                return self._step(part, before, part.id)
+                return self._step(part, before, part.id, failed)
             case Seq(parts=inner):
                 for one in inner:
-                    before = self.execute(one, before)
+                    before = self.execute(one, before, failed)
                 return before
             case Par():
-                return self._par(part, before)
+                return self._par(part, before, failed)
             case If():
-                return self._if(part, before)
+                return self._if(part, before, failed)
 
-    def _par(self, part: Par[Step], before: SymbolicStates) -> SymbolicStates:
+    def _par(self, part: Par[Step], before: SymbolicStates, failed: SymbolicStates) -> SymbolicStates:
         kept: SymbolicStates = {}
         for situation, trace in before.items():
             kept.setdefault(self._forget_measurements(situation), trace)
         self._depth += 1
         for branch in part.branches:
-            self.execute(branch, kept)
+            self.execute(branch, kept, failed)
         was_recording, self._is_recording = self._is_recording, False
         for branch in part.branches:
-            kept = self.execute(branch, kept)
+            kept = self.execute(branch, kept, failed)
         self._is_recording = was_recording
         self._depth -= 1
         return kept
 
-    def _if(self, part: If[Step], before: SymbolicStates) -> SymbolicStates:
+    def _if(self, part: If[Step], before: SymbolicStates, failed: SymbolicStates) -> SymbolicStates:
         if self._is_recording:
             _merge(self.states_at_ifs.setdefault(part.span.start, {}), before)
         then: SymbolicStates = {}
@@ -151,13 +152,14 @@ class PathExploration:
                         situation.assignment, situation.path_condition | split_conjunction(term)
                     )
                     branch.setdefault(self._forget_measurements(known) if self._depth else known, trace)
-        after = dict(self.execute(part.then, then))
+        after = dict(self.execute(part.then, then, failed))
         if part.otherwise is not None:
-            _merge(after, self.execute(part.otherwise, otherwise))
+            _merge(after, self.execute(part.otherwise, otherwise, failed))
         return after
 
-    def _step(self, step: Step, before: SymbolicStates, name: str) -> SymbolicStates:
+    def _step(self, step: Step, before: SymbolicStates, name: str, failed: SymbolicStates) -> SymbolicStates:
         done: SymbolicStates = {}
+        lost: SymbolicStates = {}
         tried: set[SymbolicState] = set()
         for tries_left in range(step.retry, -1, -1):
             # A situation that was tried before leads to nothing new.
@@ -165,19 +167,35 @@ class PathExploration:
             tried.update(before)
             self._record_visit(name, before)
             before = self._run(step, before, done)
-            if tries_left and before and step.handler is not None:
-                before = self._step(self.handlers[step.handler], before, f"handler/{step.handler}")
+            # Any try may be the last: the agent's memory may leave out those that are left.
+            _merge(lost, before)
+            if tries_left and before and step.between_tries is not None:
+                handler = self.handlers[step.between_tries]
+                before = self._step(handler, before, f"handler/{step.between_tries}", lost)
+        if lost and step.last_handler is not None:
+            before, lost = lost, {}
+            handler = self.handlers[step.last_handler]
+            _merge(lost, self._step(handler, before, f"handler/{step.last_handler}", lost))
+        _merge(failed, lost)
         return done
 
     def _run(self, step: Step, before: SymbolicStates, done: SymbolicStates) -> SymbolicStates:
         """Return the situations after a failure; add those after a success to `done`."""
         failed: SymbolicStates = {}
-        skill = self.skills[step.skill]
-        declared = [one for one in skill.outcomes.values() if one.probability != 0]
-        for outcome in (*declared, *hold_loss_outcomes(skill, self.settable)):
-            for situation, trace in before.items():
-                after = self._apply_outcome(situation, outcome)
-                (failed if outcome.failure else done).setdefault(after, (*trace, f"{step.id} → {outcome.id}"))
+        for name in step.runs:
+            skill = self.skills[name]
+            shown = step.id if len(step.runs) == 1 else f"{step.id} by {name}"
+            declared = [one for one in skill.outcomes.values() if one.probability != 0]
+            for outcome in (*declared, *hold_loss_outcomes(skill, self.settable)):
+                for situation, trace in before.items():
+                    after = self._apply_outcome(situation, outcome)
+                    ended = (*trace, f"{shown} → {outcome.id}")
+                    (failed if outcome.failure else done).setdefault(after, ended)
+                    for failure in _rivals(skill, outcome):
+                        if _may_hold(failure, after):
+                            assigned = frozenset({**dict(after.assignment), **failure.effects}.items())
+                            mistaken = SymbolicState(assigned, after.path_condition)
+                            failed.setdefault(mistaken, (*trace, f"{shown} → {failure.id}"))
         return failed
 
     def _apply_outcome(self, situation: SymbolicState, outcome: Outcome) -> SymbolicState:
@@ -214,6 +232,23 @@ class PathExploration:
             _merge(self.states_at_steps.setdefault(name, {}), situations)
 
 
+def _rivals(skill: Skill, outcome: Outcome) -> list[Outcome]:
+    """List the failures that are declared impossible and yet measured, if their effects hold already.
+
+    The agent takes the measured outcome with the most effects (`agent.execution.supervisor`).
+    """
+    return [
+        one
+        for one in skill.outcomes.values()
+        if one.failure and one.probability == 0 and len(one.effects) > len(outcome.effects)
+    ]
+
+
+def _may_hold(outcome: Outcome, situation: SymbolicState) -> bool:
+    known = dict(situation.assignment)
+    return all(known.get(name, value) == value for name, value in outcome.effects.items())
+
+
 def explore_paths(
     composition: Composition, skills: Mapping[str, Skill], state: Mapping[str, Declared]
 ) -> PathExploration:
@@ -234,7 +269,7 @@ def explore_paths(
     """
     paths = PathExploration(skills, state, composition.handlers)
     start = SymbolicState(path_condition=split_conjunction(fold_constants(composition.precondition)))
-    paths.final_states = paths.execute(composition.body, {start: ()})
+    paths.final_states = paths.execute(composition.body, {start: ()}, {})
     return paths
 
 

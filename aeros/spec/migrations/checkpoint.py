@@ -73,6 +73,54 @@ def to_5(text: str) -> str:
     return _rewritten(text, 5, lambda body: {**body, "errand": 0, "earlier_reports": {"tuple": []}})
 
 
+def to_6(text: str) -> str:
+    """Name what runs between two tries `between_tries`, and add that no attempt was of a composition.
+
+    `on_failure` runs after the last try now.
+
+    Args:
+        text: checkpoint of version 5.
+
+    Returns:
+        The checkpoint in version 6.
+
+    Raises:
+        UnmigratableError: it is damaged.
+    """
+    return _rewritten(
+        text, 6, lambda body: {name: _with_between_tries(value) for name, value in body.items()}
+    )
+
+
+_ADDED_IN_6: Final[Mapping[str, Mapping[str, Any]]] = {
+    "AttemptHistory": {"alternative": ""},
+    "AttemptResult": {"is_composed": False},
+}
+"""Fields with their values, by class: until version 5 there was no composition among attempts."""
+
+
+def _with_between_tries(value: Any) -> Any:
+    """Rewrite the steps of a plan in an encoded value."""
+    if isinstance(value, list):
+        return [_with_between_tries(item) for item in value]
+    if not isinstance(value, dict):
+        return value
+    if value.keys() == {"map"}:
+        return {"map": {key: _with_between_tries(item) for key, item in value["map"].items()}}
+    if value.keys() != {"class", "fields"}:
+        return {key: _with_between_tries(item) for key, item in value.items()}
+    held = {key: _with_between_tries(item) for key, item in value["fields"].items()}
+    if value["class"] != "PlanStep":
+        return {"class": value["class"], "fields": {**held, **_ADDED_IN_6.get(value["class"], {})}}
+    handler, skill = held.pop("handler", None), held.pop("on_failure", None)
+    between = handler
+    if skill is not None:
+        plain = {"module": held["module"], "skill": skill, "inputs": {"map": {}}}
+        between = {"class": "PlanStep", "fields": plain}
+    held |= {"between_tries": between, "on_failure": None, "needs_recovery": handler is not None}
+    return {"class": "PlanStep", "fields": held}
+
+
 _CLASS_NAMES: Final = {
     "Step": "PlanStep",
     "Head": "LogHead",

@@ -8,17 +8,43 @@ from __future__ import annotations
 
 from typing import Final
 
-from aeros.spec.migrations import checkpoint, crashes, renamed_names
+from aeros.spec.migrations import checkpoint, crashes, manifest, renamed_names
 from aeros.spec.migrations.format import Format, Kind, Version
+from aeros.spec.migrations.yaml_edits import yaml_step
 
 _FIRST: Final = (Version("the first version"),)
 _AT_OPEN: Final = "open it with this AEROS: it migrates itself"
 
-ECM: Final = Format("ecm", "module manifest", ("ecm.yaml",), Kind.YAML, _FIRST)
+ECM: Final = Format(
+    name="ecm",
+    title="module manifest",
+    files=("ecm.yaml",),
+    kind=Kind.YAML,
+    versions=(
+        *_FIRST,
+        Version(
+            "`between_tries` runs between two tries, as `on_failure` did, which runs after the last one now; "
+            "models of kind `model` or `tool` are files",
+            manifest.to_2,
+        ),
+    ),
+)
 SITE: Final = Format("site", "site file, policy included", (), Kind.YAML, _FIRST)
 PEOPLE: Final = Format("people", "people file", (), Kind.YAML, _FIRST)
 FAULTS: Final = Format("faults", "faults file", (), Kind.YAML, _FIRST)
-SCENE: Final = Format("scene", "scene file", (), Kind.YAML, _FIRST)
+SCENE: Final = Format(
+    name="scene",
+    title="scene file",
+    files=(),
+    kind=Kind.YAML,
+    versions=(
+        *_FIRST,
+        Version(
+            "a whole scene: robot, places, cameras, instruments and truth may stand beside the bodies",
+            yaml_step("aeros/scene/2", lambda text: text),
+        ),
+    ),
+)
 CERTIFICATE: Final = Format(
     name="certificate",
     title="certificate of a module",
@@ -41,6 +67,7 @@ CHECKPOINT: Final = Format(
         Version(
             "keeps `errand` and `earlier_reports`: an instruction may ask for several tasks", checkpoint.to_5
         ),
+        Version("plans say apart what runs between two tries and after the last one", checkpoint.to_6),
     ),
     keys=frozenset({"schema", "digest", "body"}),
     is_numbered=True,

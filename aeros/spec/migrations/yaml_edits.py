@@ -63,13 +63,44 @@ def rename_key(text: str, path: Sequence[str], new: str) -> str:
     return _edited(text, edits)
 
 
-def set_value(text: str, path: Sequence[str], new: str) -> str:
+def rename_keys_below(text: str, path: Sequence[str], names: tuple[str, str], *, values_but: str) -> str:
+    """Rename a key with a single value at any depth below the places that a path leads to.
+
+    Args:
+        text: YAML.
+        path: keys from the top, as in `rename_key`.
+        names: the old name and the new one, plain words.
+        values_but: the value with which the key keeps its name.
+
+    Returns:
+        The edited text; mappings under a key `inputs` are left alone, as users choose their keys.
+
+    Raises:
+        UnmigratableError: the new name is written in the same mapping already.
+        UserError: `text` is not well-formed.
+    """
+    old, new = names
+    edits = []
+    for node in (inner for top in _nodes_at(parse(text), path) for inner in _mappings_below(top)):
+        entries = {key.text: (key, value) for key, value in node.entries}
+        key, value = entries.get(old, (None, None))
+        if key is None or not isinstance(value, ScalarNode) or value.text == values_but:
+            continue
+        if new in entries:
+            line = entries[new][0].span.line
+            raise UnmigratableError(f"`{old}` becomes `{new}`, which line {line} has already")
+        edits.append((key.span, _quoted_like(key, new)))
+    return _edited(text, edits)
+
+
+def set_value(text: str, path: Sequence[str], new: str, *, of: frozenset[str] | None = None) -> str:
     """Replace a single value wherever a path leads to one.
 
     Args:
         text: YAML.
         path: keys from the top to the key of the value, as in `rename_key`.
         new: the new value, a plain word.
+        of: values that are replaced; None for any.
 
     Returns:
         The edited text.
@@ -77,7 +108,11 @@ def set_value(text: str, path: Sequence[str], new: str) -> str:
     Raises:
         UserError: `text` is not well-formed.
     """
-    nodes = [node for node in _nodes_at(parse(text), path) if isinstance(node, ScalarNode)]
+    nodes = [
+        node
+        for node in _nodes_at(parse(text), path)
+        if isinstance(node, ScalarNode) and (of is None or node.text in of)
+    ]
     return _edited(text, [(node.span, _quoted_like(node, new)) for node in nodes])
 
 
@@ -124,6 +159,17 @@ def _nodes_at(node: Node, path: Sequence[str]) -> Iterator[Node]:
         inner = list(node.items) if isinstance(node, SequenceNode) and head == EACH else []
     for child in inner:
         yield from _nodes_at(child, rest)
+
+
+def _mappings_below(node: Node) -> Iterator[MappingNode]:
+    if isinstance(node, MappingNode):
+        yield node
+        for key, value in node.entries:
+            if key.text != "inputs":
+                yield from _mappings_below(value)
+    elif isinstance(node, SequenceNode):
+        for item in node.items:
+            yield from _mappings_below(item)
 
 
 def _quoted_like(node: ScalarNode, new: str) -> str:

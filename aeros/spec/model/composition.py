@@ -1,8 +1,9 @@
 """Resolved composition graphs: steps over a module's skills, in sequence, in parallel and by condition.
 
-A graph consists of the parts of `step_graph`. A step runs its skill. After a failure outcome its handler
-runs, if it has one, and the step is tried again while `retry` lasts. After that, or when the handler fails
-for good, the whole composition stops as failed. `par` succeeds when all its branches have.
+A graph consists of the parts of `step_graph`. A step runs its skill. After a failure outcome the handler
+`between_tries` runs, if there is one, and the step is tried again while `retry` lasts. If that handler fails
+for good, or no try is left, the step has failed: the handler `on_failure` runs, if there is one, and then the
+whole composition stops as failed. `par` succeeds when all its branches have.
 """
 
 from __future__ import annotations
@@ -40,12 +41,15 @@ class Step:
 
     Attributes:
         id: name of the step in its composition.
-        skill: the skill.
+        skill: the skill, or a capability; `MODULE.NAME` if it is of another module.
         span: place in the manifest.
         inputs: constants in SI, with defaults.
         output_references: the output that each other input takes, by name of the input.
         retry: number of further tries after a failure.
-        on_failure: the handler run between two tries, `STOP_ON_FAILURE`, or None if nothing is declared.
+        between_tries: the handler that runs between two tries; None for none.
+        on_failure: the handler that runs after the last try has failed, `STOP_ON_FAILURE`, or None if nothing
+            is declared.
+        choices: the skills any of which may run, if `skill` is a capability.
     """
 
     id: str
@@ -53,13 +57,26 @@ class Step:
     inputs: Mapping[str, Any]
     output_references: Mapping[str, OutputReference]
     retry: int
+    between_tries: str | None
     on_failure: str | None
     span: SourceSpan
+    choices: tuple[str, ...] = ()
 
     @property
-    def handler(self) -> str | None:
-        """Name of the handler, if the step has one."""
+    def runs(self) -> tuple[str, ...]:
+        """The skills any of which may run."""
+        return self.choices or (self.skill,)
+
+    @property
+    def last_handler(self) -> str | None:
+        """Name of the handler that runs after the last try, if the step has one."""
         return None if self.on_failure == STOP_ON_FAILURE else self.on_failure
+
+    @property
+    def handlers(self) -> tuple[str, ...]:
+        """Names of the handlers that a failure may lead to directly, in the order in which they run."""
+        names = (self.between_tries, self.last_handler)
+        return tuple(dict.fromkeys(name for name in names if name is not None))
 
 
 Part: TypeAlias = step_graph.Part[Step]
@@ -97,8 +114,10 @@ def handlers_of(step: Step, handlers: Mapping[str, Step]) -> Iterator[Step]:
         Each of them once, in the order they run.
     """
     seen: set[str] = set()
-    name = step.handler
-    while name is not None and name not in seen:
-        seen.add(name)
-        yield handlers[name]
-        name = handlers[name].handler
+    pending = list(reversed(step.handlers))
+    while pending:
+        name = pending.pop()
+        if name not in seen:
+            seen.add(name)
+            yield handlers[name]
+            pending += reversed(handlers[name].handlers)

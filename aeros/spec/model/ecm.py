@@ -6,15 +6,18 @@ Only `elaborate` builds it; obligations, the gate and planners read it.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
 
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
-from aeros.spec.model.composition import Composition
+from aeros.spec.model.composition import Composition, Step
+from aeros.spec.model.models import ModuleModel
+from aeros.spec.model.perception import Perceiver
 from aeros.spec.model.policy import Access
 from aeros.spec.model.rules import Conjunct, Risk
+from aeros.spec.model.step_graph import map_graph_steps
 from aeros.spec.model.variables import Declared
 
 
@@ -79,6 +82,7 @@ class Skill:
         outputs: declared outputs by name.
         idempotent: by its author's word, running it twice does no more than running it once.
         hold_condition: condition that must be measured as long as it runs.
+        models: names of the models that it receives.
     """
 
     id: str
@@ -99,6 +103,7 @@ class Skill:
     outputs: Mapping[str, Declared] = field(default_factory=dict)
     idempotent: bool = False
     hold_condition: ActionCondition | None = None
+    models: tuple[str, ...] = ()
 
     @property
     def success_outcomes(self) -> tuple[Outcome, ...]:
@@ -116,7 +121,9 @@ class PlanningRule:
         skill: id of the skill.
         inputs: values of its inputs, SI.
         retry: number of further tries after a failure.
-        on_failure: skill that runs between two tries; None for none.
+        between_tries: skill that runs between two tries; None for none.
+        on_failure: skill that runs after the last try has failed, before the agent plans again; None for
+            none.
         span: place in the manifest.
     """
 
@@ -125,6 +132,7 @@ class PlanningRule:
     skill: str
     inputs: Mapping[str, Any]
     retry: int
+    between_tries: str | None
     on_failure: str | None
     span: SourceSpan
 
@@ -185,6 +193,34 @@ class Task:
 
 
 @dataclass(frozen=True)
+class Alternative:
+    """One way to do what a step names.
+
+    Attributes:
+        name: name of a skill or composition; `MODULE.NAME` for one of another module.
+        composition: the composition, whose steps are named as the caller names them; None for a skill.
+    """
+
+    name: str
+    composition: Composition | None = None
+
+
+@dataclass(frozen=True)
+class ForeignNames:
+    """The skills and capabilities of other modules that the steps of a module may name.
+
+    Attributes:
+        modules: required modules that were found, by name.
+        skills: their skills by `MODULE.SKILL`, whose ids are these names.
+        capabilities: alternatives by `MODULE.CAPABILITY`, and by the name of each required capability.
+    """
+
+    modules: Mapping[str, Ecm] = field(default_factory=dict)
+    skills: Mapping[str, Skill] = field(default_factory=dict)
+    capabilities: Mapping[str, tuple[Alternative, ...]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class Ecm:
     """Embodied Capability Module.  The fields `*span*` are places in the manifest.
 
@@ -206,7 +242,15 @@ class Ecm:
         access_span: place of its permissions.
         span: place of its name.
         compositions: compositions by id.
-        model_digests: SHA-256 of each file that a model or tool names, by its path in the module.
+        model_digests: SHA-256 of each file that a model names, by its path in the module.
+        models: its models by name.
+        state: its own state variables by full name, as in `kettle.water_hot`; the sensor of each is the full
+            name of the perceiver that provides it.
+        perceivers: perceivers by id.
+        capability_versions: version of each of its capabilities, by name.
+        required_capabilities: capabilities that it needs some module for, by name, with a PEP 440 specifier.
+        capability_spans: place of each of these.
+        foreign: skills and capabilities of other modules that its steps may name.
     """
 
     id: str
@@ -227,17 +271,79 @@ class Ecm:
     span: SourceSpan
     compositions: Mapping[str, Composition] = field(default_factory=dict)
     model_digests: Mapping[str, str] = field(default_factory=dict)
+    models: Mapping[str, ModuleModel] = field(default_factory=dict)
+    state: Mapping[str, Declared] = field(default_factory=dict)
+    perceivers: Mapping[str, Perceiver] = field(default_factory=dict)
+    capability_versions: Mapping[str, str] = field(default_factory=dict)
+    required_capabilities: Mapping[str, str] = field(default_factory=dict)
+    capability_spans: Mapping[str, SourceSpan] = field(default_factory=dict)
+    foreign: ForeignNames = field(default_factory=ForeignNames)
+
+    @property
+    def callable_skills(self) -> Mapping[str, Skill]:
+        """The skills that its steps may run: its own by name, others by `MODULE.SKILL`."""
+        return {**self.skills, **self.foreign.skills} if self.foreign.skills else self.skills
+
+    def alternatives(self, name: str) -> tuple[Alternative, ...]:
+        """Return the ways any of which may be taken where a step names a skill or a capability.
+
+        Args:
+            name: name of a skill or capability; `MODULE.NAME` for one of a required module.
+
+        Returns:
+            The alternatives; empty if there is nothing of that name.
+        """
+        if name in self.skills or name in self.foreign.skills:
+            return (Alternative(name),)
+        if name in self.capabilities:
+            names = self.capabilities[name]
+            if not all(one in self.skills or one in self.compositions for one in names):
+                return ()
+            return tuple(Alternative(one, self.compositions.get(one)) for one in names)
+        return self.foreign.capabilities.get(name, ())
 
     def providers(self, name: str) -> tuple[str, ...]:
         """Return the skills any of which may run where a step names a skill or a capability.
 
         Args:
-            name: name of a skill, or of a capability that skills alone provide.
+            name: name of a skill, or of a capability that skills alone provide; `MODULE.NAME` for one of a
+                required module.
 
         Returns:
-            Names of the skills; empty if `name` is neither.
+            Names of the skills, as in `callable_skills`; empty if `name` is neither.
         """
-        if name in self.skills:
-            return (name,)
-        providers = self.capabilities.get(name, ())
-        return providers if all(provider in self.skills for provider in providers) else ()
+        found = self.alternatives(name)
+        return tuple(one.name for one in found) if all(one.composition is None for one in found) else ()
+
+
+def owner_of(name: str, module: str) -> tuple[str, str]:
+    """Split the name by which a module calls a skill or capability.
+
+    Args:
+        name: a name of its own, or `MODULE.NAME`.
+        module: id of the calling module.
+
+    Returns:
+        The module that owns it, and its name there.
+    """
+    owner, dot, own_name = name.rpartition(".")
+    return (owner, own_name) if dot else (module, name)
+
+
+def as_seen_by_others(module: str, composition: Composition) -> Composition:
+    """Name the steps of a composition as another module names them.
+
+    Args:
+        module: id of the module that declares it.
+        composition: the composition.
+
+    Returns:
+        The composition with each skill as `MODULE.SKILL`.
+    """
+
+    def renamed(step: Step) -> Step:
+        names = tuple(".".join(owner_of(name, module)) for name in step.runs)
+        return replace(step, skill=".".join(owner_of(step.skill, module)), choices=names)
+
+    handlers = {name: renamed(step) for name, step in composition.handlers.items()}
+    return replace(composition, body=map_graph_steps(composition.body, renamed), handlers=handlers)

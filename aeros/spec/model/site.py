@@ -7,15 +7,17 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import AxisAlignedBox
 from aeros.spec.expr.types import EnumType
 from aeros.spec.model.motion import MotionPolicy
+from aeros.spec.model.perception import PerceptionPolicy, SiteCamera
 from aeros.spec.model.policy import (
     Access,
     Durability,
@@ -28,6 +30,9 @@ from aeros.spec.model.policy import (
 from aeros.spec.model.rules import ActionKind, JointRule, Risk, Rule
 from aeros.spec.model.variables import Declared, History
 
+if TYPE_CHECKING:
+    from aeros.spec.model.ecm import Ecm
+
 
 @dataclass(frozen=True)
 class Site:
@@ -36,7 +41,8 @@ class Site:
     Attributes:
         id: name of the site.
         digest: SHA-256 of its file, in hexadecimal.
-        enums, constants, volumes, state, kinds: the vocabulary, by name.
+        enums, constants, volumes, state, kinds: the vocabulary, by name.  A state variable whose name has a
+            `.` is of the module before it.
         rules, joint_rules: the invariants of Φ about one action and about two simultaneous actions.
         histories: conditions on past states that the rules use.
         access: actuators, sensors, channels and computing devices that exist.
@@ -55,6 +61,8 @@ class Site:
             file, as in `policy/limits/retries` and `resources/arm`.
         stops_on_undeclared_outcome: a task ends if a skill runs to its end with an outcome that it does not
             declare; otherwise the agent plans again.
+        cameras: cameras whose pictures perceivers may get, by name.
+        perception: rights of perceivers, and to what they measure.
     """
 
     id: str
@@ -82,11 +90,41 @@ class Site:
     isolation: IsolationPolicy = field(default_factory=IsolationPolicy)
     mcp: McpPolicy = field(default_factory=McpPolicy)
     stops_on_undeclared_outcome: bool = True
+    cameras: Mapping[str, SiteCamera] = field(default_factory=dict)
+    perception: PerceptionPolicy = field(default_factory=PerceptionPolicy)
 
     @cached_property
     def observed_variables(self) -> Mapping[str, Declared]:
-        """Variables of the state that rules may read: measured ones and histories of them."""
+        """Variables of the state that conditions may read: measured ones and histories of them."""
         return {**self.state, **{history.declared.name: history.declared for history in self.histories}}
+
+    @cached_property
+    def module_variables(self) -> frozenset[str]:
+        """Names of the state variables that modules measure; each counts only in decisions that read it."""
+        return frozenset(name for name in self.state if "." in name)
+
+    @cached_property
+    def rule_variables(self) -> Mapping[str, Declared]:
+        """Variables of the state that the invariants Φ may read: measured ones and histories of them."""
+        hidden = self.module_variables - self.perception.in_invariants
+        return {name: one for name, one in self.observed_variables.items() if name not in hidden}
+
+    def with_modules(self, modules: Iterable[Ecm]) -> Site:
+        """Replace the modules whose own state variables are part of the vocabulary.
+
+        The site's own declaration stands for a variable that it shares.
+
+        Args:
+            modules: the modules.
+
+        Returns:
+            The site with their variables, under the same digest; the same site if it has exactly these.
+        """
+        shared = self.perception.shared
+        state = {name: one for name, one in self.state.items() if "." not in name or name in shared}
+        for module in modules:
+            state |= {name: one for name, one in module.state.items() if name not in shared}
+        return self if state == self.state else replace(self, state=state)
 
     def access_of(self, module: str) -> Access:
         """Return everything that a module may be permitted to touch.

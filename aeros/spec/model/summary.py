@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -51,6 +51,10 @@ class ModuleSummary:
         runtime: `required_aeros_version` of its model.
         runtime_span: as in its model.
         model_digests: as in its model.
+        variables: names of its own state variables, without its own name.
+        capability_versions: as in its model.
+        required_capabilities: as in its model.
+        capability_spans: as in its model.
     """
 
     id: str
@@ -67,6 +71,15 @@ class ModuleSummary:
     runtime: str
     runtime_span: SourceSpan
     model_digests: Mapping[str, str]
+    variables: tuple[str, ...] = ()
+    capability_versions: Mapping[str, str] = field(default_factory=dict)
+    required_capabilities: Mapping[str, str] = field(default_factory=dict)
+    capability_spans: Mapping[str, SourceSpan] = field(default_factory=dict)
+
+    @property
+    def has_requirements(self) -> bool:
+        """True if it needs other modules, so that its proof may depend on them."""
+        return bool(self.requires or self.required_capabilities)
 
 
 @dataclass(frozen=True)
@@ -95,12 +108,14 @@ class SiteSummary:
         digest: as in its model.
         grants: modules that the site grants something, and where.
         blocks: operator overrides that name a module.
+        shared: variables of modules that the site shares, by full name, and where.
     """
 
     id: str
     digest: str
     grants: Mapping[str, SourceSpan]
     blocks: tuple[BlockSummary, ...]
+    shared: Mapping[str, SourceSpan] = field(default_factory=dict)
 
 
 def summarize_site(site: Site) -> SiteSummary:
@@ -121,6 +136,7 @@ def summarize_site(site: Site) -> SiteSummary:
             for block in site.blocks
             if block.module is not None
         ),
+        {name: one.span for name, one in site.perception.shared.items()},
     )
 
 
@@ -157,6 +173,10 @@ def summarize_module(ecm: Ecm) -> ModuleSummary:
         ecm.required_aeros_version,
         ecm.runtime_span,
         dict(ecm.model_digests),
+        tuple(name.partition(".")[2] for name in ecm.state),
+        dict(ecm.capability_versions),
+        dict(ecm.required_capabilities),
+        dict(ecm.capability_spans),
     )
 
 
@@ -180,7 +200,7 @@ def summary_to_json(summary: ModuleSummary | SiteSummary) -> Any:
     Returns:
         Plain values; a span is its start and end offset.
     """
-    return {field.name: _packed(getattr(summary, field.name)) for field in fields(summary)}
+    return {one.name: _packed(getattr(summary, one.name)) for one in fields(summary)}
 
 
 def _packed(value: Any) -> Any:
@@ -234,6 +254,8 @@ def module_summary_from_json(data: Any, manifest: Source) -> ModuleSummary:
             "effect_values": {name: frozenset(values) for name, values in data["effect_values"].items()},
             "requires_spans": {name: span(at) for name, at in data["requires_spans"].items()},
             "runtime_span": span(data["runtime_span"]),
+            "variables": tuple(data["variables"]),
+            "capability_spans": {name: span(at) for name, at in data["capability_spans"].items()},
         }
     )
 
@@ -262,4 +284,5 @@ def site_summary_from_json(data: Any, file: Source) -> SiteSummary:
             BlockSummary(id_, module, skill, SourceSpan(file, *at))
             for id_, module, skill, *at in data["blocks"]
         ),
+        {name: SourceSpan(file, *at) for name, at in data["shared"].items()},
     )

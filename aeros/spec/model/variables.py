@@ -37,6 +37,8 @@ class Declared:
         default_value: default of an input, in SI; None if a step must give it.
         range_span: place of the declared bounds.
         known_facts: conditions that hold of it in every state, in addition to its range.
+        uncertainty: greatest standard uncertainty (SI) of a value that a perceiver measured; a less certain
+            value is unknown. None if values have none, and for variables of a site.
     """
 
     variable: t.Variable
@@ -48,6 +50,7 @@ class Declared:
     default_value: Any = None
     range_span: SourceSpan | None = None
     known_facts: tuple[t.Term, ...] = ()
+    uncertainty: Fraction | None = None
 
     @property
     def name(self) -> str:

@@ -222,17 +222,24 @@ class ClaimForm:
     VERSIONS_AGREE = ClaimPattern("configuration/dependency/{module}")
     GRANT_IS_USED = ClaimPattern("configuration/grant/{module}")
     BLOCK_IS_USED = ClaimPattern("configuration/block/{block}")
+    SHARED_IS_USED = ClaimPattern("configuration/shared/{variable}")
 
     # The AEROS version and the other modules that a module needs.
     RUNTIME_SUITS = ClaimPattern("dependencies/runtime")
     DEPENDENCIES_ACYCLIC = ClaimPattern("dependencies/acyclic")
     DEPENDENCY_MET = ClaimPattern("dependencies/{module}")
+    CAPABILITY_PROVIDED = ClaimPattern("dependencies/capability/{capability}")
 
     # Skill code.
     CODE_REACHES_NOTHING = ClaimPattern("form/code/{path}")
     CODE_ASKS_PLAINLY = ClaimPattern("form/code/{path}/asking")
     ENTRY_POINT = ClaimPattern("form/{skill}/entry")
     SKILL_ASKS_WITHIN_ENVELOPE = ClaimPattern("form/{skill}/asks")
+    PERCEIVER_ENTRY_POINT = ClaimPattern("form/perceiver/{perceiver}/entry")
+
+    # Models of a module.
+    MODEL_INTERFACE = ClaimPattern("models/{model}/interface")
+    MODEL_BOUND = ClaimPattern("models/{model}/bound/{bound}")
 
     # Permissions of a module.
     ACCESS_GRANTED = ClaimPattern("permission/access/{device}")
@@ -245,6 +252,7 @@ class ClaimForm:
     SKILL_SENSORS_PERMITTED = ClaimPattern("permission/{skill}/sensors")
     TASK_SENSORS_PERMITTED = ClaimPattern("permission/task/{task}/sensors")
     COMPOSITION_SENSORS_PERMITTED = ClaimPattern("permission/composition/{composition}/sensors")
+    PERCEIVER_SENSORS_PERMITTED = ClaimPattern("permission/perceiver/{perceiver}/sensors")
     ENVELOPE_ACTUATORS_DECLARED = ClaimPattern("permission/{skill}/{action}/actuators")
     ENVELOPE_PERMITTED = ClaimPattern("permission/{skill}/{action}")
 

@@ -19,7 +19,8 @@ from collections.abc import Iterator
 from aeros.spec.closed_loop.reachability import ReachableStates, explore_task
 from aeros.spec.closed_loop.transition_system import StateSpaceError
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
-from aeros.spec.model.ecm import Ecm, Task, TaskInvariant
+from aeros.spec.diagnostics.source import SourceSpan
+from aeros.spec.model.ecm import Ecm, PlanningRule, Task, TaskInvariant
 from aeros.spec.model.site import Site
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.verdicts import StaticClaim
@@ -54,18 +55,28 @@ def _rule_never_dispatched(ecm: Ecm, explored: ReachableStates) -> Diagnostic | 
         blocked = explored.system.blocked_step(node)
         if blocked is not None:
             rule, skill = blocked
-            precondition = ecm.skills[skill].precondition
+            spans = _precondition_spans(ecm, rule, skill)
             called = f"`{skill}`" if skill == rule.skill else f"`{skill}`, which provides `{rule.skill}`,"
             return Diagnostic(
                 "AE801",
                 f"the rules of `{explored.system.task.id}` call {called} "
                 "where its precondition does not hold",
                 SpanLabel(rule.span, "called here"),
-                () if precondition is None else (SpanLabel(precondition.span, "does not hold then"),),
+                tuple(SpanLabel(span, "does not hold then") for span in spans),
                 notes=(explored.trace(node),),
                 help=("put a rule before it that makes the precondition true, or weaken the precondition",),
             )
     return None
+
+
+def _precondition_spans(ecm: Ecm, rule: PlanningRule, name: str) -> Iterator[SourceSpan]:
+    """Yield the place of the precondition of an alternative, if it has one."""
+    for one in ecm.alternatives(rule.skill):
+        if one.name == name and one.composition is not None and one.composition.precondition_span is not None:
+            yield one.composition.precondition_span
+        elif one.name == name and one.composition is None:
+            clause = ecm.callable_skills[name].precondition
+            yield from () if clause is None else (clause.span,)
 
 
 def _goal_unreachable(explored: ReachableStates) -> Diagnostic | None:
@@ -84,20 +95,28 @@ def _goal_unreachable(explored: ReachableStates) -> Diagnostic | None:
             *([f"there, {rejection}"] if rejection else []),
             *(["if a step names a capability, the same skill of it may run each time"] if chosen else []),
         ),
-        help=("add a rule, or an `on_failure`, that leads out of that state",),
+        help=("add a rule, a `between_tries` or an `on_failure` that leads out of that state",),
     )
 
 
 def _invariant_violated(invariant: TaskInvariant, explored: ReachableStates) -> Diagnostic | None:
     holds = explored.system.condition(invariant.term)
     node = next((node for node in explored.graph if not holds(node.state)), None)
-    if node is None:
+    on_the_way = next((one for one in explored.through.items() if not holds(one[0])), None)
+    if node is None and on_the_way is None:
         return None
+    trace = ""
+    if node is not None:
+        trace = explored.trace(node)
+    elif on_the_way is not None:
+        state, (before, label) = on_the_way
+        name = label.partition(" → ")[0]
+        trace = f"{explored.trace(before)}\n{name}, on its way\nthen {explored.format_state(state)}"
     return Diagnostic(
         "AE804",
         f"`{invariant.id}` does not hold throughout `{explored.system.task.id}`",
         SpanLabel(invariant.span, "does not hold then"),
-        notes=(explored.trace(node),),
+        notes=(trace,),
         help=("strengthen the preconditions of the skills on that path, or weaken the invariant",),
     )
 
@@ -111,7 +130,7 @@ def _analysis_undecided(task: Task, reason: str) -> Diagnostic:
         "AE803",
         f"undecided, so refused: the planning rules of `{task.id}` were not analysed: {reason}",
         SpanLabel(task.span),
-        help=("declare a state variable of type bool for the condition in the site, and use that",),
+        help=("declare a state variable of type bool for the condition, in site or module, and use that",),
     )
 
 

@@ -54,8 +54,8 @@ def composition_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Stati
         Claims settled at once, and obligations for the solver.
     """
     for composition in ecm.compositions.values():
-        yield from _failures_handled(composition, ecm.skills)
-        yield from data_obligations(composition, ecm.skills)
+        yield from _failures_handled(composition, ecm.callable_skills)
+        yield from data_obligations(composition, ecm.callable_skills)
         cycle = handler_cycle(composition)
         acyclic = ClaimForm.HANDLERS_ACYCLIC(composition.id)
         yield StaticClaim(acyclic, _cycle(composition, cycle) if cycle else None)
@@ -81,9 +81,10 @@ def composition_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Stati
 
 def _failures_handled(composition: Composition, skills: Mapping[str, Skill]) -> Iterator[StaticClaim]:
     for step in steps_of(composition.body):
-        skill = skills[step.skill]
-        failures = [one.id for one in skill.outcomes.values() if one.failure and one.probability != 0]
-        failures += [] if skill.hold_condition is None else [HOLD_LOST]
+        failures: list[str] = []
+        for skill in (skills[name] for name in step.runs):
+            failures += [one.id for one in skill.outcomes.values() if one.failure and one.probability != 0]
+            failures += [] if skill.hold_condition is None else [HOLD_LOST]
         handled = not failures or step.retry > 0 or step.on_failure is not None
         yield StaticClaim(
             ClaimForm.STEP_FAILURE_HANDLED(composition.id, step.id),
@@ -93,7 +94,7 @@ def _failures_handled(composition: Composition, skills: Mapping[str, Skill]) -> 
                 "AE854",
                 f"`{step.id}` may fail, and the composition does not say how to continue",
                 SpanLabel(step.span, "may end as " + ", ".join(f"`{name}`" for name in failures)),
-                help=("add `on_failure: stop`, or `retry` and a handler under `on_failure`",),
+                help=("add `on_failure: stop`, or `retry` with a handler under `between_tries`",),
             ),
         )
 
@@ -105,7 +106,7 @@ def _cycle(composition: Composition, cycle: list[str]) -> Diagnostic:
         "handlers lead back to each other: " + " → ".join(f"`{name}`" for name in cycle),
         SpanLabel(composition.handlers[first].span, "a failure here leads to the next handler"),
         tuple(SpanLabel(composition.handlers[name].span, "and here") for name in others),
-        help=("remove `on_failure` from one of them: its failure then stops the composition",),
+        help=("let the failure of one of them stop the composition: remove its handler",),
     )
 
 
@@ -121,38 +122,42 @@ def _path_obligations(composition: Composition, ecm: Ecm, site: Site) -> Iterato
             f"`{composition.id}` could never start: no state satisfies its precondition",
             SpanLabel(composition.precondition_span, "never true"),
         )
-    paths = explore_paths(composition, ecm.skills, site.state)
+    skills = ecm.callable_skills
+    paths = explore_paths(composition, skills, site.state)
     steps = {step.id: step for step in steps_of(composition.body)}
     listed = [(id_, _STEP, id_, step) for id_, step in steps.items()]
     listed += [(f"handler/{id_}", _HANDLER, id_, step) for id_, step in composition.handlers.items()]
     for visited, (reachable, ready, ready_case), id_, step in listed:
         visits = paths.states_at_steps.get(visited, {})
         yield _reachable(reachable(composition.id, id_), composition, step, visits, states)
-        skill = ecm.skills[step.skill]
-        if skill.precondition is None:
-            continue
-        arguments = step_arguments(step, steps, ecm.skills)
-        yield from _obligation_per_state(
-            (ready, ready_case),
-            (composition.id, id_),
-            t.substitute(skill.precondition.term, arguments.terms),
-            visits,
-            site.state,
-            _obligation(
-                "AE851",
-                f"`{step.id}` may start where its precondition does not hold",
-                SpanLabel(step.span, "started here"),
-                SpanLabel(skill.precondition.span, "may not hold then"),
-                "add a step before it that makes the precondition true, or declare it for the composition",
-                (*states, *arguments.variables),
-            ),
-            [
-                LabelledConjunct(
-                    t.substitute(part.term, arguments.terms), SpanLabel(part.span, "may not hold then")
-                )
-                for part in skill.precondition.conjuncts
-            ],
-        )
+        for name in step.runs:
+            clause = skills[name].precondition
+            if clause is None:
+                continue
+            arguments = step_arguments(step, steps, skills, name)
+            shown = f"`{step.id}`" if len(step.runs) == 1 else f"`{name}`, which `{step.id}` may run,"
+            yield from _obligation_per_state(
+                (ready, ready_case),
+                (composition.id, id_ if len(step.runs) == 1 else f"{id_}-{name}"),
+                t.substitute(clause.term, arguments.terms),
+                visits,
+                site.state,
+                _obligation(
+                    "AE851",
+                    f"{shown} may start where its precondition does not hold",
+                    SpanLabel(step.span, "started here"),
+                    SpanLabel(clause.span, "may not hold then"),
+                    "add a step before it that makes the precondition true, or declare it for the "
+                    "composition",
+                    (*states, *arguments.variables),
+                ),
+                [
+                    LabelledConjunct(
+                        t.substitute(part.term, arguments.terms), SpanLabel(part.span, "may not hold then")
+                    )
+                    for part in clause.conjuncts
+                ],
+            )
     conditions = [part for part in walk_parts(composition.body) if isinstance(part, If)]
     for number, part in enumerate(conditions, 1):
         if part.otherwise is None:

@@ -7,7 +7,13 @@ name `m`.  No other module occurs in it.  Other modules can only cause more deni
 are shared.  So the claims are about the meaning of names:
 
 - identity: no two modules have one name, as the second would get the permissions granted to the first;
-- absent: a grant or block for a name that is not in the set would apply to any module that takes that name.
+- absent: a grant or block for a name that is not in the set would apply to any module that takes that name,
+  and so would the sharing of its variables.
+
+Nor does a module's own state variable change a decision about another.  Its full name begins with the name of
+its module, which is unique, and no name of a site has a `.`.  Φ and the conditions of other modules read it
+only where the site shares it, under the site's own declaration.  The gate takes no notice of a module's
+variable that no condition of the decision reads (`proofs/name_spaces`).
 
 Routing: an instruction that names one task can be distinguished from those that name another.  Skills are
 addressed by module and skill, so equal skill names do not collide.  Dependencies: every requirement is met
@@ -51,8 +57,10 @@ def configuration_obligations(ecms: Sequence[ModuleSummary], site: SiteSummary) 
         yield StaticClaim(ClaimForm.MODULE_UNIQUE(name), _duplicate_module(same) if len(same) > 1 else None)
     yield from _routing(ecms)
     provided = _group_by_key((capability, ecm) for ecm in ecms for capability in ecm.capabilities)
+    required = {capability for ecm in ecms for capability in ecm.required_capabilities}
     for capability, providers in provided.items():
-        twice = _same_capability(capability, providers) if len(providers) > 1 else None
+        is_choice = capability in required  # which of them runs is the choice of the agent
+        twice = _same_capability(capability, providers) if len(providers) > 1 and not is_choice else None
         yield StaticClaim(ClaimForm.CAPABILITY_UNIQUE(capability), twice)
     yield from _effects(ecms)
     yield from _dependencies(ecms)
@@ -206,6 +214,14 @@ def _unknown_policy_names(ecms: Sequence[ModuleSummary], site: SiteSummary) -> I
             "a module that takes this name gets the access: remove the grant until a module needs it",
         )
         yield StaticClaim(ClaimForm.GRANT_IS_USED(name), None if name in skills else warning)
+    for name, span in site.shared.items():
+        module = name.partition(".")[0]
+        warning = _missing_module(
+            f"the site shares `{name}`, but `{module}` is not in this set, so the value is never known",
+            span,
+            "install the module, or remove the entry until there is one",
+        )
+        yield StaticClaim(ClaimForm.SHARED_IS_USED(name), None if module in skills else warning)
     for block in site.blocks:
         is_present = block.module in skills and (block.skill is None or block.skill in skills[block.module])
         named = block.module if block.skill is None else f"{block.module}.{block.skill}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
+from itertools import product
 
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.expr.units import Unit, format_number
@@ -20,7 +21,7 @@ def data_obligations(composition: Composition, skills: Mapping[str, Skill]) -> I
 
     Args:
         composition: the composition.
-        skills: skills of the module by name.
+        skills: skills that the module may run, by name.
 
     Yields:
         Two claims for each such input: the output is available, and it fits.
@@ -30,15 +31,24 @@ def data_obligations(composition: Composition, skills: Mapping[str, Skill]) -> I
     steps = {step.id: step for step in steps_of(composition.body)}
     for step in steps.values():
         for name, flow in step.output_references.items():
-            input_ = skills[step.skill].inputs[name]
-            output = skills[steps[flow.step].skill].outputs[flow.output]
+            faults = [
+                fault
+                for run, source in product(step.runs, steps[flow.step].runs)
+                if name in skills[run].inputs
+                if (
+                    fault := _type_mismatch(
+                        name, flow, skills[source].outputs[flow.output], skills[run].inputs[name]
+                    )
+                )
+                is not None
+            ]
             available_before = flow.step in available[step.id]
             about = composition.id, step.id, name
             yield StaticClaim(
                 ClaimForm.INPUT_AVAILABLE(*about),
                 None if available_before else _output_unavailable(step, flow, steps),
             )
-            yield StaticClaim(ClaimForm.INPUT_FITS(*about), _type_mismatch(name, flow, output, input_))
+            yield StaticClaim(ClaimForm.INPUT_FITS(*about), faults[0] if faults else None)
 
 
 def _steps_succeeded(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 import aeros
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
@@ -44,11 +44,15 @@ def dependency_obligations(
         co_installed: the modules that its dependencies may refer to, by name.
 
     Yields:
-        A claim for each dependency, and one that dependencies have no cycle.
+        A claim for each module and each capability that it needs, and one that dependencies have no cycle.
     """
     for name, specifier in ecm.requires.items():
         yield StaticClaim(
             ClaimForm.DEPENDENCY_MET(name), _unmet_dependency(ecm, name, specifier, co_installed)
+        )
+    for name, specifier in ecm.required_capabilities.items():
+        yield StaticClaim(
+            ClaimForm.CAPABILITY_PROVIDED(name), _unprovided_capability(ecm, name, specifier, co_installed)
         )
     cycle = _dependency_cycle(ecm, co_installed)
     yield StaticClaim(
@@ -76,6 +80,38 @@ def _unmet_dependency(
             "AE302", f"`{ecm.id}` needs `{name}` {specifier}, but found version {module.version}", label
         )
     return None
+
+
+def providers_of(capability: str, modules: Iterable[ModuleSummary]) -> list[tuple[str, str]]:
+    """List the modules that provide a capability.
+
+    Args:
+        capability: name of the capability.
+        modules: the modules to look at.
+
+    Returns:
+        Pairs of a module's name and the capability's version, sorted.
+    """
+    return sorted(
+        (one.id, one.capability_versions[capability])
+        for one in modules
+        if capability in one.capability_versions
+    )
+
+
+def _unprovided_capability(
+    ecm: ModuleSummary, name: str, specifier: str, co_installed: Mapping[str, ModuleSummary]
+) -> Diagnostic | None:
+    label = SpanLabel(ecm.capability_spans[name])
+    found = providers_of(name, co_installed.values())
+    if any(is_compatible_version(specifier, version) for _, version in found):
+        return None
+    needs = f"`{ecm.id}` needs the capability `{name}` {specifier}"
+    if not found:
+        help_ = f"add a module with `{name}` under `capabilities`"
+        return Diagnostic("AE305", f"{needs}, which no module here provides", label, help=(help_,))
+    listed = ", ".join(f"`{module}` provides {version}" for module, version in found)
+    return Diagnostic("AE306", f"{needs}, but {listed}", label, help=("use another version of one of them",))
 
 
 def _dependency_cycle(ecm: ModuleSummary, co_installed: Mapping[str, ModuleSummary]) -> list[str]:

@@ -1,12 +1,15 @@
-"""Claims about the entry points of skills, settled by reading the code: nothing is imported or run."""
+"""Claims about the entry points of skills and perceivers, settled by reading the code: nothing is run."""
 
 from __future__ import annotations
 
 import ast
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Final
 
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel, did_you_mean
-from aeros.spec.model.ecm import Ecm, Skill
+from aeros.spec.diagnostics.source import SourceSpan
+from aeros.spec.model.ecm import Ecm
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.skill_syntax.skill_source import SkillFile, UnreadableCodeError
 from aeros.spec.obligations.verdicts import StaticClaim
@@ -17,23 +20,86 @@ _Function = ast.FunctionDef | ast.AsyncFunctionDef
 def entry_point_obligations(
     ecm: Ecm, files: Mapping[str, SkillFile | UnreadableCodeError]
 ) -> Iterator[StaticClaim]:
-    """Claim that every skill's entry point exists and is a generator function of two arguments.
+    """Claim that every entry point exists and is a generator function of the arguments that it gets.
+
+    A skill's function takes the observation and the inputs, and the models if the skill declares any; a
+    perceiver's takes the view.  A file has entry
+    points of skills or of perceivers, never of both: their code may use different names.
 
     Args:
         ecm: the module.
         files: the module's Python files by path relative to its folder.
 
     Yields:
-        A claim for each skill.
+        A claim for each skill and each perceiver.
     """
     for skill in ecm.skills.values():
-        yield StaticClaim(ClaimForm.ENTRY_POINT(skill.id), _entry_point_error(skill, files))
+        kind = _SKILL_WITH_MODELS if skill.models else _SKILL
+        found = _entry_point_error(skill.module_name, skill.function, skill.entry_span, files, kind)
+        yield StaticClaim(ClaimForm.ENTRY_POINT(skill.id), found)
+    of_skills = {skill.module_name: skill for skill in ecm.skills.values()}
+    for one in ecm.perceivers.values():
+        found = _entry_point_error(one.module_name, one.function, one.entry_span, files, _PERCEIVER)
+        if found is None and one.module_name in of_skills:
+            found = Diagnostic(
+                "AE123",
+                f"`{one.module_name}.py` has entry points of skills, and of the perceiver `{one.id}`",
+                SpanLabel(one.entry_span),
+                (SpanLabel(of_skills[one.module_name].entry_span, "a skill's"),),
+                help=("put the perceivers into a file of their own, which may import numpy",),
+            )
+        yield StaticClaim(ClaimForm.PERCEIVER_ENTRY_POINT(one.id), found)
+
+
+@dataclass(frozen=True)
+class _EntryKind:
+    """Form of an entry point: its arguments, and the words about it.
+
+    Attributes:
+        arguments: number of arguments.
+        described: the arguments in words.
+        example: signature of such a function; `{}` stands for its name.
+        lack: a function that is no generator cannot do this.
+        advice: advice on how to write a generator.
+    """
+
+    arguments: int
+    described: str
+    example: str
+    lack: str
+    advice: str
+
+
+_SKILL: Final = _EntryKind(
+    2,
+    "the observation and the inputs",
+    "def {}(observed: Observation, inputs: Inputs) -> SkillBody: ...",
+    "it could ask for no action",
+    "`yield act(...)` each action and receive the observation measured after it",
+)
+_SKILL_WITH_MODELS: Final = replace(
+    _SKILL,
+    arguments=3,
+    described="the observation, the inputs and the models",
+    example="def {}(observed: Observation, inputs: Inputs, models: Models) -> SkillBody: ...",
+)
+_PERCEIVER: Final = _EntryKind(
+    1,
+    "the view",
+    "def {}(view: View) -> Perception: ...",
+    "it could measure only once",
+    "`yield` the values by name and receive the next view",
+)
 
 
 def _entry_point_error(
-    skill: Skill, files: Mapping[str, SkillFile | UnreadableCodeError]
+    module: str,
+    name: str,
+    at: SourceSpan,
+    files: Mapping[str, SkillFile | UnreadableCodeError],
+    kind: _EntryKind,
 ) -> Diagnostic | None:
-    path, label = f"{skill.module_name}.py", SpanLabel(skill.entry_span)
+    path, label = f"{module}.py", SpanLabel(at)
     file = files.get(path)
     if file is None:
         near = did_you_mean(path, files)
@@ -42,33 +108,33 @@ def _entry_point_error(
     if isinstance(file, UnreadableCodeError):
         return Diagnostic("AE123", f"`{path}` is not plain Python: {file}", label)
     functions = _functions(file.tree)
-    function = functions.get(skill.function)
+    function = functions.get(name)
     if function is None:
-        near = did_you_mean(skill.function, functions)
+        near = did_you_mean(name, functions)
         help_ = (f"did you mean `{near}`?",) if near else ()
-        return Diagnostic("AE123", f"`{path}` has no function `{skill.function}`", label, help=help_)
+        return Diagnostic("AE123", f"`{path}` has no function `{name}`", label, help=help_)
     if isinstance(function, ast.AsyncFunctionDef) or not _is_generator(function):
         return Diagnostic(
             "AE124",
-            f"`{skill.function}` is not a generator, so it could ask for no action",
+            f"`{name}` is not a generator, so {kind.lack}",
             label,
             notes=(f"it is defined at line {function.lineno} of `{path}`",),
-            help=("`yield act(...)` each action and receive the observation measured after it",),
+            help=(kind.advice,),
         )
     if function.decorator_list:
         return Diagnostic(
             "AE124",
-            f"`{skill.function}` is decorated, so another function may run in its place",
+            f"`{name}` is decorated, so another function may run in its place",
             label,
             help=("remove the decorator",),
         )
     arguments = function.args
-    if len(arguments.posonlyargs) + len(arguments.args) != 2 or arguments.kwonlyargs:
+    if len(arguments.posonlyargs) + len(arguments.args) != kind.arguments or arguments.kwonlyargs:
         return Diagnostic(
             "AE124",
-            f"`{skill.function}` does not take the observation and the inputs",
+            f"`{name}` does not take {kind.described}",
             label,
-            help=(f"def {skill.function}(observed: Observation, inputs: Inputs) -> SkillBody: ...",),
+            help=(kind.example.format(name),),
         )
     return None
 

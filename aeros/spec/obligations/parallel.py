@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations, product
 
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
@@ -40,7 +40,7 @@ def parallel_obligations(
     """
     pars = [part for part in walk_parts(composition.body) if isinstance(part, Par)]
     for number, par in enumerate(pars, 1):
-        claims = _BranchPairClaims(number, par, composition, ecm.skills, site)
+        claims = _BranchPairClaims(number, par, composition, ecm.callable_skills, site)
         claimed: set[frozenset[str]] = set()
         yield from claims.resources()
         for first, second in combinations(par.branches, 2):
@@ -123,8 +123,9 @@ class _BranchPairClaims:
         return next((step for step in steps_of(branch) if resource in self._resources(step)), None)
 
     def _possible_steps(self, step: Step) -> tuple[Step, ...]:
-        """Return `step`, and the handlers that may run in its place."""
-        return (step, *handlers_of(step, self.composition.handlers))
+        """Return `step`, and the handlers that may run in its place, once for each skill that may run."""
+        steps = (step, *handlers_of(step, self.composition.handlers))
+        return tuple(replace(one, skill=run, choices=()) for one in steps for run in one.runs)
 
     def _all_possible_steps(self, branch: Part) -> list[Step]:
         return [run for step in steps_of(branch) for run in self._possible_steps(step)]
@@ -213,7 +214,10 @@ class _BranchPairClaims:
     def _concurrent_steps(self, branch: Part) -> Iterator[ConcurrentStep]:
         sources = {step.id: step for step in steps_of(self.composition.body)}
         for step in self._all_possible_steps(branch):
-            name = step.id if sources.get(step.id) is step else f"handler-{step.id}"
+            written = sources.get(step.id)
+            is_in_body = written is not None and step.skill in written.runs and written.span == step.span
+            name = step.id if is_in_body else f"handler-{step.id}"
+            name += f"-{step.skill}" if is_in_body and len(sources[step.id].runs) > 1 else ""
             yield ConcurrentStep(
                 name, step, self.skills[step.skill], step_arguments(step, sources, self.skills)
             )

@@ -12,6 +12,7 @@ from aeros.spec.diagnostics.codes import Diagnostic, Severity, SpanLabel
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
 from aeros.spec.model.ecm import Ecm, Skill
+from aeros.spec.model.perception import Perceiver
 from aeros.spec.model.rules import Risk
 from aeros.spec.model.site import Site
 from aeros.spec.model.step_graph import If, walk_parts
@@ -51,6 +52,8 @@ def permission_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Static
         yield _actuators_permitted(ecm, skill)
         yield _actuators_reserved(site, skill)
         yield _sensors_permitted(ecm, site, skill)
+    for perceiver in ecm.perceivers.values():
+        yield _perceiver_sensors_permitted(ecm, site, perceiver)
     for task in ecm.tasks.values():
         read = [(task.goal, ecm.span), *((rule.satisfied_condition, rule.span) for rule in task.rules)]
         read += [(invariant.term, invariant.span) for invariant in task.invariants]
@@ -206,10 +209,15 @@ def _sensors_permitted(ecm: Ecm, site: Site, skill: Skill) -> StaticClaim:
 def _reads_permitted(
     claim_id: ClaimId, ecm: Ecm, site: Site, read: Iterable[tuple[t.Term, SourceSpan]]
 ) -> StaticClaim:
-    """Claim that every state variable that is read comes from a sensor the module may use."""
+    """Claim that every state variable that is read comes from a sensor the module may use.
+
+    Its own variables come from its perceivers, whose sensors are claimed apart.  It can read variables of
+    other modules only if the site shares them.
+    """
     for term, span in read:
         for name, variable in t.variables_of(term).items():
-            sensor = site.state[name].sensor if variable.role is t.VariableRole.STATE else None
+            is_measured = variable.role is t.VariableRole.STATE and "." not in name
+            sensor = site.state[name].sensor if is_measured else None
             if sensor is not None and sensor not in ecm.requested_access.sensors:
                 diagnostic = Diagnostic(
                     "AE405",
@@ -219,6 +227,26 @@ def _reads_permitted(
                 )
                 return StaticClaim(claim_id, diagnostic)
     return StaticClaim(claim_id, None)
+
+
+def _perceiver_sensors_permitted(ecm: Ecm, site: Site, perceiver: Perceiver) -> StaticClaim:
+    """Claim that a perceiver's pictures and readings come from sensors that the module may use."""
+    used = [(f"pictures of `{one.camera}`", site.cameras[one.camera].sensor) for one in perceiver.pictures]
+    for name in perceiver.readings:
+        sensor = None if "." in name else site.state[name].sensor
+        used += [] if sensor is None else [(f"`{name}`", sensor)]
+    excess = next((one for one in used if one[1] not in ecm.requested_access.sensors), None)
+    what, sensor = excess or ("", "")
+    return _static_claim(
+        ClaimForm.PERCEIVER_SENSORS_PERMITTED(perceiver.id),
+        excess is None,
+        Diagnostic(
+            "AE405",
+            f"`{perceiver.id}` gets {what}, which come from `{sensor}`; `{ecm.id}` may not use it",
+            SpanLabel(perceiver.span),
+            help=(f"add `{sensor}` to `permissions.sensors`",),
+        ),
+    )
 
 
 def _warn_of_blocks(ecm: Ecm, site: Site) -> Iterator[StaticClaim]:

@@ -1,4 +1,4 @@
-"""Claims about the actions and the imports of skill code, settled by reading it: nothing is imported or run.
+"""Claims about the actions and the imports of module code, settled by reading it: nothing is imported or run.
 
 Every action that a skill asks for is of a kind in its envelope and is written with that kind's parameters.
 The code is written in the part of Python that `allowed_syntax` lists, in which nothing reaches outside.
@@ -16,10 +16,16 @@ from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel, did_you_mean
 from aeros.spec.model.ecm import Ecm, Skill
 from aeros.spec.model.site import Site
 from aeros.spec.obligations.claim_id import ClaimForm
-from aeros.spec.obligations.skill_syntax.allowed_names import GENERIC_TYPES, SKILL_INTERFACE
+from aeros.spec.obligations.skill_syntax.allowed_names import (
+    GENERIC_TYPES,
+    SKILL_INTERFACE,
+    SKILL_NAMES,
+    AllowedNames,
+)
 from aeros.spec.obligations.skill_syntax.allowed_syntax import first_refusal
 from aeros.spec.obligations.skill_syntax.bound_names import bound_names, names_bound_by, parts_in_same_scope
 from aeros.spec.obligations.skill_syntax.changed_values import first_change_of_actions
+from aeros.spec.obligations.skill_syntax.perceiver_names import PERCEIVER_NAMES
 from aeros.spec.obligations.skill_syntax.skill_source import Located, SkillFile, UnreadableCodeError
 from aeros.spec.obligations.verdicts import StaticClaim
 
@@ -44,6 +50,7 @@ def skill_code_obligations(
     Yields:
         The claims, settled.
     """
+    perceiving = {f"{perceiver.module_name}.py" for perceiver in ecm.perceivers.values()}
     for path, file in files.items():
         if isinstance(file, UnreadableCodeError):
             name, help_ = Path(ecm.folder) / path, ("write it as plain UTF-8",)
@@ -52,7 +59,10 @@ def skill_code_obligations(
             )
             yield StaticClaim(ClaimForm.CODE_REACHES_NOTHING(path), found)
             continue
-        yield StaticClaim(ClaimForm.CODE_REACHES_NOTHING(path), _no_forbidden_access(ecm, file))
+        allowed = PERCEIVER_NAMES if path in perceiving else SKILL_NAMES
+        yield StaticClaim(ClaimForm.CODE_REACHES_NOTHING(path), _no_forbidden_access(ecm, file, allowed))
+        if path in perceiving:
+            continue
         yield StaticClaim(ClaimForm.CODE_ASKS_PLAINLY(path), _action_calls_are_readable(file))
         for skill in ecm.skills.values():
             if path == f"{skill.module_name}.py":
@@ -62,15 +72,15 @@ def skill_code_obligations(
                 )
 
 
-def _no_forbidden_access(ecm: Ecm, file: SkillFile) -> Diagnostic | None:
-    """Report the first place that is not on the allow-list of skill code."""
-    refusal = first_refusal(file.tree)
+def _no_forbidden_access(ecm: Ecm, file: SkillFile, allowed: AllowedNames) -> Diagnostic | None:
+    """Report the first place that is not on the allow-list of this kind of code."""
+    refusal = first_refusal(file.tree, allowed)
     if refusal is None:
         return None
     return Diagnostic(
         "AE134",
-        f"skill code of `{ecm.id}` {refusal.description}",
-        SpanLabel(file.span(refusal.node), "a skill only yields actions and receives observations"),
+        f"{allowed.kind} code of `{ecm.id}` {refusal.description}",
+        SpanLabel(file.span(refusal.node), allowed.task),
         help=(refusal.help,),
     )
 

@@ -45,13 +45,22 @@ class StaticClaim:
     Attributes:
         id: identity of the claim.
         diagnostic: report of the failure or a warning; None iff nothing is to be reported.
+        engine: what decided it and its version, where it is neither AEROS's own reading nor the solver.
+        runtime_checked_rule: what is checked at run time instead; None where nothing is.
     """
 
     id: ClaimId
     diagnostic: Diagnostic | None
+    engine: str = ""
+    runtime_checked_rule: str | None = None
 
     @property
     def verdict(self) -> Verdict:
-        """REFUTED iff its diagnostic is an error; a warning informs and refutes nothing."""
+        """REFUTED iff its diagnostic is an error; a warning informs and refutes nothing.
+
+        UNKNOWN where it was not decided (AE509), or is left to a check at run time.
+        """
+        if self.runtime_checked_rule is not None or (self.diagnostic and self.diagnostic.code == "AE509"):
+            return Verdict.UNKNOWN
         refuted = self.diagnostic is not None and self.diagnostic.severity is Severity.ERROR
         return Verdict.REFUTED if refuted else Verdict.PROVED

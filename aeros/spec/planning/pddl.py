@@ -177,7 +177,8 @@ class _PddlWriter:
         return self._atom(name, value) if value in self._values[name] else "(or)"
 
     def _atom(self, name: str, value: Any) -> str:
-        return f"({name})" if self._is_truth(name) else f"({name}-is-{_word(value)})"
+        word = _pddl_name(name)
+        return f"({word})" if self._is_truth(name) else f"({word}-is-{_word(value)})"
 
     def _values_with_atoms(self, name: str) -> tuple[Any, ...]:
         """Return the values that have an atom each."""
@@ -196,7 +197,12 @@ def _clash(outcome: Outcome, other: Outcome) -> bool:
 
 
 def _unknown(name: str) -> str:
-    return f"(unknown-{name})"
+    return f"(unknown-{_pddl_name(name)})"
+
+
+def _pddl_name(name: str) -> str:
+    """Write the name of a state variable; that of a module's variable has a `.`, which PDDL has not."""
+    return name.replace(".", "--")
 
 
 def _word(value: Any) -> str:

@@ -59,6 +59,7 @@ class PlannedStep:
         rejected_choices: reason that the step can run nothing; empty if it can.
         retry: number of repetitions of a failed attempt.
         recovery_choices: skills that may run between two attempts.
+        last_choices: skills that may run after the last attempt has failed.
         skip_condition: the step is skipped if this is measured as true.
     """
 
@@ -67,6 +68,7 @@ class PlannedStep:
     rejected_choices: str = ""
     retry: int = 0
     recovery_choices: tuple[GroundSkill, ...] = ()
+    last_choices: tuple[GroundSkill, ...] = ()
     skip_condition: t.Term | None = None
 
 
@@ -150,7 +152,10 @@ class _PlanSimulation:
         return after
 
     def _retry_problems(self, step: PlannedStep, state: State, successes: States) -> Iterator[str]:
-        """Yield the outcomes of any attempt or recovery from which the goal cannot be reached."""
+        """Yield the outcomes of any attempt or recovery from which the goal cannot be reached.
+
+        Any failed attempt may be the last: the agent's memory may leave out those that are left.
+        """
         here: States = {state: None}
         for left in range(step.retry, -1, -1):
             failed: States = {}
@@ -159,6 +164,8 @@ class _PlanSimulation:
                     (failed if is_failure else successes)[then] = None
                     if problem:
                         yield problem
+            for one in failed:
+                yield from (problem for *_, problem in self._outcomes(step.last_choices, one) if problem)
             here = dict(failed) if left else {}
             for one in failed if left else ():
                 for then, _, problem in self._outcomes(step.recovery_choices, one):

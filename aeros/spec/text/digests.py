@@ -137,6 +137,31 @@ def model_digest(folder: str | Path, name: str, at_most: int = MAX_MODELS) -> tu
     return hasher.hexdigest(), size
 
 
+def model_content(folder: str | Path, name: str, at_most: int) -> bytes:
+    """Read a model file whole, as `model_digest` finds it.
+
+    Args:
+        folder: folder of the module.
+        name: path of the file, relative to `folder`.
+        at_most: greatest size in bytes.
+
+    Returns:
+        Its bytes.
+
+    Raises:
+        OSError: as `model_digest` raises it.
+    """
+    try:
+        descriptor = _open_below(folder, PurePosixPath(name).parts)
+    except ValueError as error:
+        raise OSError(errno.EINVAL, "it is not a path") from error
+    with os.fdopen(descriptor, "rb") as file:
+        content = file.read(at_most + 1)
+    if len(content) > at_most:
+        raise OSError(errno.EFBIG, f"it has more than {at_most:,} bytes")
+    return content
+
+
 _BLOCK: Final = 1024 * 1024
 
 

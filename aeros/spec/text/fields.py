@@ -194,6 +194,14 @@ PATTERNS: Final = {
     "dotted": _Form(
         re.compile(r"[a-z][a-z0-9_]*(\.[a-z][a-z0-9_]*)*"), "identifiers joined by `.`", "pick.move_tool"
     ),
+    "full name": _Form(
+        re.compile(r"[a-z][a-z0-9_]*\.[a-z][a-z0-9_]*"), "a module, `.`, a name in it", "kettle.water_hot"
+    ),
+    "reference": _Form(
+        re.compile(r"[a-z][a-z0-9_]*(\.[a-z][a-z0-9_]*)?"),
+        "a name, or the name of a required module, `.` and a name",
+        "gripping.grasp",
+    ),
     "entry": _Form(
         re.compile(r"[a-z][a-z0-9_]*:[a-z][a-z0-9_]*"), "a file without `.py`, `:`, a function", "skills:wrap"
     ),

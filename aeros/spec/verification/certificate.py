@@ -13,10 +13,11 @@ import hashlib
 import json
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from json.encoder import encode_basestring_ascii
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
 import aeros
@@ -52,6 +53,8 @@ class Certificate:
         verifier: AEROS and its version.
         solver: the solver and its version.
         obligations: the verdict on each obligation, PROVED or GUARDED.
+        engines: what decided an obligation and its version, where it is neither AEROS's own reading nor the
+            solver; left out where it is empty.
     """
 
     schema: str
@@ -64,6 +67,7 @@ class Certificate:
     verifier: str
     solver: str
     obligations: Mapping[ClaimId, str]
+    engines: Mapping[ClaimId, str] = field(default_factory=dict)
 
     @cached_property
     def digest(self) -> str:
@@ -141,7 +145,10 @@ class LockFile:
 
 
 def certificate_for(
-    ecm: Ecm | ModuleSummary, site: Site | SiteSummary, obligations: Mapping[ClaimId, str]
+    ecm: Ecm | ModuleSummary,
+    site: Site | SiteSummary,
+    obligations: Mapping[ClaimId, str],
+    engines: Mapping[ClaimId, str] = MappingProxyType({}),
 ) -> Certificate:
     """Make the certificate of a module under a site; no obligation may have failed.
 
@@ -149,6 +156,7 @@ def certificate_for(
         ecm: the module.
         site: the site.
         obligations: the verdict on each obligation, PROVED or GUARDED.
+        engines: what decided an obligation, where it is neither AEROS's own reading nor the solver.
 
     Returns:
         The certificate, with the versions of this AEROS and this solver.
@@ -166,6 +174,7 @@ def certificate_for(
         f"aeros {aeros.__version__}",
         f"z3-solver {z3_version()}",
         dict(obligations),
+        dict(engines),
     )
 
 
@@ -239,7 +248,9 @@ def write_lock(folder: Path, certificate: Certificate) -> None:
 def _body(certificate: Certificate) -> dict[str, Any]:
     """Return the fields as they are written."""
     body = {field.name: getattr(certificate, field.name) for field in fields(certificate)}
-    return {**body, "obligations": {str(claim_id): one for claim_id, one in certificate.obligations.items()}}
+    body["obligations"] = {str(claim_id): one for claim_id, one in certificate.obligations.items()}
+    engines = {str(claim_id): one for claim_id, one in body.pop("engines").items()}
+    return {**body, "engines": engines} if engines else body
 
 
 def _dump_json(value: Mapping[str, Any], margin: str) -> str:

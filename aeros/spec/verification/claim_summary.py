@@ -26,6 +26,7 @@ class ClaimSummary:
         boundary: condition under which the gate then allows an action.
         witness: the values that settled the claim, a line for each; None where there are none.
         diagnostic: report of this claim, if there is one.
+        engine: what decided it and its version, where it is neither AEROS's own reading nor the solver.
     """
 
     id: ClaimId
@@ -34,6 +35,7 @@ class ClaimSummary:
     boundary: str = ""
     witness: tuple[str, ...] | None = None
     diagnostic: Diagnostic | None = None
+    engine: str = ""
 
 
 def summarize_static_claim(settled: StaticClaim) -> ClaimSummary:
@@ -45,7 +47,13 @@ def summarize_static_claim(settled: StaticClaim) -> ClaimSummary:
     Returns:
         Its summary.
     """
-    return ClaimSummary(settled.id, settled.verdict, diagnostic=settled.diagnostic)
+    return ClaimSummary(
+        settled.id,
+        settled.verdict,
+        settled.runtime_checked_rule,
+        diagnostic=settled.diagnostic,
+        engine=settled.engine,
+    )
 
 
 def diagnostics_of(claims: Iterable[ClaimSummary]) -> tuple[Diagnostic, ...]:

@@ -12,7 +12,7 @@ from aeros.spec.backends.oracle import Oracle
 from aeros.spec.backends.resource_limit import MAX_TIMEOUTS, QUESTION_SECONDS
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, Fix, Severity, SpanLabel
 from aeros.spec.diagnostics.source import Source
-from aeros.spec.elaborate.load import elaborate_source, load_ecm
+from aeros.spec.elaborate.load import NEIGHBOURS, Surroundings, elaborate_source, load_ecm
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.policy import OperatorOverride
 from aeros.spec.model.site import Site
@@ -23,6 +23,7 @@ from aeros.spec.obligations.composition import composition_obligations
 from aeros.spec.obligations.dependencies import runtime_obligations
 from aeros.spec.obligations.entry_points import entry_point_obligations
 from aeros.spec.obligations.joint import joint_policy_obligations
+from aeros.spec.obligations.models import model_obligations
 from aeros.spec.obligations.obligation import Obligation
 from aeros.spec.obligations.permission import permission_obligations
 from aeros.spec.obligations.policy import policy_obligations
@@ -72,26 +73,31 @@ def examine_site(
     return site, SubjectReport(site.id, path, conclusion_of(problems), problems, claims, settled, findings)
 
 
-def examine_module(folder: Path, site: Site, oracle: Oracle) -> ModuleFindings:
+def examine_module(
+    folder: Path, site: Site, oracle: Oracle, surroundings: Surroundings = NEIGHBOURS
+) -> ModuleFindings:
     """Prove the claims about a module by itself.
 
     Args:
         folder: the module's folder.
         site: site under which it is proved.
         oracle: solver with its budget.
+        surroundings: the modules among which it finds those that it requires.
 
     Returns:
         The findings; a module that cannot be read has its faults only.
     """
     diagnostics = Diagnostics()
-    loaded = load_ecm(folder, site, diagnostics)
+    loaded = load_ecm(folder, site, diagnostics, surroundings)
     if loaded is None:
         return ModuleFindings(None, tuple(diagnostics))
     ecm = loaded.ecm
+    site = site.with_modules((ecm,))
     presence, files = summarize_module(ecm), read_skill_files(ecm.folder, loaded.code)
     before = (
         *entry_point_obligations(ecm, files),
         *skill_code_obligations(ecm, site, files),
+        *model_obligations(ecm),
         *runtime_obligations(presence),
     )
     claims = (
@@ -114,22 +120,25 @@ def examine_module(folder: Path, site: Site, oracle: Oracle) -> ModuleFindings:
     )
 
 
-def summarize_folder(folder: Path, site: Site) -> ModuleSummary | None:
+def summarize_folder(
+    folder: Path, site: Site, surroundings: Surroundings = NEIGHBOURS
+) -> ModuleSummary | None:
     """Read the module in a folder and summarize it for others.
 
     Args:
         folder: the module's folder.
         site: site under which it is elaborated.
+        surroundings: the modules among which it finds those that it requires.
 
     Returns:
         The summary; None if the module cannot be read.
     """
-    loaded = load_ecm(folder, site, Diagnostics())
+    loaded = load_ecm(folder, site, Diagnostics(), surroundings)
     return None if loaded is None else summarize_module(loaded.ecm)
 
 
-_WORKER_STATE: dict[str, tuple[Site, Oracle]] = {}
-"""Site and oracle of a worker process."""
+_WORKER_STATE: dict[str, tuple[Site, Oracle, Surroundings]] = {}
+"""Site, oracle and surroundings of the modules of a worker process."""
 
 
 def examine_modules_in_processes(
@@ -140,6 +149,7 @@ def examine_modules_in_processes(
     jobs: int,
     *,
     seconds: float = QUESTION_SECONDS,
+    surroundings: Surroundings = NEIGHBOURS,
 ) -> Iterator[ModuleFindings]:
     """Prove modules by themselves in several processes, which end when the caller stops iterating.
 
@@ -150,6 +160,7 @@ def examine_modules_in_processes(
         rlimit: the solver's budget for one query, in Z3 resource units.
         jobs: number of processes.
         seconds: time limit for one query, s.
+        surroundings: the modules among which each finds those that it requires.
 
     Yields:
         The findings on each module in order, without the model and the claims in full.
@@ -159,20 +170,28 @@ def examine_modules_in_processes(
     from multiprocessing import get_context
 
     # Spawned and not forked: a fork would copy locks held by threads of the caller.
-    pool = ProcessPoolExecutor(jobs, get_context("spawn"), _init_worker, (site, blocks, rlimit, seconds))
+    arguments = (site, blocks, rlimit, seconds, surroundings)
+    pool = ProcessPoolExecutor(jobs, get_context("spawn"), _init_worker, arguments)
     try:
         yield from pool.map(_verify_in_worker, folders, chunksize=4)
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
 
 
-def _init_worker(source: Source, blocks: Sequence[OperatorOverride], rlimit: int, seconds: float) -> None:
+def _init_worker(
+    source: Source,
+    blocks: Sequence[OperatorOverride],
+    rlimit: int,
+    seconds: float,
+    surroundings: Surroundings,
+) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent process gets the signal and stops the others
     site = elaborate_source(source, Diagnostics())
     if site is not None:
         _WORKER_STATE["site"] = (
             site.with_overrides(blocks),
             Oracle(rlimit, seconds=seconds, max_timeouts=MAX_TIMEOUTS),
+            surroundings,
         )
     # Proofs make almost no reference cycles, and this process ends with the run: garbage collection would
     # take some hundredths of its time and free almost nothing.
@@ -180,8 +199,7 @@ def _init_worker(source: Source, blocks: Sequence[OperatorOverride], rlimit: int
 
 
 def _verify_in_worker(folder: Path) -> ModuleFindings:
-    site, oracle = _WORKER_STATE["site"]
-    return replace(examine_module(folder, site, oracle), findings=None)
+    return replace(examine_module(folder, *_WORKER_STATE["site"]), findings=None)
 
 
 def _summarize_finding(finding: ObligationResult) -> ClaimSummary:

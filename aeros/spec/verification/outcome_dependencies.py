@@ -43,7 +43,7 @@ def obligations_assuming_outcomes(ecm: Ecm, skill: str, certificate: Certificate
     compositions = {
         one.id
         for one in ecm.compositions.values()
-        if skill in {step.skill for step in (*steps_of(one.body), *one.handlers.values())}
+        if skill in {name for step in (*steps_of(one.body), *one.handlers.values()) for name in step.runs}
     }
 
     def rests(claim_id: ClaimId) -> bool:

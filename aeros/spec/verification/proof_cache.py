@@ -3,7 +3,8 @@
 The cache keeps proofs of one module by itself, if nothing is left to report, and of a site.  The key is
 the digest of all that a proof depends on: manifest, code, site, overrides, budget, and the programs that
 decide, down to the interpreter.  No cached value names a path, so a copy of a module is found wherever it is.
-Models are hashed again, and claims that depend on other modules are not cached but decided again.  As for
+Models are hashed again.  Claims that depend on other modules are not cached but decided again, and so are all
+claims about a module that requires others.  As for
 answers, a value that cannot be read counts as absent (docs/decisions/0008-answers-are-kept.md).
 
 A value has a head, which holds all that most runs read.  The claims are stored next to it, with their digest
@@ -19,6 +20,7 @@ import sys
 import zlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -148,8 +150,11 @@ class ProofCache:
         if new.site is not None and _is_proved(report.site):
             self.put_site(new.site[0], report.site.claims)
         for module in report.modules:
-            if module.path in new.modules and module.lock is not None and _is_proved(module):
-                self.put_module(new.modules[module.path], module.lock.digest)
+            found = new.modules.get(module.path)
+            if found is None or found.summary is None or found.summary.has_requirements:
+                continue
+            if module.lock is not None and _is_proved(module):
+                self.put_module(found, module.lock.digest)
         self.close()
 
     def put_site(self, site: SiteSummary, claims: Sequence[ClaimSummary]) -> None:
@@ -250,6 +255,7 @@ def _claim_to_row(claim: ClaimSummary) -> list[Any]:
         claim.runtime_checked_rule,
         claim.boundary,
         claim.witness,
+        claim.engine,
     ]
 
 
@@ -269,8 +275,9 @@ def _claims_from_rows(rows: Any) -> tuple[ClaimSummary, ...]:
             guard,
             boundary,
             None if witness is None else tuple(witness),
+            engine=engine,
         )
-        for form, names, verdict, guard, boundary, witness in rows
+        for form, names, verdict, guard, boundary, witness, engine in rows
     )
 
 
@@ -280,17 +287,19 @@ def _program_digest() -> str:
     digest = hashlib.sha256(sys.version.encode())
     for names in _VERDICT_DISTRIBUTIONS:
         digest.update(f"\n{names[0]} {package_version(*names)}".encode())
+    if find_spec("maraboupy") is not None:
+        digest.update(f"\nmaraboupy {package_version('maraboupy', 'maraboupy')}".encode())
     root = os.path.dirname(aeros.__file__)
-    for name in ("__init__.py", "skill.py", *_spec_modules(root)):
+    for name in ("__init__.py", "skill.py", *_modules_below(root, "models"), *_modules_below(root, "spec")):
         with open(os.path.join(root, name), "rb") as file:
             content = file.read()
         digest.update(f"\n{name} {len(content)}\n".encode() + content)
     return digest.hexdigest()
 
 
-def _spec_modules(root: str) -> Iterator[str]:
-    """Yield the path of each module of `aeros.spec` below `root`; `Path.rglob` takes twice the time."""
-    for folder, folders, files in os.walk(os.path.join(root, "spec")):
+def _modules_below(root: str, package: str) -> Iterator[str]:
+    """Yield the path of each module of a package below `root`; `Path.rglob` takes twice the time."""
+    for folder, folders, files in os.walk(os.path.join(root, package)):
         folders[:] = sorted(name for name in folders if name != "__pycache__")
         below = os.path.relpath(folder, root)
         yield from (f"{below}/{name}" for name in sorted(files) if name.endswith(".py"))

@@ -243,7 +243,8 @@ def _lock(
     """Return the expected `ecm.lock` of a module that is PROVED; `digest` is that of its text, if known."""
 
     def certify() -> Certificate:
-        return certificate_for(presence, site, certificate_verdicts(claims))
+        engines = {claim.id: claim.engine for claim in claims if claim.engine}
+        return certificate_for(presence, site, certificate_verdicts(claims), engines)
 
     return LockFile(certify, digest) if conclusion is Conclusion.PROVED else None
 
@@ -287,18 +288,23 @@ def configuration_report(modules: Sequence[ModuleSummary], site: SiteSummary) ->
 
 
 def dependency_candidates(
-    given: Mapping[Path, ModuleSummary], read: Callable[[Path], ModuleSummary | None]
+    given: Mapping[Path, ModuleSummary],
+    read: Callable[[Path], ModuleSummary | None],
+    *,
+    only_given: bool = False,
 ) -> dict[str, ModuleSummary]:
     """Find the modules that dependencies may refer to: those given, and those next to one that has any.
 
     Args:
         given: summaries of the given modules, by folder.
         read: reads a module that is not given, by its folder; returns None where it cannot be read.
+        only_given: look at the given modules only.
 
     Returns:
         The summaries by module name; given modules win.
     """
-    parents = {folder.resolve().parent for folder, one in given.items() if one.requires}
+    needing = [] if only_given else [folder for folder, one in given.items() if one.has_requirements]
+    parents = {folder.resolve().parent for folder in needing}
     known = {folder.resolve() for folder in given} if parents else set()
     around: dict[str, ModuleSummary] = {}
     for parent in parents:

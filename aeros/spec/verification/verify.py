@@ -7,7 +7,7 @@ everything never imports it.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 from enum import Enum
 from functools import cached_property
@@ -39,6 +39,7 @@ from aeros.spec.verification.reports import (
 if TYPE_CHECKING:
     from aeros.spec.backends.oracle import Oracle
     from aeros.spec.backends.solver_results import SecondSolver
+    from aeros.spec.elaborate.load import Surroundings
     from aeros.spec.model.policy import OperatorOverride
     from aeros.spec.model.site import Site
     from aeros.spec.verification.second_solver import SecondSolverReport
@@ -66,6 +67,7 @@ def verify(
     detail: Detail = Detail.FULL,
     jobs: int = 1,
     seconds: float = QUESTION_SECONDS,
+    active: Collection[Path] | None = None,
 ) -> Report:
     """Prove the modules at `paths` under the site at `site_path`.
 
@@ -80,6 +82,8 @@ def verify(
         detail: amount of detail in the report.
         jobs: number of processes that prove modules for a brief report, where there are many modules.
         seconds: the solver's time limit for one query, s.
+        active: folders of the active modules, which provide a capability if any of them does.  Where it is
+            given, requirements are met by the given modules alone, and else also by modules next to them.
 
     Returns:
         The report.  Modules that cannot be read or proved are in it, as is a site that cannot.
@@ -94,12 +98,21 @@ def verify(
     diagnostics = Diagnostics()
     folders = list(dict.fromkeys(folder for path in paths for folder in module_folders(path, diagnostics)))
     refused = missing_module_report(diagnostics)
+    surroundings = None if active is None else (tuple(folders), frozenset(active))
     try:
         source = read_source(site_path)
     except UserError as error:
         return Report(unreadable_site_report(site_path, error), refused, None)
     prover = _LazyProver(
-        source, tuple(blocks), rlimit, store, jobs, detail=detail, second=second, seconds=seconds
+        source,
+        tuple(blocks),
+        rlimit,
+        store,
+        jobs,
+        detail=detail,
+        second=second,
+        seconds=seconds,
+        surroundings=surroundings,
     )
     if store is None or detail is Detail.FULL:
         report, _ = _report(folders, refused, prover, Known(), progress)
@@ -137,7 +150,7 @@ def _report(
         folder: known.modules[folder] if folder in known.modules else proved[folder] for folder in folders
     }
     given = {folder: one.summary for folder, one in findings.items() if one.summary is not None}
-    around = dependency_candidates(given, prover.summarize_module)
+    around = dependency_candidates(given, prover.summarize_module, only_given=prover.knows_surroundings)
     modules = [module_report(folder, one, site, around) for folder, one in findings.items()]
     agreement = prover.agreement(progress)
     prover.close()
@@ -160,8 +173,10 @@ class _LazyProver:
         detail: Detail,
         second: SecondSolver | None,
         seconds: float,
+        surroundings: tuple[tuple[Path, ...], frozenset[Path]] | None,
     ) -> None:
         self._seconds = seconds
+        self._given = surroundings
         self._source = source
         self._blocks = blocks
         self._rlimit = rlimit
@@ -197,6 +212,17 @@ class _LazyProver:
         return site.with_overrides(self._blocks)
 
     @property
+    def knows_surroundings(self) -> bool:
+        """True if requirements are met by the given modules alone."""
+        return self._given is not None
+
+    @cached_property
+    def _surroundings(self) -> Surroundings:
+        from aeros.spec.elaborate.load import NEIGHBOURS, Surroundings
+
+        return NEIGHBOURS if self._given is None else Surroundings(*self._given)
+
+    @property
     def site_model(self) -> Site | None:
         """The site for the report; None for a brief one."""
         return self._site if self._in_full else None
@@ -227,16 +253,23 @@ class _LazyProver:
 
         if not self._in_full and self._jobs > 1 and len(folders) >= MIN_MODULES_FOR_POOL:
             return examine_modules_in_processes(
-                folders, self._source, self._blocks, self._rlimit, self._jobs, seconds=self._seconds
+                folders,
+                self._source,
+                self._blocks,
+                self._rlimit,
+                self._jobs,
+                seconds=self._seconds,
+                surroundings=self._surroundings,
             )
-        results = (examine_module(folder, self._site, self._oracle) for folder in folders)
+        around = self._surroundings
+        results = (examine_module(folder, self._site, self._oracle, around) for folder in folders)
         return results if self._in_full else (replace(one, findings=None) for one in results)
 
     def summarize_module(self, folder: Path) -> ModuleSummary | None:
         """Summarize the module in `folder` for others; return None where it cannot be read."""
         from aeros.spec.verification.examine import summarize_folder
 
-        return summarize_folder(folder, self._site)
+        return summarize_folder(folder, self._site, self._surroundings)
 
     def agreement(self, progress: Progress) -> SecondSolverReport | None:
         """Put every query to the second solver, where there is one."""

@@ -105,8 +105,10 @@ def skill(
     )
 
 
-def rule(unless: str, do: str, retry: int = 0, on_failure: str | None = None) -> PlanningRule:
-    return PlanningRule(term(unless), unless, do, {}, retry, on_failure, SPAN)
+def rule(
+    unless: str, do: str, retry: int = 0, between_tries: str | None = None, on_failure: str | None = None
+) -> PlanningRule:
+    return PlanningRule(term(unless), unless, do, {}, retry, between_tries, on_failure, SPAN)
 
 
 def task(name: str, words: tuple[str, ...], goal: str, *rules: PlanningRule) -> Task:
@@ -144,7 +146,7 @@ SKILLS = (
 RULES = (
     rule("dough_on_workspace and filling_on_workspace", "prepare"),
     rule("wrapper_aligned or dumpling_wrapped", "recover"),
-    rule("dumpling_wrapped", "wrap", retry=2, on_failure="recover"),
+    rule("dumpling_wrapped", "wrap", retry=2, between_tries="recover"),
     rule("dumpling_cooked", "boil"),
 )
 MAKE_DUMPLINGS = task("make_dumplings", ("dumpling", "make dumpling"), "dumpling_cooked", *RULES)

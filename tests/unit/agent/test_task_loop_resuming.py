@@ -285,7 +285,12 @@ def test_branches_and_conditions_are_resumed_where_they_were(tmp_path: Path) -> 
 def test_a_recovery_skill_between_two_tries_is_not_run_again(tmp_path: Path) -> None:
     knead = skill("knead", outcome("aligned", {"wrapper_aligned": True}))
     modules = {"dumpling": module("dumpling", (*DUMPLING.skills.values(), knead), MAKE_DUMPLINGS)}
-    plan = Given(do("prepare"), do("knead"), do("wrap", retry=2, handler=do("recover")), do("boil"))
+    plan = Given(
+        do("prepare"),
+        do("knead"),
+        do("wrap", retry=2, between_tries=do("recover"), needs_recovery=True),
+        do("boil"),
+    )
 
     def make(dying: float) -> Mortal:
         return Mortal(dying, modules, endings={"wrap": ["misaligned", "misaligned"]})
@@ -385,7 +390,7 @@ def resume(folder: Path, runtime: Mortal, instruction: str = "dumplings") -> Run
         (lambda text: text.replace("recover", "rewover", 1), "its digest does not match"),
         (
             lambda text: text.replace(f'"schema": {SCHEMA}', '"schema": 99'),
-            "`99` was written by a newer AEROS, and this one reads `5`; install a newer AEROS",
+            "`99` was written by a newer AEROS, and this one reads `6`; install a newer AEROS",
         ),
         (lambda text: "[]", "does not have the layout"),
     ],
@@ -430,7 +435,10 @@ def test_a_checkpoint_of_an_older_version_is_resumed_once_it_is_migrated(
 @pytest.fixture
 def left_amid_wrap(tmp_path: Path) -> tuple[Path, Mortal]:
     """The run of `STATE_OF_CHECKPOINT_3` in this AEROS: its folder, runtime and plant when the agent died."""
-    aligned, wrap = term("wrapper_aligned"), do("wrap", retry=2, handler=do("recover"))
+    aligned, wrap = (
+        term("wrapper_aligned"),
+        do("wrap", retry=2, between_tries=do("recover"), needs_recovery=True),
+    )
     plan = Given(do("prepare"), do("recover"), If(aligned, "wrapper_aligned", wrap, wrap, SPAN), do("boil"))
     runtime = Mortal(33, endings={"wrap": ["misaligned"]})
     with pytest.raises(Killed), start_agent(tmp_path, "chef", runtime, plan) as agent:

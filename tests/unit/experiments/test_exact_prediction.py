@@ -55,14 +55,19 @@ class Loop:
         for attempt in range(step.retry + 1):
             if means.world().evaluate(step.unless) is True:
                 return True
-            if attempt and self._recovery and step.on_failure is not None:
+            if attempt and self._recovery and step.between_tries is not None:
                 self._report = replace(self._report, recoveries=self._report.recoveries + 1)
-                means.run(PlanStep(step.module, step.on_failure))
+                means.run(step.between_tries)
                 if means.world().evaluate(step.unless) is True:
                     return True
             self._report = replace(self._report, retries=self._report.retries + (attempt > 0))
             if not means.run(step).failed:
                 return True
+        if means.world().evaluate(step.unless) is True:
+            return True
+        if self._recovery and step.on_failure is not None and not means.is_goal_reached():
+            self._report = replace(self._report, recoveries=self._report.recoveries + 1)
+            means.run(step.on_failure)
         return False
 
 

@@ -10,7 +10,14 @@ from pathlib import Path
 import pytest
 
 from aeros.experiments.environment import package_versions
-from aeros.experiments.inputs import InputPaths, _source_files, code_digest, digest_of_files, load_inputs
+from aeros.experiments.inputs import (
+    InputPaths,
+    _source_files,
+    code_digest,
+    digest_of_files,
+    load_inputs,
+    scene_digest,
+)
 from aeros.spec.diagnostics.errors import UserError
 from tests.unit.experiments.common import ROOT, WHERE, premises
 
@@ -24,7 +31,7 @@ def test_a_task_is_found_with_its_module() -> None:
     ("name", "help_"),
     [
         ("clean_tabel", "did you mean `clean_table`?"),
-        ("fly", "there are clean_table, fetch_object, make_dumplings"),
+        ("fly", "there are clean_table, fetch_object, make_dumplings, serve_table"),
     ],
 )
 def test_a_task_that_no_module_has_is_refused(name: str, help_: str) -> None:
@@ -37,9 +44,12 @@ def test_a_task_that_no_module_has_is_refused(name: str, help_: str) -> None:
 def test_inputs_are_loaded_once_and_known_by_configuration_code_and_releases() -> None:
     found = load_inputs(WHERE)
     assert load_inputs(InputPaths(WHERE.modules_folder)) is found
-    whole = f"{found.configuration.digest} {code_digest()} {package_versions()}"
+    scenes = scene_digest(found.paths.modules_folder)
+    whole = f"{found.configuration.digest} {code_digest()} {scenes} {package_versions()}"
     assert found.digest == hashlib.sha256(whole.encode()).hexdigest()
-    assert set(found.configuration.modules) == {"clean_table", "fetch_object", "make_dumplings"}
+    assert set(found.configuration.modules) == {
+        *("clean_table", "fetch_object", "inspect_table", "make_dumplings", "serve_table")
+    }
 
 
 def test_modules_without_certificates_are_refused(tmp_path: Path) -> None:
@@ -47,6 +57,16 @@ def test_modules_without_certificates_are_refused(tmp_path: Path) -> None:
     (tmp_path / "clean_table" / "ecm.lock").unlink()
     with pytest.raises(UserError, match="AE901"):
         load_inputs(InputPaths(str(tmp_path)))
+
+
+def test_a_scene_and_its_models_are_digested(tmp_path: Path) -> None:
+    (folder := tmp_path / "module" / "scenes" / "models").mkdir(parents=True)
+    (folder / "can.urdf").write_text("a")
+    before = scene_digest(str(tmp_path))
+    (tmp_path / "module" / "skills.py").write_text("")
+    assert scene_digest(str(tmp_path)) == before
+    (folder / "can.urdf").write_text("b")
+    assert scene_digest(str(tmp_path)) != before
 
 
 def test_a_digest_is_of_names_and_contents(tmp_path: Path) -> None:

@@ -17,6 +17,7 @@ from aeros.runtime.ports import MotionCompletion, NoMotion, PlannedMotion, Plant
 from aeros.sim.symbolic.plant import SymbolicPlant
 from aeros.skill import Action, act
 from aeros.spec.expr.doubles import to_doubles
+from tests.shipped_scenes import shipped_scene
 from tests.unit.experiments.common import model, premises
 
 MODEL = model()
@@ -64,13 +65,13 @@ def test_a_missing_dependency_of_physics_is_reported() -> None:
 
 @pytest.mark.physics
 def test_on_physics_declared_faults_happen_at_their_rate_and_are_counted() -> None:
-    configuration, routed = premises().configuration, premises().routed("fetch_object")
+    configuration = premises().configuration
     text = (
         "schema: aeros/faults/1\nfaults:\n"
         "  taken: {at: {skill: fetch_object.detect}, rate: 0, at_most: 1,"
         " misread: {of: station_position, dropout: 1, lasts: 500 ms}}\n"
     )
-    ready = physics_plants(configuration, routed, text, {"taken": independent_process(1.0)})
+    ready = physics_plants(configuration, shipped_scene("fetch"), text, {"taken": independent_process(1.0)})
     with ready(0) as one:
         assert one.counts == {"faults": 0, "ik_solutions": 0}
         assert one.equivalent_interval is not None

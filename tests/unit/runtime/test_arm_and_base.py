@@ -24,6 +24,7 @@ from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.model.ecm import Ecm, Skill
 from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
+from tests.shipped_scenes import shipped_scene
 from tests.unit.runtime.together import asking
 
 pytestmark = pytest.mark.physics
@@ -72,7 +73,7 @@ def run(
 
 def plant_of(kind: str, configuration: Configuration) -> Plant:
     if kind == "physics":
-        return make_plant("fetch", 0)
+        return make_plant(shipped_scene("fetch"), 0)
     here = {"tool_position": (0.3, 0.0, 0.78), "base_position": (0.0, 0.0, 0.3)}
     return SymbolicPlant(configuration.site, configuration.modules, 0, here)
 

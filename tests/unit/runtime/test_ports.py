@@ -4,7 +4,8 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.ports import ColumnNames, Reading, Snapshot
+from aeros.runtime.ports import CameraPicture, CameraView, ColumnNames, Reading, Snapshot, newest_pictures
+from aeros.sim.fake import FakePlant
 from aeros.spec.diagnostics.errors import MisuseError
 from tests.unit.runtime.bench import (
     NOW,
@@ -60,3 +61,14 @@ def test_a_snapshot_takes_column_names_and_a_tuple() -> None:
         Snapshot(ColumnNames(["load"]), [1.0], 0.0)  # type: ignore[arg-type]
     with pytest.raises(MisuseError, match="as `ColumnNames`"):
         Snapshot(["load"], (1.0,), 0.0)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("rgb", "depth"), [(17, None), (18, 23), (0, 24)])
+def test_a_picture_has_all_its_pixels(rgb: int, depth: int | None) -> None:
+    view = CameraView((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), 45.0)
+    with pytest.raises(MisuseError, match="the picture of `mast` has not 3 × 2 pixels"):
+        CameraPicture("mast", 0.0, 3, 2, bytes(rgb), None if depth is None else bytes(depth), view)
+
+
+def test_a_plant_without_cameras_has_no_pictures() -> None:
+    assert newest_pictures(FakePlant()) == {}

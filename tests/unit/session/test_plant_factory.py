@@ -14,18 +14,18 @@ from aeros.session.plant_factory import (
     PLANTS,
     PlantSetupError,
     connect_plant,
-    load_bodies,
     load_faults,
     load_people,
+    load_run_scene,
     open_plant,
     open_video,
     open_viewer,
     surroundings_of,
 )
 from aeros.sim.kinematic.plant import KinematicPlant
-from aeros.sim.scenes import SCENES
 from aeros.sim.symbolic.plant import SymbolicPlant
 from aeros.spec.diagnostics.errors import UserError
+from tests.shipped_scenes import shipped_scene
 from tests.unit.cli.run.staged import proved
 from tests.unit.sim.hosting.hosted import Hosting, once_it_listens
 
@@ -40,8 +40,9 @@ def test_the_plants_are_these() -> None:
 def test_options_not_given_are_empty_on_every_plant() -> None:
     for plant in PLANTS:
         assert load_people(plant, None) == ()
-        assert list(load_faults(plant, None, proved()[0], TIDY)) == []
-        assert list(load_bodies(plant, None, TIDY, 0)) == []
+        assert list(load_faults(plant, None, proved()[0], None)) == []
+        scene = load_run_scene(plant, None, proved()[0], BARE, 0)
+        assert scene == (None if plant == "symbolic" else shipped_scene("bare"))
 
 
 @pytest.mark.parametrize("plant", ["kinematic", "symbolic"])
@@ -49,9 +50,9 @@ def test_extras_and_images_are_of_the_physics_plant_alone(plant: str, tmp_path: 
     with pytest.raises(PlantSetupError, match=f"`--people` needs the physics plant: the {plant} plant"):
         load_people(plant, "walker")
     with pytest.raises(PlantSetupError, match="`--faults` needs `--plant physics`"):
-        load_faults(plant, "slips", proved()[0], TIDY)
+        load_faults(plant, "slips", proved()[0], None)
     with pytest.raises(PlantSetupError, match=f"`--scene` needs the physics plant: the {plant} plant"):
-        load_bodies(plant, "clutter", TIDY, 0)
+        load_run_scene(plant, "clutter", proved()[0], TIDY, 0)
     with pytest.raises(PlantSetupError, match=f"`--video` needs the physics plant: the {plant} plant"):
         open_video(plant, tmp_path / "run.gif")
     with pytest.raises(PlantSetupError, match=f"`--view` needs the physics plant: the {plant} plant"):
@@ -73,7 +74,7 @@ def test_the_kinematic_plant_is_opened_in_a_scene_that_it_has() -> None:
 @pytest.mark.parametrize("scene", [None, "attic"])
 def test_an_unknown_scene_is_reported_with_the_known_ones(scene: str | None) -> None:
     with (
-        pytest.raises(PlantSetupError, match=f"the task's scene is `{scene}`, but there is only .*bare"),
+        pytest.raises(UserError, match=f"the task's scene is `{scene}`, but there is only .*bare"),
         open_plant("kinematic", proved()[0], replace(TIDY, scene=scene), 0),
     ):
         pass
@@ -111,9 +112,9 @@ def test_a_video_that_cannot_be_written_at_the_end_is_reported(monkeypatch: pyte
 
 
 def test_faults_may_name_what_the_scene_and_the_modules_have() -> None:
-    found = surroundings_of(proved()[0], SCENES["table"]())
+    found = surroundings_of(proved()[0], shipped_scene("table"))
     assert set(found.skills) == {"tidy.pick_cloth", "tidy.wipe", "tidy.rest"}
-    assert (found.things, found.cameras) == (SCENES["table"]().pushable_objects, SCENES["table"]().cameras)
+    assert (found.things, found.cameras) == (("sponge", "cube", "can"), ("mast", "overhead"))
     assert found.quantities == proved()[0].site.state
 
 
@@ -135,22 +136,23 @@ def test_a_people_file_that_is_not_there_is_the_users_error() -> None:
         load_people("physics", "no-such-people")
 
 
-def test_bodies_are_tried_in_the_scene_of_the_task(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_added_scene_is_built_once_with_that_of_the_task(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("pybullet", reason="PyBullet has no wheel for this Python")
-    bodies, plant = [object()], Closing()
+    plant = Closing()
     asked: list[Any] = []
 
-    def make(*given: Any, **more: Any) -> Closing:
-        asked.append((given, more))
+    def make(*given: Any) -> Closing:
+        asked.append(given)
         return plant
 
-    monkeypatch.setattr("aeros.sim.bullet.scene_file.read_bodies", lambda _: bodies)
     monkeypatch.setattr("aeros.sim.physics.make_plant", make)
-    assert load_bodies("physics", "clutter", BARE, 5) is bodies
-    assert asked == [(("bare", 5), {"bodies": bodies})]
+    scene = load_run_scene("physics", "shelf_behind", proved()[0], BARE, 5)
+    assert scene is not None
+    assert list(scene.bodies) == ["table", "shelf", "crate", "bottle"]
+    assert asked == [(scene, 5)]
     assert plant.closed == 1
-    with pytest.raises(PlantSetupError, match="the task's scene is `None`"):
-        load_bodies("physics", "clutter", TIDY, 5)
+    with pytest.raises(UserError, match="the task's scene is `None`"):
+        load_run_scene("physics", "shelf_behind", proved()[0], TIDY, 5)
 
 
 # Plants of other processes.

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from aeros.runtime.ports import MotionCompletion, Plant
+from tests.shipped_scenes import shipped_scene
 from tests.unit.sim.acting import allow, execute
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ def plant(request: pytest.FixtureRequest) -> Iterator[PhysicsPlant]:
     # PyBullet is imported only where it is asked for.
     from aeros.sim.physics import make_plant
 
-    made = make_plant(request.module.SCENE, 0)
+    made = make_plant(shipped_scene(request.module.SCENE), 0)
     yield made
     made.close()
 

@@ -1,34 +1,49 @@
-"""Ground truth of a task: bodies and joints in the simulator, which no acting code sees."""
+"""Ground truth of a task: bodies and joints in the simulator, which no acting code sees.
+
+It is computed here without the scene's own conditions, which tests compare with it.
+"""
 
 from __future__ import annotations
 
-from math import dist
+from math import dist, radians
 
-from aeros.sim.layouts import dumpling_bench, fetch, table
+from aeros.sim.geometry import Vector3, to_frame
 from aeros.sim.physics import PhysicsPlant
-from aeros.sim.scenes.dumpling_bench import DumplingBenchScene
-from aeros.sim.scenes.fetch import FetchScene
-from aeros.sim.scenes.table import TableScene
+from aeros.sim.scenes.physics_scene import PhysicsScene
+from aeros.spec.model.scene import BodyPart
 
 
 def is_done(plant: PhysicsPlant) -> bool:
     """Return True if the task of the plant's scene is done."""
-    scene, world = plant._scene, plant._world
-    if isinstance(scene, DumplingBenchScene):
-        dumpling = scene._dumpling()
-        return dumpling.is_closed and all(
-            dumpling_bench._is_in_pot(place) for place in (dumpling.plate.position, dumpling.filling)
-        )
-    if isinstance(scene, TableScene):
-        pieces = [world.pose(scene.body(name)).position for name in ("cube", "can")]
-        sponge = world.pose(scene.body("sponge")).position
-        is_wiped = scene._dirt.wiped_fraction >= table.WIPED_THRESHOLD
-        return (
-            is_wiped and all(map(table._in_bin, pieces)) and dist(sponge, scene._rest) < table.REST_TOLERANCE
-        )
-    assert isinstance(scene, FetchScene)
-    can, delivery = world.pose(scene.body("can")).position, scene._laid.delivery
-    return (
-        dist(can[:2], delivery[:2]) < fetch.DELIVERY_TOLERANCE
-        and abs(can[2] - delivery[2]) < fetch.CAN_SIZE[1] / 2
-    )
+    scene = plant._scene
+    assert isinstance(scene, PhysicsScene)
+    return {"dumpling_bench": _is_cooking, "table": _is_clean, "fetch": _is_fetched}[scene.scene.name](scene)
+
+
+def is_folded_over_filling(scene: PhysicsScene) -> bool:
+    """Return True if the wrapper is folded by more than 160 degrees over its filling."""
+    x, y, z = to_frame(scene.pose_of(BodyPart("wrapper")), _place(scene, "filling"))
+    fold = scene.joint_position(BodyPart("wrapper", "fold"))
+    return fold > radians(160) and abs(x) < 0.021 and abs(y) < 0.028 and abs(z - 0.0115) < 0.006
+
+
+def _is_cooking(scene: PhysicsScene) -> bool:
+    places = [_place(scene, name) for name in ("wrapper", "filling")]
+    in_pot = [abs(x - 0.55) < 0.08 and abs(y - 0.33) < 0.085 and 0.005 < z < 0.055 for x, y, z in places]
+    return is_folded_over_filling(scene) and all(in_pot)
+
+
+def _is_clean(scene: PhysicsScene) -> bool:
+    places = [_place(scene, name) for name in ("cube", "can")]
+    in_bin = [abs(x - 0.45) < 0.09 and abs(y + 0.5) < 0.08 and 0.005 < z < 0.085 for x, y, z in places]
+    rest = scene._poses["sponge_rest_position"].position
+    return scene.wiped_share("dirt") >= 0.95 and all(in_bin) and dist(_place(scene, "sponge"), rest) < 0.03
+
+
+def _is_fetched(scene: PhysicsScene) -> bool:
+    can, delivery = _place(scene, "can"), scene._poses["delivery_position"].position
+    return dist(can[:2], delivery[:2]) < 0.03 and abs(can[2] - delivery[2]) < 0.04
+
+
+def _place(scene: PhysicsScene, body: str) -> Vector3:
+    return scene.pose_of(BodyPart(body)).position

@@ -11,17 +11,18 @@ import numpy as np
 import pytest
 
 from aeros.runtime.ports import MotionCompletion
-from aeros.sim.bullet.scene_file import read_bodies
 from aeros.sim.clock import TICK
 from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.robot.robot import BASE_ACCELERATION_MAX
 from aeros.skill import act
+from aeros.spec.scenes.load import add_scene
+from tests.shipped_scenes import shipped_scene
 from tests.unit.sim.acting import allow, recording
 
 DIAGONAL = act("move_base", x=-0.4, y=0.3, speed=0.48)
 
 WALL = """
-schema: aeros/scene/1
+schema: aeros/scene/2
 description: a low wall behind the robot
 bodies:
   wall:
@@ -78,7 +79,7 @@ def test_a_drive_that_is_stopped_brakes_within_the_limit_on_the_way_that_it_was_
 
 def test_a_wall_stops_the_carriage_which_then_stops_pushing_and_drives_away(tmp_path: Path) -> None:
     (tmp_path / "wall.yaml").write_text(WALL)
-    plant = make_plant("fetch", 0, bodies=read_bodies(str(tmp_path / "wall.yaml")))
+    plant = make_plant(add_scene(shipped_scene("fetch"), str(tmp_path / "wall.yaml")), 0)
     try:
         drive = plant.begin(act("move_base", x=-0.4, y=0.0, speed=0.48))
         assert not isinstance(drive, MotionCompletion)

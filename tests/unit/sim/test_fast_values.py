@@ -13,6 +13,7 @@ from aeros.runtime.ports import MotionCompletion, Plant
 from aeros.sim.clock import TICK
 from aeros.sim.kinematic.plant import make_plant as make_kinematic
 from aeros.skill import Action
+from tests.shipped_scenes import shipped_scene
 from tests.unit.sim.acting import allow, execute
 from tests.unit.sim.conformance.subjects import JOINTS, PRESSING, REACH, TOGETHER
 from tests.unit.sim.referee import points_of
@@ -21,11 +22,11 @@ from tests.unit.sim.referee import points_of
 def physics(scene: str) -> Plant:
     from aeros.sim.physics import make_plant
 
-    return make_plant(scene, 0)
+    return make_plant(shipped_scene(scene), 0)
 
 
 def kinematic(scene: str) -> Plant:
-    return make_kinematic(scene, 0)
+    return make_kinematic(shipped_scene(scene), 0)
 
 
 BOTH = pytest.mark.parametrize("make", [kinematic, pytest.param(physics, marks=pytest.mark.physics)])

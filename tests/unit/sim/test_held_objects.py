@@ -14,6 +14,7 @@ from aeros.skill import Action, act
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.text.discovery import reference_site_path
+from tests.shipped_scenes import shipped_scene
 from tests.unit.sim.acting import allow, execute
 
 pytestmark = pytest.mark.physics
@@ -24,7 +25,7 @@ FOREVER = 1e9
 @pytest.fixture(scope="module")
 def holding() -> Iterator[PhysicsPlant]:
     """The robot at the table, with the sponge in its hand 0.2 m above."""
-    plant = make_plant("table", 0)
+    plant = make_plant(shipped_scene("table"), 0)
     x, y, z = plant.observe()["sponge_position"].value
     yaw = plant.observe()["sponge_yaw"].value
     for action in (
@@ -66,7 +67,7 @@ def test_an_object_is_kept_off_the_bench_that_the_fingers_alone_may_come_near_to
     ends = {f"q{number}": q for number, q in enumerate(joints.joint_paths[0][-1][3], 1)}
     # `move_joints` names no surface, so nothing held may come near one.
     assert _denial(holding, act("move_joints", **ends, speed=0.1)) == [("AE763", "links-off-the-bench")]
-    empty = make_plant("table", 0)
+    empty = make_plant(shipped_scene("table"), 0)
     assert _denial(empty, low) == []
     empty.close()
 

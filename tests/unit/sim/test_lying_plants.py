@@ -13,12 +13,13 @@ from aeros.runtime.gate.joint_rules import ActiveAction
 from aeros.runtime.monitor.history import HistoryTracker
 from aeros.runtime.monitor.monitor import RuntimeMonitor
 from aeros.sim.kinematic.plant import KinematicPlant
-from aeros.sim.kinematic.scenes import SCENES
+from aeros.sim.kinematic.scenes.declared_scene import DeclaredScene
 from aeros.skill import Action, act
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
+from tests.shipped_scenes import shipped_scene
 from tests.unit.sim.acting import execute
 
 MOVE = act("move_tool", target=(0.45, 0.1, 0.35), yaw=0.0, speed=0.25)
@@ -31,7 +32,7 @@ class LyingPlant(KinematicPlant):
 
     def __init__(self, lie: Lie, scene: str) -> None:
         self.lie: Lie | None = None
-        super().__init__(SCENES[scene](), 0)
+        super().__init__(DeclaredScene(shipped_scene(scene)), 0)
         self.lie, self.first = lie, super()._fast_values()
 
     def _fast_values(self) -> dict[str, Any]:

@@ -8,16 +8,20 @@ from typing import Any
 import numpy as np
 import pytest
 
+from aeros.runtime.ports import CameraView, MotionCompletion
 from aeros.sim.bullet.panda import Panda
 from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.clock import TICK
+from aeros.sim.fixed_step_plant import CAMERA_TICKS
+from aeros.sim.layouts.cameras import fixed_camera
 from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.limits import Q_MAX, Q_MIN, QD_MAX, QDD_MAX, TAU_MAX
 from aeros.sim.robot.robot import RobotOptions
-from aeros.sim.scenes.bare import BareScene
 from aeros.skill import Action, act
+from tests.shipped_scenes import shipped_scene
 from tests.unit.sim.acting import allow, execute, recording
+from tests.unit.sim.bare_scene import BareScene
 from tests.unit.sim.referee import Referee
 
 pytestmark = pytest.mark.physics
@@ -195,7 +199,7 @@ def test_the_carriage_drives_to_its_target() -> None:
 
 def test_the_same_seed_repeats_bit_for_bit_and_another_does_not() -> None:
     def digest(seed: int) -> str:
-        plant = make_plant("dumpling_bench", seed)
+        plant = make_plant(shipped_scene("dumpling_bench"), seed)
         values = hashlib.sha256()
         x, y, _ = plant.observe()["wrapper_position"].value
         for action in (move(x, y, 0.2), move(x, y, 0.063), act("grip", width=0.046, force=5.0)):
@@ -231,3 +235,30 @@ def test_a_halt_between_two_calls_makes_nothing_faster(end: str) -> None:
     assert speeds[358] > 0.2
     assert speeds[359:].max() < 1.02 * speeds[358]
     assert speeds[-1] < 0.01
+
+
+def test_a_look_takes_the_picture_of_its_camera_and_publishes_it_after_read_out() -> None:
+    scene = shipped_scene("dumpling_bench")
+    plant, side_camera = make_plant(scene, 0), fixed_camera(scene.cameras["side"])
+    first = plant.pictures()
+    assert {name: one.time for name, one in first.items()} == {"overhead": 0.0}
+    execute(plant, act("wait", duration=0.5), allow, FOREVER)
+    look = plant.begin(act("look", camera="side"))
+    assert not isinstance(look, MotionCompletion)
+    plant.advance(allow, plant.now() + CAMERA_TICKS * TICK - TICK)
+    assert plant.pictures() == first
+    plant.advance(allow, FOREVER)
+    taken = plant.pictures()
+    assert taken["overhead"] is first["overhead"]
+    side = taken["side"]
+    assert side.time == 0.5
+    # Nothing has moved by more than a micrometre, so that the camera sees the same now.
+    seen = plant._world.renderer.render(side_camera)
+    assert side.rgb == seen.rgb.tobytes()
+    assert side.depth is not None
+    assert np.frombuffer(side.depth, np.float32) == pytest.approx(seen.depth.ravel(), abs=1e-4)
+    assert (side.width, side.height) == (side_camera.width, side_camera.height)
+    assert side.view == CameraView(
+        side_camera.eye, side_camera.target, side_camera.up, side_camera.field_of_view
+    )
+    plant.close()

@@ -28,7 +28,6 @@ from aeros.sim.physics import NoDisturbance, PhysicsPlant, PlantParts
 from aeros.sim.robot.kinematics import READY_POSTURE
 from aeros.sim.robot.limits import Q_MAX, QD_MAX, QDD_MAX, TAU_MAX
 from aeros.sim.robot.robot import RobotOptions
-from aeros.sim.scenes.bare import BareScene
 from aeros.sim.sensors import GroundTruth
 from aeros.skill import Action, act
 from aeros.spec.diagnostics.codes import Diagnostics
@@ -36,6 +35,7 @@ from aeros.spec.elaborate.load import load_site
 from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
 from tests.unit.sim.acting import allow, execute, recording
+from tests.unit.sim.bare_scene import BareScene
 
 pytestmark = pytest.mark.physics
 

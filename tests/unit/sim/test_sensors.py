@@ -12,10 +12,10 @@ import pytest
 from aeros.runtime.ports import Reading
 from aeros.sim.clock import TICK
 from aeros.sim.physics import make_plant
-from aeros.sim.scenes import SCENES
 from aeros.sim.sensors import GroundTruth, SensorModel, Sensors
 from aeros.skill import act
 from aeros.spec.diagnostics.errors import MisuseError
+from tests.shipped_scenes import SHIPPED, shipped_scene
 from tests.unit.sim.acting import allow, execute, recording
 
 
@@ -144,13 +144,13 @@ def test_there_is_no_sensor_like_that(wrong: dict[str, float]) -> None:
 
 
 @pytest.mark.physics
-@pytest.mark.parametrize("scene", SCENES)
+@pytest.mark.parametrize("scene", SHIPPED)
 def test_no_truth_goes_past_the_sensors(scene: str) -> None:
-    named = make_plant(scene, 0)
+    named = make_plant(shipped_scene(scene), 0)
     dead = dict.fromkeys(named.observe(), SensorModel(dropout=1.0))
     named.close()
     assert len(dead) >= 11
-    plant = make_plant(scene, 0, sensors=dead)
+    plant = make_plant(shipped_scene(scene), 0, sensors=dead)
     monitored: list[Mapping[str, Any]] = []
     execute(plant, act("move_tool", target=(0.5, 0.1, 0.6), yaw=0.0, speed=0.3), recording(monitored), 1.0)
     assert plant.observe() == {}
@@ -161,7 +161,7 @@ def test_no_truth_goes_past_the_sensors(scene: str) -> None:
 
 @pytest.mark.physics
 def test_a_late_load_cell_is_late_however_seldom_it_is_asked() -> None:
-    plant = make_plant("dumpling_bench", 0, sensors={"press_force": SensorModel(latency=0.1)})
+    plant = make_plant(shipped_scene("dumpling_bench"), 0, sensors={"press_force": SensorModel(latency=0.1)})
     execute(plant, act("wait", duration=0.5), allow, 9.0)
     reading = plant.observe()["press_force"]
     assert plant.now() - reading.time == pytest.approx(0.1)
@@ -170,7 +170,7 @@ def test_a_late_load_cell_is_late_however_seldom_it_is_asked() -> None:
 
 @pytest.mark.physics
 def test_a_camera_that_sees_nothing_measures_nothing() -> None:
-    plant = make_plant("fetch", 0, sensors={"object_position": SensorModel(dropout=1.0)})
+    plant = make_plant(shipped_scene("fetch"), 0, sensors={"object_position": SensorModel(dropout=1.0)})
     for action in (act("move_base", x=1.21, y=0.16, speed=0.6), act("look", camera="hand")):
         assert execute(plant, action, allow, 99.0).completed
     assert "object_position" not in plant.observe()

@@ -25,6 +25,7 @@ from aeros.spec.elaborate.load import load_site
 from aeros.spec.expr.terms import ConstantTable
 from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
+from tests.shipped_scenes import shipped_scene
 from tests.unit.sim.referee import of_the_site
 
 pytestmark = pytest.mark.physics
@@ -36,7 +37,7 @@ TOWARDS = Person("walks", (Waypoint((5.0, 0.0)), Waypoint((0.0, 0.0), speed=1.6)
 
 def seen(site: Site, monkeypatch: pytest.MonkeyPatch) -> tuple[str | None, float, float]:
     """Drive towards a walking person: reason of the end, and fastest link in all and near them, m/s."""
-    plant = make_plant("fetch", 0, people=(TOWARDS,))
+    plant = make_plant(shipped_scene("fetch"), 0, people=(TOWARDS,))
     robot, client = plant._people._robot, plant._world.client
     links = range(bullet.getNumJoints(robot, physicsClientId=client))
     (person,) = (one._body for one in plant._people.walkers)
@@ -126,7 +127,7 @@ def hit(region: str, speed: float) -> tuple[float, float]:
     """Drive into an obstacle under the site's monitor: greatest force in the first 0.5 s, and later, N."""
     site = load_site(reference_site_path(), Diagnostics())
     assert site is not None
-    plant = make_plant("fetch", 0)
+    plant = make_plant(shipped_scene("fetch"), 0)
     robot, client = plant._people._robot, plant._world.client
     stiffness = limit_of("region_stiffness", region)
     x, y, z = plant.observe()["base_position"].value

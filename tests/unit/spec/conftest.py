@@ -13,7 +13,7 @@ from aeros.spec.verification.verify import verify
 TABLE = Path(__file__).parents[2] / "corpus" / "site" / "table.yaml"
 
 _MANIFEST = """\
-schema: aeros/ecm/1
+schema: aeros/ecm/2
 id: module
 version: 1.0.0
 description: What a test is about.

@@ -29,7 +29,8 @@ def _boundaries(result: VerifyResult) -> list[str]:
     """List the runtime-checked rules of proved modules with the conditions that remain to be checked."""
     proved = (subject for subject in result.subjects if subject.conclusion is Conclusion.PROVED)
     pairs = dict.fromkeys(pair for subject in proved for pair in subject.boundaries)
-    shown = [(escape_invisible(rule), escape_invisible(boundary)) for rule, boundary in pairs]
+    # What is checked without the gate, such as the bound of a model, has no condition of the gate.
+    shown = [(escape_invisible(rule), escape_invisible(boundary)) for rule, boundary in pairs if boundary]
     width = max((len(rule) for rule, _ in shown), default=0)
     lines = [f"  {rule:{width}}  {boundary}" for rule, boundary in shown]
     return ["", "the gate allows while", *lines] if lines else []

@@ -143,18 +143,23 @@ def decide_fast(
     return None if function is None else function(inputs, readings, parameters, now, usage)
 
 
-def compile_read_each(state: Mapping[str, ValueChecker], required: frozenset[str]) -> ReadEach:
+def compile_read_each(
+    state: Mapping[str, ValueChecker],
+    required: frozenset[str],
+    module_variables: frozenset[str] = frozenset(),
+) -> ReadEach:
     """Compile a reader of readings with a time each, shared by skills and kinds with equal needs.
 
     Args:
         state: the checkers of the site's state variables, by name.
         required: the state variables that must be present and fresh.
+        module_variables: those that count only if they are required.
 
     Returns:
         The reader.
     """
     writer = _FastPathWriter()
-    writer.write_read_each(state, required)
+    writer.write_read_each(state, required, module_variables)
     return writer.build_read_each(_scalars_of(state, required))
 
 
@@ -294,7 +299,12 @@ class _FastPathWriter(FunctionWriter):
             for scalar in checkers[name].names:
                 self.add_line(f"{self.local[scalar]} = taken[{scalar!r}]")
 
-    def write_read_each(self, checkers: Mapping[str, ValueChecker], required: frozenset[str]) -> None:
+    def write_read_each(
+        self,
+        checkers: Mapping[str, ValueChecker],
+        required: frozenset[str],
+        module_variables: frozenset[str],
+    ) -> None:
         """Add the checks of readings with a time each; the local `measured` is the last checked time."""
         self.add_line("measured, age = now, 0.0")
         self._mapping("readings", None)
@@ -304,7 +314,9 @@ class _FastPathWriter(FunctionWriter):
             self.write_reading(checkers[name])
             if checkers[name].declared.max_age is not None:
                 self.write_guard(f"age < {checkers[name].surely_fresh!r}")
-        for name in sorted(checkers.keys() - required):
+        for name in sorted(module_variables - required):
+            self.add_line(f"if {name!r} in readings: others -= 1")
+        for name in sorted(checkers.keys() - required - module_variables):
             self.add_line(f"if {name!r} in readings:")
             start = len(self.lines)
             self.add_line("others -= 1")
@@ -375,7 +387,10 @@ class SnapshotCache:
     The cached entry is replaced as a whole, so that several threads may use the cache.
     """
 
-    def __init__(self, checkers: Mapping[str, ValueChecker]) -> None:
+    def __init__(
+        self, checkers: Mapping[str, ValueChecker], module_variables: frozenset[str] = frozenset()
+    ) -> None:
+        self._checkers, self._module_variables = checkers, module_variables
         self._unpackers = {name: FunctionWriter().build_unpacker(form) for name, form in checkers.items()}
         self._cached: _CachedColumn | None = None
 
@@ -387,7 +402,7 @@ class SnapshotCache:
 
         Returns:
             The scalars by scalar variable, not to be modified; None if a name is no state variable or a value
-            is malformed.
+            of the site is malformed. A malformed value of a module's variable is left out.
         """
         columns = snapshot_columns(snapshot)
         if columns is None:
@@ -406,7 +421,11 @@ class SnapshotCache:
             # A list could be modified before the next call, so it must not be cached.
             unpacked = None if unpack is None or type(value) is list else unpack(value)
             if unpacked is None:
-                return None
+                if type(name) is not str or name not in self._module_variables:
+                    return None
+                for scalar in self._checkers[name].names:
+                    scalars.pop(scalar, None)
+                continue
             scalars.update(unpacked)
         self._cached = _CachedColumn(order, column, scalars)
         return scalars

@@ -87,7 +87,7 @@ class MonitorRules:
     """The compiled rules of one site, shared by all monitors under it.
 
     Attributes:
-        forms: the checker of each state variable.
+        forms: the checker of each state variable that the invariants Φ may read.
         unpackers: for each state variable a function from a value to its scalars, or to None if it is
             malformed.
         parameters: for each action kind such a function for each of its parameters.
@@ -97,7 +97,7 @@ class MonitorRules:
     """
 
     def __init__(self, site: Site) -> None:
-        self.forms = value_checkers(site.observed_variables)
+        self.forms = value_checkers(site.rule_variables)
         self.unpackers = {name: FunctionWriter().build_unpacker(form) for name, form in self.forms.items()}
         self.parameters = {
             name: {
@@ -145,7 +145,7 @@ class MonitorRules:
             if len(self._quick) == _MAX_CACHED:
                 self._quick.clear()
             rules = self.site.rules_for_kind(kind)
-            declared = (*self.site.state.values(), *self.site.kinds[kind].parameters.values())
+            declared = (*self.site.rule_variables.values(), *self.site.kinds[kind].parameters.values())
             forms = {name: self.forms[name] for name in sorted(measured)}
             make_check = _TickCheckWriter().build_fast_check(
                 [rule.terms[kind] for rule in rules], declared, forms
@@ -154,7 +154,7 @@ class MonitorRules:
         return make_check()
 
     def _compile_kind(self, site: Site, kind: ActionKind) -> CompiledRuleSet:
-        declared = (*site.observed_variables.values(), *kind.parameters.values())
+        declared = (*site.rule_variables.values(), *kind.parameters.values())
         terms = {rule.id: rule.terms[kind.name] for rule in site.rules_for_kind(kind.name)}
         rules = [(name, CompiledCondition(term, declared), term) for name, term in terms.items()]
         return CompiledRuleSet(

@@ -33,8 +33,12 @@ class KinematicScene(Protocol):
             The objects, in W.
         """
 
-    def tick(self) -> None:
-        """Update after a tick."""
+    def tick(self, state: RobotState) -> None:
+        """Update after a tick.
+
+        Args:
+            state: the robot's latest readings.
+        """
 
     def measure(self, state: RobotState, time: float) -> Mapping[str, Any]:
         """Measure positions and predicates.
@@ -45,6 +49,13 @@ class KinematicScene(Protocol):
 
         Returns:
             Values by vocabulary name, SI, positions in W.
+        """
+
+    def truth(self) -> Mapping[str, bool]:
+        """Judge the goals by what is true in the world; nothing that acts may see it.
+
+        Returns:
+            The truth of each state variable that the scene defines.
         """
 
     def detect(self, camera: str, state: RobotState, yaw: float, time: float) -> Mapping[str, Any]:

@@ -63,22 +63,26 @@ def resolve_name(node: s.Name, scope: Scope, bound: Bound, hint: Type | None) ->
     )
 
 
-def resolve_attribute(node: s.Attribute, scope: Scope) -> tuple[t.Term, Type] | None:
-    """Resolve `inputs.NAME` or `ROLE.PARAMETER`.
+def resolve_attribute(node: s.Attribute, scope: Scope, bound: Bound) -> tuple[t.Term, Type] | None:
+    """Resolve `inputs.NAME`, `ROLE.PARAMETER` or `MODULE.VARIABLE`.
 
     Args:
         node: the attribute expression.
-        scope: declared inputs and roles.
+        scope: declared inputs, roles and variables.
+        bound: indices of the enclosing quantifiers, by name.
 
     Returns:
-        The variable and its type; None if the base is neither `inputs` nor a role.
+        The variable and its type; None if the base is a name that stands alone, or no name.
 
     Raises:
-        ExpressionTypeError: the input or parameter is not declared.
+        ExpressionTypeError: the input, parameter or variable is not declared.
     """
     if not isinstance(node.base, s.Name):
         return None
     base, text = node.base.text, node.name.text
+    variable = scope.variables.get(f"{base}.{text}")
+    if variable is not None:
+        return variable, value_type(variable.type)
     if base == "inputs":
         among, fault = scope.inputs, f"this skill has no input `{text}`"
         otherwise: str | None = "declare it under `inputs`"
@@ -86,10 +90,33 @@ def resolve_attribute(node: s.Attribute, scope: Scope) -> tuple[t.Term, Type] | 
         among, fault = scope.roles[base], f"the action `{base}` has no parameter `{text}`"
         otherwise = None
     else:
+        _check_base_is_known(node, base, text, scope, bound)
         return None
     if text not in among:
         raise ExpressionTypeError("AE202", fault, node.extent, cure=suggest_names(text, among) or otherwise)
     return among[text], value_type(among[text].type)
+
+
+def _check_base_is_known(node: s.Attribute, base: str, text: str, scope: Scope, bound: Bound) -> None:
+    """Report `BASE.TEXT` as a variable of a module if nothing has a name like `BASE`.
+
+    Raises:
+        ExpressionTypeError: no such variable may be read here.
+    """
+    alone = [*bound, *scope.variables, *scope.constants]
+    if base in alone or any(base in enum.members for enum in scope.enums.values()):
+        return
+    cure = suggest_names(f"{base}.{text}", [name for name in scope.variables if "." in name])
+    if cure is None and did_you_mean(base, alone) is not None:
+        return
+    raise ExpressionTypeError(
+        "AE202",
+        f"`{base}.{text}` is not declared here",
+        node.extent,
+        cure=cure
+        or "another module's variable can be read if the site shares it under `policy.perception.shared` "
+        "and this module requires the other",
+    )
 
 
 def resolve_volume(name: s.Name, scope: Scope) -> AxisAlignedBox:
@@ -133,6 +160,10 @@ def declared_type(operands: Iterable[s.Node], scope: Scope, bound: Bound) -> Typ
                 return scope.variables[name].type
             case s.Attribute(base=s.Name(text="inputs"), name=s.Name(text=name)) if name in scope.inputs:
                 return scope.inputs[name].type
+            case s.Attribute(base=s.Name(text=base), name=s.Name(text=name)) if (
+                f"{base}.{name}" in scope.variables
+            ):
+                return scope.variables[f"{base}.{name}"].type
     return None
 
 

@@ -121,7 +121,7 @@ class TypeChecker:
         return require_condition(self.check(node))
 
     def _attribute(self, node: s.Attribute) -> TypedTerm:
-        resolved = resolve_attribute(node, self._scope)
+        resolved = resolve_attribute(node, self._scope, self._bound)
         if resolved is not None:
             return TypedTerm(*resolved, node.extent)
         return component(self.check(node.base), node.name, node.extent)

@@ -1,4 +1,4 @@
-"""Allow-list of the Python that skill code is written in.
+"""Allow-list of the Python that skills and perceivers are written in.
 
 Every node of the syntax tree is of a listed class, stands where that class may stand, and uses listed names.
 Anything else is refused, so a door that nobody thought of is closed.  What is allowed computes with plain
@@ -88,7 +88,6 @@ _FORBIDDEN_BUILTINS: Final = (
     frozenset(dir(builtins)) - names.ALLOWED_BUILTINS - {"False", "None", "True", "_"}
 )
 
-_GENERAL_HELP: Final = "import only from `aeros.skill` and modules such as `math`; yield actions for the rest"
 _TOP_HELP: Final = (
     "at its top a file has imports, constants, functions and classes; put the rest into a function"
 )
@@ -112,20 +111,21 @@ class Refusal:
 
     node: Located
     description: str
-    help: str = _GENERAL_HELP
+    help: str
 
 
-def first_refusal(tree: ast.Module) -> Refusal | None:
-    """Find the first place in a file of skill code that is not allowed.
+def first_refusal(tree: ast.Module, allowed: names.AllowedNames = names.SKILL_NAMES) -> Refusal | None:
+    """Find the first place in a file of module code that is not allowed.
 
     Args:
         tree: syntax tree of the file.
+        allowed: names that this kind of code may use.
 
     Returns:
         The place nearest to the beginning of the file; None if all of it is allowed.
     """
     return min(
-        _Reading(tree).refusals(),
+        _Reading(tree, allowed).refusals(),
         key=lambda one: (one.node.lineno, one.node.col_offset),
         default=None,
     )
@@ -134,8 +134,9 @@ def first_refusal(tree: ast.Module) -> Refusal | None:
 class _Reading:
     """One reading of a file: what its names stand for, and what in it is refused."""
 
-    def __init__(self, tree: ast.Module) -> None:
+    def __init__(self, tree: ast.Module, allowed: names.AllowedNames) -> None:
         self._tree = tree
+        self._allowed = allowed
         self._classes = {node.name for node in tree.body if isinstance(node, ast.ClassDef)}
         self._placed: set[int] = set()  # restricted members that stand where they may
         for node in tree.body:
@@ -167,10 +168,20 @@ class _Reading:
         """Return the `module.member` or the builtin that an expression stands for."""
         if isinstance(node, ast.Name):
             return self._origins.get(node.id, node.id)
-        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
-            module = self._origins.get(node.value.id)
-            return f"{module}.{node.attr}" if module in names.ALLOWED_MODULES else None
+        if isinstance(node, ast.Attribute):
+            module = self._module(node.value)
+            return None if module is None else f"{module}.{node.attr}"
         return None
+
+    def _module(self, node: ast.expr) -> str | None:
+        """Return the allowed module that an expression stands for, as `np` or `np.linalg`."""
+        if isinstance(node, ast.Name):
+            module = self._origins.get(node.id)
+        elif isinstance(node, ast.Attribute):
+            module = f"{self._module(node.value)}.{node.attr}"
+        else:
+            return None
+        return module if module in self._allowed.modules else None
 
     def _place_in_class(self, node: ast.ClassDef) -> None:
         """Mark the members of `node` that may only be a base, a decorator or the value of a field."""
@@ -210,14 +221,14 @@ class _Reading:
         if kind in REFUSED_NODES:
             yield REFUSED_NODES[kind]
         elif kind not in ALLOWED_NODES:
-            yield f"uses `{kind}`, a form of Python that is not allowed", _GENERAL_HELP
+            yield f"uses `{kind}`, a form of Python that is not allowed", self._allowed.advice
         elif scope not in ALLOWED_NODES[kind]:
             yield f"uses `{_word(node)}` {scope.value}", _TOP_HELP
         for name in identifiers(node):
             if name.startswith("__"):
                 yield (
                     _describe_dunder(node, name),
-                    _DATACLASS_HELP if scope is CodeScope.CLASS else _GENERAL_HELP,
+                    _DATACLASS_HELP if scope is CodeScope.CLASS else self._allowed.advice,
                 )
             elif not name.isascii():
                 yield f"uses the name `{name}`, which is not ASCII", "write names with the letters a to z"
@@ -227,7 +238,7 @@ class _Reading:
                 yield f"binds `{name}`, the name of a builtin", "choose another name"
         match node:
             case ast.Import() | ast.ImportFrom():
-                yield from _import_reasons(node)
+                yield from self._import_reasons(node)
             case ast.Attribute():
                 yield from self._attribute_reasons(node)
                 yield from self._member_reasons(node)
@@ -250,7 +261,7 @@ class _Reading:
         if node.id.startswith("__"):
             return  # told already, as of every name
         if node.id in _FORBIDDEN_BUILTINS:
-            yield f"uses `{node.id}`", _GENERAL_HELP
+            yield f"uses `{node.id}`", self._allowed.advice
         elif node.id not in self._known_names:
             near = did_you_mean(node.id, self._known_names)
             yield (
@@ -261,9 +272,10 @@ class _Reading:
     def _member_reasons(self, node: ast.Name | ast.Attribute) -> Iterator[tuple[str, str]]:
         """Refuse a module, base class, class decorator or `field` that is used as a value."""
         origin = self._origin(node)
-        if isinstance(node, ast.Name) and self._origins.get(node.id) in names.ALLOWED_MODULES:
+        if self._module(node) is not None:
             if id(node) not in self._placed:
-                yield f"passes the module `{node.id}` around", f"name a member of it, as `{node.id}.NAME`"
+                name = ast.unparse(node)
+                yield f"passes the module `{name}` around", f"name a member of it, as `{name}.NAME`"
         elif id(node) in self._placed:
             pass
         elif origin in names.BASE_CLASSES:
@@ -278,11 +290,11 @@ class _Reading:
         if not isinstance(node.ctx, ast.Load):
             help_ = "make a new object with `dataclasses.replace`, or keep the value in a variable"
             yield f"changes the attribute `{node.attr}`", help_
-        module = self._origins.get(node.value.id) if isinstance(node.value, ast.Name) else None
-        if module in names.ALLOWED_MODULES:
+        module = self._module(node.value)
+        if module is not None:
             self._placed.add(id(node.value))
-            if node.attr not in names.ALLOWED_MEMBERS[module]:
-                yield f"uses `{node.attr}` of `{module}`", _GENERAL_HELP
+            if node.attr not in self._allowed.members[module]:
+                yield f"uses `{node.attr}` of `{module}`", self._allowed.advice
         else:
             yield from self._attribute_name_reasons(node.attr)
 
@@ -293,10 +305,32 @@ class _Reading:
                     "write an f-string" if name.startswith("format") else "read only what the code declares"
                 )
                 yield f"reaches into `{name}`", help_
-        elif name not in names.ALLOWED_ATTRIBUTES and name not in self._own_members:
-            near = did_you_mean(name, names.ALLOWED_ATTRIBUTES | self._own_members)
+        elif name not in self._allowed.attributes and name not in self._own_members:
+            near = did_you_mean(name, self._allowed.attributes | self._own_members)
             help_ = f"did you mean `{near}`?" if near else "read attributes of the code's own dataclasses"
             yield f"reads the attribute `{name}`, which no plain value has", help_
+
+    def _import_reasons(self, node: ast.Import | ast.ImportFrom) -> Iterator[tuple[str, str]]:
+        if isinstance(node, ast.Import):
+            # `import a.b` binds `a`, which gives access to every other module in it.
+            refused = [
+                one.name for one in node.names if one.name not in self._allowed.modules or "." in one.name
+            ]
+            if refused:
+                yield f"imports `{refused[0]}`", self._allowed.advice
+            return
+        module = "." * node.level + (node.module or "")
+        if module not in self._allowed.members:
+            yield f"imports `{module}`", self._allowed.advice
+            return
+        members = self._allowed.members[module]
+        for one in node.names:
+            if one.name not in members:
+                near = did_you_mean(one.name, members)
+                yield (
+                    f"imports `{one.name}` from `{module}`",
+                    f"did you mean `{near}`?" if near else self._allowed.advice,
+                )
 
     def _is_member(self, part: ast.stmt) -> bool:
         """Tell if a statement in an enumeration surely makes a member."""
@@ -336,27 +370,6 @@ class _Reading:
                 if _reaches_further(name) and not name.startswith("__"):
                     description = f"gives the class `{node.name}` a member `{name}`"
                     yield Refusal(part, description, "choose another name")
-
-
-def _import_reasons(node: ast.Import | ast.ImportFrom) -> Iterator[tuple[str, str]]:
-    if isinstance(node, ast.Import):
-        # `import a.b` binds `a`, which gives access to every other module in it.
-        refused = [one.name for one in node.names if one.name not in names.ALLOWED_MODULES or "." in one.name]
-        if refused:
-            yield f"imports `{refused[0]}`", _GENERAL_HELP
-        return
-    module = "." * node.level + (node.module or "")
-    if module not in names.ALLOWED_MEMBERS:
-        yield f"imports `{module}`", _GENERAL_HELP
-        return
-    members = names.ALLOWED_MEMBERS[module]
-    for one in node.names:
-        if one.name not in members:
-            near = did_you_mean(one.name, members)
-            yield (
-                f"imports `{one.name}` from `{module}`",
-                f"did you mean `{near}`?" if near else _GENERAL_HELP,
-            )
 
 
 def _reaches_further(attribute: str) -> bool:

@@ -13,7 +13,7 @@ from uuid import uuid4
 import pytest
 
 from aeros.agent.agent import start_agent
-from aeros.agent.execution.dispatcher import Dispatcher, DispatchError
+from aeros.agent.execution.dispatcher import Dispatch, Dispatcher, DispatchError
 from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.report import RunReport, StepRole
 from aeros.agent.execution.step_attempt import AttemptResult, RunningAttempt, StepRunner
@@ -77,7 +77,13 @@ def memory(tmp_path: Path) -> Iterator[Memory]:
 
 def chosen(memory: Memory, *, seed: int = 0, at: WorldModel | None = None) -> str:
     dispatcher = Dispatcher(FakeRuntime({"kitchen": KITCHEN}), memory, TASK, seed)
-    return dispatcher.dispatch("kitchen", "cooking", {}, at or world()).request.skill
+    return asked(dispatcher, at or world()).request.skill
+
+
+def asked(dispatcher: Dispatcher, at: WorldModel) -> Dispatch:
+    found = dispatcher.dispatch("kitchen", "cooking", {}, at)
+    assert isinstance(found, Dispatch)
+    return found
 
 
 def times_steamed(memory: Memory, *, at: WorldModel | None = None) -> int:
@@ -131,7 +137,7 @@ def test_a_skill_that_may_not_start_is_not_chosen_and_the_reason_is_reported(mem
     remember(memory, "steam", 50, 0)
     aligned = world(wrapper_aligned=True)
     dispatcher = Dispatcher(FakeRuntime({"kitchen": KITCHEN}), memory, TASK)
-    dispatch = dispatcher.dispatch("kitchen", "cooking", {}, aligned)
+    dispatch = asked(dispatcher, aligned)
     assert dispatch.request.skill == "boil"
     boil, steam = dispatch.options
     assert boil.sampled_success is not None
@@ -155,11 +161,11 @@ def test_a_skill_that_was_denied_for_good_is_chosen_only_where_there_is_no_other
     dispatcher = Dispatcher(FakeRuntime({"kitchen": KITCHEN}), memory, TASK)
     remember(memory, "steam", 50, 0)
     dispatcher.avoid("kitchen", "steam")
-    dispatch = dispatcher.dispatch("kitchen", "cooking", {}, world())
+    dispatch = asked(dispatcher, world())
     assert dispatch.request.skill == "boil"
     assert str(dispatch.options[1]) == "`steam` 50 of 50 succeeded, not now: it was denied"
     dispatcher.avoid("kitchen", "boil")
-    assert dispatcher.dispatch("kitchen", "cooking", {}, world()).request.skill == "steam"
+    assert asked(dispatcher, world()).request.skill == "steam"
 
 
 # Within a run.
@@ -313,14 +319,13 @@ def test_a_plan_may_name_a_capability_of_skills() -> None:
         (PlanStep("kitchen", "mixed"), "`kitchen` has no skill `mixed`"),
         (PlanStep("kitchen", "cooking", {"salt": 1.0}), "`salt` is not an input of it"),
         (
-            PlanStep("kitchen", "cooking", retry=1, on_failure="frying"),
-            "on_failure: `kitchen` has no skill `frying`",
+            PlanStep("kitchen", "cooking", retry=1, on_failure=PlanStep("kitchen", "fryng")),
+            "its `on_failure`, `kitchen.fryng`: `kitchen` has no skill `fryng`; did you mean",
         ),
         (
-            PlanStep("kitchen", "cooking", retry=1, handler=PlanStep("kitchen", "frying")),
-            "its handler `frying` is a capability",
+            PlanStep("kitchen", "frying", retry=1, between_tries=PlanStep("kitchen", "fry")),
+            "leads back to itself: `kitchen.fry`",
         ),
-        (PlanStep("kitchen", "frying", retry=1, on_failure="fry"), "leads back to itself: `kitchen.fry`"),
         (
             Par((PlanStep("kitchen", "wash"), PlanStep("kitchen", "frying")), SPAN),
             "need 2 of `arm` at the same time",

@@ -165,7 +165,9 @@ def test_nothing_to_do_is_done() -> None:
 
 def test_a_handler_runs_between_two_tries_and_is_tried_itself() -> None:
     kitchen = Kitchen({"dough": ["torn"], "align": ["askew"]})
-    assert kitchen.run(step("dough", retry=1, handler=step("align", retry=1))) is None
+    assert (
+        kitchen.run(step("dough", retry=1, between_tries=step("align", retry=1), needs_recovery=True)) is None
+    )
     roles = [(record.skill, record.role) for record in kitchen.attempts.records]
     assert roles == [
         ("dough", StepRole.STEP),
@@ -177,7 +179,7 @@ def test_a_handler_runs_between_two_tries_and_is_tried_itself() -> None:
 
 def test_a_handler_that_fails_for_good_ends_its_step() -> None:
     kitchen = Kitchen({"dough": ["torn"], "align": ["askew"]})
-    end = kitchen.run(step("dough", retry=1, handler=step("align")), step("water"))
+    end = kitchen.run(step("dough", retry=1, between_tries=step("align"), needs_recovery=True), step("water"))
     assert end == PlanFailure("`kitchen.align` failed: outcome `askew`")
     assert kitchen.started == ["dough", "align"]
 
@@ -225,9 +227,12 @@ HOLDING = (
         ((step("dough"), step("filling")), None),
         ((step("dough"), step("filling"), step("align")), "need 3 of `bench` at the same time"),
         ((step("dough"), step("water")), "may move `left` at the same time"),
-        ((step("filling", retry=1, on_failure="dough"), step("water")), "may move `left` at the same time"),
         (
-            (step("filling", retry=1, handler=step("dough")), step("water")),
+            (step("filling", retry=1, between_tries=step("dough")), step("water")),
+            "may move `left` at the same time",
+        ),
+        (
+            (step("filling", on_failure=step("dough")), step("water")),
             "may move `left` at the same time",
         ),
         ((step("align"), step("wrap")), "`wrapper_aligned` is written by one branch"),
@@ -259,14 +264,13 @@ def _nested(depth: int) -> Part:
         (if_aligned(3), "a int is not a step"),  # type: ignore[arg-type]
         (_nested(21), "nested more than 20 deep"),
         (par(step("dough"), Seq(())), "a branch of a `par` has no step"),
-        (step("dough", handler=3), "`handler` is of type int"),
+        (step("dough", on_failure=3), "`on_failure` is of type int"),
         (step("dough", flows={"force": "weigh"}), "`flows` does not name an output of a step"),
         (step("dough", flows={"force": ("weigh", "force")}), "`force` is not an input of it"),
         (
-            step("dough", handler=step("flour")),
-            "step 1, its handler, `kitchen.flour`: `kitchen` has no skill",
+            step("dough", between_tries=step("flour")),
+            "step 1, its `between_tries`, `kitchen.flour`: `kitchen` has no skill",
         ),
-        (step("dough", handler=step("align"), on_failure="align"), "both a handler and an `on_failure`"),
     ],
 )
 def test_a_graph_that_is_none_is_no_plan(part: Part, problem: str) -> None:
@@ -295,3 +299,64 @@ def test_an_input_takes_what_an_earlier_step_gave(given: Any, asked: Any, end: s
     assert found is None or (end or "") in found.reason
     assert [request.inputs for request in kitchen.runtime.requests[1:]] == ([] if asked is None else [asked])
     assert kitchen.run(parts[1]) is not None  # of another plan's steps nothing is known
+
+
+# What follows the last try.
+
+
+def roles(kitchen: Kitchen) -> list[tuple[str, str]]:
+    return [(record.skill, record.role.value) for record in kitchen.attempts.records]
+
+
+def test_on_failure_runs_after_the_last_try_and_the_step_has_failed_all_the_same() -> None:
+    kitchen = Kitchen({"dough": ["torn", "torn"]})
+    tried = step("dough", retry=1, between_tries=step("water"), on_failure=step("align"))
+    assert kitchen.run(tried, step("filling")) == PlanFailure("`kitchen.dough` failed: outcome `torn`")
+    assert roles(kitchen) == [
+        ("dough", "step"),
+        ("water", "recovery"),
+        ("dough", "retry"),
+        ("align", "recovery"),
+    ]
+
+
+def test_on_failure_runs_where_the_next_try_cannot_start() -> None:
+    lost = skill(
+        "wrap", outcome("lost", {"wrapper_aligned": False}, failure=True), precondition="wrapper_aligned"
+    )
+    kitchen = Kitchen({"wrap": ["lost"]}, modules={"kitchen": module("kitchen", (*SKILLS[:4], lost))})
+    kitchen.runtime.state["wrapper_aligned"] = True
+    kitchen.attempts.observe()
+    end = kitchen.run(step("wrap", retry=2, on_failure=step("align")))
+    assert end is not None
+    assert "its precondition `wrapper_aligned` is not met" in end.reason
+    assert roles(kitchen) == [("wrap", "step"), ("align", "recovery")]
+
+
+@pytest.mark.parametrize("first", ["ready", "denied"])
+def test_on_failure_does_not_run_where_nothing_failed_as_declared(first: str) -> None:
+    kitchen = Kitchen({"dough": [StepStatus.DENIED]} if first == "denied" else {})
+    tried = step("dough" if first == "denied" else "wrap", on_failure=step("align"))
+    assert kitchen.run(tried) is not None
+    assert [name for name, _ in roles(kitchen)] == (["dough"] if first == "denied" else [])
+
+
+def test_once_the_goal_is_reached_on_failure_does_not_run() -> None:
+    kitchen = Kitchen({"dough": ["torn"]})
+    over = lambda: bool(kitchen.attempts.records)  # noqa: E731
+    assert kitchen.run(step("dough", on_failure=step("align")), is_over=over) is None
+    assert roles(kitchen) == [("dough", "step")]
+
+
+def test_a_handler_that_a_step_needs_is_followed_by_on_failure() -> None:
+    kitchen = Kitchen({"dough": ["torn"], "align": ["askew"]})
+    tried = step("dough", retry=1, between_tries=step("align"), needs_recovery=True, on_failure=step("water"))
+    assert kitchen.run(tried) == PlanFailure("`kitchen.align` failed: outcome `askew`")
+    assert [name for name, _ in roles(kitchen)] == ["dough", "align", "water"]
+
+
+def test_a_handler_with_an_undeclared_ending_ends_the_step() -> None:
+    kitchen = Kitchen({"dough": ["torn"], "align": [StepStatus.DENIED]})
+    end = kitchen.run(step("dough", on_failure=step("align")))
+    assert end is not None
+    assert end.reason.startswith("`kitchen.align` was denied")

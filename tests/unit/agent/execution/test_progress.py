@@ -63,12 +63,12 @@ def test_a_halted_attempt_stays_unfinished_and_is_no_change() -> None:
     assert (progress.last_result(AT), progress.is_done(AT), len(changes)) == (None, False, 1)
 
 
-def test_a_further_attempt_forgets_the_result_of_the_one_before() -> None:
+def test_a_further_attempt_keeps_the_result_of_the_one_before_until_it_ends() -> None:
     progress, _ = watched()
     progress.start_attempt(AT, ATTEMPT)
     progress.finish_attempt(AT, FAILED)
     progress.start_attempt(AT, ATTEMPT)
-    assert progress.attempts[AT] == AttemptHistory(2, ATTEMPT, None)
+    assert progress.attempts[AT] == AttemptHistory(2, ATTEMPT, FAILED)
 
 
 def test_an_attempt_that_never_started_is_not_counted() -> None:
@@ -78,6 +78,7 @@ def test_an_attempt_that_never_started_is_not_counted() -> None:
     progress.start_attempt(AT, ATTEMPT)
     progress.drop_attempt(AT)
     assert (progress.attempt_count(AT), progress.unfinished_attempts()) == (1, [])
+    assert progress.last_result(AT) == FAILED
 
 
 def test_a_step_marked_done_is_done_though_its_last_attempt_failed() -> None:

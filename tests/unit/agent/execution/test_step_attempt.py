@@ -158,6 +158,7 @@ class Kitchen:
         started = self.runner.start(role, "dumpling", skill, inputs)
         if isinstance(started, AttemptResult):
             return started
+        assert isinstance(started, RunningAttempt)
         ended = self.runner.wait(inf)
         assert ended is not None
         assert ended.step == started.handle

@@ -6,7 +6,7 @@ from uuid import uuid4
 
 import pytest
 
-from aeros.agent.execution.dispatcher import Dispatcher, DispatchError
+from aeros.agent.execution.dispatcher import Dispatch, Dispatcher, DispatchError
 from aeros.agent.execution.supervisor import StepAssessment, assess_step, start_obstacle
 from aeros.agent.identity import Identity
 from aeros.agent.memory.store import open_memory
@@ -154,6 +154,7 @@ def test_a_step_that_does_not_fit_now_is_not_dispatched(
         with pytest.raises(DispatchError, match=why):
             dispatcher.dispatch(module, name, inputs, world(dumpling_wrapped=True))
         fitting = dispatcher.dispatch("dumpling", "boil", {"force": 0.25}, world(dumpling_wrapped=True))
+        assert isinstance(fitting, Dispatch)
         assert fitting.request.inputs == {"force": 0.25}
 
 

@@ -48,10 +48,12 @@ def test_a_rule_that_is_not_measured_as_satisfied_gives_a_step(
 
 
 def test_a_step_has_all_that_its_rule_says() -> None:
-    wrapping = replace(rule("dumpling_wrapped", "wrap", 2, "recover"), inputs={"force": 0.5})
+    wrapping = replace(rule("dumpling_wrapped", "wrap", 2, "recover", "prepare"), inputs={"force": 0.5})
     routed = RoutedTask("dumpling", task("t", ("t",), "dumpling_cooked", wrapping))
     (step,) = RulePlanner().plan(routed, world(), {}).steps
-    assert step == PlanStep("dumpling", "wrap", {"force": 0.5}, 2, "recover", term("dumpling_wrapped"))
+    between, last = PlanStep("dumpling", "recover"), PlanStep("dumpling", "prepare")
+    unless = term("dumpling_wrapped")
+    assert step == PlanStep("dumpling", "wrap", {"force": 0.5}, 2, between, last, unless)
 
 
 def test_its_name_in_the_record_is_rules() -> None:

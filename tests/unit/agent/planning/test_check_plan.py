@@ -36,7 +36,7 @@ def do(name: str, retry: int = 0, **more: Any) -> PlanStep:
     return PlanStep("dumpling", name, retry=retry, **more)
 
 
-WHOLE = (do("prepare"), do("recover"), do("wrap", 2, on_failure="recover"), do("boil"))
+WHOLE = (do("prepare"), do("recover"), do("wrap", 2, between_tries=do("recover")), do("boil"))
 COOKED = outcome("cooked", {"dumpling_cooked": True})
 
 
@@ -91,14 +91,14 @@ def test_either_branch_of_an_if_must_lead_on() -> None:
             do("boil", inputs={"salt": 1.0}),
             "it cannot be checked with inputs other than the declared defaults",
         ),
-        (do("wrap", 1, handler=do("recover")), "steps with a handler or with outputs of other steps"),
+        (do("wrap", 1, needs_recovery=True), "steps of a composition, or with outputs of other steps"),
         (
             do("boil", flows={"force": ("weigh", "force")}),
-            "steps with a handler or with outputs of other steps",
+            "steps of a composition, or with outputs of other steps",
         ),
         (
-            do("prepare", 1, on_failure="fly"),
-            "on_failure: it cannot be checked with inputs other than the declared defaults",
+            do("prepare", 1, on_failure=do("fly")),
+            "on_failure: no such skill",
         ),
         (Par((do("prepare"), do("recover")), SPAN), "parallel branches cannot be checked"),
     ],

@@ -39,12 +39,12 @@ def if_aligned(then: Part, otherwise: Part | None = None) -> If[PlanStep]:
     return If(term("wrapper_aligned"), "wrapper_aligned", then, otherwise, SPAN)
 
 
-def _spec_step(name: str, retry: int = 0, on_failure: str | None = None, flows: Any = None) -> spec.Step:
-    return spec.Step(name, name, {}, flows or {}, retry, on_failure, SPAN)
+def _spec_step(name: str, retry: int = 0, between: str | None = None, flows: Any = None) -> spec.Step:
+    return spec.Step(name, name, {}, flows or {}, retry, between, None, SPAN)
 
 
 def test_a_composition_is_the_plan_that_it_says() -> None:
-    both = (_spec_step("dough", 1, "align"), _spec_step("filling", 0, spec.STOP_ON_FAILURE))
+    both = (_spec_step("dough", 1, "align"), replace(_spec_step("filling"), on_failure=spec.STOP_ON_FAILURE))
     then: spec.Part = _spec_step("wrap")
     choice = If(term("wrapper_aligned"), "wrapper_aligned", then, Seq(()), SPAN)
     body: spec.Part = Seq((Par(both, SPAN), choice))
@@ -53,11 +53,17 @@ def test_a_composition_is_the_plan_that_it_says() -> None:
         spec.Composition("make", term("true"), None, body, handlers, SPAN), "kitchen"
     )
     water = step("water", id="water")
-    helped = step("dough", retry=1, handler=step("align", retry=1, handler=water, id="align"), id="dough")
+    helped = step(
+        "dough",
+        retry=1,
+        between_tries=step("align", retry=1, between_tries=water, needs_recovery=True, id="align"),
+        needs_recovery=True,
+        id="dough",
+    )
     chosen = if_aligned(step("wrap", id="wrap"), Seq(()))
     assert graph == TaskGraph((par(helped, step("filling", id="filling")), chosen))
     assert [str(part) for part in graph.parts] == [
-        "(kitchen.dough (retry 1, on_failure align) ∥ kitchen.filling)",
+        "(kitchen.dough (retry 1, between_tries align) ∥ kitchen.filling)",
         "(if wrapper_aligned then kitchen.wrap else nothing)",
     ]
     assert [one.skill for one in graph.steps] == ["dough", "filling", "wrap"]

@@ -28,8 +28,14 @@ from aeros.agent.planning.llm_client import MAX_RESPONSE_BYTES, LlmEndpoint
 KEY = "sk-secret"
 
 
-def step(skill: str, retry: int = 0, on_failure: str | None = None) -> dict[str, Any]:
-    return {"skill": f"dumpling.{skill}", "inputs": {}, "retry": retry, "on_failure": on_failure}
+def step(skill: str, retry: int = 0, between_tries: str | None = None) -> dict[str, Any]:
+    return {
+        "skill": f"dumpling.{skill}",
+        "inputs": {},
+        "retry": retry,
+        "between_tries": between_tries,
+        "on_failure": None,
+    }
 
 
 GOOD = {"plan": [step("prepare"), step("recover"), step("wrap", 2, "recover"), step("boil", 1)]}

@@ -65,7 +65,7 @@ def test_paths_after_failures_are_planned_too() -> None:
     engine = Saying(DO, [DO[0], *DO[2:]], DO)
     graph = planned(engine, RISKY)
     assert [step.skill for step in graph.steps] == ["prepare", "recover", "wrap", "boil"]
-    assert graph.steps[2] == PlanStep("dumpling", "wrap", {}, 3, "recover")
+    assert graph.steps[2] == PlanStep("dumpling", "wrap", {}, 3, PlanStep("dumpling", "recover"))
     assert len(engine.asked) == 3  # the last: whether there is anything shorter by now
 
 

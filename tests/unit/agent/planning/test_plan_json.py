@@ -17,7 +17,18 @@ GRAPH = TaskGraph(
     (
         PlanStep("dumpling", "prepare"),
         PlanStep("dumpling", "wrap", unless=term(f"{WHERE} or not wrapper_aligned")),
-        Seq((PlanStep("dumpling", "boil", {"force": 0.1}, retry=2, on_failure="recover"),)),
+        Seq(
+            (
+                PlanStep(
+                    "dumpling",
+                    "boil",
+                    {"force": 0.1},
+                    retry=2,
+                    between_tries=PlanStep("dumpling", "recover"),
+                    on_failure=PlanStep("other", "call"),
+                ),
+            )
+        ),
         If(term(WHERE), WHERE, Seq((PlanStep("dumpling", "wrap"),)), Seq(()), PLAN_SPAN),
         If(term(WHERE), WHERE, Seq(()), None, PLAN_SPAN),
     )

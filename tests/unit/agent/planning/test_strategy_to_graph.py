@@ -63,13 +63,13 @@ def test_failures_that_the_strategy_covers_become_retries_and_a_recovery() -> No
     assert plan_lines(*SKILLS) == [
         "m.prepare",
         "m.recover",
-        "m.wrap (retry 3, on_failure recover)",
+        "m.wrap (retry 3, between_tries recover)",
         "m.boil (retry 3)",
     ]
 
 
 def test_no_step_is_retried_more_often_than_is_allowed() -> None:
-    assert plan_lines(*SKILLS, retries=1)[2] == "m.wrap (retry 1, on_failure recover)"
+    assert plan_lines(*SKILLS, retries=1)[2] == "m.wrap (retry 1, between_tries recover)"
     assert plan_lines(*SKILLS, retries=0) == ["m.prepare", "m.recover", "m.wrap", "m.boil"]
 
 
@@ -78,7 +78,7 @@ def test_a_step_that_failure_keeps_from_starting_is_tried_again_after_its_recove
     knead, cook = brings("knead", DOUGH), brings("cook", COOKED, spills, needs=DOUGH)
     (first, then) = graph(knead, cook).steps
     assert first == PlanStep("m", "knead", {}, 0)
-    assert then == PlanStep("m", "cook", {}, 3, "knead")
+    assert then == PlanStep("m", "cook", {}, 3, PlanStep("m", "knead"))
 
 
 def test_of_several_reactions_to_failure_none_is_the_recovery() -> None:
@@ -95,7 +95,10 @@ def test_a_recovery_never_waits_for_itself() -> None:
     first = brings("first", DOUGH, outcome("undone", {FILLING: False}, failure=True), needs=FILLING)
     second = brings("second", FILLING, outcome("undone", {DOUGH: False}, failure=True))
     last = brings("last", COOKED, needs=f"{DOUGH} and {FILLING}")
-    found = {step.skill: step.on_failure for step in graph(first, second, last).steps}
+    found = {
+        step.skill: None if step.between_tries is None else step.between_tries.skill
+        for step in graph(first, second, last).steps
+    }
     assert found == {"second": None, "first": "second", "last": None}
 
 

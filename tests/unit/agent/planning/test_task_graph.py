@@ -39,7 +39,10 @@ def planned(**measured: bool) -> list[str]:
 
 def test_a_fitting_plan_has_no_problem() -> None:
     assert (
-        problems(PlanStep("dumpling", "wrap", retry=3, on_failure="recover"), PlanStep("dumpling", "boil"))
+        problems(
+            PlanStep("dumpling", "wrap", retry=3, between_tries=PlanStep("dumpling", "recover")),
+            PlanStep("dumpling", "boil"),
+        )
         == []
     )
     assert problems(PlanStep("dumpling", "boil", {"force": 0.25})) == []
@@ -58,12 +61,15 @@ def test_a_fitting_plan_has_no_problem() -> None:
         (PlanStep("dumpling", "wrap", retry=4), "4 retries; this site allows 0 to 3"),
         (PlanStep("dumpling", "wrap", retry=-1), "-1 retries"),
         (
-            PlanStep("dumpling", "wrap", retry=1, on_failure="pray"),
-            "on_failure: `dumpling` has no skill `pray`",
+            PlanStep("dumpling", "wrap", retry=1, on_failure=PlanStep("dumpling", "pray")),
+            "its `on_failure`, `dumpling.pray`: `dumpling` has no skill `pray`",
         ),
-        (PlanStep("dumpling", "wrap", retry=1, on_failure="needy"), "on_failure `needy`: it needs the input"),
         (
-            PlanStep("dumpling", "wrap", retry=1, on_failure="wrap"),
+            PlanStep("dumpling", "wrap", retry=1, between_tries=PlanStep("dumpling", "needy")),
+            "its `between_tries`, `dumpling.needy`: it needs the input",
+        ),
+        (
+            PlanStep("dumpling", "wrap", retry=1, between_tries=PlanStep("dumpling", "wrap")),
             "leads back to itself: `dumpling.wrap` → `dumpling.wrap`",
         ),
         (PlanStep("dumpling", "wrap", retry=True), "`retry` is of type bool"),
@@ -78,12 +84,20 @@ def test_a_problem_is_named_before_the_first_step(step: Any, problem: str) -> No
 
 
 def test_every_problem_is_named() -> None:
-    assert len(problems(PlanStep("dumpling", "a", retry=9, on_failure="b"), PlanStep("pizza", "bake"))) == 4
+    assert (
+        len(
+            problems(
+                PlanStep("dumpling", "a", retry=9, on_failure=PlanStep("dumpling", "b")),
+                PlanStep("pizza", "bake"),
+            )
+        )
+        == 4
+    )
 
 
 def test_recoveries_must_not_go_round_in_a_circle_over_several_steps() -> None:
-    wrap = PlanStep("dumpling", "wrap", retry=1, on_failure="recover")
-    recover = PlanStep("dumpling", "recover", retry=1, on_failure="wrap")
+    wrap = PlanStep("dumpling", "wrap", retry=1, between_tries=PlanStep("dumpling", "recover"))
+    recover = PlanStep("dumpling", "recover", retry=1, between_tries=PlanStep("dumpling", "wrap"))
     (found,) = problems(wrap, recover)
     assert "leads back" in found
 
@@ -112,7 +126,7 @@ def test_rules_emit_what_is_not_measured_in_order() -> None:
     everything = [
         "dumpling.prepare",
         "dumpling.recover",
-        "dumpling.wrap (retry 2, on_failure recover)",
+        "dumpling.wrap (retry 2, between_tries recover)",
         "dumpling.boil",
     ]
     del nothing["fill_level"], nothing["area"], nothing["tool"], nothing["joint"]
@@ -128,5 +142,5 @@ def test_an_unknown_unless_emits_its_step() -> None:
     # `wrapper_aligned or dumpling_wrapped` is unknown without `dumpling_wrapped`.
     assert planned(**ready, dumpling_cooked=True) == [
         "dumpling.recover",
-        "dumpling.wrap (retry 2, on_failure recover)",
+        "dumpling.wrap (retry 2, between_tries recover)",
     ]

@@ -29,10 +29,11 @@ from aeros.runtime.gate.gate import CompiledGate, GateMode
 from aeros.runtime.ports import EndedStep, Monitor, MotionCompletion, MotionHandle, StepRequest, StepStatus
 from aeros.runtime.skills.in_process_run import run_in_process
 from aeros.sim.kinematic.plant import KinematicPlant
-from aeros.sim.kinematic.scenes import SCENES
+from aeros.sim.kinematic.scenes.declared_scene import DeclaredScene
 from aeros.spec.verification.certificate import certificate_for
 from tests.differential.reference_cases import reference
 from tests.differential.test_prediction import Unwritten
+from tests.shipped_scenes import shipped_scene
 from tests.unit.agent.fake_runtime import FakeRuntime
 
 FOREVER = 1000.0
@@ -162,6 +163,7 @@ AGENT = """
 import os, pathlib, sys, time
 from aeros.agent.planning.time_limited import PlannerProcess
 from tests.unit.agent.fake_runtime import FakeRuntime
+from tests.shipped_scenes import shipped_scene
 def think():
     pathlib.Path(sys.argv[1]).write_text(str(os.getpid()))
     time.sleep(1000)
@@ -204,7 +206,7 @@ def busy() -> Iterator[tuple[Executor, Visited]]:
     )
     log: AuditLog = Unwritten()
     assert case.task.scene is not None
-    plant = Visited(SCENES[case.task.scene](), 0)
+    plant = Visited(DeclaredScene(shipped_scene(case.task.scene)), 0)
     with Executor(
         configuration, CompiledGate(configuration, GateMode.COMPILED), plant, log, run_in_process
     ) as one:

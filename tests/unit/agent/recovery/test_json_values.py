@@ -67,7 +67,9 @@ def test_compositions_read_back_as_they_were(ecm: Ecm, site: Site) -> None:
 
 def test_every_kind_of_part_is_written() -> None:
     step = PlanStep("kitchen", "knead", {"force": Fraction(1, 3), "at": (Fraction(1), 2.5)}, 1, id="one")
-    other = PlanStep("kitchen", "boil", flows={"force": ("one", "felt")}, handler=step)
+    other = PlanStep(
+        "kitchen", "boil", flows={"force": ("one", "felt")}, between_tries=step, needs_recovery=True
+    )
     condition = term("fill_level <= 0.25 and not wrapper_aligned and joint[j1] < 1")
     plan = TaskGraph((Par((step, other), SPAN), If(condition, "so", Seq((step,)), None, SPAN)))
     again = there_and_back(plan)

@@ -21,7 +21,7 @@ def test_steps_are_reported_with_role_and_outcome(tmp_path: Path) -> None:
         ("prepare", "step", "laid_out", False),
         ("wrap", "step", "spoilt", True),
         ("recover", "recovery", "aligned", False),
-        ("wrap", "retry", "wrapped", False),
+        ("wrap", "step", "wrapped", False),
         ("boil", "step", "cooked", False),
     ]
     assert left.runs[0].previous is None

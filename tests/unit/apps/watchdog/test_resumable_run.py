@@ -20,6 +20,7 @@ from aeros.apps.watchdog.resumable_run import (
 )
 from aeros.sim.kinematic.plant import make_plant
 from aeros.spec.migrations.formats import RUN
+from tests.shipped_scenes import shipped_scene
 from tests.unit.sim.hosting.hosted import Hosting
 
 
@@ -99,7 +100,7 @@ def test_a_state_folder_that_cannot_be_written_is_refused_before_the_task_begins
 
 def test_a_task_that_has_ended_ends_its_plant(tmp_path: Path) -> None:
     save_run_options(asked(tmp_path))
-    hosting = Hosting(make_plant("bare", 0))
+    hosting = Hosting(make_plant(shipped_scene("bare"), 0))
     hosting.join().close()
     end_task(tmp_path, hosting.path)
     hosting.thread.join(20.0)
@@ -110,7 +111,7 @@ def test_a_task_that_has_ended_ends_its_plant(tmp_path: Path) -> None:
 
 
 def test_the_end_of_a_plant_is_waited_for(tmp_path: Path) -> None:
-    hosting = Hosting(make_plant("bare", 0))
+    hosting = Hosting(make_plant(shipped_scene("bare"), 0))
     order: list[str] = []
 
     def wait() -> None:

@@ -23,7 +23,7 @@ def test_a_code_or_its_name_gives_its_page(asked: str, capsys: pytest.CaptureFix
 
 @pytest.mark.parametrize(
     ("asked", "suggested"),
-    [("AE5O1", "AE501"), ("AE5011", "AE501"), ("invariant-violatd", "invariant-violated")],
+    [("AE5O1", "AE501"), ("AE501x", "AE501"), ("invariant-violatd", "invariant-violated")],
 )
 def test_a_near_miss_is_asked_about(asked: str, suggested: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["explain", asked]) == Exit.USAGE

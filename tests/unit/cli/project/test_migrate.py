@@ -11,7 +11,7 @@ import pytest
 from aeros.agent.recovery.checkpoint import SCHEMA as CHECKPOINT_VERSION
 from aeros.cli.main import main
 from aeros.exit_codes import Exit
-from tests.unit.spec.migrations.migrating import as_version_0, with_version_0
+from tests.unit.spec.migrations.migrating import as_imagined_version, with_imagined_version
 
 ROOT = Path(__file__).parents[4]
 BASE = ROOT / "docs" / "codes" / "base"
@@ -20,12 +20,12 @@ STATE = ROOT / "tests" / "unit" / "spec" / "migrations" / "data" / "state_of_che
 
 @pytest.fixture
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder with a site and a module `tidy`, whose manifest is of an imagined version 0."""
-    with_version_0(monkeypatch)
+    """A folder with a site and a module `tidy`, whose manifest is of an imagined version 1."""
+    with_imagined_version(monkeypatch)
     shutil.copytree(BASE, tmp_path / "base")
     monkeypatch.chdir(tmp_path / "base")
     manifest = tmp_path / "base" / "tidy" / "ecm.yaml"
-    manifest.write_bytes(as_version_0(manifest.read_text("utf-8")).encode())
+    manifest.write_bytes(as_imagined_version(manifest.read_text("utf-8")).encode())
     return tmp_path / "base"
 
 
@@ -41,11 +41,11 @@ def test_an_older_manifest_is_refused_until_it_is_migrated(
     verify = ["verify", "tidy", "--site", "site.yaml", "--no-lock"]
     assert main(verify) == Exit.REJECTED
     message = capsys.readouterr().out
-    assert "error[AE114] format-version: `aeros/ecm/0` is an older format" in message
+    assert "error[AE114] format-version: `aeros/ecm/1` is an older format" in message
     assert "help: run `aeros migrate tidy/ecm.yaml`" in message
     assert main(["migrate", "tidy", "site.yaml"]) == Exit.SUCCESS
     message = capsys.readouterr().out
-    assert "tidy/ecm.yaml: migrated: aeros/ecm/0 -> aeros/ecm/1\n  `time_limit` is `timeout`\n" in message
+    assert "tidy/ecm.yaml: migrated: aeros/ecm/1 -> aeros/ecm/2\n  `time_limit` is `timeout`\n" in message
     assert "1 migrated, 1 current, 0 refused\n" in message
     assert "run `aeros verify` again" in message
     assert (here / "tidy" / "ecm.yaml").read_bytes() == (BASE / "tidy" / "ecm.yaml").read_bytes()
@@ -60,8 +60,8 @@ def test_nothing_is_written_where_it_is_not_asked_for(
     before = (here / "tidy" / "ecm.yaml").read_bytes()
     assert main(["migrate", "tidy", option]) == code
     message = capsys.readouterr().out
-    assert "tidy/ecm.yaml: is old: aeros/ecm/0 -> aeros/ecm/1" in message
-    assert ("-schema: aeros/ecm/0\n+schema: aeros/ecm/1\n" in message) == (option == "--diff")
+    assert "tidy/ecm.yaml: is old: aeros/ecm/1 -> aeros/ecm/2" in message
+    assert ("-schema: aeros/ecm/1\n+schema: aeros/ecm/2\n" in message) == (option == "--diff")
     assert "1 to migrate, 0 current, 0 refused" in message
     assert (here / "tidy" / "ecm.yaml").read_bytes() == before
 
@@ -102,9 +102,9 @@ def test_for_programs_it_says_all_of_it(here: Path, capsys: pytest.CaptureFixtur
     assert files["newer.yaml"]["state"] == "refused"
     assert "`aeros/site/9` was written by a newer AEROS" in files["newer.yaml"]["problem"]
     old = files["ecm.yaml"]
-    assert (old["format"], old["from"], old["to"], old["state"]) == ("ecm", 0, 1, "old")
+    assert (old["format"], old["from"], old["to"], old["state"]) == ("ecm", 1, 2, "old")
     assert old["changes"] == ["`time_limit` is `timeout`"]
-    assert "+schema: aeros/ecm/1\n" in old["diff"]
+    assert "+schema: aeros/ecm/2\n" in old["diff"]
 
 
 def test_in_a_folder_what_is_not_of_aeros_is_left_alone(
@@ -125,8 +125,8 @@ def test_in_a_folder_what_is_not_of_aeros_is_left_alone(
         ("compose.yaml", b"a: 1\n", "it is of no format that AEROS migrates"),
         ("notes.txt", b"", "it is of no format that AEROS migrates"),
         ("results.json", b"\xff", "it is not UTF-8 text"),
-        ("ecm.yaml", b"schema: aeros/ecm/1\nschema: aeros/ecm/1\n", "AE001: .+ecm.yaml:2:1"),
-        ("ecm.yaml", b"id: it\n", "its `schema` is not `aeros/ecm/1`"),
+        ("ecm.yaml", b"schema: aeros/ecm/2\nschema: aeros/ecm/2\n", "AE001: .+ecm.yaml:2:1"),
+        ("ecm.yaml", b"id: it\n", "its `schema` is not `aeros/ecm/2`"),
         ("ecm.lock", b'{"schema": "aeros/certificate/0"}', "its `schema` is not `aeros/certificate/1`"),
     ],
 )

@@ -51,4 +51,4 @@ def staged(arguments: Namespace) -> PlantSetup:
     configuration = proved()[0]
     task = understand("clean it", configuration.modules).first
     arguments.out.mkdir(parents=True, exist_ok=True)
-    return PlantSetup(arguments, configuration, task, SceneExtras((), (), ()), (), arguments.out)
+    return PlantSetup(arguments, configuration, task, SceneExtras((), (), None), (), arguments.out)

@@ -33,7 +33,7 @@ def test_the_same_seed_ends_the_same_under_every_gate(
     assert _run(tmp_path, "--plant", "symbolic", "--seed", "7", "--gate", gate) == Exit.SUCCESS
     message = capsys.readouterr().out
     assert "goal reached" in message
-    assert "steps      6 run, 1 retries, 1 recoveries, 1 re-plans" in message
+    assert "steps      6 run, 0 retries, 1 recoveries, 2 re-plans" in message
     assert "0 denied" in message
 
 
@@ -63,7 +63,10 @@ def test_a_scene_that_is_not_there_is_refused(
     manifest.write_text(manifest.read_text().replace("scene: dumpling_bench", "scene: kitchen"))
     assert main(["verify", str(module), "--no-cache"]) == Exit.SUCCESS
     assert _run(tmp_path, "--plant", plant, "--ecms", str(module)) == Exit.REJECTED
-    assert "the task's scene is `kitchen`, but there is only bare, table, fetch" in capsys.readouterr().err
+    assert (
+        "the task's scene is `kitchen`, but there is only bare, dumpling_bench, shelf_behind"
+        in capsys.readouterr().err
+    )
 
 
 def test_a_run_leaves_a_trace_and_a_sound_log_that_says_where_skill_code_ran(tmp_path: Path) -> None:
@@ -77,7 +80,8 @@ def test_a_run_leaves_a_trace_and_a_sound_log_that_says_where_skill_code_ran(tmp
     assert report.decisions.denied == 0
     lines = (tmp_path / "out" / "audit.jsonl").read_text().splitlines()
     (record,) = [json.loads(line) for line in lines if '"event":"isolation"' in line]
-    assert record["details"]["isolated"] == ["clean_table", "fetch_object", "make_dumplings"]
+    modules = ["clean_table", "fetch_object", "inspect_table", "make_dumplings", "serve_table"]
+    assert record["details"]["isolated"] == modules
     assert record["details"]["trusted"] == []
     assert set(record["details"]["layers"]) == {"bubblewrap", "landlock", "rlimits", "seccomp"}
 

@@ -63,8 +63,8 @@ AT_ONCE = """  fetch_at_once:
             - skill: watch
             - {skill: open_hand, inputs: {width: {from: measure_hand.width}}}
         - {skill: navigate, retry: 1}
-        - {skill: detect, retry: 1, on_failure: recover}
-        - {skill: grasp, retry: 1, on_failure: recover}
+        - {skill: detect, retry: 1, between_tries: recover}
+        - {skill: grasp, retry: 1, between_tries: recover}
         - {skill: deliver, on_failure: stop}
 
 tasks:

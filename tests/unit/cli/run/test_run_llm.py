@@ -25,10 +25,19 @@ def _run(folder: Path, *arguments: str) -> int:
 
 
 def step(skill: str, **more: Any) -> dict[str, Any]:
-    return {"skill": f"make_dumplings.{skill}", "inputs": {}, "retry": 0, "on_failure": None, **more}
+    return {
+        "skill": f"make_dumplings.{skill}",
+        "inputs": {},
+        "retry": 0,
+        "between_tries": None,
+        "on_failure": None,
+        **more,
+    }
 
 
-GOOD = {"plan": [step("prepare"), step("recover"), step("wrap", retry=2, on_failure="recover"), step("boil")]}
+GOOD = {
+    "plan": [step("prepare"), step("recover"), step("wrap", retry=2, between_tries="recover"), step("boil")]
+}
 
 
 def test_a_models_plan_is_verified_then_decided_by_the_gate_and_the_key_is_kept_nowhere(

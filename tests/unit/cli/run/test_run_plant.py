@@ -48,7 +48,7 @@ def test_a_plant_is_remote_to_all_but_who_serves_it(
 def test_without_options_the_scene_has_no_extras(tmp_path: Path) -> None:
     setup = staged(options(tmp_path))
     found = load_scene_extras(setup.arguments, setup.configuration, setup.task)
-    assert [list(one) for one in found] == [[], [], []]
+    assert found == SceneExtras((), (), None)
 
 
 @pytest.mark.parametrize("option", ["--people", "--faults", "--scene"])
@@ -61,7 +61,7 @@ def test_extras_need_the_physics_plant(option: str, tmp_path: Path) -> None:
 def test_the_plant_server_alone_loads_the_extras_of_a_plant(tmp_path: Path) -> None:
     setup = staged(options(tmp_path, "--faults", "none-such"))
     setup.arguments.plant_at = tmp_path / "plant.sock"
-    assert load_scene_extras(setup.arguments, setup.configuration, setup.task) == SceneExtras((), (), ())
+    assert load_scene_extras(setup.arguments, setup.configuration, setup.task) == SceneExtras((), (), None)
 
 
 # Outputs.

@@ -7,6 +7,7 @@ from typing import Any, cast
 
 from aeros.agent.execution.report import RunReport
 from aeros.cli.run.run_report import summary
+from aeros.sim.referee import GoalJudgement
 
 
 def report(**changed: Any) -> RunReport:
@@ -31,6 +32,12 @@ def test_the_summary_holds_the_numbers_of_the_report() -> None:
         "decisions  15 allowed, 6 attenuated, 3 denied",
         "time       12.3 s simulated, 5.7 s real",
     ]
+    judged = GoalJudgement(True, False, {"a": True, "b": False})
+    refereed = summary(proof, report(), "physics", 12.34, 5.67, judged).splitlines()
+    assert (
+        refereed[3] == "truth      goal reached: believed true, false in the simulator: a = true, b = false"
+    )
+    assert refereed[:3] + refereed[4:] == message.replace("symbolic", "physics").splitlines()
     missed = summary(proof, report(reached=False, reason="why"), "symbolic", 0.0, 0.0)
     assert "m.t: goal not reached: why" in missed
 

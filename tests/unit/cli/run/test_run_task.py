@@ -126,6 +126,29 @@ def test_a_report_and_a_bag_are_named_with_the_outputs(
     assert "report.html" in message.splitlines()[-1]
 
 
+@pytest.mark.parametrize(
+    ("is_clean", "code", "shown"),
+    [
+        (False, Exit.SUCCESS, "believed true, true in the simulator"),
+        (True, Exit.REJECTED, "believed true, false in the simulator: bench_clean = true"),
+    ],
+)
+def test_a_goal_that_is_believed_and_false_is_no_success(
+    is_clean: bool,
+    code: Exit,
+    shown: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("aeros.cli.run.run_task.truth_of", lambda _: {"bench_clean": is_clean})
+    assert run(options(tmp_path), goal=HOLDS) is code
+    assert f"truth      goal reached: {shown}" in capsys.readouterr().out
+    log = (tmp_path / "out" / "audit.jsonl").read_text()
+    (record,) = [line for line in log.splitlines() if "goal-judged" in line]
+    assert '"believed":true' in record.replace(" ", "")
+
+
 # Resumed.
 
 

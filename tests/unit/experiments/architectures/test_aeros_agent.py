@@ -53,18 +53,20 @@ def test_the_gate_decides_by_the_site_itself() -> None:
 
 
 @pytest.mark.parametrize(
-    ("agent", "retry", "on_failure"),
+    ("agent", "retry", "is_helped"),
     [
-        (AerosAgent(), 2, "help"),
-        (AerosAgent(retries=1), 1, "help"),
-        (AerosAgent(retries=5), 2, "help"),
-        (AerosAgent(recovery=False), 2, None),
-        (AerosAgent(retries=0, recovery=False), 0, None),
+        (AerosAgent(), 2, True),
+        (AerosAgent(retries=1), 1, True),
+        (AerosAgent(retries=5), 2, True),
+        (AerosAgent(recovery=False), 2, False),
+        (AerosAgent(retries=0, recovery=False), 0, False),
     ],
 )
-def test_a_step_is_ablated_to_what_is_left(agent: AerosAgent, retry: int, on_failure: str | None) -> None:
-    step = PlanStep("m", "s", {"f": 1.0}, 2, "help")
-    assert agent.ablate(step) == PlanStep("m", "s", {"f": 1.0}, retry, on_failure)
+def test_a_step_is_ablated_to_what_is_left(agent: AerosAgent, retry: int, is_helped: bool) -> None:
+    between, last = PlanStep("m", "help"), PlanStep("n", "reset")
+    left = (between, last) if is_helped else (None, None)
+    found = agent.ablate(PlanStep("m", "s", {"f": 1.0}, 2, between, last))
+    assert found == PlanStep("m", "s", {"f": 1.0}, retry, *left)
 
 
 # Predicted: one skill that succeeds in one of two tries.

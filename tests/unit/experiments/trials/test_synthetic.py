@@ -58,7 +58,7 @@ def test_one_module_in_ten_depends_on_the_one_before(tmp_path: Path) -> None:
 def test_a_task_reaches_for_what_its_two_skills_bring_about(tmp_path: Path) -> None:
     ecm = loaded(write_module(tmp_path, 4))
     task = ecm.tasks["task_0004"]
-    assert [(rule.skill, rule.retry, rule.on_failure) for rule in task.rules] == [
+    assert [(rule.skill, rule.retry, rule.between_tries) for rule in task.rules] == [
         ("skill_0", 1, "skill_4"),
         ("skill_2", 0, None),
     ]

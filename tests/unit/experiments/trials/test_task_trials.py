@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from aeros.experiments.plant_cache import PlantTraceCache
 from aeros.experiments.statistics import wilson
 from aeros.experiments.trial_kinds import Findings
 from aeros.experiments.trials.task import KIND
@@ -99,6 +100,20 @@ def test_without_a_first_plan_no_step_begins_as_predicted() -> None:
     assert (found["reached"], found["steps"], found["replans"], found["late"]) == (False, 0, 1, 2)
     assert (expected["success"], expected["invocations"], expected["replans"]) == (0.0, 0.0, 1.0)
     assert "stands still" in found["reason"]
+
+
+@pytest.mark.parametrize("is_true", [True, False])
+def test_where_the_truth_is_known_it_counts_and_the_belief_stands_beside_it(
+    is_true: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    changed = {"architecture": "aeros", "rate": "0"}
+    (unrefereed,) = trials(range(1), **changed)
+    assert (unrefereed["reached"], "believed" in unrefereed) == (True, False)
+    # A cache of its own, as a trace keeps the truth.
+    monkeypatch.setattr("aeros.experiments.plant_cache.truth_of", lambda _: {"dumpling_cooked": is_true})
+    monkeypatch.setattr(KIND, "_traces", PlantTraceCache())
+    (found,) = trials(range(1), **changed)
+    assert (found["reached"], found["believed"]) == (is_true, True)
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,8 @@ from aeros.runtime.bus.listened_plant import ListenedPlant
 from aeros.runtime.bus.message_publisher import RobotChain
 from aeros.runtime.bus.messages import PointStamped, TFMessage
 from aeros.runtime.ports import (
+    CameraPicture,
+    CameraView,
     MotionCompletion,
     MotionHandle,
     NoMotion,
@@ -28,6 +30,7 @@ from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
+from tests.shipped_scenes import shipped_scene
 from tests.unit.runtime.bus.test_transforms import placed_in_first
 
 MOVE = act("move")
@@ -156,7 +159,7 @@ def test_the_transforms_of_a_motion_lead_to_the_tool_that_is_measured() -> None:
     bus = InProcessBus()
     frames = bus.subscribe("/tf", TFMessage, depth=1000)
     places = bus.subscribe("/aeros/state/tool_position", PointStamped, depth=1000)
-    plant = make_plant("bare", 0)
+    plant = make_plant(shipped_scene("bare"), 0)
     with BusFeed(bus, site) as feed:
         watched = ListenedPlant(plant, feed)
         action = act("move_tool", target=(0.5, 0.1, 0.3), yaw=0.5, speed=0.25)
@@ -185,3 +188,14 @@ def test_every_listener_receives_the_same(site: Site) -> None:
         plant.advance(lambda now, values: None, 0.01)
     assert one.ticks == other.ticks
     assert len(one.ticks) > 1
+
+
+def test_pictures_are_those_of_the_plant() -> None:
+    class Looking(FakePlant):
+        def pictures(self) -> Mapping[str, CameraPicture]:
+            view = CameraView((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), 45.0)
+            return {"mast": CameraPicture("mast", 0.0, 1, 1, bytes(3), None, view)}
+
+    inner = Looking()
+    assert ListenedPlant(inner).pictures() == inner.pictures()
+    assert ListenedPlant(FakePlant()).pictures() == {}

@@ -21,6 +21,7 @@ from aeros.runtime.bus.messages import (
 from aeros.runtime.bus.port import M
 from aeros.runtime.ports import Reading
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.types import BOOL
 from aeros.spec.model.site import Site
 from tests.unit.runtime.conftest import METRES, declare
 from tests.unit.runtime.one_joint import PLAN, governed
@@ -93,6 +94,17 @@ def test_each_variable_has_a_topic_unless_its_name_is_invalid_in_ros(topics: Top
         "/aeros/events": Event,
         "/aeros/decisions": DecisionMessage,
     }
+
+
+def test_a_variable_of_a_module_has_a_topic_below_the_modules_name(
+    one_joint: Site, topics: Topics, missed: list[str]
+) -> None:
+    hot = declare("kettle.water_hot", BOOL, t.VariableRole.STATE)
+    with_kettle = replace(one_joint, state={**one_joint.state, hot.name: hot})
+    publisher = MessagePublisher(topics, with_kettle, missed.append)
+    assert topics.kinds["/aeros/state/kettle/water_hot"] is BoolStamped
+    publisher.publish_state({hot.name: Reading(True, 1.0)}, UNKNOWN)
+    assert [one.value for one in topics.on("/aeros/state/kettle/water_hot")] == [True]
 
 
 def test_a_record_is_an_event_and_a_decision_is_a_message_too(

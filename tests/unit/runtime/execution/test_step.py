@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 from math import inf, nan
 from typing import Any
@@ -35,6 +36,7 @@ from aeros.runtime.skills.in_process_run import InProcessRun, SkillRunResult
 from aeros.skill import Inputs, Observation, SkillBody, act
 from aeros.spec.model.cause import Cause
 from aeros.spec.model.site import Site
+from tests.unit.runtime import kettle
 from tests.unit.runtime.one_step import MakeBench, twice
 from tests.unit.runtime.together import configuration
 
@@ -197,3 +199,30 @@ def test_actuators_are_resources_for_one_step_at_a_time() -> None:
     cart = configuration()
     assert required_resources(cart.modules["cart"].skills["reach"]) == {"arm", "camera", "actuator arm"}
     assert resource_capacities(cart.site) == {"arm": 1, "camera": 3, "actuator arm": 1, "actuator wheels": 1}
+
+
+def test_a_skill_sees_its_modules_own_variables_under_short_names() -> None:
+    both = kettle.configuration()
+    readings = kettle.one_by_one(kettle.OWN)
+    seen = ObservationFilter(both.modules["kettle"], both.site).observe(readings, kettle.NOW)
+    own = {"water_hot": False, "filled": True, "water_level": 0.125}
+    assert own.items() <= seen.items()
+    assert not any("." in name for name in seen)
+    moment = kettle.of_one_moment(kettle.OWN)
+    assert ObservationFilter(both.modules["kettle"], both.site).observe(moment, kettle.NOW) == seen
+    other = ObservationFilter(both.modules["make_dumplings"], both.site).observe(readings, kettle.NOW)
+    assert not any("." in name or name in own for name in other)
+
+
+def test_a_skill_sees_what_the_site_shares_of_modules_that_its_own_requires() -> None:
+    both = kettle.configuration()
+    dumplings = both.modules["make_dumplings"]
+    hot = both.site.state["kettle.water_hot"]
+    sharing = replace(both.site, perception=replace(both.site.perception, shared={hot.name: hot}))
+    readings = kettle.one_by_one(kettle.OWN)
+    assert hot.name not in ObservationFilter(dumplings, sharing).observe(readings, kettle.NOW)
+    asking = replace(dumplings, required_modules={"kettle": ">=1"})
+    assert hot.name not in ObservationFilter(asking, both.site).observe(readings, kettle.NOW)
+    seen = ObservationFilter(asking, sharing).observe(readings, kettle.NOW)
+    assert seen[hot.name] is False
+    assert "kettle.filled" not in seen

@@ -65,7 +65,7 @@ _RESTRICT = "        system_call(_RESTRICT_SELF, descriptor, 0)"
 _INSTALL = "    process_control(_PR_SET_SECCOMP, _MODE_FILTER, ctypes.byref(program))"
 _LIMIT = "        resource.setrlimit(limit, (value, value))"
 _APPLY = """        if layer in requested:
-            apply()"""
+            apply(*arguments.get(layer, ()))"""
 _LAYERED = """            apply_layers([IsolationLayer(name) for name in load.layers], self._channel)
 """
 _LOADED = (
@@ -75,6 +75,18 @@ _LOADED = (
 _FAILS = """            return SkillRejected(
                 load.token, sanitize_text(f"a layer of isolation cannot be applied: {failure}")
             )"""
+
+_RESTRICTED_ZYGOTE = """\
+    from aeros.runtime.isolation.limits import restrict_resources
+    waiting, done = os.pipe()
+    worker = os.fork()
+    if worker == 0:
+        os.read(waiting, 1)
+    else:
+        restrict_resources()
+        os.write(done, b".")
+"""
+"""The worker goes on when the zygote is restricted, so that this is seen."""
 
 TWINS: dict[str, tuple[Changes, str]] = {
     "landlock off": (
@@ -199,7 +211,7 @@ TWINS: dict[str, tuple[Changes, str]] = {
         "seen: Max processes is ('0', ",
     ),
     "limits of twice the memory": (
-        {"limits": [("+ MEMORY\n", "+ 2 * MEMORY\n")]},
+        {"limits": [("mapped + memory", "mapped + 2 * memory")]},
         "rlimits: it could map much memory",
     ),
     "limits for a child": (
@@ -212,7 +224,7 @@ TWINS: dict[str, tuple[Changes, str]] = {
             f"seen: {line} is ",
         )
         for name, value, line in (
-            ("resource.RLIMIT_AS", "memory", "Max address space"),
+            ("resource.RLIMIT_AS", "mapped + memory", "Max address space"),
             ("resource.RLIMIT_CPU", "CPU", "Max cpu time"),
             ("resource.RLIMIT_CORE", "0", "Max core file size"),
             ("resource.RLIMIT_FSIZE", "0", "Max file size"),
@@ -235,19 +247,13 @@ TWINS: dict[str, tuple[Changes, str]] = {
         "seccomp: it could fork",
     ),
     "layers for a child": (
-        {"layers": [("            apply()", in_child("            apply()"))]},
+        {"layers": [(_APPLY.splitlines()[1], in_child(_APPLY.splitlines()[1]))]},
         "landlock: it could read a file",
     ),
     "layers for the zygote, not the worker": (
         {
             "worker": [(_LAYERED, "            pass\n")],
-            "zygote": [
-                (
-                    "    os.close(channel)\n    ended",
-                    "    from aeros.runtime.isolation.limits import restrict_resources\n"
-                    "    restrict_resources()\n    os.close(channel)\n    ended",
-                )
-            ],
+            "zygote": [("    worker = os.fork()\n", _RESTRICTED_ZYGOTE)],
         },
         "seen: the zygote is restricted",
     ),

@@ -10,6 +10,7 @@ import pytest
 
 from aeros.runtime.isolation import layers as module
 from aeros.runtime.isolation.layers import APPLY_LAYER, IsolationLayer, apply_layers, close_all_but
+from aeros.runtime.isolation.limits import MEMORY
 from tests.unit.runtime.isolation.forked import in_child
 
 
@@ -57,17 +58,22 @@ def test_privileges_are_dropped_before_the_requested_layers_in_their_order(
     requested: Any, applied: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     done: list[str] = []
+
+    def note(layer: str, *memory: int) -> None:
+        assert memory == ((MEMORY,) if layer == "rlimits" else ())
+        done.append(layer)
+
     monkeypatch.setattr(module, "close_all_but", lambda keep: done.append(f"closed but {keep}"))
     monkeypatch.setattr(module, "drop_privileges", lambda: done.append("dropped"))
     monkeypatch.setattr(os, "dup2", lambda source, target: done.append(f"{target} as {source}"))
     for layer in APPLY_LAYER:
-        monkeypatch.setitem(APPLY_LAYER, layer, partial(done.append, layer.value))
+        monkeypatch.setitem(APPLY_LAYER, layer, partial(note, layer.value))
     apply_layers(requested, 7)
     assert done == ["1 as 0", "2 as 0", "closed but 7", "dropped", *applied]
 
 
 def test_a_layer_that_cannot_be_applied_raises(monkeypatch: pytest.MonkeyPatch) -> None:
-    def refused() -> None:
+    def refused(memory: int) -> None:
         raise PermissionError
 
     monkeypatch.setitem(APPLY_LAYER, IsolationLayer.RLIMITS, refused)

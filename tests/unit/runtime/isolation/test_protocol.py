@@ -248,7 +248,7 @@ def load(size: int) -> LoadSkill:
 
 def test_a_request_has_a_limit_too(worker: Worker) -> None:
     header = len(payload(load(100_000))) - 100_000
-    with pytest.raises(ProtocolError, match="the request to it has more than 1048576 bytes"):
+    with pytest.raises(ProtocolError, match="the request to it has more than 35651584 bytes"):
         worker.connection.request(load(MAX_REQUEST_BYTES - header + 1), 0.02)
     # One that is just short enough fills the buffer of a worker that does not read.
     with pytest.raises(ResponseTimeoutError, match="it does not read requests"):

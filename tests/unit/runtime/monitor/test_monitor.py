@@ -296,3 +296,12 @@ def test_the_fast_check_of_a_tick_agrees_with_the_slow_one(kind: str) -> None:
             monitor.remove(started)
     assert {None, "stop-button", "input:human_distance"} <= answers
     assert quickly > 400
+
+
+def test_a_modules_variable_that_no_invariant_reads_stops_nothing() -> None:
+    monitor = watch(request("quickly", "move"))
+    for own in (True, "hot", nan, None, Reading(True, NOW + 1), [1]):
+        assert monitor(NOW, {**STATE, "kettle.hot": own}) is None
+    assert monitor(NOW, STATE) is None  # measured before, and not now
+    assert monitor(NOW, {**STATE, "kettle.hot": True, "human_distance": -1.0}) == "input:human_distance"
+    assert watch(request("quickly", "move"))(NOW, {**STATE, "mood": True}) == "input:mood"

@@ -8,13 +8,26 @@ from typing import Any
 
 import pytest
 
-from aeros.sim.bullet.bodies import GREY, Box, Cylinder, SceneBody, UrdfModel, add_body, check_overlaps
+from aeros.sim.bullet.bodies import PlacedBody, add_body, basin_boxes, check_overlaps
 from aeros.sim.bullet.client import bullet
 from aeros.sim.bullet.world import PhysicsWorld
-from aeros.sim.geometry import Vector3, yaw_of
+from aeros.sim.geometry import Pose, Vector3, yaw_of, yaw_orientation
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.source import Source
+from aeros.spec.model.scene import (
+    GREY,
+    Basin,
+    Box,
+    Compound,
+    Cylinder,
+    Joint,
+    Part,
+    Placement,
+    SceneBody,
+    Sphere,
+    UrdfModel,
+)
 
 pytestmark = pytest.mark.physics
 
@@ -30,8 +43,24 @@ def body(
     name: str = "crate", shape: Any = CUBE, position: Vector3 = (0.0, 0.0, 0.05), **more: Any
 ) -> SceneBody:
     start = SOURCE.text.find(name)
-    values = {"yaw": 0.0, "mass": 0.0, "friction": 0.5, "colour": GREY, **more}
-    return SceneBody(name, shape, position, span=SOURCE.span(start, start + len(name)), **values)
+    yaw = more.pop("yaw", 0.0)
+    placement = Placement(None, position, yaw, (0.0, 0.0, 0.0), 0.0, name)
+    values = {
+        "mass": 0.0,
+        "friction": 0.5,
+        "spinning": 0.02,
+        "rolling_resistance": 0.0,
+        "colour": GREY,
+        "grip": None,
+        **more,
+    }
+    return SceneBody(name, shape, placement, span=SOURCE.span(start, start + len(name)), **values)
+
+
+def put(world: PhysicsWorld, declared: SceneBody) -> PlacedBody:
+    """Add a body where it is declared."""
+    placement = declared.placement
+    return add_body(world, declared, Pose(placement.position, yaw_orientation(placement.yaw)))
 
 
 def dynamics(world: PhysicsWorld, number: int) -> tuple[float, float]:
@@ -61,9 +90,9 @@ def test_a_body_is_as_declared(shape: Any, kind: int, size: tuple[float, ...], w
         yaw=pi / 3,
         mass=2.5,
         friction=0.25,
-        colour=(0.1, 0.2, 0.3, 1.0),
+        colour=(0.1, 0.2, 0.3),
     )
-    number = add_body(world, declared)
+    number = put(world, declared).number
     (visual,) = bullet.getVisualShapeData(number, physicsClientId=world.client)
     assert (visual[2], visual[7]) == (kind, pytest.approx((0.1, 0.2, 0.3, 1.0)))
     assert visual[3][: len(size)] == pytest.approx(size)
@@ -78,8 +107,8 @@ def test_a_model_is_fixed_or_has_its_own_mass(
     mass: float, falls: bool, tmp_path: Path, world: PhysicsWorld
 ) -> None:
     (tmp_path / "vase.urdf").write_text(MODEL)
-    shape = UrdfModel(str(tmp_path / "vase.urdf"))
-    number = add_body(world, body(shape=shape, position=(0.0, 0.0, 5.0), mass=mass, yaw=0.5))
+    shape = UrdfModel(str(tmp_path / "vase.urdf"), ("a",), {})
+    number = put(world, body(shape=shape, position=(0.0, 0.0, 5.0), mass=mass, yaw=0.5)).number
     assert dynamics(world, number)[1] == 0.5
     for _ in range(24):
         world.step()
@@ -89,11 +118,11 @@ def test_a_model_is_fixed_or_has_its_own_mass(
 
 def test_a_model_that_cannot_be_loaded_is_refused(tmp_path: Path, world: PhysicsWorld) -> None:
     with pytest.raises(UserError):
-        add_body(world, body(shape=UrdfModel(str(tmp_path / "absent.urdf"))))
+        put(world, body(shape=UrdfModel(str(tmp_path / "absent.urdf"), ("a",), {})))
 
 
 def overlapping(world: PhysicsWorld, *bodies: SceneBody, names: Any = None) -> tuple[Diagnostic, ...]:
-    placed = {add_body(world, one): one for one in bodies}
+    placed = {put(world, one).number: one for one in bodies}
     with pytest.raises(UserError) as refused:
         check_overlaps(world, placed, names or {})
     return tuple(refused.value.diagnostics)
@@ -142,7 +171,97 @@ def test_every_pair_is_reported(world: PhysicsWorld) -> None:
 
 def test_bodies_up_to_2_mm_in_each_other_are_accepted(world: PhysicsWorld) -> None:
     placed = {
-        add_body(world, one): one for one in (body("crate"), body("pole", position=(0.0985, 0.0, 0.05)))
+        put(world, one).number: one for one in (body("crate"), body("pole", position=(0.0985, 0.0, 0.05)))
     }
     check_overlaps(world, placed, {})
     check_overlaps(PhysicsWorld(), {}, {})
+
+
+def height_at(world: PhysicsWorld, x: float, y: float) -> float | None:
+    """Height of what is first hit from above."""
+    ((number, _, _, place, _),) = bullet.rayTest((x, y, 1.0), (x, y, -1.0), physicsClientId=world.client)
+    return None if number < 0 else float(place[2])
+
+
+def test_a_basin_has_a_floor_and_four_walls_of_5_mm(world: PhysicsWorld) -> None:
+    """Inner 200 mm by 100 mm, 50 mm deep, around (1, 2) with its floor's top at 0.3 m."""
+    put(world, body(shape=Basin((0.2, 0.1, 0.05)), position=(1.0, 2.0, 0.3)))
+    assert bullet.getNumBodies(physicsClientId=world.client) == 1
+    for off, height in (
+        ((0.0, 0.0), 0.3),
+        ((0.099, 0.049), 0.3),
+        ((-0.099, -0.049), 0.3),
+        ((0.101, 0.0), 0.35),
+        ((-0.104, 0.054), 0.35),
+        ((0.0, 0.051), 0.35),
+        ((0.0, -0.054), 0.35),
+        ((0.106, 0.0), None),
+        ((0.0, -0.056), None),
+    ):
+        found = height_at(world, 1.0 + off[0], 2.0 + off[1])
+        assert found == (None if height is None else pytest.approx(height, abs=1e-6)), off
+    ((number, _, _, place, _),) = bullet.rayTest(
+        (1.0, 2.0, -1.0), (1.0, 2.0, 1.0), physicsClientId=world.client
+    )
+    assert number >= 0
+    assert place[2] == pytest.approx(0.295, abs=1e-6)
+    assert len(basin_boxes((0.2, 0.1, 0.05))) == 5
+
+
+def test_a_compound_is_one_body_of_its_parts_in_their_colours(world: PhysicsWorld) -> None:
+    red, green = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
+    parts = (
+        Part(Box((0.2, 0.2, 0.02)), (0.0, 0.0, 0.0), red),
+        Part(Cylinder(0.05, 0.2), (0.0, 0.0, 0.11), green),
+        Part(Sphere(0.03), (0.08, 0.0, 0.04), green),
+    )
+    placed = put(world, body(shape=Compound(parts), position=(1.0, 0.0, 0.5), mass=0.7))
+    assert dynamics(world, placed.number) == (0.7, 0.5)
+    shapes = bullet.getVisualShapeData(placed.number, physicsClientId=world.client)
+    assert [shape[7][:3] for shape in shapes] == [red, green, green]
+    for x, height in ((1.0, 0.71), (1.049, 0.71), (1.08, 0.57), (0.92, 0.51), (0.89, None)):
+        assert height_at(world, x, 0.0) == (None if height is None else pytest.approx(height, abs=1e-3)), x
+
+
+def test_a_ball_rolls_until_its_resistance_stops_it(world: PhysicsWorld) -> None:
+    world.bodies.add_box((4.0, 4.0, 0.1), (0.0, 0.0, -0.05), friction=1.0)
+    free, slowed = (
+        put(world, body(shape=Sphere(0.05), position=(0.0, y, 0.05), mass=0.2, rolling_resistance=lever))
+        for y, lever in ((0.5, 0.0), (-0.5, 0.005))
+    )
+    for ball in (free, slowed):
+        bullet.resetBaseVelocity(ball.number, (0.3, 0.0, 0.0), physicsClientId=world.client)
+    for _ in range(240):
+        world.step()
+    rolled = [world.pose(ball.number).position[0] for ball in (free, slowed)]
+    assert rolled[0] > 0.18
+    assert rolled[1] < 0.6 * rolled[0]
+
+
+def test_links_and_joints_of_a_model_are_set_by_their_names(tmp_path: Path, world: PhysicsWorld) -> None:
+    joint = (
+        '<link name="lid"><inertial><mass value="0.1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0"'
+        ' izz="1"/></inertial></link>'
+        '<joint name="hinge" type="revolute"><parent link="a"/><child link="lid"/>'
+        '<axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>'
+    )
+    (tmp_path / "vase.urdf").write_text(MODEL.replace("</robot>", joint))
+    model = UrdfModel(
+        str(tmp_path / "vase.urdf"),
+        ("a", "lid"),
+        {"hinge": "revolute"},
+        {"lid": 0.9},
+        {"hinge": Joint(0.5, (-0.25, 0.25))},
+    )
+    placed = put(world, body(shape=model))
+    assert (dict(placed.links), dict(placed.joints)) == ({"a": -1, "lid": 0}, {"hinge": 0})
+    frictions = [
+        bullet.getDynamicsInfo(placed.number, link, physicsClientId=world.client)[1] for link in (-1, 0)
+    ]
+    assert frictions == [0.5, 0.9]
+    bullet.setJointMotorControl2(
+        placed.number, 0, bullet.POSITION_CONTROL, targetPosition=0.9, physicsClientId=world.client
+    )
+    for _ in range(240):
+        world.step()
+    assert 0.2 < world.joint_position(placed.number, 0) < 0.3

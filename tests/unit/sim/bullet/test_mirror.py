@@ -15,7 +15,8 @@ from aeros.sim.bullet.people import People, Person, Waypoint
 from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.geometry import UPRIGHT, Camera, Pose, yaw_orientation
 from aeros.sim.randomness import RandomSource
-from aeros.sim.scenes import SCENES
+from aeros.sim.scenes.physics_scene import PhysicsScene
+from tests.shipped_scenes import SHIPPED, shipped_scene
 
 pytestmark = pytest.mark.physics
 
@@ -28,9 +29,9 @@ OFF_CENTRE = """<robot name="club"><link name="club">
 <visual><origin xyz="0.02 0.1 0"/><geometry><sphere radius="0.07"/></geometry></visual></link></robot>"""
 
 
-@pytest.mark.parametrize("name", sorted(SCENES))
+@pytest.mark.parametrize("name", SHIPPED)
 def test_a_mirrored_scene_looks_the_same_to_the_pixel(name: str) -> None:
-    scene, world, other = SCENES[name](), PhysicsWorld(), PhysicsWorld()
+    scene, world, other = PhysicsScene(shipped_scene(name)), PhysicsWorld(), PhysicsWorld()
     robot = Panda(world, scene.robot)
     scene.build(world, robot, RandomSource(0))
     People(world, robot.body, [Person("guest", (Waypoint((0.5, 0.45)),))], RandomSource(0))

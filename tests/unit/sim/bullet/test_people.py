@@ -14,6 +14,7 @@ from aeros.sim.bullet.people_file import read_people
 from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.randomness import RandomSource
 from aeros.skill import act
+from tests.shipped_scenes import shipped_scene
 from tests.unit.sim.acting import allow, execute, recording
 
 pytestmark = pytest.mark.physics
@@ -68,7 +69,9 @@ def test_two_people_of_the_same_way_draw_their_own_chance() -> None:
 
 
 def standing(*places: tuple[float, float]) -> PhysicsPlant:
-    return make_plant("bare", 0, people=[Person(f"p{n}", (Waypoint(at),)) for n, at in enumerate(places)])
+    return make_plant(
+        shipped_scene("bare"), 0, people=[Person(f"p{n}", (Waypoint(at),)) for n, at in enumerate(places)]
+    )
 
 
 def measured(plant: PhysicsPlant) -> Any:
@@ -87,7 +90,7 @@ def test_the_distance_is_from_the_nearest_part_of_the_robot_to_the_nearest_perso
 
 
 def test_without_anybody_in_range_the_scanner_reads_its_range() -> None:
-    empty, far = make_plant("bare", 0), standing((30.0, 0.0))
+    empty, far = make_plant(shipped_scene("bare"), 0), standing((30.0, 0.0))
     assert measured(empty) == measured(far) == 20.0
     for one in (empty, far):
         one.close()
@@ -101,7 +104,7 @@ def test_a_person_inside_the_robot_is_at_distance_zero_and_exerts_no_force() -> 
             joint_positions.append(plant.observe()["joint_position"].value)
         return joint_positions
 
-    alone, amid = make_plant("bare", 0), standing((0.5, 0.0))
+    alone, amid = make_plant(shipped_scene("bare"), 0), standing((0.5, 0.0))
     assert positions(alone) == positions(amid)
     assert measured(amid) == 0.0
     for one in (alone, amid):
@@ -110,7 +113,7 @@ def test_a_person_inside_the_robot_is_at_distance_zero_and_exerts_no_force() -> 
 
 def test_the_incremental_distance_equals_a_search_over_all_links() -> None:
     way = (Waypoint((1.5, -1.5)), Waypoint((0.9, 0.9), speed=1.6))
-    plant = make_plant("bare", 0, people=[Person("a", way)])
+    plant = make_plant(shipped_scene("bare"), 0, people=[Person("a", way)])
     people = plant._people
     (walker,) = people.walkers
     joint_positions: list[tuple[float, float]] = []
@@ -130,7 +133,7 @@ def test_the_incremental_distance_equals_a_search_over_all_links() -> None:
 def test_the_same_seed_repeats_bit_for_bit_with_people_and_another_does_not() -> None:
     def joint_positions(seed: int) -> list[Any]:
         log: list[Mapping[str, Any]] = []
-        plant = make_plant("table", seed, people=read_people("at_the_table"))
+        plant = make_plant(shipped_scene("table"), seed, people=read_people("at_the_table"))
         execute(plant, act("wait", duration=13.0), recording(log), 99.0)
         plant.close()
         return log

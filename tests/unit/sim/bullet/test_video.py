@@ -13,20 +13,21 @@ from aeros.sim.bullet import video
 from aeros.sim.bullet.video import FRAMES_MAX, VideoError, VideoRecorder
 from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.physics import make_plant
-from aeros.sim.scenes import SCENES
+from aeros.sim.scenes.physics_scene import PhysicsScene
 from aeros.skill import act
+from tests.shipped_scenes import shipped_scene
 from tests.unit.sim.acting import allow, execute
 from tests.unit.sim.films import frames_of
 
 pytestmark = pytest.mark.physics
 
-VIEW = SCENES["bare"]().view
+VIEW = PhysicsScene(shipped_scene("bare")).view
 
 
 @pytest.mark.parametrize("suffix", VIDEO_SUFFIXES)
 def test_a_video_shows_the_motion(suffix: str, tmp_path: Path) -> None:
     film = tmp_path / "made" / f"film{suffix}"
-    plant = make_plant("bare", 0, spectators=[VideoRecorder(film)])
+    plant = make_plant(shipped_scene("bare"), 0, spectators=[VideoRecorder(film)])
     execute(plant, act("move_tool", target=(0.5, 0.2, 0.3), yaw=0.0, speed=0.2), allow, 1e9)
     expected = int(plant.now() / 0.75) + 1
     plant.close()

@@ -16,16 +16,17 @@ from aeros.sim.bullet.client import bullet
 from aeros.sim.bullet.window import ViewerWindow, WindowError, orbit_view
 from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.geometry import Camera
-from aeros.sim.scenes import SCENES
+from aeros.sim.scenes.physics_scene import PhysicsScene
+from tests.shipped_scenes import SHIPPED, shipped_scene
 
 pytestmark = pytest.mark.physics
 
 VIEW = Camera(eye=(1.15, 0.55, 0.62), target=(0.42, 0.03, 0.1), field_of_view=40.0)
 
 
-@pytest.mark.parametrize("name", sorted(SCENES))
+@pytest.mark.parametrize("name", SHIPPED)
 def test_the_window_uses_the_camera_of_videos(name: str) -> None:
-    camera = SCENES[name]().view
+    camera = PhysicsScene(shipped_scene(name)).view
     distance, yaw, pitch, target = orbit_view(camera)
     by_window = bullet.computeViewMatrixFromYawPitchRoll(target, distance, yaw, pitch, 0.0, 2)
     assert by_window == pytest.approx(

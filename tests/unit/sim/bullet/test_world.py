@@ -8,7 +8,9 @@ from math import dist
 import pytest
 
 from aeros.sim.bullet.world import GRAVITY, PhysicsWorld
-from aeros.sim.scenes.furniture import MODELS
+from tests.shipped_scenes import ECMS
+
+MODELS = ECMS / "make_dumplings" / "scenes" / "models"
 
 pytestmark = pytest.mark.physics
 

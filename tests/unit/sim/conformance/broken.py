@@ -19,15 +19,16 @@ from aeros.runtime.ports import (
 )
 from aeros.sim.clock import TICK
 from aeros.sim.kinematic.plant import KinematicPlant
-from aeros.sim.kinematic.scenes import SCENES
+from aeros.sim.kinematic.scenes.declared_scene import DeclaredScene
 from aeros.skill import Action
+from tests.shipped_scenes import shipped_scene
 
 
 class Twin(KinematicPlant):
     """The plant as it should be."""
 
     def __init__(self, scene: str = "bare") -> None:
-        super().__init__(SCENES[scene](), 0)
+        super().__init__(DeclaredScene(shipped_scene(scene)), 0)
 
     def creep(self, joints: float = 1e-3) -> None:
         """Move the arm a little, though nobody asked for it."""

@@ -23,6 +23,7 @@ from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
 from tests.repo.tree import ROOT
+from tests.shipped_scenes import shipped_scene
 from tests.unit.sim.hosting.hosted import Hosted
 
 REACH: Final = act("move_tool", target=(0.5, -0.35, 0.25), yaw=0.5, speed=0.5)
@@ -67,17 +68,17 @@ def _physics(scene: str) -> Callable[[], Plant]:
         # PyBullet is imported only where it is asked for.
         from aeros.sim.physics import make_plant
 
-        return make_plant(scene, 0)
+        return make_plant(shipped_scene(scene), 0)
 
     return make
 
 
 def _watched() -> Plant:
-    return ListenedPlant(make_kinematic("bare", 0), BusFeed(InProcessBus(), _site()))
+    return ListenedPlant(make_kinematic(shipped_scene("bare"), 0), BusFeed(InProcessBus(), _site()))
 
 
 KINEMATIC: Final = PlantUnderTest(
-    make_plant=lambda: make_kinematic("bare", 0),
+    make_plant=lambda: make_kinematic(shipped_scene("bare"), 0),
     motion_action=REACH,
     parallel_action=LOOK_AND_WAIT,
     tracking_tolerance=1e-9,
@@ -102,7 +103,7 @@ SUBJECTS: Final = {
     "kinematic": KINEMATIC,
     "kinematic on its carriage": replace(
         KINEMATIC,
-        make_plant=lambda: make_kinematic("fetch", 0),
+        make_plant=lambda: make_kinematic(shipped_scene("fetch"), 0),
         motion_action=DRIVE,
         # 0.5 m/s over 1 m/s²; the joints do not move.
         max_stop_time=0.5,
@@ -113,7 +114,7 @@ SUBJECTS: Final = {
     ),
     "kinematic, joint by joint": replace(KINEMATIC, motion_action=JOINTS),
     "watched": replace(KINEMATIC, make_plant=_watched),
-    "hosted": replace(KINEMATIC, make_plant=lambda: Hosted(lambda: make_kinematic("bare", 0))),
+    "hosted": replace(KINEMATIC, make_plant=lambda: Hosted(lambda: make_kinematic(shipped_scene("bare"), 0))),
 }
 
 SUBJECTS["symbolic, joint by joint"] = replace(SUBJECTS["symbolic"], motion_action=JOINTS)
@@ -140,5 +141,6 @@ PHYSICAL: Final = {
         base_deceleration=BASE_ACCELERATION_MAX,
         contact_actions=(),
         parallel_actions=TOGETHER,
+        look_action=act("look", camera="hand"),
     ),
 }

@@ -6,7 +6,6 @@ import pytest
 
 from aeros.sim.faults.faults_file import FaultContext, parse_faults, read_faults, shipped_faults
 from aeros.sim.faults.model import CameraOpportunity, PersonEntersFault, SkillOpportunity, TimedOpportunity
-from aeros.sim.scenes import SCENES
 from aeros.spec.declared.faults import (
     CommandDelayFault,
     DisplacedDetectionFault,
@@ -22,6 +21,7 @@ from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.text.discovery import reference_site_path
+from tests.shipped_scenes import shipped_scene
 
 SITE = load_site(reference_site_path(), Diagnostics())
 assert SITE is not None
@@ -144,7 +144,7 @@ def test_all_problems_of_a_file_are_reported_together() -> None:
 def test_a_shipped_file_fits_one_of_the_scenes(name: str) -> None:
     fitting = []
     for scene in ("dumpling_bench", "table", "fetch"):
-        built = SCENES[scene]()
+        built = shipped_scene(scene)
         skills = (
             *(f"make_dumplings.{skill}" for skill in ("prepare", "wrap", "boil")),
             *(f"clean_table.{skill}" for skill in ("wipe", "organize")),
@@ -152,7 +152,7 @@ def test_a_shipped_file_fits_one_of_the_scenes(name: str) -> None:
         )
         assert SITE is not None
         try:
-            assert read_faults(name, FaultContext(SITE.state, skills, built.pushable_objects, built.cameras))
+            assert read_faults(name, FaultContext(SITE.state, skills, built.movable, built.cameras))
         except UserError:
             continue
         fitting.append(scene)

@@ -28,8 +28,6 @@ from aeros.sim.faults.model import (
 from aeros.sim.gilbert_elliott import GilbertElliottProcess
 from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.randomness import RandomSource
-from aeros.sim.scenes.bare import BareScene
-from aeros.sim.scenes.fetch import FetchScene
 from aeros.sim.scenes.scene import OptionalDetection
 from aeros.skill import act
 from aeros.spec.declared.faults import (
@@ -42,7 +40,9 @@ from aeros.spec.declared.faults import (
     SensorFault,
     TorqueFault,
 )
+from tests.shipped_scenes import shipped_scene
 from tests.unit.sim.acting import allow, execute
+from tests.unit.sim.bare_scene import BareScene
 
 pytestmark = pytest.mark.physics
 
@@ -224,8 +224,7 @@ def test_somebody_enters_when_the_fault_begins(faulty_plant: Make) -> None:
 
 def _looked(kind: DetectionFault | None) -> Mapping[str, Any]:
     faults = () if kind is None else (fault(kind, CameraOpportunity("mast")),)
-    scene = FetchScene()
-    plant = PhysicsPlant(scene, 1, disturbance=FaultInjector(faults, 1, lambda one: None))
+    plant = make_plant(shipped_scene("fetch"), 1, disturbance=FaultInjector(faults, 1, lambda one: None))
     station = plant.observe()["station_position"].value
     for action in (
         act("move_base", x=station[0], y=station[1], speed=0.4),
@@ -267,7 +266,7 @@ def test_a_look_is_an_opportunity_while_the_skill_that_is_named_runs() -> None:
 def test_a_picture_is_one_opportunity_however_much_it_shows() -> None:
     once = replace(fault(MissedDetectionFault(), CameraOpportunity("overhead")), max_count=1)
     happened: list[FaultEvent] = []
-    plant = make_plant("table", 0, disturbance=FaultInjector((once,), 0, happened.append))
+    plant = make_plant(shipped_scene("table"), 0, disturbance=FaultInjector((once,), 0, happened.append))
     shown = []
     for _ in range(2):
         look = plant.begin(act("look", camera="overhead"))
@@ -281,7 +280,7 @@ def test_a_picture_is_one_opportunity_however_much_it_shows() -> None:
 
 
 def test_the_camera_at_the_press_can_miss_too() -> None:
-    plant = make_plant("dumpling_bench", 0)
+    plant = make_plant(shipped_scene("dumpling_bench"), 0)
     asked: list[OptionalDetection] = []
     plant._scene.detect("side", lambda found: asked.append(found))
     plant.close()

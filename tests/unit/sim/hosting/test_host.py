@@ -23,6 +23,7 @@ from aeros.sim.hosting.remote import RemotePlant
 from aeros.sim.hosting.wire import ConnectionLostError
 from aeros.sim.kinematic.plant import make_plant
 from aeros.skill import act
+from tests.shipped_scenes import shipped_scene
 from tests.unit.sim.hosting.hosted import Hosting, once_it_listens
 
 REACH = act("move_tool", target=(0.5, -0.35, 0.25), yaw=0.5, speed=0.5)
@@ -32,6 +33,7 @@ import sys, time
 from pathlib import Path
 from aeros.sim.hosting.remote import RemotePlant
 from aeros.skill import act
+from tests.shipped_scenes import shipped_scene
 plant = RemotePlant(Path(sys.argv[1]))
 action = act("move_tool", target=(0.5, -0.35, 0.25), yaw=0.5, speed=0.5)
 ticks = 0
@@ -50,7 +52,7 @@ print("ended", flush=True)
 
 
 def kinematic() -> Plant:
-    return make_plant("bare", 0)
+    return make_plant(shipped_scene("bare"), 0)
 
 
 def mover(hosting: Hosting, sleeps: float) -> subprocess.Popen[str]:

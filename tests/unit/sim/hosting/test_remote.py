@@ -12,6 +12,8 @@ from typing import Any
 import pytest
 
 from aeros.runtime.ports import (
+    CameraPicture,
+    CameraView,
     MotionCompletion,
     MotionHandle,
     NoMotion,
@@ -25,13 +27,14 @@ from aeros.sim.hosting.remote import RemotePlant
 from aeros.sim.hosting.wire import ConnectionLostError
 from aeros.sim.kinematic.plant import make_plant
 from aeros.skill import act
+from tests.shipped_scenes import shipped_scene
 from tests.unit.sim.hosting.hosted import Hosting
 
 REACH = act("move_tool", target=(0.5, -0.35, 0.25), yaw=0.5, speed=0.5)
 
 
 def kinematic() -> Plant:
-    return make_plant("bare", 0)
+    return make_plant(shipped_scene("bare"), 0)
 
 
 def test_a_monitor_that_fails_has_stopped_the_plant_first() -> None:
@@ -205,3 +208,43 @@ def test_a_host_that_is_gone_is_a_connection_error(hosted: Ends) -> None:
 def test_where_nothing_listens_there_is_no_plant(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="No such file"):
         RemotePlant(tmp_path / "absent.sock")
+
+
+class Looking(FakePlant):
+    """A plant with two cameras, one of which takes a new picture each second."""
+
+    def pictures(self) -> Mapping[str, CameraPicture]:
+        view = CameraView((0.1, 0.2, 0.3), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 45.0)
+        return {
+            name: CameraPicture(name, time, 2, 1, bytes(range(6)), depth, view)
+            for name, time, depth in (("mast", 0.0, None), ("hand", self.now(), bytes(range(8))))
+        }
+
+
+def test_pictures_arrive_as_they_were_taken_and_old_ones_are_not_sent_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    hosting = Hosting(Looking())
+    plant = hosting.join()
+    sent: list[int] = []
+    call = RemotePlant._call
+
+    def count(self: RemotePlant, what: str, **about: Any) -> Any:
+        reply = call(self, what, **about)
+        sent.append(len(reply) if what == "pictures" else 0)
+        return reply
+
+    monkeypatch.setattr(RemotePlant, "_call", count)
+    assert plant.pictures() == hosting.plant.pictures()  # type: ignore[attr-defined]
+    assert list(plant.pictures()) == ["mast", "hand"]
+    assert sent == [2, 0]
+    plant.advance(lambda now, values: None, plant.now() + 1.0)
+    assert plant.pictures() == hosting.plant.pictures()  # type: ignore[attr-defined]
+    assert sent[-1] == 1
+    plant.shut_down_host()
+
+
+def test_a_hosted_plant_without_cameras_has_no_pictures() -> None:
+    plant = Hosting(FakePlant()).join()
+    assert plant.pictures() == {}
+    plant.shut_down_host()

@@ -17,6 +17,8 @@ from hypothesis import strategies as st
 
 from aeros.runtime.ports import (
     Ball,
+    CameraPicture,
+    CameraView,
     Hull,
     MotionCompletion,
     NoMotion,
@@ -29,9 +31,11 @@ from aeros.sim.hosting.wire import (
     ConnectionLostError,
     MessageChannel,
     decode_body,
+    decode_picture,
     decode_plan,
     decode_value,
     encode_body,
+    encode_picture,
     encode_plan,
     encode_value,
 )
@@ -173,3 +177,11 @@ def test_a_trajectory_needs_a_body_that_was_sent() -> None:
 
 def test_a_body_arrives_as_it_is() -> None:
     assert decode_body(json.loads(json.dumps(encode_body(BODY)))) == BODY
+
+
+@pytest.mark.parametrize("has_depth", [True, False])
+def test_a_picture_survives_the_way_as_json(has_depth: bool) -> None:
+    view = CameraView((0.1, 0.2, 0.3), (0.0, 1e-300, 0.0), (0.0, 0.0, 1.0), 45.5)
+    depth = bytes(range(24)) if has_depth else None
+    picture = CameraPicture("mast", 1.0 / 3.0, 3, 2, bytes(range(18)), depth, view)
+    assert decode_picture(json.loads(json.dumps(encode_picture(picture)))) == picture

@@ -16,10 +16,10 @@ from aeros.sim.clock import TICK
 from aeros.sim.geometry import Pose, yaw_orientation
 from aeros.sim.kinematic.objects import GraspableObject, ObjectSet, slab
 from aeros.sim.kinematic.plant import KinematicPlant, make_plant
-from aeros.sim.kinematic.scenes import SCENES
-from aeros.sim.kinematic.scenes.bare import KinematicBareScene
+from aeros.sim.kinematic.scenes.declared_scene import DeclaredScene
 from aeros.sim.randomness import RandomSource
 from aeros.skill import Action, act
+from tests.shipped_scenes import SHIPPED, shipped_scene
 from tests.unit.sim.acting import allow, execute, recording
 
 RunSkill = Callable[..., str | None]
@@ -31,10 +31,14 @@ TASKS = (
 )
 
 
-class CubeOnBlock(KinematicBareScene):
+class CubeOnBlock(DeclaredScene):
     """A 4 cm cube on a block, and a wider plate on the cube."""
 
+    def __init__(self) -> None:
+        super().__init__(shipped_scene("bare"))
+
     def build(self, chance: RandomSource) -> ObjectSet:
+        super().build(chance)
         half = 0.02
         top = slab(0.0, 0.0, half, 0.04, 0.04)
         self.cube = GraspableObject(
@@ -64,7 +68,7 @@ def move(x: float, y: float, z: float, yaw: float = 0.0, speed: float = 0.25) ->
 def test_the_skills_of_each_module_reach_its_goal(
     ecm: str, scene: str, skills: tuple[str, ...], goal: str, seed: int, run_skill: RunSkill
 ) -> None:
-    plant = make_plant(scene, seed)
+    plant = make_plant(shipped_scene(scene), seed)
     assert not observed(plant).get(goal, False)
     for skill in skills:
         assert run_skill(plant, ecm, skill) is None
@@ -103,7 +107,7 @@ def test_fingers_that_close_next_to_an_object_hold_nothing() -> None:
 
 
 def test_the_arm_is_on_the_decided_path_at_every_tick() -> None:
-    plant = make_plant("bare", 0)
+    plant = make_plant(shipped_scene("bare"), 0)
     action = move(0.5, 0.2, 0.1, yaw=0.5)
     plan = plant.plan(action)
     assert isinstance(plan, Trajectory)
@@ -119,7 +123,7 @@ def test_the_arm_is_on_the_decided_path_at_every_tick() -> None:
 
 
 def test_a_hand_driven_into_the_table_is_blocked_and_can_rise_again() -> None:
-    plant = make_plant("bare", 0)
+    plant = make_plant(shipped_scene("bare"), 0)
     assert execute(plant, move(0.5, 0.0, 0.05), allow, inf).completed
     ended = execute(plant, move(0.5, 0.0, -0.05), allow, inf)
     assert str(ended.reason).startswith("blocked: the hand presses down with 1")
@@ -127,7 +131,7 @@ def test_a_hand_driven_into_the_table_is_blocked_and_can_rise_again() -> None:
 
 
 def test_a_slide_holds_the_asked_force_and_the_torques_are_those_that_hold_it() -> None:
-    plant = make_plant("bare", 0)
+    plant = make_plant(shipped_scene("bare"), 0)
     for action in (act("grip", width=0.0, force=10.0), move(0.5, 0.0, 0.013, speed=0.1)):
         assert execute(plant, action, allow, inf).completed
     loads: list[float] = []
@@ -147,7 +151,7 @@ def test_a_slide_holds_the_asked_force_and_the_torques_are_those_that_hold_it() 
 
 
 def test_planning_a_look_sees_nothing() -> None:
-    plant = make_plant("fetch", 0)
+    plant = make_plant(shipped_scene("fetch"), 0)
     before = observed(plant)
     plant.plan(act("look", camera="mast"))
     assert observed(plant) == before
@@ -155,7 +159,7 @@ def test_planning_a_look_sees_nothing() -> None:
 
 def test_the_same_seed_repeats_and_another_does_not(run_skill: RunSkill) -> None:
     def after(seed: int) -> dict[str, Any]:
-        plant = make_plant("table", seed)
+        plant = make_plant(shipped_scene("table"), seed)
         assert run_skill(plant, "clean_table", "wipe", actions=8) is None
         return observed(plant)
 
@@ -164,7 +168,7 @@ def test_the_same_seed_repeats_and_another_does_not(run_skill: RunSkill) -> None
 
 
 def test_tool_speed_is_the_rate_at_which_the_tool_moves() -> None:
-    plant = make_plant("fetch", 0)
+    plant = make_plant(shipped_scene("fetch"), 0)
     log: list[Mapping[str, Any]] = []
     for action in (move(0.5, 0.2, 0.6), act("move_base", x=0.3, y=-0.2, speed=0.4)):
         assert execute(plant, action, recording(log), inf).completed
@@ -180,7 +184,8 @@ def test_it_needs_no_pybullet() -> None:
     code = (
         "import sys; sys.modules['pybullet'] = None\n"
         "from aeros.sim.kinematic.plant import make_plant\n"
-        f"[make_plant(name, 0).observe() for name in {sorted(SCENES)!r}]"
+        "from tests.shipped_scenes import SHIPPED, shipped_scene\n"
+        "[make_plant(shipped_scene(name), 0).observe() for name in SHIPPED]"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
@@ -188,13 +193,11 @@ def test_it_needs_no_pybullet() -> None:
 @pytest.mark.physics
 def test_it_has_each_scene_of_the_physics_plant_laid_out_alike() -> None:
     from aeros.sim import physics
-    from aeros.sim.scenes import SCENES as PHYSICAL
 
-    assert set(SCENES) == set(PHYSICAL)
-    for scene in SCENES:
+    for scene in SHIPPED:
         for seed in (0, 5):
-            physical = physics.make_plant(scene, seed)
-            theirs, ours = observed(physical), observed(make_plant(scene, seed))
+            physical = physics.make_plant(shipped_scene(scene), seed)
+            theirs, ours = observed(physical), observed(make_plant(shipped_scene(scene), seed))
             physical.close()
             assert set(ours) == set(theirs)
             for name in ours:
@@ -206,7 +209,7 @@ def test_it_has_each_scene_of_the_physics_plant_laid_out_alike() -> None:
 
 
 def test_a_target_out_of_reach_is_refused_with_a_reason_before_anything_moves() -> None:
-    plant = make_plant("bare", 0)
+    plant = make_plant(shipped_scene("bare"), 0)
     before = plant.observe()
     far = act("move_tool", target=(0.9, 0.4, 0.3), yaw=0.0, speed=0.2)
     refused = plant.plan(far)
@@ -217,7 +220,7 @@ def test_a_target_out_of_reach_is_refused_with_a_reason_before_anything_moves() 
 
 
 def test_a_hand_that_meets_the_forearm_stops_the_arm() -> None:
-    plant = make_plant("bare", 0)
+    plant = make_plant(shipped_scene("bare"), 0)
     fold = act("move_joints", q1=0.0, q2=-0.785, q3=0.0, q4=-2.356, q5=0.0, q6=0.05, q7=-0.8, speed=0.3)
     ended = execute(plant, fold, allow, 1e9)
     assert ended == MotionCompletion(False, "blocked: `hand` meets `link5`")

@@ -9,7 +9,7 @@ import numpy as np
 
 from aeros.sim.bullet.renderer import Image
 from aeros.sim.geometry import Camera
-from aeros.sim.perception.detection import point_cloud
+from aeros.sim.perception.detection import camera_points
 
 Colour = tuple[int, int, int]
 GREY: Colour = (128, 128, 128)
@@ -32,7 +32,7 @@ class Top(NamedTuple):
 def draw(camera: Camera, tops: Iterable[Top], ground: Colour = TABLE) -> Image:
     """The picture of these tops over the ground at z = 0; of several the highest is seen."""
     height = camera.eye[2]
-    rays = point_cloud(np.ones((camera.height, camera.width)), camera) - np.array(camera.eye)
+    rays = camera_points(np.ones((camera.height, camera.width)), camera) - np.array(camera.eye)
     depth = np.full((camera.height, camera.width), height)
     rgb = np.full((camera.height, camera.width, 3), ground, np.uint8)
     for top in tops:

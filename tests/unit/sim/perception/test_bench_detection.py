@@ -11,7 +11,7 @@ from aeros.sim.bullet.renderer import Image
 from aeros.sim.geometry import Camera
 from aeros.sim.layouts.dumpling_bench import CLOSED_HEIGHT, HINGE_TO_PLATE, PLATE_HALF, WrapperDetection
 from aeros.sim.perception.bench_detection import BenchDetection, detect_bench, is_filling_visible
-from aeros.sim.perception.detection import point_cloud
+from aeros.sim.perception.detection import camera_points
 from tests.unit.sim.perception.drawn import Top, draw
 
 CAMERA = Camera(eye=(0.5, 0.0, 1.0), target=(0.5, 0.0, 0.0), up=(1.0, 0.0, 0.0), field_of_view=16.0)
@@ -147,7 +147,7 @@ def filled(
 ) -> bool:
     """A side picture in which all is grey but a green patch at depth 0.6 - x."""
     depth = np.full((100, 100), 0.6 - x)
-    points = point_cloud(depth, SIDE)
+    points = camera_points(depth, SIDE)
     green = (points[:, :, 1] > y[0]) & (points[:, :, 1] < y[1])
     green &= (points[:, :, 2] > z[0]) & (points[:, :, 2] < z[1])
     rgb = np.full((100, 100, 3), 128, np.uint8)

@@ -9,7 +9,7 @@ import pytest
 
 from aeros.sim.detected_object import DetectedObject
 from aeros.sim.geometry import Camera
-from aeros.sim.perception.detection import detect_red_cylinder, is_yellow, point_cloud
+from aeros.sim.perception.detection import camera_points, detect_red_cylinder, is_yellow
 from tests.unit.sim.perception.drawn import GREY, Top, draw
 
 CAMERA = Camera(eye=(0.5, 0.1, 1.5), target=(0.5, 0.1, 0.0), up=(1.0, 0.0, 0.0), field_of_view=40.0)
@@ -44,7 +44,7 @@ def test_the_points_of_a_picture_are_where_the_rays_end() -> None:
     camera = Camera(
         (1.0, 2.0, 3.0), (1.0, 2.0, 0.0), up=(1.0, 0.0, 0.0), field_of_view=90.0, width=4, height=2
     )
-    points = point_cloud(np.full((2, 4), 2.0), camera)
+    points = camera_points(np.full((2, 4), 2.0), camera)
     # 2 m deep: 4 m high and 8 m wide, sampled at lower left corners; right in the picture is -y.
     assert points[0, 0] == pytest.approx((1.0, 6.0, 1.0))
     assert points[0, 3] == pytest.approx((1.0, 0.0, 1.0))
@@ -54,7 +54,7 @@ def test_the_points_of_a_picture_are_where_the_rays_end() -> None:
 
 def test_the_points_of_an_oblique_picture_are_along_its_rays() -> None:
     camera = Camera((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), field_of_view=90.0, width=2, height=2)
-    points = point_cloud(np.full((2, 2), 1.0), camera)
+    points = camera_points(np.full((2, 2), 1.0), camera)
     # Its middle ray, of the lower left corner of pixel (0, 1), goes down at 45 degrees.
     assert points[0, 1] == pytest.approx((0.7071067811865, 0.0, 1.0 - 0.7071067811865))
 

@@ -5,12 +5,16 @@ from __future__ import annotations
 import pytest
 
 from aeros.sim.geometry import Camera
-from aeros.sim.layouts.table import BIN, OVERHEAD_CAMERA, SPONGE_SIZE
+from aeros.sim.layouts.table import BIN, SPONGE_SIZE
 from aeros.sim.perception.inspection import Inspection, inspect_table
+from tests.shipped_scenes import overhead
 from tests.unit.sim.perception.drawn import Top, draw
 
 DIRT, FOAM, BLUE = (90, 80, 70), (220, 190, 60), (40, 60, 200)
 SPONGE = Top(0.45, 0.34, 0.03, (0.05, 0.035), FOAM)
+
+
+OVERHEAD_CAMERA = overhead("table")
 
 
 def inspected(*tops: Top) -> Inspection:

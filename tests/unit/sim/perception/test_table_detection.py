@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from aeros.perception.rectangles import min_area_rectangle
 from aeros.sim.bullet.renderer import Image
 from aeros.sim.geometry import Pose, yaw_of
 from aeros.sim.layouts import dumpling_bench as bench
-from aeros.sim.layouts import table
 from aeros.sim.perception.bench_detection import detect_bench, is_filling_visible
-from aeros.sim.perception.rectangles import min_area_rectangle
 from aeros.sim.perception.table_detection import detect_table
 from aeros.sim.physics import NoDisturbance, PhysicsPlant, PlantParts, make_plant
 from aeros.skill import act
+from tests.shipped_scenes import overhead, shipped_scene
 from tests.unit.sim.acting import allow, execute
 
 pytestmark = pytest.mark.physics
@@ -37,7 +37,7 @@ class Onlooker(NoDisturbance):
 
 def made(scene: str, seed: int) -> tuple[PhysicsPlant, Onlooker]:
     onlooker = Onlooker()
-    return make_plant(scene, seed, disturbance=onlooker), onlooker
+    return make_plant(shipped_scene(scene), seed, disturbance=onlooker), onlooker
 
 
 def apart(a: float, b: float, period: float) -> float:
@@ -48,7 +48,7 @@ def apart(a: float, b: float, period: float) -> float:
 @pytest.mark.parametrize("seed", range(6))
 def test_sponge_and_clutter_are_seen_where_they_are(seed: int) -> None:
     plant, onlooker = made("table", seed)
-    view = detect_table(onlooker.stage.world.renderer.render(table.OVERHEAD_CAMERA), table.OVERHEAD_CAMERA)
+    view = detect_table(onlooker.stage.world.renderer.render(overhead("table")), overhead("table"))
     assert view.sponge is not None
     assert dist(view.sponge.position, onlooker.pose("sponge").position) < 0.003
     assert apart(view.sponge.grip_yaw or 0.0, yaw_of(onlooker.pose("sponge").orientation), pi) < 0.08
@@ -61,7 +61,9 @@ def test_sponge_and_clutter_are_seen_where_they_are(seed: int) -> None:
 @pytest.mark.parametrize("seed", range(6))
 def test_wrapper_and_filling_are_seen_where_they_are(seed: int) -> None:
     plant, onlooker = made("dumpling_bench", seed)
-    view = detect_bench(onlooker.stage.world.renderer.render(bench.OVERHEAD_CAMERA), bench.OVERHEAD_CAMERA)
+    view = detect_bench(
+        onlooker.stage.world.renderer.render(overhead("dumpling_bench")), overhead("dumpling_bench")
+    )
     plate = onlooker.pose("wrapper")
     assert view.wrapper is not None
     assert view.filling is not None
@@ -75,7 +77,7 @@ def test_wrapper_and_filling_are_seen_where_they_are(seed: int) -> None:
 @pytest.mark.parametrize("scene", ["table", "dumpling_bench"])
 def test_an_empty_picture_shows_nothing(scene: str) -> None:
     plant, onlooker = made(scene, 0)
-    camera = table.OVERHEAD_CAMERA if scene == "table" else bench.OVERHEAD_CAMERA
+    camera = overhead(scene)
     picture = onlooker.stage.world.renderer.render(camera)
     grey = Image(np.full_like(picture.rgb, 128), picture.depth)
     assert detect_table(grey, camera) == (None, ())

@@ -7,11 +7,12 @@ import pytest
 from aeros.runtime.ports import MotionCompletion, Trajectory
 from aeros.sim.kinematic.plant import KinematicPlant, make_plant
 from aeros.skill import act
+from tests.shipped_scenes import shipped_scene
 
 
 @pytest.fixture
 def plant() -> KinematicPlant:
-    return make_plant("bare", 0)
+    return make_plant(shipped_scene("bare"), 0)
 
 
 def test_the_plan_has_a_path_down_and_one_along_at_each_height(plant: KinematicPlant) -> None:

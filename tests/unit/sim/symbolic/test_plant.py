@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
+from dataclasses import replace
 from fractions import Fraction
 from math import dist
 from typing import Any
@@ -470,3 +471,18 @@ def test_time_passes_while_no_motion_is_under_way() -> None:
     plant = SymbolicPlant(site(), {}, 0)
     assert plant.advance(watch, 2.5) == {}
     assert plant.now() == 2.5
+
+
+def test_a_modules_own_variables_are_measured_and_those_of_absent_modules_are_not() -> None:
+    name, lifts = state("handling.lifted", BOOL)
+    level, tall = state("handling.level", RealType(LENGTH))
+    cell = replace(site(), state={**site().state, name: lifts, level: tall})
+    assert not {name, level} & SymbolicPlant(cell, {}, 0).observe().keys()
+    lifted = replace(LIFTED, effects={name: True, level: Fraction(1, 4)}, probability=Fraction(1))
+    plant = SymbolicPlant(cell, module(lifted), 0)
+    assert (values(plant)[name], values(plant)[level]) == (False, 0.0)
+    run_skill(plant)
+    assert (values(plant)[name], values(plant)[level]) == (True, 0.25)
+    elsewhere = {"pot": module(lifted)["handling"]}
+    with pytest.raises(MisuseError, match="which is not a state variable"):
+        SymbolicPlant(cell, elsewhere, 0)

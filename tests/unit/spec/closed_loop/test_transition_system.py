@@ -40,7 +40,7 @@ def system_of(ecm: Ecm, retries: int = 3) -> TransitionSystem:
 
 
 SYSTEM = system_of(kitchen(*RULES))
-Phase = Literal["plan", "try", "recover", "reached", "rejected"]
+Phase = Literal["plan", "try", "recover", "reset", "reached", "rejected"]
 
 
 def at(phase: Phase, true: str = "", rest: tuple[int, ...] = (), tries: int = 0) -> LoopState:
@@ -196,7 +196,7 @@ def test_a_plan_is_rejected_for_the_same_reason_each_time() -> None:
 
 
 def test_recoveries_that_go_round_are_rejected() -> None:
-    round_ = "`on_failure` leads back to itself"
+    round_ = "a failure leads back to itself"
     assert _rejected(rule(COOKED, "cooking", 1, "steam"))[0] == round_
     assert _rejected(rule(COOKED, "boil", 1, "align"), rule(ALIGNED, "align", 1, "boil"))[0] == round_
     assert _rejected(rule(COOKED, "cooking", 1, "align"), rule(WRAPPED, "wrap", 1, "align"))[0] is None

@@ -169,7 +169,7 @@ def test_both_refuse_an_unknown_field_anywhere_and_the_absence_of_any_that_is_re
         (("skills", "tidy", "actuators"), ["Arm"]),
         (("skills", "tidy", "timeout"), None),
         (("skills", "tidy", "timeout"), ["30 s"]),
-        (("schema",), "aeros/ecm/2"),
+        (("schema",), "aeros/ecm/3"),
         (("id",), "Tidy"),
         (("skills",), []),
         (("skills", "Tidy"), {}),

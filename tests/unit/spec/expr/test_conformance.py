@@ -28,6 +28,9 @@ VALUES: Mapping[str, Raw] = {
     "q": (0.0, 0.0, 0.0),
     "joint": (1.0, 5.0, 9.0),
     "ready": (True, False, True),
+    "kettle.hot": True,
+    "kettle.level": 0.5,
+    "kettle.spout": (1.0, 2.0, 3.0),
 }
 N, X, Y = VARIABLES["n"], VARIABLES["x"], VARIABLES["y"]
 

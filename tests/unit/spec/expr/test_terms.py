@@ -91,6 +91,7 @@ _AT: dict[str, Value] = {
     "a": True, "b": False, "mode": "idle", "arm": "j2", "n": Fraction(3), "laps": Fraction(2),
     "x": Fraction(1), "y": Fraction(-2), "p": (Fraction(1),) * 3, "q": (Fraction(0),) * 3,
     "joint": (Fraction(1), Fraction(2), Fraction(3)), "ready": (True, False, True),
+    "kettle.hot": True, "kettle.level": Fraction(1, 2), "kettle.spout": (Fraction(1),) * 3,
 }  # fmt: skip
 
 

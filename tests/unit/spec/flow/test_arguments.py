@@ -32,7 +32,7 @@ LOOK = replace(
     skill("look"), outputs={"weight": declared("weight"), "size": declared("size", RealType(LENGTH))}
 )
 SKILLS = {"press": PRESS, "look": LOOK}
-SEE = Step("see", "look", {}, {}, 0, None, SPAN)
+SEE = Step("see", "look", {}, {}, 0, None, None, SPAN)
 
 
 def arguments(output: str | None) -> Arguments:
@@ -40,7 +40,7 @@ def arguments(output: str | None) -> Arguments:
     flows = {} if output is None else {"force": OutputReference("see", output, SPAN)}
     for name in flows:
         del given[name]
-    return step_arguments(Step("go", "press", given, flows, 0, None, SPAN), {"see": SEE}, SKILLS)
+    return step_arguments(Step("go", "press", given, flows, 0, None, None, SPAN), {"see": SEE}, SKILLS)
 
 
 def number(value: int) -> t.Literal:

@@ -9,8 +9,8 @@ from aeros.spec.model.step_graph import If, Par, Seq, steps_of
 TEXT = Source("text", "x" * 100)
 
 
-def step(name: str, retry: int = 0, on_failure: str | None = None) -> Step:
-    return Step(name, name, {}, {}, retry, on_failure, TEXT.span(0, 1))
+def step(name: str, retry: int = 0, between: str | None = None, last: str | None = None) -> Step:
+    return Step(name, name, {}, {}, retry, between, last, TEXT.span(0, 1))
 
 
 def composition(body: Part, **handlers: Step) -> Composition:
@@ -48,6 +48,13 @@ def test_a_handler_leads_back_to_the_step() -> None:
     assert ("handler/h", STOPPED, "failure") in found
 
 
+def test_a_handler_after_the_last_try_leads_to_the_end() -> None:
+    found = edges(composition(step("a", 1, last="h"), h=step("h")))
+    assert {("step/a", "handler/h", "last failure"), ("handler/h", STOPPED, "")} < found
+    assert {("step/a", "step/a", "failure")} < found
+    assert not {("step/a", STOPPED, "failure"), ("handler/h", "step/a", "success")} & found
+
+
 def test_a_retry_without_a_handler_leads_to_itself() -> None:
     assert ("step/a", "step/a", "failure") in edges(composition(step("a", 1)))
 
@@ -63,6 +70,6 @@ def test_handlers_in_a_circle_are_found() -> None:
 def test_the_handlers_of_a_step_are_those_it_leads_to() -> None:
     handlers = {"h": step("h", 1, "i"), "i": step("i"), "j": step("j")}
     assert [one.id for one in handlers_of(step("a", 1, "h"), handlers)] == ["h", "i"]
-    assert list(handlers_of(step("a", 0, "stop"), handlers)) == []
+    assert list(handlers_of(step("a", 0, last="stop"), handlers)) == []
     body: Part = Seq((step("b"), step("a")))
     assert [one.id for one in steps_of(body)] == ["b", "a"]

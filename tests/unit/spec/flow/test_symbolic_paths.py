@@ -41,8 +41,10 @@ SKILLS: Mapping[str, Skill] = {
 }
 
 
-def step(name: str, retry: int = 0, on_failure: str | None = None, run: str | None = None) -> Step:
-    return Step(name, run or name, {}, {}, retry, on_failure, TEXT.span(0, 1))
+def step(
+    name: str, retry: int = 0, between: str | None = None, run: str | None = None, last: str | None = None
+) -> Step:
+    return Step(name, run or name, {}, {}, retry, between, last, TEXT.span(0, 1))
 
 
 def choice(text: str, then: Part, otherwise: Part | None = None, at: int = 5) -> If[Step]:

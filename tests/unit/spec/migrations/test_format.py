@@ -23,7 +23,7 @@ def test_there_is_no_step_to_the_first_version_or_beyond_the_last() -> None:
         ({"schema": "aeros/run/7"}, 7),
         ({}, 1),
         ([], 1),
-        ({"schema": "aeros/ecm/1"}, None),
+        ({"schema": "aeros/ecm/2"}, None),
         ({"schema": 1}, None),
         ({"schema": "aeros/run/01"}, None),
         ({"schema": "aeros/run/99999"}, None),

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import hashlib
+from pathlib import PurePath
 from typing import get_args, get_type_hints
 
 import pytest
@@ -11,6 +12,7 @@ from aeros.runtime.audit.check import GENESIS
 from aeros.spec.declared.json_schema import FILES
 from aeros.spec.migrations import formats
 from aeros.spec.migrations.format import Format, Kind
+from aeros.spec.migrations.rewriting import rewrite
 
 
 def test_format_names_are_unique() -> None:
@@ -57,7 +59,9 @@ def test_a_program_of_today_writes_these_versions() -> None:
     """A version that changes needs a step or a cure, a page and a fragment of the changelog."""
     later = {one.name: one.version for one in formats.FORMATS if one.version != 1}
     assert later == {
-        "checkpoint": 5,
+        "ecm": 2,
+        "scene": 2,
+        "checkpoint": 6,
         "run": 2,
         "crashes": 2,
         "plant-log": 2,
@@ -65,3 +69,10 @@ def test_a_program_of_today_writes_these_versions() -> None:
         "registry-database": 3,
         "trace": 2,
     }
+
+
+def test_a_scene_of_the_first_version_is_one_of_the_second() -> None:
+    text = "# Things.\nschema: aeros/scene/1 # old\ndescription: A crate.\n"
+    found = rewrite(PurePath("crate.yaml"), text, formats.SCENE)
+    assert found.text == text.replace("scene/1", "scene/2")
+    assert found.changes == (formats.SCENE.versions[1].change,)

@@ -13,7 +13,7 @@ from aeros.spec.migrations import formats
 from aeros.spec.migrations.format import Format, Kind, UnmigratableError, Version
 from aeros.spec.migrations.rewriting import format_of, has_known_name, rewrite
 from aeros.spec.text.yaml_reader import read_yaml
-from tests.unit.spec.migrations.migrating import OLD_ECM, as_version_0, with_version_0
+from tests.unit.spec.migrations.migrating import OLD_ECM, as_imagined_version, with_imagined_version
 
 ROOT = Path(__file__).parents[4]
 MANIFEST = PurePath("tidy/ecm.yaml")
@@ -26,16 +26,16 @@ def shipped() -> list[Path]:
 @pytest.mark.parametrize("path", shipped(), ids=lambda path: path.parent.name)
 def test_a_shipped_manifest_comes_back_byte_for_byte(path: Path) -> None:
     text = path.read_bytes().decode()
-    old = as_version_0(text)
+    old = as_imagined_version(text)
     assert old != text
     assert rewrite(path, old, OLD_ECM).text == text
     assert rewrite(path, text, OLD_ECM).text == text
 
 
 def test_an_older_manifest_is_refused_at_its_schema(monkeypatch: pytest.MonkeyPatch) -> None:
-    with_version_0(monkeypatch)
+    with_imagined_version(monkeypatch)
     sink = Diagnostics()
-    source = Source("tidy/ecm.yaml", "id: it\nschema: aeros/ecm/0\n")
+    source = Source("tidy/ecm.yaml", "id: it\nschema: aeros/ecm/1\n")
     node = read_yaml(source, sink)
     assert node is not None
     assert decode(node, Ecm, sink) is None
@@ -83,7 +83,7 @@ def test_lines_are_as_old_as_the_oldest() -> None:
 
 
 def test_a_file_without_its_schema_is_not_migrated() -> None:
-    with pytest.raises(UnmigratableError, match="`aeros/ecm/1`"):
+    with pytest.raises(UnmigratableError, match="`aeros/ecm/2`"):
         rewrite(MANIFEST, "id: it\n", formats.ECM)
 
 

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from fractions import Fraction
 
 from aeros.spec.expr import terms as t
+from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.perception import PerceptionPolicy
 from aeros.spec.model.policy import Access, OperatorOverride
 from aeros.spec.model.rules import Rule
 from aeros.spec.model.variables import History
@@ -44,3 +47,26 @@ def test_rules_are_found_by_the_kind_of_action_that_they_govern() -> None:
     assert site_with_rules.rules_for_kind("two") == (second,)
     assert site_with_rules.rules_for_kind("both") == (first, second)
     assert site_with_rules.rules_for_kind("neither") == ()
+
+
+def test_modules_bring_their_variables_and_take_them_with_them() -> None:
+    kettle, pot = (build(Ecm, state={name: state(name)}) for name in ("kettle.hot", "pot.full"))
+    assert SITE.with_modules(()) is SITE
+    both = SITE.with_modules([kettle, pot])
+    assert both.state == {**STATE, "kettle.hot": state("kettle.hot"), "pot.full": state("pot.full")}
+    assert both.digest == SITE.digest
+    assert both.with_modules([kettle, pot]) is both
+    assert both.with_modules([pot]).state == {**STATE, "pot.full": state("pot.full")}
+    assert both.module_variables == {"kettle.hot", "pot.full"}
+    assert both.rule_variables == STATE
+
+
+def test_a_sites_own_declaration_of_what_it_shares_stands() -> None:
+    shared = replace(state("kettle.hot"), max_age=Fraction(3))
+    perception = PerceptionPolicy({"kettle.hot": shared}, frozenset(("kettle.hot",)))
+    one = replace(SITE, state={**STATE, "kettle.hot": shared}, perception=perception)
+    both = one.with_modules([build(Ecm, state={"kettle.hot": state("kettle.hot")})])
+    assert both is one
+    assert both.state["kettle.hot"].max_age == 3
+    assert both.module_variables == {"kettle.hot"}
+    assert "kettle.hot" in both.rule_variables

@@ -12,6 +12,7 @@ import pytest
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.model.ecm import Ecm, Task
+from aeros.spec.model.perception import PerceptionPolicy
 from aeros.spec.model.policy import Access, OperatorOverride
 from aeros.spec.model.summary import (
     BlockSummary,
@@ -22,7 +23,7 @@ from aeros.spec.model.summary import (
     summarize_site,
     summary_to_json,
 )
-from tests.unit.agent.dumplings import build, outcome, site, skill
+from tests.unit.agent.dumplings import build, outcome, site, skill, state
 
 FILE = Source("a.yaml", "0123456789abcdefghij")
 TEA = build(
@@ -56,6 +57,7 @@ MODULE = build(
     required_aeros_version=">=0.1",
     runtime_span=FILE.span(10, 12),
     span=FILE.span(0, 20),
+    state={"kitchen.warm": state("kitchen.warm")},
 )
 SITE = replace(
     site(),
@@ -69,6 +71,7 @@ SITE = replace(
         OperatorOverride("three", "why", "kitchen", "boil", None),
     ),
     span=FILE.span(0, 19),
+    perception=PerceptionPolicy({"kettle.hot": replace(state("kettle.hot"), span=FILE.span(8, 9))}),
 )
 
 
@@ -82,6 +85,7 @@ def test_a_module_is_summarized_for_others() -> None:
         TaskPhrase("tea", "make", ("tea", "green tea"), FILE.span(3, 5)),
     )
     assert summary.requires == {"pouring": ">=1"}
+    assert summary.variables == ("warm",)
 
 
 def test_effects_are_those_of_successes_of_any_skill() -> None:
@@ -127,6 +131,7 @@ def test_a_site_in_json_has_offsets_for_spans() -> None:
         "digest": "5" * 64,
         "grants": {"kitchen": [2, 4], "laundry": [0, 19]},
         "blocks": [["one", "kitchen", None, 5, 6], ["three", "kitchen", "boil", 0, 19]],
+        "shared": {"kettle.hot": [8, 9]},
     }
 
 

@@ -172,10 +172,10 @@ def test_a_recovery_leads_out_of_a_dead_end() -> None:
 @pytest.mark.parametrize(
     ("rules", "why"),
     [
-        ((rule(COOKED, "boil", 1, "boil"),), "there, `on_failure` leads back to itself"),
+        ((rule(COOKED, "boil", 1, "boil"),), "there, a failure leads back to itself"),
         (
             (rule(WRAPPED, "wrap", 1, "boil"), rule(COOKED, "boil", 1, "wrap")),
-            "there, `on_failure` leads back to itself",
+            "there, a failure leads back to itself",
         ),
         (
             (rule(WRAPPED, "wrap", 1, "press"), rule(COOKED, "boil")),

@@ -65,17 +65,17 @@ def test_a_guard_on_a_measurement_holds_for_the_next_step_alone() -> None:
 
 
 def test_a_handler_is_claimed_as_a_step_is() -> None:
-    assert faults((FETCH, "{skill: fetch, retry: 1, on_failure: weigh}\n")) == {}
-    assert faults((FETCH, "{skill: fetch, retry: 1, on_failure: scrub}\n")) == {
+    assert faults((FETCH, "{skill: fetch, retry: 1, between_tries: weigh}\n")) == {}
+    assert faults((FETCH, "{skill: fetch, retry: 1, between_tries: scrub}\n")) == {
         "handler/scrub/ready": "AE851",
         "fetch/ready/2": "AE851",  # after it the table may be tidy
     }
 
 
 def test_handlers_in_a_circle_are_refuted_and_no_path_is_explored() -> None:
-    handlers = "    handlers:\n      a: {skill: fetch, retry: 1, on_failure: b}\n      b: {skill: fetch, retry: 1, on_failure: a}\n"
+    handlers = "    handlers:\n      a: {skill: fetch, retry: 1, between_tries: b}\n      b: {skill: fetch, retry: 1, between_tries: a}\n"
     changed = (
-        (FETCH, "{skill: fetch, retry: 1, on_failure: a}\n"),
+        (FETCH, "{skill: fetch, retry: 1, between_tries: a}\n"),
         ("    precondition: not table_tidy\n    do:", f"{handlers}    do:"),
     )
     assert faults(*changed) == {"handlers": "AE856"}

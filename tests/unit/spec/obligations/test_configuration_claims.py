@@ -108,6 +108,22 @@ def test_an_override_for_an_absent_module_is_reported() -> None:
     }
 
 
+def test_a_shared_variable_of_an_absent_module_is_reported() -> None:
+    site = load_site(TABLE, Diagnostics())
+    assert site is not None
+    found = load_ecm(CORPUS / "accepted" / "reads_what_another_shares" / "gauge", site, Diagnostics())
+    assert found is not None
+    gauge = summarize_module(found.ecm)
+    assert gauge.variables == ("dial_green",)
+    claims = configuration_obligations([gauge], summarize_site(site))
+    reported = {one.id: one.diagnostic for one in claims if one.id.form is ClaimForm.SHARED_IS_USED}
+    assert {id_.name_of("variable"): one and one.headline for id_, one in reported.items()} == {
+        "gauge.dial_green": None,
+        "shared_with_another_range.water": "the site shares `shared_with_another_range.water`, but "
+        "`shared_with_another_range` is not in this set, so the value is never known",
+    }
+
+
 def test_a_dependency_in_a_sibling_folder_is_not_part_of_the_set(tmp_path: Path) -> None:
     case = CORPUS / "accepted" / "modules_that_need_each_other_in_one_direction"
     for name in ("asker", "helper"):

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 from pathlib import Path
 
@@ -56,3 +57,19 @@ def test_a_circle_is_found_wherever_in_it_the_module_stands(ecm: Ecm) -> None:
     tail = needing(replace(ecm, id="tail"), leaf="", head="")
     head, leaf = needing(replace(ecm, id="head"), tail=""), replace(ecm, id="leaf")
     assert faults(tail, head, leaf) == ["AE303"]  # though the first that it needs leads nowhere
+
+
+def test_a_capability_is_refused_exactly_where_no_module_provides_it_in_the_range(ecm: Ecm) -> None:
+    versions = (None, "1.1.9", "1.2.0", "1.3.0", "2.0.0")
+    asker = replace(
+        ecm, required_capabilities={"grasping": ">=1.2,<2"}, capability_spans={"grasping": ecm.span}
+    )
+    for first, second in itertools.product(versions, repeat=2):
+        around = [
+            replace(ecm, id=name, capability_versions={"other": "1.2.0"} | ({"grasping": one} if one else {}))
+            for name, one in (("first", first), ("second", second))
+        ]
+        provided = [one for one in (first, second) if one is not None]
+        suits = any(one in ("1.2.0", "1.3.0") for one in provided)
+        expected = [] if suits else ["AE306"] if provided else ["AE305"]
+        assert faults(asker, *around) == expected

@@ -127,3 +127,37 @@ def test_no_code_is_run(ecm: Ecm, tmp_path: Path) -> None:
     code = f"open({str(left)!r}, 'w')\ndef tidy(observed, inputs):\n    yield\n"
     assert fault(ecm, code.encode()) is None
     assert not left.exists()
+
+
+PERCEIVING = "measures_its_own_predicate"
+
+
+def perceiver_fault(code: bytes) -> str | None:
+    """The first line of what is said of a module whose `perceivers.py` is `code`."""
+    site = load_site(CORPUS / "site" / "table.yaml", Diagnostics())
+    assert site is not None
+    found = load_ecm(CORPUS / "accepted" / PERCEIVING, site, Diagnostics())
+    assert found is not None
+    skills = (CORPUS / "accepted" / PERCEIVING / "skills.py").read_bytes()
+    files = read_skill_files("", {"skills.py": skills, "perceivers.py": code})
+    of_skill, of_perceiver = entry_point_obligations(found.ecm, files)
+    assert of_skill.diagnostic is None
+    assert str(of_perceiver.id) == "form/perceiver/watch/entry"
+    return None if of_perceiver.diagnostic is None else render_text(of_perceiver.diagnostic).splitlines()[0]
+
+
+def test_a_generator_of_one_argument_is_the_entry_point_of_a_perceiver() -> None:
+    assert perceiver_fault(b"def see(view):\n    while True:\n        view = yield {}\n") is None
+
+
+@pytest.mark.parametrize(
+    ("code", "message"),
+    [
+        (b"def see(view, inputs):\n    yield {}\n", "`see` does not take the view"),
+        (b"def see():\n    yield {}\n", "`see` does not take the view"),
+        (b"def see(view):\n    return {}\n", "`see` is not a generator, so it could measure only once"),
+        (b"def sea(view):\n    yield {}\n", "`perceivers.py` has no function `see`"),
+    ],
+)
+def test_any_other_function_is_no_entry_point_of_a_perceiver(code: bytes, message: str) -> None:
+    assert message in (perceiver_fault(code) or "")

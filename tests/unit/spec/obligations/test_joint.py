@@ -48,7 +48,7 @@ def concurrent(
     ecm: Ecm, name: str, skill: str | None = None, *, arguments: Arguments | None = None
 ) -> ConcurrentStep:
     skill = skill or name
-    step = Step(name, skill, {}, {}, 0, None, ecm.skills[skill].span)
+    step = Step(name, skill, {}, {}, 0, None, None, ecm.skills[skill].span)
     return ConcurrentStep(name, step, ecm.skills[skill], arguments or Arguments({}, ()))
 
 

@@ -41,7 +41,7 @@ def test_branches_that_share_nothing_are_proved() -> None:
         (par("{seq: [{skill: sweep_arm}, {skill: sweep_arm, id: again}]}", "{skill: roll}"), {}),
         (par("{if: person_near, then: {skill: sweep_arm}, else: {skill: sweep_arm, id: again}}", "{skill: roll}"), {}),
         # A handler may run wherever its step does.
-        (par("{skill: weigh, retry: 1, on_failure: sweep_arm}", "{skill: sweep_arm, id: again}"),
+        (par("{skill: weigh, retry: 1, between_tries: sweep_arm}", "{skill: sweep_arm, id: again}"),
          {"par-1/resources/arm": "AE858", "par-1/weigh/again/actuators": "AE859"}),
         # What one branch sets, the other may not read in a precondition, a hold-condition, a guard or an envelope.
         (par("{skill: fetch, on_failure: stop}", "{if: fetched == sponge, then: {skill: roll}, else: nothing}"),
@@ -119,7 +119,7 @@ def test_joint_rules_are_claimed_of_each_two_steps_once() -> None:
         f"par-1/joint/{name}/roll/turning-together": "AE861" for name in ("sweep_arm", "again")
     }
     handled = par(
-        "{skill: sweep_arm, retry: 1, on_failure: roll}", "{skill: weigh, retry: 1, on_failure: roll}"
+        "{skill: sweep_arm, retry: 1, between_tries: roll}", "{skill: weigh, retry: 1, between_tries: roll}"
     )
     found = faults(fast, handled)
     assert found["par-1/joint/sweep_arm/handler-roll/turning-together"] == "AE861"

@@ -30,7 +30,8 @@ def test_a_mapping_keeps_the_order_that_was_written() -> None:
 
 
 def test_a_pattern_is_one_of_those_that_exist() -> None:
-    assert [Pattern(name).name for name in PATTERNS] == ["identifier", "slug", "dotted", "entry"]
+    names = ["identifier", "slug", "dotted", "full name", "reference", "entry"]
+    assert [Pattern(name).name for name in PATTERNS] == names
     with pytest.raises(MisuseError, match="there is no pattern 'name'"):
         Pattern("name")
 

@@ -214,7 +214,7 @@ def with_model(module: Path, site: Path) -> Path:
     manifest = module / "ecm.yaml"
     manifest.write_text(
         manifest.read_text()
-        + "\nmodels:\n  finder: {description: finds dirt, kind: model, file: weights/dirt.bin}\n"
+        + "\nmodels:\n  finder: {description: finds dirt, kind: file, file: weights/dirt.bin}\n"
     )
     (module / "weights").mkdir()
     (module / "weights" / "dirt.bin").write_bytes(bytes(range(256)) * 20_000)

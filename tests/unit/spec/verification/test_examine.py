@@ -13,7 +13,7 @@ import pytest
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.diagnostics.codes import Diagnostics, Fix, Severity, SpanLabel
 from aeros.spec.diagnostics.source import Source
-from aeros.spec.elaborate.load import load_site
+from aeros.spec.elaborate.load import NEIGHBOURS, load_site
 from aeros.spec.model.policy import OperatorOverride
 from aeros.spec.model.site import Site
 from aeros.spec.obligations.obligation import Obligation
@@ -203,7 +203,7 @@ def test_a_worker_process_finds_what_this_one_finds_without_the_model(
     monkeypatch.setattr(examine, "_WORKER_STATE", {})
     block = OperatorOverride("no-grip", "a test", None, None, "grip")
     path = tidy(tmp_path)
-    examine._init_worker(source(), [block], 1_000_000, 10.0)
+    examine._init_worker(source(), [block], 1_000_000, 10.0, NEIGHBOURS)
     found = examine._verify_in_worker(path)
     assert done == [(signal.SIGINT, signal.SIG_IGN), "no garbage collection"]
     alone = examine_module(path, bench.with_overrides([block]), ORACLE)

@@ -174,7 +174,7 @@ def test_a_file_that_the_module_needs_is_looked_for_each_time(module: Path, stor
     _edit(
         "ecm.yaml",
         "tasks:\n",
-        "models:\n  net: {description: a net, kind: model, file: net.onnx}\n\ntasks:\n",
+        "models:\n  net: {description: a net, kind: file, file: net.onnx}\n\ntasks:\n",
     )(module)
     assert _brief(module, store).conclusion is Conclusion.PROVED
     assert _brief(module, store).conclusion is Conclusion.PROVED

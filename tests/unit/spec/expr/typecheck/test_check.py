@@ -22,6 +22,9 @@ from aeros.spec.expr.units import LENGTH, NUMBER
 from tests.unit.spec.expr.scope import SCOPE, SPEED, term_of
 
 ENV: dict[str, Value] = {
+    "kettle.hot": True,
+    "kettle.level": Fraction(1, 10),
+    "kettle.spout": (Fraction(1), Fraction(2), Fraction(3)),
     "a": True,
     "b": False,
     "mode": "idle",

@@ -89,7 +89,7 @@ ROLES = Scope({}, roles={"moving": {"speed": SCOPE.variables["speed"]}}, inputs=
 
 
 def attribute(base: s.Node, text: str, scope: Scope = ROLES) -> tuple[t.Term, Type] | None:
-    return resolve_attribute(s.Attribute(base, name(text), EXTENT), scope)
+    return resolve_attribute(s.Attribute(base, name(text), EXTENT), scope, {})
 
 
 def test_inputs_and_parameters_of_a_role_are_found() -> None:
@@ -97,8 +97,31 @@ def test_inputs_and_parameters_of_a_role_are_found() -> None:
     assert attribute(name("moving"), "speed") == (SCOPE.variables["speed"], SPEED)
 
 
+WATER = t.Variable("pot.water_hot", BOOL, t.VariableRole.STATE)
+OF_POT = Scope({**SCOPE.variables, "pot.water_hot": WATER})
+
+
+def test_a_variable_of_a_module_is_found_by_its_full_name() -> None:
+    assert attribute(name("pot"), "water_hot", OF_POT) == (WATER, BOOL)
+    assert declared_type([parse("pot.water_hot")], OF_POT, {}) == BOOL
+
+
+def test_a_variable_of_a_module_that_may_not_be_read_is_named_whole() -> None:
+    with pytest.raises(ExpressionTypeError) as near:
+        attribute(name("pot"), "water_ht", OF_POT)
+    assert (near.value.message, near.value.cure) == (
+        "`pot.water_ht` is not declared here",
+        "did you mean `pot.water_hot`?",
+    )
+    with pytest.raises(ExpressionTypeError) as hidden:
+        attribute(name("pot"), "water_hot", SCOPE)
+    assert hidden.value.message == "`pot.water_hot` is not declared here"
+    assert hidden.value.cure is not None
+    assert "`policy.perception.shared`" in hidden.value.cure
+
+
 def test_the_attribute_of_anything_else_is_left_to_the_caller() -> None:
-    assert attribute(name("p"), "x") is None
+    assert attribute(name("p"), "x", SCOPE) is None
     assert attribute(s.BooleanLiteral(True, EXTENT), "speed") is None
 
 

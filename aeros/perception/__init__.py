@@ -1,0 +1,49 @@
+"""Interface and toolkit of perceivers: views that they receive, values that they yield, and geometry."""
+
+from aeros.perception.circles import Circle, fit_circle
+from aeros.perception.colours import has_dominant_colour, has_hsv_colour, has_red_ratios, to_hsv
+from aeros.perception.components import connected_components, largest_component
+from aeros.perception.cylinders import CylinderPose, locate_cylinder
+from aeros.perception.outliers import inlier_mask
+from aeros.perception.planes import Plane, find_plane, fit_plane, trim_to_plane
+from aeros.perception.points import point_cloud
+from aeros.perception.rectangles import (
+    Rectangle,
+    has_size,
+    min_area_rectangle,
+    top_face,
+    top_points,
+    wrap_heading,
+)
+from aeros.perception.view import Estimate, Perception, Picture, Sample, View, estimate
+
+__all__ = [
+    "Circle",
+    "CylinderPose",
+    "Estimate",
+    "Perception",
+    "Picture",
+    "Plane",
+    "Rectangle",
+    "Sample",
+    "View",
+    "connected_components",
+    "estimate",
+    "find_plane",
+    "fit_circle",
+    "fit_plane",
+    "has_dominant_colour",
+    "has_hsv_colour",
+    "has_red_ratios",
+    "has_size",
+    "inlier_mask",
+    "largest_component",
+    "locate_cylinder",
+    "min_area_rectangle",
+    "point_cloud",
+    "to_hsv",
+    "top_face",
+    "top_points",
+    "trim_to_plane",
+    "wrap_heading",
+]

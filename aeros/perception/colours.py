@@ -1,0 +1,106 @@
+"""Colour segmentation: masks of the pixels that have a colour, by ratios of channels or by hue.
+
+Ratios between channels change less with the light than the channels do. Colours have any shape (…, 3),
+red, green and blue from 0 to 255; a mask has the shape (…).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Bounds = tuple[float | None, float | None]
+"""Lower and upper bound, both exclusive; None for no bound."""
+
+Mask = NDArray[np.bool_]
+
+
+def has_dominant_colour(rgb: NDArray[Any], channel: int, ratio: float, brightness: float) -> Mask:
+    """Find the pixels in which one channel is much brighter than the two others.
+
+    Args:
+        rgb: colours (…, 3), 0 to 255.
+        channel: the channel: 0 red, 1 green, 2 blue.
+        ratio: least ratio of the channel to each of the others, exclusive.
+        brightness: least value of the channel, exclusive.
+
+    Returns:
+        Mask (…).
+    """
+    colours = np.asarray(rgb, np.float64)
+    first, second = (colours[..., other] for other in range(3) if other != channel)
+    value = colours[..., channel]
+    mask: Mask = (value > brightness) & (value > ratio * np.maximum(first, second))
+    return mask
+
+
+def has_red_ratios(rgb: NDArray[Any], green: Bounds, blue: Bounds, brightness: float) -> Mask:
+    """Find the pixels of a reddish colour, such as yellow, orange or brown, by their ratios to red.
+
+    Args:
+        rgb: colours (…, 3), 0 to 255.
+        green: bounds of green over red.
+        blue: bounds of blue over red.
+        brightness: least red, exclusive.
+
+    Returns:
+        Mask (…).
+    """
+    colours = np.asarray(rgb, np.float64)
+    red = colours[..., 0]
+    mask: Mask = red > brightness
+    for value, (least, most) in ((colours[..., 1], green), (colours[..., 2], blue)):
+        if least is not None:
+            mask &= value > least * red
+        if most is not None:
+            mask &= value < most * red
+    return mask
+
+
+def to_hsv(rgb: NDArray[Any]) -> NDArray[np.float64]:
+    """Convert colours to hue, saturation and value.
+
+    Args:
+        rgb: colours (…, 3), 0 to 255.
+
+    Returns:
+        Hue in [0, 360) degrees (0 red, 120 green, 240 blue; 0 for grey), saturation in [0, 1] and value in
+        [0, 1]: (…, 3).
+    """
+    colours = np.asarray(rgb, np.float64) / 255.0
+    red, green, blue = (colours[..., channel] for channel in range(3))
+    value = colours.max(axis=-1)
+    chroma = value - colours.min(axis=-1)
+    divisor = np.where(chroma > 0.0, chroma, 1.0)
+    sixth = np.where(
+        value == red,
+        (green - blue) / divisor,
+        np.where(value == green, 2.0 + (blue - red) / divisor, 4.0 + (red - green) / divisor),
+    )
+    hue = np.where(chroma > 0.0, (60.0 * sixth) % 360.0, 0.0)
+    saturation = np.where(value > 0.0, chroma / np.where(value > 0.0, value, 1.0), 0.0)
+    return np.stack((np.where(hue >= 360.0, 0.0, hue), saturation, value), axis=-1)
+
+
+def has_hsv_colour(
+    rgb: NDArray[Any], hue: tuple[float, float], saturation: float = 0.3, value: float = 0.2
+) -> Mask:
+    """Find the pixels whose hue is in a range.
+
+    Args:
+        rgb: colours (…, 3), 0 to 255.
+        hue: first and last hue, degrees; the range goes through 0 if the first is greater.
+        saturation: least saturation, in [0, 1]: greyish pixels have no reliable hue.
+        value: least value, in [0, 1]: nor have dark ones.
+
+    Returns:
+        Mask (…).
+    """
+    converted = to_hsv(rgb)
+    angle = converted[..., 0]
+    first, last = hue
+    inside = (angle >= first) & (angle <= last) if first <= last else (angle >= first) | (angle <= last)
+    mask: Mask = inside & (converted[..., 1] >= saturation) & (converted[..., 2] >= value)
+    return mask

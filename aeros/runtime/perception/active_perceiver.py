@@ -1,0 +1,215 @@
+"""One perceiver of an active module: when it is called, what it sees, and what its values are."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Mapping
+from math import floor, inf, isfinite
+from typing import Any, Final
+
+from aeros.runtime.execution.step import ObservationFilter
+from aeros.runtime.perception.perceiver_run import (
+    OpenPerceiver,
+    PerceiverError,
+    PerceiverRun,
+    ViewInput,
+)
+from aeros.runtime.perception.value_check import InvalidValuesError, PerceivedValueCheck
+from aeros.runtime.ports import CameraPicture, Reading, Readings
+from aeros.runtime.skills.contract import SkillRefusedError
+from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.perception import Perceiver
+from aeros.spec.model.site import Site
+
+MAX_SAMPLES: Final = 1000
+"""Limit on the samples of one reading in a view; the newest are kept."""
+
+FIRST_BACK_OFF: Final = 0.5
+"""Plant time from the first failure to the next call, s; doubled with each further failure in a row."""
+
+LAST_BACK_OFF: Final = 30.0
+"""Greatest plant time from a failure to the next call, s."""
+
+_ROUNDING: Final = 1e-9
+"""Share of a period by which a tick may come before a sample is due: ticks are rounded."""
+
+RecordEvent = Callable[[str, Mapping[str, Any]], object]
+"""Writes an event with its details into the audit record."""
+
+
+class ActivePerceiver:
+    """A perceiver of an active module.
+
+    Its values are those of its latest answer, with the time of the oldest picture that it was computed from.
+    A failure leaves all of them unknown until the next answer. It is called again for a new picture after a
+    time that doubles with each failure, so that nothing depends on the speed of this machine but its timeout.
+
+    Attributes:
+        values: its values by full name; unknown ones are absent.
+
+    Args:
+        site: the site in force, with the variables of the modules.
+        ecm: the module.
+        perceiver: the perceiver of it.
+        open_perceiver: opens its runs.
+        record: writes events.
+    """
+
+    def __init__(
+        self, site: Site, ecm: Ecm, perceiver: Perceiver, open_perceiver: OpenPerceiver, record: RecordEvent
+    ) -> None:
+        self.values: dict[str, Reading] = {}
+        self._site, self._ecm, self._perceiver = site, ecm, perceiver
+        self._open, self._record = open_perceiver, record
+        self._run: PerceiverRun | None = None
+        self._check = PerceivedValueCheck(ecm, perceiver)
+        self._sees = ObservationFilter(ecm, site)
+        own = f"{ecm.id}."
+        self._readings = {name.removeprefix(own): name for name in perceiver.readings}
+        # Its module's own variables do not change between two calls.
+        self._sampled = [name for name in perceiver.readings if not name.startswith(own)]
+        self._samples: dict[str, deque[tuple[float, Any]]] = {
+            name.removeprefix(own): deque(maxlen=MAX_SAMPLES) for name in self._sampled
+        }
+        self._rate = None if perceiver.rate is None else float(perceiver.rate)
+        self._last_sample = self._last_call = -inf
+        self._called_with: dict[str, float] | None = None
+        self._failures = 0
+        self._retry_at = -inf
+
+    @property
+    def needs_pictures(self) -> bool:
+        """True if it asks for pictures."""
+        return bool(self._perceiver.pictures)
+
+    @property
+    def needs_sampling(self) -> bool:
+        """True if readings are sampled for it at control ticks."""
+        return self._rate is not None and bool(self._sampled)
+
+    def sample(self, now: float, measured: Mapping[str, Any], observe: Callable[[], Readings]) -> None:
+        """Sample its readings at a control tick, if a sample is due.
+
+        Args:
+            now: plant time, s.
+            measured: values or readings that the tick measured, by vocabulary name.
+            observe: measures all others.
+        """
+        if not self._is_due(now, self._last_sample):
+            return
+        self._last_sample = now
+        fresh = {
+            name: value if type(value := measured[name]) is Reading else Reading(value, now)
+            for name in self._sampled
+            if name in measured
+        }
+        if len(fresh) < len(self._sampled):
+            observed = observe()
+            fresh |= {
+                name: observed[name] for name in self._sampled if name in observed and name not in fresh
+            }
+        seen = self._sees.observe(fresh, now)
+        for short, samples in self._samples.items():
+            if short in seen:
+                time = fresh[self._readings[short]].time
+                if not samples or samples[-1][0] < time:
+                    samples.append((time, seen[short]))
+
+    def update(
+        self, now: float, readings: Readings, pictures: Mapping[str, CameraPicture], least_timeout: float
+    ) -> None:
+        """Call the perceiver if there is something new for it to see.
+
+        Args:
+            now: plant time, s.
+            readings: what is measured now, of the plant and of the modules.
+            pictures: newest picture of each camera.
+            least_timeout: least limit on the real time of the call, s.
+        """
+        chosen = self._chosen_pictures(now, pictures)
+        if chosen is None or now < self._retry_at:
+            return
+        times = {name: one.time for name, one in chosen.items()}
+        if times == self._called_with and (chosen or not self._is_due(now, self._last_call)):
+            return
+        self._called_with, self._last_call = times, now
+        seen = self._sees.observe(readings, now)
+        view = ViewInput(
+            now,
+            {name: seen[name] for name in self._readings if name in seen},
+            {name: tuple(samples) for name, samples in self._samples.items() if self._rate is not None},
+            chosen,
+        )
+        for samples in self._samples.values():
+            samples.clear()
+        self._call(view, min(times.values(), default=now), least_timeout)
+
+    def close(self) -> None:
+        """End its run and forget its values; safe to call twice."""
+        self.values = {}
+        if self._run is not None:
+            self._run.close()
+            self._run = None
+
+    def _call(self, view: ViewInput, time: float, least_timeout: float) -> None:
+        try:
+            if self._run is None:
+                self._run = self._open(self._site, self._ecm, self._perceiver)
+            values = self._check(self._run.perceive(view, max(float(self._perceiver.timeout), least_timeout)))
+        except (PerceiverError, SkillRefusedError) as failure:
+            self.close()
+            self._note_failure(view.time, str(failure))
+        except InvalidValuesError as failure:
+            self.values = {}
+            self._note_failure(view.time, str(failure))
+        else:
+            self.values = {name: Reading(value, time) for name, value in values.items()}
+            if self._failures:
+                self._record("perceiver-recovered", {**self._identity(), "after_failures": self._failures})
+                self._failures = 0
+
+    def _note_failure(self, now: float, reason: str) -> None:
+        self._failures += 1
+        pause = min(FIRST_BACK_OFF * 2.0 ** min(self._failures - 1, 30), LAST_BACK_OFF)
+        self._retry_at = now + pause
+        self._record(
+            "perceiver-failed",
+            {
+                **self._identity(),
+                "reason": reason,
+                "at": now,
+                "failures": self._failures,
+                "not_before": self._retry_at,
+                "unknown": sorted(self._perceiver.provides),
+            },
+        )
+
+    def _identity(self) -> dict[str, str]:
+        return {"module": self._ecm.id, "perceiver": self._perceiver.id}
+
+    def _is_due(self, now: float, last: float) -> bool:
+        """Return True if a period of the rate has begun after `last`; without a rate, if time has passed."""
+        if self._rate is None:
+            return now > last
+        return last == -inf or self._period(now) > self._period(last)
+
+    def _period(self, time: float) -> int:
+        return floor(time * (self._rate or 0.0) + _ROUNDING)
+
+    def _chosen_pictures(
+        self, now: float, pictures: Mapping[str, CameraPicture]
+    ) -> dict[str, CameraPicture] | None:
+        """Return the pictures that it asks for and may get; None if one is missing."""
+        chosen: dict[str, CameraPicture] = {}
+        for asked in self._perceiver.pictures:
+            picture, camera = pictures.get(asked.camera), self._site.cameras.get(asked.camera)
+            is_allowed = (
+                camera is not None
+                and camera.sensor in self._ecm.requested_access.sensors
+                and asked.width <= camera.width
+                and asked.height <= camera.height
+            )
+            if picture is None or not is_allowed or not (isfinite(picture.time) and picture.time <= now):
+                return None
+            chosen[asked.camera] = picture
+        return chosen

@@ -1,0 +1,199 @@
+"""Plant wrapper that measures with the perceivers of active modules, too.
+
+Perceivers run in `observe`, never inside `advance`: no control tick waits for one. On a simulator the clock
+stands still meanwhile, so that the same run gives the same values. On a plant that runs in real time they
+run only while nothing is under way; until then their values age.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import suppress
+from typing import Any
+
+from aeros.runtime.execution.governor import Governor
+from aeros.runtime.isolation.isolated_run import MIN_RESPONSE_TIMEOUT_S
+from aeros.runtime.perception.active_perceiver import ActivePerceiver, RecordEvent
+from aeros.runtime.perception.perceiver_run import OpenPerceiver
+from aeros.runtime.ports import (
+    CameraPicture,
+    Monitor,
+    MotionCompletion,
+    MotionHandle,
+    PlannedMotion,
+    Plant,
+    Reading,
+    Readings,
+    announce_stop,
+    newest_pictures,
+)
+from aeros.skill import Action
+from aeros.spec.diagnostics.errors import UserError
+
+_PerceiverKey = tuple[str, str, str, str, str]
+
+
+class PerceivingPlant:
+    """Plant that behaves as `plant` and measures with the perceivers of the modules in force, too.
+
+    A plant that measures a module's variables itself, as the symbolic one, is believed: the module's
+    perceivers do not run.
+
+    Args:
+        plant: the wrapped plant; closed with this one.
+        governor: returns the configuration in force.
+        open_perceiver: opens runs of perceivers.
+        record: writes events of perceivers into the audit record.
+    """
+
+    def __init__(
+        self, plant: Plant, governor: Governor, open_perceiver: OpenPerceiver, record: RecordEvent
+    ) -> None:
+        self._plant = plant
+        self._governor = governor
+        self._open, self._record = open_perceiver, record
+        self._generation: int | None = None
+        self._perceivers: dict[_PerceiverKey, ActivePerceiver] = {}
+        self._in_invariants: frozenset[str] = frozenset()
+        self._is_advancing = False
+        self._under_way: set[MotionHandle] = set()
+        self._modelled: set[str] = set()
+        # A plant stays what it is, and a hosted one would be asked over its socket.
+        self.runs_in_real_time = bool(getattr(plant, "runs_in_real_time", False))
+
+    def now(self) -> float:
+        """Implements `Plant.now`."""
+        return self._plant.now()
+
+    def observe(self) -> Readings:
+        """Implements `Plant.observe`: calls perceivers for which there is something new."""
+        readings = self._plant.observe()
+        self._modelled.update(name.partition(".")[0] for name in readings if "." in name)
+        if not self._is_advancing and not (self.runs_in_real_time and self._under_way):
+            self._update(readings)
+        values = self._values()
+        return {**readings, **values} if values else readings
+
+    def pictures(self) -> Mapping[str, CameraPicture]:
+        """Return the newest pictures of the plant; see `newest_pictures`.
+
+        Returns:
+            The pictures by camera; empty if it has none.
+        """
+        return newest_pictures(self._plant)
+
+    def plan(self, action: Action) -> PlannedMotion:
+        """Implements `Plant.plan`."""
+        return self._plant.plan(action)
+
+    def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
+        """Implements `Plant.begin`."""
+        motion = self._plant.begin(action, decided)
+        if not isinstance(motion, MotionCompletion):
+            self._under_way.add(motion)
+        return motion
+
+    def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
+        """Implements `Plant.advance`; the monitor sees the values that the site lets its invariants read."""
+        watched = [one for one in self._active() if one.needs_sampling]
+        shown = {name: one for name, one in self._values().items() if name in self._in_invariants}
+        if watched or shown:
+            monitor = _PerceivingMonitor(monitor, self._plant, watched, shown)
+        self._is_advancing = True
+        try:
+            ended = self._plant.advance(monitor, until)
+        finally:
+            self._is_advancing = False
+        self._under_way.difference_update(ended)
+        return ended
+
+    def halt(self, motion: MotionHandle) -> None:
+        """Implements `Plant.halt`."""
+        self._plant.halt(motion)
+
+    def stop(self) -> None:
+        """Implements `Plant.stop`."""
+        self._plant.stop()
+        self._under_way.clear()
+
+    def skill_began(self, skill: str) -> None:
+        """Implements `Plant.skill_began`."""
+        self._plant.skill_began(skill)
+
+    def skill_ended(self, skill: str, *, finished: bool) -> None:
+        """Implements `Plant.skill_ended`."""
+        self._plant.skill_ended(skill, finished=finished)
+
+    def close(self) -> None:
+        """Implements `Plant.close`: ends the perceivers first."""
+        self.close_perceivers()
+        self._plant.close()
+
+    def close_perceivers(self) -> None:
+        """End every perceiver; their values are unknown until the next `observe`. Safe to call twice."""
+        for perceiver in self._perceivers.values():
+            perceiver.close()
+        self._perceivers, self._generation = {}, None
+
+    def _update(self, readings: Readings) -> None:
+        self._follow_configuration()
+        active = self._active()
+        if not active:
+            return
+        now = self._plant.now()
+        pictures = self.pictures() if any(one.needs_pictures for one in active) else {}
+        least_timeout = 0.0 if self.runs_in_real_time else MIN_RESPONSE_TIMEOUT_S
+        for perceiver in active:
+            # What one perceiver of a module has just measured, a later one may read.
+            perceiver.update(now, {**readings, **self._values()}, pictures, least_timeout)
+
+    def _follow_configuration(self) -> None:
+        if self._governor.generation == self._generation:
+            return
+        found: dict[_PerceiverKey, ActivePerceiver] = {}
+        # Without a configuration nothing is measured: what needs it is denied.
+        with suppress(UserError):
+            self._generation, configuration = self._governor.configuration()
+            site = configuration.site
+            self._in_invariants = site.perception.in_invariants
+            for ecm in configuration.modules.values():
+                for perceiver in ecm.perceivers.values():
+                    key = (ecm.id, perceiver.id, ecm.code_digest, ecm.manifest_digest, site.digest)
+                    running = self._perceivers.pop(key) if key in self._perceivers else None
+                    found[key] = (
+                        ActivePerceiver(site, ecm, perceiver, self._open, self._record)
+                        if running is None
+                        else running
+                    )
+        for ended in self._perceivers.values():
+            ended.close()
+        self._perceivers = found
+
+    def _active(self) -> list[ActivePerceiver]:
+        return [one for key, one in self._perceivers.items() if key[0] not in self._modelled]
+
+    def _values(self) -> dict[str, Reading]:
+        return {name: value for one in self._active() for name, value in one.values.items()}
+
+
+class _PerceivingMonitor:
+    """A monitor that sees what was perceived, and samples readings for perceivers after it has answered."""
+
+    def __init__(
+        self,
+        monitor: Monitor,
+        plant: Plant,
+        watched: list[ActivePerceiver],
+        shown: Mapping[str, Reading],
+    ) -> None:
+        self._monitor, self._plant = monitor, plant
+        self._watched, self._shown = watched, shown
+
+    def __call__(self, now: float, measured: Mapping[str, Any]) -> str | None:
+        answer = self._monitor(now, {**measured, **self._shown} if self._shown else measured)
+        for perceiver in self._watched:
+            perceiver.sample(now, measured, self._plant.observe)
+        return answer
+
+    def begin_stop(self, reason: str, now: float) -> None:
+        announce_stop(self._monitor, reason, now)

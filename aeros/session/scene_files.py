@@ -1,0 +1,74 @@
+"""Scenes of tasks: from the folder of the task's module, from AEROS, or from another module.
+
+A scene is no code of the robot, so it is no part of a module's digest: no proof speaks of it, and another
+position of a crate in a simulator asks for no new certificate. The digest of a scene's files is part of the
+scene, so a report can name what a run took place in. The registry keeps the files with the module.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from aeros.runtime.gate.configuration import Configuration
+from aeros.spec.diagnostics.codes import Diagnostic
+from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.model.ecm import Task
+from aeros.spec.model.scene import Scene
+from aeros.spec.scenes.load import add_scene, known_scenes, load_scene, require_robot
+
+
+def module_folders(configuration: Configuration, task: Task | None) -> Sequence[str]:
+    """List the folders in which scenes are looked for.
+
+    Args:
+        configuration: site and active modules.
+        task: the task, whose module comes first; None if there is none.
+
+    Returns:
+        The folders of the modules.
+    """
+    own = None if task is None else task.span
+    modules = configuration.modules.values()
+    ordered = sorted(modules, key=lambda ecm: all(one.span != own for one in ecm.tasks.values()))
+    return [ecm.folder for ecm in ordered]
+
+
+def scene_of_task(configuration: Configuration, task: Task, extra: str | None = None) -> Scene:
+    """Load the scene of a task.
+
+    Args:
+        configuration: site and active modules.
+        task: the task.
+        extra: a scene file whose things are added, or its name; None for none.
+
+    Returns:
+        The scene.
+
+    Raises:
+        UserError: the task names no scene or one that does not exist, a file has problems, or both scenes
+            have the same names.
+    """
+    folders = module_folders(configuration, task)
+    known = known_scenes(folders)
+    if task.scene is None or task.scene not in known:
+        headline = f"the task's scene is `{task.scene}`, but there is only {', '.join(sorted(known))}"
+        help_ = ("add its file to the module's folder `scenes`", "or use `--plant symbolic`")
+        raise UserError([Diagnostic("AE002", headline, help=help_)])
+    scene = require_robot(load_scene(task.scene, folders))
+    return scene if extra is None else add_scene(scene, extra, folders)
+
+
+def scene_named(configuration: Configuration, name: str) -> Scene:
+    """Load a scene by its name, whatever module has it.
+
+    Args:
+        configuration: site and active modules.
+        name: its name, or the path of a file.
+
+    Returns:
+        The scene.
+
+    Raises:
+        UserError: there is no such file, or it has problems.
+    """
+    return require_robot(load_scene(name, module_folders(configuration, None)))

@@ -1,0 +1,242 @@
+"""Any scene without physics: what its file declares of bodies that can be held, surfaces and coatings.
+
+Not modelled: links and joints, but for what a press folds; forces, but for those of a press; compounds and
+models as obstacles.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from aeros.sim.geometry import Camera, Pose, Vector3, to_world, yaw_of
+from aeros.sim.kinematic.objects import CylindricalObject, GraspableObject, ObjectSet, Surface, slab
+from aeros.sim.kinematic.scenes.detectors import ExactDetector, detectors_of
+from aeros.sim.kinematic.scenes.press import FoldingPress
+from aeros.sim.layouts.cameras import camera_in_world
+from aeros.sim.layouts.coating import CoatingMap
+from aeros.sim.layouts.conditions import SceneState
+from aeros.sim.layouts.placement import place_things
+from aeros.sim.randomness import RandomSource
+from aeros.sim.robot.robot import RobotOptions, RobotState
+from aeros.spec.model.scene import (
+    Basin,
+    BodyPart,
+    Box,
+    Compound,
+    Cylinder,
+    Scene,
+    SceneBody,
+    Shape,
+    Sphere,
+    UrdfModel,
+)
+from aeros.spec.scenes.load import require_robot
+
+
+class DeclaredScene:
+    """A scene by geometry alone. It implements `KinematicScene`, and `SimulatedWorld` for its conditions.
+
+    Args:
+        scene: the scene.
+
+    Raises:
+        UserError: it has no robot or no view.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        require_robot(scene)
+        assert scene.robot is not None  # noqa: S101  for the type checker
+        self.scene = scene
+        self.robot = RobotOptions(carriage=scene.robot.carriage, base=scene.robot.base)
+        self.cameras: tuple[str, ...] = tuple(scene.cameras)
+        self.initial_cameras: tuple[str, ...] = tuple(
+            name for name, camera in scene.cameras.items() if camera.at_start
+        )
+
+    def build(self, chance: RandomSource) -> ObjectSet:
+        """Implement `KinematicScene.build`: everything where it was drawn, on the surface under it."""
+        bodies = self.scene.bodies
+        self._poses = place_things(self.scene, chance)
+        self._objects = {
+            name: _object(body, self._poses[name]) for name, body in bodies.items() if body.grip is not None
+        }
+        self.presses = {
+            name: FoldingPress(
+                press, self._poses[press.lid.body].position, _height(bodies[press.filling].shape)
+            )
+            for name, press in self.scene.presses.items()
+        }
+        surfaces = [
+            surface
+            for name, body in bodies.items()
+            if not body.is_movable
+            for surface in _surfaces(body.shape, self._poses[name])
+        ]
+        handles = [press.handle for press in self.presses.values()]
+        self._things = ObjectSet((*self._objects.values(), *handles), surfaces)
+        self._coatings = {name: CoatingMap(coating) for name, coating in self.scene.coatings.items()}
+        self._robot_points = (self.robot.base, self.robot.base)
+        self.state = SceneState(self.scene, self._poses, self)
+        self._detectors: tuple[ExactDetector, ...] = detectors_of(self)
+        return self._things
+
+    def tick(self, state: RobotState) -> None:
+        """Implement `KinematicScene.tick`: wipe, fold, and judge seals and timers."""
+        self._robot_points = (state.base_position, state.tool_position)
+        for coating in self._coatings.values():
+            wiper = self._objects.get(coating.coating.wiped_by)
+            if wiper is not None and self._things.holds(wiper) and self._things.load > coating.coating.force:
+                coating.wipe(wiper.pose)
+        for press in self.presses.values():
+            press.tick(
+                self.pose_of(BodyPart(press.press.folds.body)),
+                is_held=self.is_carried(press.press.folds.body),
+                is_filled=self._is_filled(press),
+                is_sealed=self.state.sealed[press.press.seal],
+            )
+        self.state.tick()
+        for detector in self._detectors:
+            detector.tick()
+
+    def measure(self, state: RobotState, time: float) -> Mapping[str, Any]:
+        """Implement `KinematicScene.measure`: surveyed places and instruments."""
+        values = {name: self.state.value(name) for name in (*self.scene.places, *self.scene.instruments)}
+        for detector in self._detectors:
+            values |= detector.measure(state, time)
+        return values
+
+    def truth(self) -> Mapping[str, bool]:
+        """Implement `KinematicScene.truth`."""
+        return self.state.truth()
+
+    def detect(self, camera: str, state: RobotState, yaw: float, time: float) -> Mapping[str, Any]:
+        """Implement `KinematicScene.detect`.
+
+        Raises:
+            KeyError: there is no such camera.
+        """
+        declared = self.scene.cameras[camera]
+        view: Camera = camera_in_world(declared, state.base_position, state.tool_position, yaw)
+        seen: dict[str, Any] = {}
+        for detector in self._detectors:
+            seen |= detector.detect(camera, view, time)
+        return seen
+
+    def is_carried(self, body: str) -> bool:
+        """Say if a body moves with the hand, lifted or not.
+
+        Args:
+            body: its name.
+
+        Returns:
+            True if it does.
+        """
+        thing = self._objects.get(body)
+        return thing is not None and self._things.holds(thing)
+
+    # Implement `SimulatedWorld`.
+
+    def pose_of(self, part: BodyPart) -> Pose:
+        """Implement `SimulatedWorld.pose_of`: a link moves with its body, but for the handle of a press."""
+        for press in self.presses.values():
+            if part == press.press.handle:
+                return press.handle.pose
+        thing = self._objects.get(part.body)
+        return self._poses[part.body] if thing is None else thing.pose
+
+    def joint_position(self, joint: BodyPart) -> float:
+        """Implement `SimulatedWorld.joint_position`: 0 but for the joints of a press."""
+        for press in self.presses.values():
+            if joint == press.press.folds:
+                return press.fold
+            if joint == press.press.lid:
+                return press.handle.angle
+        return 0.0
+
+    def force_between(self, first: BodyPart, second: BodyPart) -> float:
+        """Implement `SimulatedWorld.force_between`: 0 but between the two sides of a press."""
+        for press in self.presses.values():
+            if {first.body, second.body} == {press.press.filling, press.press.folds.body}:
+                return press.force_on_filling(is_filled=self._is_filled(press))
+        return 0.0
+
+    def is_held(self, body: str) -> bool:
+        """Implement `SimulatedWorld.is_held`."""
+        return self.is_carried(body) and self._things.is_lifted(self._objects[body])
+
+    def wiped_share(self, coating: str) -> float:
+        """Implement `SimulatedWorld.wiped_share`."""
+        return self._coatings[coating].wiped_share
+
+    def robot_points(self) -> tuple[Vector3, Vector3]:
+        """Implement `SimulatedWorld.robot_points`."""
+        return self._robot_points
+
+    def seal(self, joint: BodyPart, friction: float) -> None:
+        """Implement `SimulatedWorld.seal`: presses read the seal itself."""
+
+    def _is_filled(self, press: FoldingPress) -> bool:
+        filled: bool = self.state.value(f"{press.press.filling}.position in {press.press.inside}")
+        return filled
+
+
+def _object(body: SceneBody, pose: Pose) -> GraspableObject:
+    """Return a body that can be held."""
+    assert body.grip is not None  # noqa: S101  for the type checker
+    shape, surface = body.shape, None
+    is_round = isinstance(shape, Cylinder | Sphere)
+    if isinstance(shape, UrdfModel) and shape.surfaces:
+        (x, y, z), size = shape.surfaces[0]
+        surface = slab(x, y, z, *size)
+    kind = CylindricalObject if is_round else GraspableObject
+    return kind(pose, body.grip.low, body.grip.high, _underside(shape), surface)
+
+
+def _underside(shape: Shape) -> float:
+    """Return the depth of a shape's lowest point below its frame, m."""
+    match shape:
+        case UrdfModel():
+            return shape.underside
+        case Compound(parts):
+            return max(_height(part.shape) / 2 - part.position[2] for part in parts)
+        case Basin():
+            return 0.0
+    return _height(shape) / 2
+
+
+def _height(shape: Shape) -> float:
+    """Return the height of a shape, m; 0 for a model, whose height is not known."""
+    match shape:
+        case Box((_, _, height)) | Cylinder(_, height) | Basin((_, _, height)):
+            return height
+        case Sphere(radius):
+            return 2.0 * radius
+        case Compound(parts):
+            ends = [(part.position[2], _height(part.shape) / 2) for part in parts]
+            return max(z + half for z, half in ends) - min(z - half for z, half in ends)
+    return 0.0
+
+
+def _surfaces(shape: Shape, pose: Pose) -> Iterator[Surface]:
+    """Yield the surfaces on which things can lie on a fixed body, in W."""
+    yaw = yaw_of(pose.orientation)
+    for middle, (length, width) in _own_surfaces(shape):
+        yield slab(*to_world(pose, middle), length, width, yaw)
+
+
+def _own_surfaces(shape: Shape) -> Iterator[tuple[Vector3, tuple[float, float]]]:
+    match shape:
+        case Box((length, width, height)):
+            yield (0.0, 0.0, height / 2), (length, width)
+        case Cylinder(radius, height):
+            yield (0.0, 0.0, height / 2), (2.0 * radius, 2.0 * radius)
+        case Basin((length, width, _)):
+            yield (0.0, 0.0, 0.0), (length, width)
+        case Compound(parts):
+            for part in parts:
+                x, y, z = part.position
+                for (a, b, c), size in _own_surfaces(part.shape):
+                    yield (x + a, y + b, z + c), size
+        case UrdfModel():
+            yield from shape.surfaces

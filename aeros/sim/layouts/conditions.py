@@ -1,0 +1,272 @@
+"""Conditions of a scene on what is true in a simulator: seals, timers and the truth of goals.
+
+The values come from the simulated bodies, never from readings, so nothing that acts may see them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from math import acos
+from typing import Any, Final, Protocol
+
+from aeros.sim.clock import TICK
+from aeros.sim.geometry import UPRIGHT, Pose, Vector3, to_frame, to_world, yaw_of
+from aeros.spec.backends.compiled import Predicate, compile_condition
+from aeros.spec.expr.lower import scalar_variables
+from aeros.spec.expr.terms import variables_of
+from aeros.spec.expr.types import RealType
+from aeros.spec.model.scene import (
+    Basin,
+    BodyPart,
+    ForceInstrument,
+    JointInstrument,
+    PositionInstrument,
+    Region,
+    Scene,
+    SceneCondition,
+    UrdfModel,
+)
+from aeros.spec.scenes.conditions import is_membership, membership
+
+_LIMIT: Final = Fraction(10) ** 6
+"""Greatest absolute value in a condition, SI: the bound from which errors of rounding are derived."""
+
+_W: Final = Pose((0.0, 0.0, 0.0), UPRIGHT)
+
+
+class SimulatedWorld(Protocol):
+    """A simulator's true state, by the names of a scene. SI, in W."""
+
+    def pose_of(self, part: BodyPart) -> Pose:
+        """Read the pose of a body's or link's frame.
+
+        Args:
+            part: the body or link.
+
+        Returns:
+            The pose.
+        """
+
+    def joint_position(self, joint: BodyPart) -> float:
+        """Read the position of a joint.
+
+        Args:
+            joint: the joint.
+
+        Returns:
+            The position, rad or m.
+        """
+
+    def force_between(self, first: BodyPart, second: BodyPart) -> float:
+        """Sum the normal forces between two bodies or links.
+
+        Args:
+            first: one of them.
+            second: the other.
+
+        Returns:
+            The force, N.
+        """
+
+    def is_held(self, body: str) -> bool:
+        """Say if the hand carries a body.
+
+        Args:
+            body: its name.
+
+        Returns:
+            True if both fingers touch it and nothing else does.
+        """
+
+    def wiped_share(self, coating: str) -> float:
+        """Measure a coating.
+
+        Args:
+            coating: its name.
+
+        Returns:
+            Share of wiped cells, in [0, 1].
+        """
+
+    def robot_points(self) -> tuple[Vector3, Vector3]:
+        """Locate the robot.
+
+        Returns:
+            Positions of the arm's base and of the tool point.
+        """
+
+    def seal(self, joint: BodyPart, friction: float) -> None:
+        """Make a joint stiff.
+
+        Args:
+            joint: the joint.
+            friction: its dry friction from now on, N·m or N.
+        """
+
+
+class SceneState:
+    """Seals and timers of a scene, and the values of its conditions.
+
+    Args:
+        scene: the scene.
+        poses: start poses by name, which are those of places for good.
+        world: the simulator's true state.
+    """
+
+    def __init__(self, scene: Scene, poses: Mapping[str, Pose], world: SimulatedWorld) -> None:
+        self._scene = scene
+        self._poses = poses
+        self._world = world
+        self._readers: dict[str, Callable[[], Any]] = _readers(scene, poses, world)
+        self._regions = {
+            name: Region(name, (-x / 2, -y / 2, 0.0), (x / 2, y / 2, z))
+            for name, body in scene.bodies.items()
+            if isinstance(body.shape, Basin)
+            for x, y, z in (body.shape.inner,)
+        } | dict(scene.regions)
+        self._predicates = {name: _compiled(one) for name, one in {**scene.conditions, **scene.truth}.items()}
+        self._seals = {name: _compiled(seal.when) for name, seal in scene.seals.items()}
+        self._timers = {name: _compiled(condition) for name, condition in scene.timers.items()}
+        # Ticks until now, and at the longest stretch so far.
+        self._ticks = dict.fromkeys(scene.timers, (0, 0))
+        self.sealed: dict[str, bool] = dict.fromkeys(scene.seals, False)
+        """True for each seal that has closed, by name."""
+
+    def tick(self) -> None:
+        """Judge seals and timers after a tick of the simulator."""
+        if not self._seals and not self._timers:
+            return
+        values = _Values(self)
+        for name, holds in self._seals.items():
+            if not self.sealed[name] and holds(values):
+                self.sealed[name] = True
+                self._world.seal(self._scene.seals[name].joint, self._scene.seals[name].friction)
+                values = _Values(self)
+        for name, holds in self._timers.items():
+            now, longest = self._ticks[name]
+            now = now + 1 if holds(values) else 0
+            self._ticks[name] = (now, max(now, longest))
+
+    def truth(self) -> dict[str, bool]:
+        """Judge the conditions of `truth` now.
+
+        Returns:
+            The truth of each state variable that the scene defines.
+        """
+        values = _Values(self)
+        return {name: bool(values[name]) for name in self._scene.truth}
+
+    def value(self, name: str) -> Any:
+        """Read a variable of the scene's conditions now.
+
+        Args:
+            name: as `can.position`, or the name of a condition.
+
+        Returns:
+            Its value, SI, in W.
+        """
+        return self.compute(name, _Values(self))
+
+    def compute(self, name: str, values: Mapping[str, Any]) -> Any:
+        """Compute a variable.
+
+        Args:
+            name: its name.
+            values: values of conditions at the same moment.
+
+        Returns:
+            Its value, SI, in W.
+        """
+        reader = self._readers.get(name)
+        if reader is not None:
+            return reader()
+        if is_membership(name):
+            point, region = membership(name)
+            return self._contains(self._regions[region], self.compute(point, values))
+        if name in self._predicates:
+            return self._predicates[name](values)
+        if name in self.sealed:
+            return self.sealed[name]
+        timer, _, longest = name.partition(".")
+        return self._ticks[timer][bool(longest)] * TICK
+
+    def _contains(self, region: Region, point: Vector3) -> bool:
+        frame = _W
+        if region.of is not None:
+            is_body = region.of in self._scene.bodies
+            frame = self._world.pose_of(BodyPart(region.of)) if is_body else self._poses[region.of]
+        inside = to_frame(frame, point)
+        return all(low <= at <= high for low, at, high in zip(region.low, inside, region.high, strict=True))
+
+
+class _Values(dict[str, Any]):
+    """Values of scalar variables at one moment, each computed when it is first asked for."""
+
+    def __init__(self, state: SceneState) -> None:
+        super().__init__()
+        self._state = state
+
+    def __missing__(self, name: str) -> Any:
+        vector, _, axis = name.rpartition(".")
+        if vector and axis in ("x", "y", "z"):
+            for part, value in zip("xyz", self._state.compute(vector, self), strict=True):
+                self[f"{vector}.{part}"] = value
+            return self[name]
+        value = self[name] = self._state.compute(name, self)
+        return value
+
+
+def _compiled(condition: SceneCondition) -> Predicate:
+    ranges = {
+        scalar.name: (-_LIMIT, _LIMIT)
+        for variable in variables_of(condition.term).values()
+        for scalar in scalar_variables(variable)
+        if isinstance(scalar.type, RealType)
+    }
+    return compile_condition(condition.term, ranges)
+
+
+def _readers(scene: Scene, poses: Mapping[str, Pose], world: SimulatedWorld) -> dict[str, Callable[[], Any]]:
+    """Return a function that reads each variable of bodies, places and instruments."""
+    found: dict[str, Callable[[], Any]] = {
+        "robot.base": lambda: world.robot_points()[0],
+        "robot.tool": lambda: world.robot_points()[1],
+    }
+    for name in scene.places:
+        found[name] = lambda place=poses[name].position: place  # type: ignore[misc]
+    for name, body in scene.bodies.items():
+        found |= _body_readers(BodyPart(name), world)
+        if isinstance(body.shape, UrdfModel):
+            for link in body.shape.links:
+                part = BodyPart(name, link)
+                found[f"{name}.{link}.position"] = lambda part=part: world.pose_of(part).position  # type: ignore[misc]
+            for joint in body.shape.joints:
+                part = BodyPart(name, joint)
+                found[f"{name}.{joint}"] = lambda part=part: world.joint_position(part)  # type: ignore[misc]
+    for name, instrument in scene.instruments.items():
+        match instrument:
+            case ForceInstrument(first, second):
+                found[name] = lambda a=first, b=second: world.force_between(a, b)  # type: ignore[misc]
+            case PositionInstrument(of):
+                found[name] = lambda of=of: world.pose_of(of).position  # type: ignore[misc]
+            case JointInstrument(part):
+                found[name] = lambda part=part: world.joint_position(part)  # type: ignore[misc]
+    for name in scene.coatings:
+        found[f"{name}.wiped"] = lambda name=name: world.wiped_share(name)  # type: ignore[misc]
+    return found
+
+
+def _body_readers(part: BodyPart, world: SimulatedWorld) -> dict[str, Callable[[], Any]]:
+    return {
+        f"{part.body}.position": lambda: world.pose_of(part).position,
+        f"{part.body}.yaw": lambda: yaw_of(world.pose_of(part).orientation),
+        f"{part.body}.tilt": lambda: _tilt(world.pose_of(part)),
+        f"{part.body}.held": lambda: world.is_held(part.body),
+    }
+
+
+def _tilt(pose: Pose) -> float:
+    """Return the angle between a body's z axis and the vertical, rad."""
+    top = to_world(Pose((0.0, 0.0, 0.0), pose.orientation), (0.0, 0.0, 1.0))
+    return acos(min(1.0, max(-1.0, top[2])))

@@ -1,0 +1,98 @@
+"""Referee: the truth of a goal in the simulator, beside what the agent believes.
+
+It reads what a scene's `truth` defines from bodies and contacts, never a reading. The agent and the gate
+cannot import it. What no scene defines is not refereed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.semantics import is_true
+
+
+class GoalJudgement(NamedTuple):
+    """Belief and truth of a goal at the end of a run.
+
+    Attributes:
+        believed: True if the agent measured that the goal is reached.
+        true: True if it is reached in the simulator; None if the scene does not define that.
+        values: the truth of each state variable of the goal that the scene defines.
+    """
+
+    believed: bool
+    true: bool | None
+    values: Mapping[str, bool]
+
+    @property
+    def is_false_claim(self) -> bool:
+        """True if the goal is believed and known to be false."""
+        return self.believed and self.true is False
+
+    def record(self) -> dict[str, Any]:
+        """Encode the judgement for the audit record.
+
+        Returns:
+            Values for JSON.
+        """
+        return {"believed": self.believed, "true": self.true, "values": dict(self.values)}
+
+    def __str__(self) -> str:
+        """As printed at the end of a run."""
+        belief = f"goal reached: believed {_word(self.believed)}"
+        if self.true is None:
+            return f"{belief}, not refereed: the scene does not define its truth"
+        text = f"{belief}, {_word(self.true)} in the simulator"
+        values = ", ".join(f"{name} = {_word(value)}" for name, value in self.values.items())
+        return f"{text}: {values}" if self.is_false_claim else text
+
+
+def truth_of(plant: object) -> Mapping[str, bool]:
+    """Read what is true in a plant's simulator.
+
+    Args:
+        plant: any plant.
+
+    Returns:
+        The truth of each state variable that its scene defines; empty for a plant that knows no truth.
+    """
+    source = getattr(plant, "truth", None)
+    return {} if source is None else source()
+
+
+def judge_goal(goal: t.Term, believed: bool, truth: Mapping[str, bool]) -> GoalJudgement:
+    """Judge a goal by the truth.
+
+    Args:
+        goal: condition on state variables.
+        believed: True if the agent measured that it is reached.
+        truth: the truth of state variables.
+
+    Returns:
+        The judgement: false if a conjunct is false, true if all are known and true, else not refereed.
+    """
+    names = {name for part in _conjuncts(goal) for name in t.variables_of(part)}
+    values = {name: truth[name] for name in sorted(names & truth.keys())}
+    judged = [_judge(part, values) for part in _conjuncts(goal)]
+    true = False if False in judged else None if None in judged or not judged else True
+    return GoalJudgement(believed, true, values)
+
+
+def _conjuncts(goal: t.Term) -> Iterator[t.Term]:
+    if isinstance(goal, t.And):
+        for part in goal.operands:
+            yield from _conjuncts(part)
+    else:
+        yield goal
+
+
+def _judge(condition: t.Term, values: Mapping[str, bool]) -> bool | None:
+    if t.variables_of(condition).keys() <= values.keys():
+        return is_true(condition, values)
+    return None
+
+
+def _word(value: bool) -> str:
+    return "true" if value else "false"

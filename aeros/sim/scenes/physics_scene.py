@@ -1,0 +1,206 @@
+"""Any scene with physics: bodies, coatings, seals and instruments as its file declares them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+from aeros.sim.bullet.bodies import PlacedBody, add_body, check_overlaps
+from aeros.sim.bullet.panda import Panda
+from aeros.sim.bullet.renderer import Image
+from aeros.sim.bullet.world import PhysicsWorld
+from aeros.sim.geometry import Camera, Pose, Vector3
+from aeros.sim.layouts.cameras import camera_in_world, fixed_camera
+from aeros.sim.layouts.coating import CoatingMap
+from aeros.sim.layouts.conditions import SceneState
+from aeros.sim.layouts.placement import place_things
+from aeros.sim.randomness import RandomSource
+from aeros.sim.robot.robot import RobotOptions
+from aeros.sim.scenes.detectors import Detector, detectors_of
+from aeros.sim.scenes.scene import DetectionFilter, unfiltered
+from aeros.spec.model.scene import BodyPart, Scene
+from aeros.spec.scenes.load import require_robot
+
+_COATING_HEIGHT: Final = 0.0005
+"""Height of a painted coating over what it covers, m."""
+
+
+class PhysicsScene:
+    """A scene in PyBullet. It implements `PhysicalScene`, and `SimulatedWorld` for its conditions.
+
+    Args:
+        scene: the scene.
+
+    Raises:
+        UserError: it has no robot or no view.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        require_robot(scene)
+        assert scene.robot is not None  # noqa: S101  for the type checker
+        assert scene.view is not None  # noqa: S101  for the type checker
+        self.scene = scene
+        self.robot = RobotOptions(carriage=scene.robot.carriage, base=scene.robot.base)
+        self.view = fixed_camera(scene.view)
+        self.pushable_objects = scene.movable
+        self.cameras: tuple[str, ...] = tuple(scene.cameras)
+        self.initial_cameras: tuple[str, ...] = tuple(
+            name for name, camera in scene.cameras.items() if camera.at_start
+        )
+
+    def build(self, world: PhysicsWorld, robot: Panda, chance: RandomSource) -> None:
+        """Implement `PhysicalScene.build`: every body where it was drawn, every coating unwiped."""
+        self._world = world
+        self._robot = robot
+        self._poses = place_things(self.scene, chance)
+        self._bodies: dict[str, PlacedBody] = {}
+        for name, body in self.scene.bodies.items():
+            self._bodies[name] = add_body(world, body, self._poses[name])
+        check_overlaps(
+            world, {placed.number: placed.body for placed in self._bodies.values()}, {robot.body: "the robot"}
+        )
+        self._coatings = {name: CoatingMap(coating) for name, coating in self.scene.coatings.items()}
+        self._pictures = {
+            name: world.bodies.add_textured_rectangle(coating.low, coating.high, _COATING_HEIGHT)
+            for name, coating in self.scene.coatings.items()
+        }
+        for name in self._coatings:
+            self._paint(name)
+        self.state = SceneState(self.scene, self._poses, self)
+        self._detectors: tuple[Detector, ...] = detectors_of(self)
+
+    def tick(self) -> None:
+        """Implement `PhysicalScene.tick`: wipe what is pressed on, and judge seals and timers."""
+        for name, coating in self._coatings.items():
+            self._wipe(name, coating)
+        self.state.tick()
+        for detector in self._detectors:
+            detector.tick()
+
+    def measure(self) -> Mapping[str, Any]:
+        """Implement `PhysicalScene.measure`: surveyed places and instruments."""
+        values = {name: self.state.value(name) for name in (*self.scene.places, *self.scene.instruments)}
+        for detector in self._detectors:
+            values |= detector.measure()
+        return values
+
+    def body(self, name: str) -> int:
+        """Implement `PhysicalScene.body`, for every body of the scene.
+
+        Raises:
+            KeyError: there is no such body.
+        """
+        return self._bodies[name].number
+
+    def camera(self, name: str) -> Camera:
+        """Implement `PhysicalScene.camera`.
+
+        Raises:
+            KeyError: there is no such camera.
+        """
+        state = self._robot.read_sensors()
+        return camera_in_world(
+            self.scene.cameras[name], state.base_position, state.tool_position, self._robot.tool_command()[1]
+        )
+
+    def truth(self) -> Mapping[str, bool]:
+        """Implement `PhysicalScene.truth`."""
+        return self.state.truth()
+
+    def detect(self, camera: str, through: DetectionFilter = unfiltered) -> Mapping[str, Any]:
+        """Implement `PhysicalScene.detect`.
+
+        Raises:
+            KeyError: there is no such camera.
+        """
+        if camera not in self.scene.cameras:
+            raise KeyError(camera)
+        seen: dict[str, Any] = {}
+        for detector in self._detectors:
+            seen |= detector.detect(camera, through)
+        return seen
+
+    # What detectors use.
+
+    @property
+    def time(self) -> float:
+        """Simulated time, s."""
+        return self._world.time
+
+    def picture(self, name: str) -> tuple[Image, Camera]:
+        """Take a picture.
+
+        Args:
+            name: name of the camera.
+
+        Returns:
+            The picture and the camera that took it, in W.
+        """
+        camera = self.camera(name)
+        return self._world.renderer.render(camera), camera
+
+    def is_holding(self) -> bool:
+        """Say if both fingers press on something.
+
+        Returns:
+            True if they do.
+        """
+        return self._robot.is_holding()
+
+    # Implement `SimulatedWorld`.
+
+    def pose_of(self, part: BodyPart) -> Pose:
+        """Implement `SimulatedWorld.pose_of`."""
+        placed = self._bodies[part.body]
+        link = -1 if part.part is None else placed.links[part.part]
+        return self._world.frame_pose(placed.number) if link < 0 else self._world.pose(placed.number, link)
+
+    def joint_position(self, joint: BodyPart) -> float:
+        """Implement `SimulatedWorld.joint_position`."""
+        placed = self._bodies[joint.body]
+        return self._world.joint_position(placed.number, placed.joints[joint.part or ""])
+
+    def force_between(self, first: BodyPart, second: BodyPart) -> float:
+        """Implement `SimulatedWorld.force_between`."""
+        one, other = self._bodies[first.body], self._bodies[second.body]
+        link = None if second.part is None else other.links[second.part]
+        contacts = self._world.contacts(other.number, one.number, link)
+        if first.part is not None:
+            contacts = [contact for contact in contacts if contact.link_b == one.links[first.part]]
+        return sum((contact.force for contact in contacts), 0.0)
+
+    def is_held(self, body: str) -> bool:
+        """Implement `SimulatedWorld.is_held`."""
+        number = self._bodies[body].number
+        contacts = [one for one in self._world.contacts(number) if one.body_b != number]
+        fingers = {one.link_b for one in contacts if one.body_b == self._robot.body} & set(
+            self._robot.fingers
+        )
+        return len(fingers) == 2 and all(one.body_b == self._robot.body for one in contacts)
+
+    def wiped_share(self, coating: str) -> float:
+        """Implement `SimulatedWorld.wiped_share`."""
+        return self._coatings[coating].wiped_share
+
+    def robot_points(self) -> tuple[Vector3, Vector3]:
+        """Implement `SimulatedWorld.robot_points`."""
+        state = self._robot.read_sensors()
+        return state.base_position, state.tool_position
+
+    def seal(self, joint: BodyPart, friction: float) -> None:
+        """Implement `SimulatedWorld.seal`."""
+        placed = self._bodies[joint.body]
+        self._world.bodies.set_joint_friction(placed.number, placed.joints[joint.part or ""], friction)
+
+    def _wipe(self, name: str, coating: CoatingMap) -> None:
+        declared = coating.coating
+        wiper = BodyPart(declared.wiped_by)
+        if self.force_between(wiper, BodyPart(declared.on)) > declared.force:
+            before = coating.wiped_share
+            coating.wipe(self.pose_of(wiper))
+            if coating.wiped_share != before:
+                self._paint(name)
+
+    def _paint(self, name: str) -> None:
+        """Show a coating to cameras."""
+        self._world.renderer.paint(self._pictures[name], self._coatings[name].picture())

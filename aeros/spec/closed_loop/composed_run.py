@@ -1,0 +1,237 @@
+"""Runs of a composition inside the agent's loop, where it is an alternative of a capability.
+
+It mirrors `aeros.agent.execution.plan_executor` on a graph of steps: from a state, every state in which the
+graph may end, with its probability and the expected number of skills submitted on the way.  Equal states are
+merged after each step, so paths that meet are followed once.
+
+The branches of a `par` do not interfere, so together they succeed as if one ran after the other.  Where one
+fails, the others may have come to any point.  Every such state is listed, with probability 0: how likely it
+is depends on how long steps take.  So a loop with such a graph is proved, and not predicted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import product
+from typing import Final, Literal
+
+from aeros.spec.closed_loop.invocation import Invocation, State, StateCondition
+from aeros.spec.model.composition import Composition, Part, Step
+from aeros.spec.model.step_graph import If, Par, Seq
+
+Role = Literal["step", "retry", "recovery"]
+ROLES: Final[tuple[Role, ...]] = ("step", "retry", "recovery")
+
+MAX_STATES: Final = 20_000
+"""Largest number of states on the way of one run."""
+
+
+@dataclass(frozen=True, slots=True)
+class Weight:
+    """Probability of a state, and expected numbers of submissions on the paths to it.
+
+    Attributes:
+        probability: probability that the run comes to the state (0 to 1).
+        counts: for each role in `ROLES`, the sum over these paths of probability times submissions.
+    """
+
+    probability: Fraction
+    counts: tuple[Fraction, ...] = (Fraction(0),) * len(ROLES)
+
+    def __add__(self, other: Weight) -> Weight:
+        counts = tuple(one + more for one, more in zip(self.counts, other.counts, strict=True))
+        return Weight(self.probability + other.probability, counts)
+
+    def scaled(self, share: Fraction) -> Weight:
+        """Multiply by the probability of an outcome.
+
+        Args:
+            share: probability (0 to 1).
+
+        Returns:
+            The product.
+        """
+        return Weight(self.probability * share, tuple(one * share for one in self.counts))
+
+    def submitted(self, role: Role) -> Weight:
+        """Count one submission on each path.
+
+        Args:
+            role: role of the skill that is submitted.
+
+        Returns:
+            The weight with one more submission.
+        """
+        counts = list(self.counts)
+        counts[ROLES.index(role)] += self.probability
+        return Weight(self.probability, tuple(counts))
+
+
+Weights = dict[State, Weight]
+NOTHING: Final = Weight(Fraction(0))
+
+
+class RunTooLargeError(Exception):
+    """A run comes through more than `MAX_STATES` states."""
+
+
+class ComposedRun:
+    """Runs of one composition.
+
+    Args:
+        composition: the composition.
+        invoke: makes the invocation of a skill by its name, with constant inputs.
+        condition: makes a condition on states.
+        is_over: tells whether the goal is reached, after which nothing more starts.
+    """
+
+    def __init__(
+        self,
+        composition: Composition,
+        invoke: Callable[[str, Mapping[str, object]], Invocation],
+        condition: Callable[[If[Step]], StateCondition],
+        is_over: Callable[[State], bool],
+    ) -> None:
+        self._composition = composition
+        self._invoke = invoke
+        self._condition = condition
+        self._is_over = is_over
+        self._invocations: dict[int, list[Invocation]] = {}
+        self._conditions: dict[int, StateCondition] = {}
+        self._through: set[State] = set()
+        self.is_exact = True
+
+    def run(self, state: State, role: Role) -> tuple[Weights, Weights, frozenset[State]]:
+        """Run the composition from a state.
+
+        Args:
+            state: a value for each predicate.
+            role: role of the first try of each of its steps.
+
+        Returns:
+            The states in which it has succeeded, those in which it has failed, and those on the way.
+
+        Raises:
+            RunTooLargeError: there are too many states on the way.
+        """
+        self._through = set()
+        failed: Weights = {}
+        done = self._part(self._composition.body, {state: Weight(Fraction(1))}, role, failed)
+        return done, failed, frozenset(self._through)
+
+    def _part(self, part: Part, before: Weights, role: Role, failed: Weights) -> Weights:
+        match part:
+            case Step():
+                return self._step(part, before, role, failed)
+            case Seq(parts=parts):
+                for one in parts:
+                    before = self._part(one, before, role, failed)
+                return before
+            case If():
+                return self._if(part, before, role, failed)
+            case Par():
+                return self._par(part, before, role, failed)
+
+    def _if(self, part: If[Step], before: Weights, role: Role, failed: Weights) -> Weights:
+        holds = self._conditions.setdefault(id(part), self._condition(part))
+        done = {state: weight for state, weight in before.items() if self._is_over(state)}
+        left = {state: weight for state, weight in before.items() if state not in done}
+        then = {state: weight for state, weight in left.items() if holds(state)}
+        other = {state: weight for state, weight in left.items() if state not in then}
+        _add(done, self._part(part.then, then, role, failed))
+        if part.otherwise is None:
+            _add(failed, other)
+        else:
+            _add(done, self._part(part.otherwise, other, role, failed))
+        return done
+
+    def _par(self, part: Par[Step], before: Weights, role: Role, failed: Weights) -> Weights:
+        done: Weights = {}
+        for state, weight in before.items():
+            outer, alone = self._through, []
+            for branch in part.branches:
+                self._through, lost = {state}, dict[State, Weight]()
+                ends = self._part(branch, {state: weight}, role, lost)
+                alone.append(({*self._through, *ends, *lost}, lost))
+            self._through = outer
+            if any(lost for _, lost in alone):
+                self.is_exact = False
+            points = [sorted(visited, key=repr) for visited, _ in alone]
+            for combined in product(*points):
+                self._pass(_merged(state, combined))
+            for at, (_, lost) in enumerate(alone):
+                others = [points[number] if number != at else list(lost) for number in range(len(points))]
+                _add(failed, {_merged(state, combined): NOTHING for combined in product(*others)})
+            ends = {state: weight}
+            for branch in part.branches:
+                ends = self._part(branch, ends, role, {})
+            _add(done, ends)
+        return done
+
+    def _step(self, step: Step, before: Weights, role: Role, failed: Weights) -> Weights:
+        done: Weights = {}
+        lost: Weights = {}
+        for number in range(step.retry + 1):
+            failing = self._try(
+                step, before, role if number == 0 else "retry", done, lost if number else failed
+            )
+            if step.last_handler is not None:
+                # The agent's memory may leave out the tries that are left.
+                _add(lost, dict.fromkeys(failing, NOTHING))
+            before = failing
+            if number < step.retry and step.between_tries is not None:
+                handler = self._composition.handlers[step.between_tries]
+                before = self._step(handler, failing, "recovery", lost)
+        _add(lost, before)
+        if step.last_handler is not None:
+            over = {state: weight for state, weight in lost.items() if self._is_over(state)}
+            _add(failed, over)
+            lost = {state: weight for state, weight in lost.items() if state not in over}
+            handler = self._composition.handlers[step.last_handler]
+            _add(failed, self._step(handler, lost, "recovery", failed))
+        else:
+            _add(failed, lost)
+        return done
+
+    def _try(self, step: Step, before: Weights, role: Role, done: Weights, unable: Weights) -> Weights:
+        """Add the states after a success to `done`; return those after a failure."""
+        failing: Weights = {}
+        for state, weight in before.items():
+            able = [one for one in self._invocations_of(step) if one.can_start(state)]
+            if self._is_over(state):
+                _add(done, {state: weight})
+            elif not able:
+                _add(unable, {state: weight})
+            for one in able if not self._is_over(state) else ():
+                for after, outcome, share in one.after(state):
+                    self._pass(after)
+                    ended = weight.submitted(role).scaled(share / len(able))
+                    _add(failing if outcome.failure else done, {after: ended})
+        return failing
+
+    def _invocations_of(self, step: Step) -> list[Invocation]:
+        if id(step) not in self._invocations:
+            self._invocations[id(step)] = [self._invoke(name, step.inputs) for name in step.runs]
+        return self._invocations[id(step)]
+
+    def _pass(self, state: State) -> None:
+        self._through.add(state)
+        if len(self._through) > MAX_STATES:
+            raise RunTooLargeError
+
+
+def _add(into: Weights, more: Mapping[State, Weight]) -> None:
+    for state, weight in more.items():
+        into[state] = into[state] + weight if state in into else weight
+
+
+def _merged(base: State, states: Iterable[State]) -> State:
+    """Apply to a state what each branch has changed of it."""
+    merged = list(base)
+    for state in states:
+        for place, (old, new) in enumerate(zip(base, state, strict=True)):
+            if new != old:
+                merged[place] = new
+    return tuple(merged)

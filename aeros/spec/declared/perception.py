@@ -1,0 +1,131 @@
+"""Schema of perception: variables and perceivers of modules, cameras of sites, and shared variables."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated
+
+from aeros.spec.declared.field_types import Identifier, Named
+from aeros.spec.declared.quantity import Quantity
+from aeros.spec.diagnostics.source import SourceSpan
+from aeros.spec.text.fields import BooleanField, IntegerField, MappingField, Pattern, TextField, ValueBounds
+
+Pixels = Annotated[IntegerField, ValueBounds(1, 4096)]
+"""Number of columns or rows of a picture."""
+
+
+@dataclass(frozen=True)
+class ModuleVariable(Quantity):
+    """A variable that a module measures itself; the name of the module leads to it from outside."""
+
+    max_age: TextField = field(
+        kw_only=True, metadata={"doc": "older values are unknown, as in `max_age: 10 s`"}
+    )
+    uncertainty: TextField | None = field(
+        default=None,
+        metadata={
+            "doc": "the greatest standard uncertainty of a value; a less certain one is unknown, as in "
+            "`uncertainty: 5 mm`"
+        },
+    )
+
+
+@dataclass(frozen=True)
+class SharedVariable(ModuleVariable):
+    """A module's variable that others may read, as the module must declare it."""
+
+    in_invariants: BooleanField | None = field(
+        default=None, metadata={"doc": "`true` if the invariants Φ may read it, too"}
+    )
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A camera of the site.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    sensor: Identifier = field(
+        metadata={"doc": "the sensor that a module needs for its pictures, as in `sensor: overhead_camera`"}
+    )
+    width: Pixels = field(
+        metadata={"doc": "the most columns that a perceiver may ask for, as in `width: 640`"}
+    )
+    height: Pixels = field(
+        metadata={"doc": "the most rows that a perceiver may ask for, as in `height: 480`"}
+    )
+
+
+@dataclass(frozen=True)
+class PictureRequest:
+    """The picture of a camera that a perceiver gets.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    width: Pixels = field(metadata={"doc": "number of columns, as in `width: 320`"})
+    height: Pixels = field(metadata={"doc": "number of rows, as in `height: 240`"})
+    depth: BooleanField | None = field(
+        default=None, metadata={"doc": "`true` to get the distance of each pixel, too"}
+    )
+
+
+@dataclass(frozen=True)
+class Perceiver:
+    """A passive function that computes values of the module's variables from pictures and readings.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    description: TextField = field(metadata={"doc": "its purpose, for people"})
+    entry: Annotated[TextField, Pattern("entry")] = field(
+        metadata={"doc": "the generator function, as in `entry: perceivers:see_kettle`"}
+    )
+    provides: tuple[Identifier, ...] = field(
+        metadata={"doc": "the module's variables that only this perceiver measures"}
+    )
+    timeout: TextField = field(
+        metadata={"doc": "the real time that one call may take, as in `timeout: 200 ms`"}
+    )
+    memory: TextField = field(metadata={"doc": "the memory of its process, as in `memory: 256 MiB`"})
+    pictures: Named[PictureRequest] = field(
+        default=MappingField(), metadata={"doc": "the pictures that it gets, by camera"}
+    )
+    readings: tuple[Annotated[TextField, Pattern("dotted")], ...] = field(
+        default=(), metadata={"doc": "the state variables that it gets with the pictures"}
+    )
+    rate: TextField | None = field(
+        default=None,
+        metadata={"doc": "how often readings are sampled between two calls, too, as in `rate: 10 Hz`"},
+    )
+
+
+@dataclass(frozen=True)
+class PerceptionPolicy:
+    """Rights of perceivers, and of everybody to what they measure.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    shared: Annotated[MappingField[SharedVariable], Pattern("full name")] = field(
+        default=MappingField(),
+        metadata={
+            "doc": "the variables of modules that other modules may read, as in "
+            "`shared: {kettle.water_hot: {type: bool, max_age: 10 s}}`"
+        },
+    )
+    timeout: TextField | None = field(
+        default=None, metadata={"doc": "the longest timeout of a perceiver; 1 s if absent"}
+    )
+    memory: TextField | None = field(
+        default=None, metadata={"doc": "the most memory of a perceiver; 1 GiB if absent"}
+    )

@@ -1,0 +1,1 @@
+"""Elaboration of modules: skills, compositions, tasks and models, with names resolved under a site."""

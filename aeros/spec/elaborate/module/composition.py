@@ -1,0 +1,309 @@
+"""Elaboration of declared compositions to graphs of steps over a module's skills.
+
+Every fault is reported, and a composition with a fault is left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from aeros.spec.declared import composition as declared
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.diagnostics.source import SourceSpan
+from aeros.spec.elaborate.expressions import elaborate_expression
+from aeros.spec.elaborate.module.callables import CallableNames
+from aeros.spec.elaborate.module.tasks import NEEDS_RETRY
+from aeros.spec.elaborate.names import resolve_name
+from aeros.spec.elaborate.scopes import state_scope
+from aeros.spec.elaborate.values import elaborate_value
+from aeros.spec.expr import terms as t
+from aeros.spec.model.composition import STOP_ON_FAILURE, Composition, OutputReference, Part, Step
+from aeros.spec.model.ecm import Skill
+from aeros.spec.model.site import Site
+from aeros.spec.model.step_graph import If, Par, Seq
+from aeros.spec.text.fields import ChoiceField, ExpressionField, IntegerField, MappingField, TextField
+
+_STEP_FIELDS = ("id", "inputs", "retry", "between_tries", "on_failure")
+
+
+def elaborate_compositions(
+    entries: MappingField[declared.Composition],
+    site: Site,
+    names: CallableNames,
+    diagnostics: Diagnostics,
+) -> dict[str, Composition]:
+    """Elaborate the compositions of a module; report each fault and leave out the compositions that have one.
+
+    Args:
+        entries: declared compositions by name.
+        site: site under which the module is elaborated; its names and retry limit apply.
+        names: skills and capabilities that steps may name.
+        diagnostics: receives the faults.
+
+    Returns:
+        The compositions without faults, by name.
+    """
+    compositions: dict[str, Composition] = {}
+    for name, one in entries:
+        if name.value in names.skills:
+            diagnostics.error(
+                "AE121",
+                f"`{name.value}` is a skill already",
+                name.span,
+                help=("choose another name for the composition",),
+            )
+        elaborated = _Elaborator(one, site, names, diagnostics).composition(name)
+        if elaborated is not None:
+            compositions[name.value] = elaborated
+    return compositions
+
+
+def elaborate_sequence(
+    items: tuple[TextField, ...], name: str, names: CallableNames, diagnostics: Diagnostics
+) -> Composition | None:
+    """Elaborate skills in sequence, as an alternative of a capability, to a composition.
+
+    Args:
+        items: names of skills.
+        name: name of the composition.
+        names: skills and capabilities that steps may name.
+        diagnostics: receives the faults.
+
+    Returns:
+        The composition, which may start where its first skill can; None after a report.
+    """
+    before = len(diagnostics)
+    if len(items) < 2:
+        span = items[0].span if items else None
+        diagnostics.error("AE112", "a sequence has at least two skills", span)
+        return None
+    steps: list[Step] = []
+    first = None
+    for number, item in enumerate(items, 1):
+        skill = resolve_name(item, names.skills, "a skill of this module", diagnostics)
+        if skill is None:
+            continue
+        first = first or skill
+        missing = [key for key, one in skill.inputs.items() if one.default_value is None]
+        for key in missing:
+            diagnostics.error("AE102", f"`{skill.id}` needs the input `{key}`", item.span)
+        inputs = {key: one.default_value for key, one in skill.inputs.items()}
+        id_ = skill.id if skill.id not in {one.id for one in steps} else f"{skill.id}_{number}"
+        steps.append(Step(id_, skill.id, inputs, {}, 0, None, STOP_ON_FAILURE, item.span))
+    if first is None or len(diagnostics) > before:
+        return None
+    clause = first.precondition
+    return Composition(
+        name,
+        t.TRUE if clause is None else clause.term,
+        None if clause is None else clause.span,
+        Seq(tuple(steps)),
+        {},
+        items[0].span,
+    )
+
+
+@dataclass(frozen=True)
+class _InvocationFields:
+    """The fields that a step and a handler have in common."""
+
+    skill: TextField
+    inputs: tuple[tuple[TextField, ExpressionField | declared.OutputReference], ...]
+    retry: IntegerField | None
+    between_tries: TextField | None
+    on_failure: TextField | None
+
+
+def _subparts(part: declared.Part) -> Iterator[declared.Part]:
+    yield part
+    inner = [*(part.seq or ()), *(part.par or ()), *([part.then] if part.then else [])]
+    inner += [part.else_] if isinstance(part.else_, declared.Part) else []
+    for one in inner:
+        yield from _subparts(one)
+
+
+class _Elaborator:
+    def __init__(
+        self,
+        composition: declared.Composition,
+        site: Site,
+        names: CallableNames,
+        diagnostics: Diagnostics,
+    ) -> None:
+        self._declared = composition
+        self._site = site
+        self._names = names
+        self._diagnostics = diagnostics
+        self._named = {name.value: handler for name, handler in composition.handlers}
+        self._steps: dict[str, TextField] = {}
+        self._handlers: dict[str, Step] = {}
+
+    def composition(self, name: TextField) -> Composition | None:
+        one, before = self._declared, len(self._diagnostics)
+        for part in _subparts(one.do):
+            if part.skill is not None:
+                self._register_name(part.id or part.skill, part.skill)
+        for handler_name, handler in one.handlers:
+            if handler_name.value == STOP_ON_FAILURE:
+                self._diagnostics.error(
+                    "AE121",
+                    "a handler cannot be named `stop`: `on_failure: stop` ends the composition",
+                    handler_name.span,
+                )
+            run = _InvocationFields(
+                handler.skill, handler.inputs.items, handler.retry, handler.between_tries, handler.on_failure
+            )
+            step = self._step(handler_name.value, run, handler_name.span)
+            if step is not None:
+                self._handlers[handler_name.value] = step
+        precondition = None
+        if one.precondition is not None:
+            precondition = elaborate_expression(one.precondition, state_scope(self._site), self._diagnostics)
+        body = self._part(one.do)
+        if body is None or len(self._diagnostics) > before:
+            return None
+        span = None if one.precondition is None else one.precondition.span
+        return Composition(name.value, precondition or t.TRUE, span, body, self._handlers, name.span)
+
+    def _register_name(self, name: TextField, skill: TextField) -> None:
+        if name.value in self._steps:
+            self._diagnostics.error(
+                "AE120",
+                f"two steps of this composition are named `{name.value}`",
+                name.span,
+                help=("give this one an `id` of its own",),
+            )
+        self._steps[name.value] = skill
+
+    def _part(self, part: declared.Part) -> Part | None:
+        forms = [
+            name
+            for name, value in (("seq", part.seq), ("par", part.par), ("if", part.if_), ("skill", part.skill))
+            if value is not None
+        ]
+        if len(forms) != 1:
+            found = "none of them" if not forms else " and ".join(f"`{form}`" for form in forms)
+            self._report(
+                f"a part has exactly one of `seq`, `par`, `if` and `skill`; found {found}",
+                _first_line_span(part.span),
+            )
+            return None
+        self._check_fields(part, forms[0])
+        if part.skill is not None:
+            name = part.id or part.skill
+            run = _InvocationFields(
+                part.skill, part.inputs.items, part.retry, part.between_tries, part.on_failure
+            )
+            return self._step(name.value, run, part.skill.span)
+        if part.if_ is not None:
+            return self._if(part, part.if_)
+        inner = part.seq if part.seq is not None else part.par or ()
+        least = 1 if part.seq is not None else 2
+        if len(inner) < least:
+            needed = "a `seq` has at least one part" if least == 1 else "a `par` has at least two branches"
+            self._diagnostics.error("AE112", needed, _first_line_span(part.span))
+        parts = tuple(built for one in inner if (built := self._part(one)) is not None)
+        return Seq(parts) if part.seq is not None else Par(parts, _first_line_span(part.span))
+
+    def _check_fields(self, part: declared.Part, form: str) -> None:
+        """Report fields that have no meaning in a part of this form."""
+        if form != "skill":
+            for name in _STEP_FIELDS:
+                value = getattr(part, name)
+                if value is not None and value != MappingField():
+                    self._report(f"`{name}` belongs to a step with a `skill`", _first_line_span(part.span))
+        if form != "if" and (part.then is not None or part.else_ is not None):
+            self._report("`then` and `else` belong to an `if`", _first_line_span(part.span))
+
+    def _if(self, part: declared.Part, condition: ExpressionField) -> If[Step] | None:
+        term = elaborate_expression(condition, state_scope(self._site), self._diagnostics)
+        if part.then is None:
+            self._report("an `if` needs a `then`", condition.span)
+            return None
+        then = self._part(part.then)
+        otherwise: Part | None = None
+        if isinstance(part.else_, ChoiceField):
+            otherwise = Seq(())
+        elif part.else_ is not None:
+            otherwise = self._part(part.else_)
+        if term is None or then is None:
+            return None
+        return If(term, condition.value, then, otherwise, condition.span)
+
+    def _step(self, name: str, run: _InvocationFields, span: SourceSpan) -> Step | None:
+        skills = self._names.skills_for(run.skill, self._diagnostics)
+        if run.between_tries is not None and run.retry is None:
+            self._report(NEEDS_RETRY, run.between_tries.span)
+        between = None if run.between_tries is None else self._handler(run.between_tries)
+        last: str | None = None
+        if run.on_failure is not None:
+            is_stop = run.on_failure.value == STOP_ON_FAILURE
+            last = STOP_ON_FAILURE if is_stop else self._handler(run.on_failure)
+        limit = self._site.limits.retries
+        if run.retry is not None and run.retry.value > limit:
+            self._diagnostics.error(
+                "AE129", f"this site allows at most {limit} retries of a step", run.retry.span
+            )
+        if not skills:
+            return None
+        (constants, flows), *_ = [self._inputs(run, skill) for skill in skills]
+        retry = 0 if run.retry is None else run.retry.value
+        choices = () if skills[0].id == run.skill.value else tuple(one.id for one in skills)
+        return Step(name, run.skill.value, constants, flows, retry, between, last, span, choices)
+
+    def _handler(self, name: TextField) -> str:
+        """Return the handler's name; a skill that is not a named handler becomes one."""
+        if name.value not in self._named and name.value not in self._handlers:
+            step = self._step(name.value, _InvocationFields(name, (), None, None, None), name.span)
+            if step is not None:
+                self._handlers[name.value] = step
+        return name.value
+
+    def _inputs(
+        self, run: _InvocationFields, skill: Skill
+    ) -> tuple[dict[str, Any], dict[str, OutputReference]]:
+        constants = {
+            name: one.default_value for name, one in skill.inputs.items() if one.default_value is not None
+        }
+        flows: dict[str, OutputReference] = {}
+        for name, given in run.inputs:
+            variable = resolve_name(name, skill.inputs, f"an input of `{skill.id}`", self._diagnostics)
+            if variable is None:
+                continue
+            if isinstance(given, declared.OutputReference):
+                flow = self._output_reference(given)
+                if flow is not None:
+                    constants.pop(name.value, None)
+                    flows[name.value] = flow
+                continue
+            constants[name.value] = elaborate_value(given, variable, self._site, self._diagnostics)
+        written = {name.value for name, _ in run.inputs}
+        for missing in skill.inputs.keys() - constants.keys() - flows.keys() - written:
+            self._report(f"`{skill.id}` needs the input `{missing}`", run.skill.span)
+        return constants, flows
+
+    def _output_reference(self, given: declared.OutputReference) -> OutputReference | None:
+        text = given.from_
+        step, _, output = text.value.partition(".")
+        source = self._steps.get(step)
+        skills = () if source is None else self._names.skills_for(source, Diagnostics())
+        outputs = [
+            name
+            for name in (skills[0].outputs if skills else ())
+            if all(name in one.outputs for one in skills)
+        ]
+        resolve_name(
+            text, {f"{step}.{name}": None for name in outputs}, "an output of a step", self._diagnostics
+        )
+        return OutputReference(step, output, text.span) if output in outputs else None
+
+    def _report(self, headline: str, at: SourceSpan) -> None:
+        self._diagnostics.error("AE102", headline, at)
+
+
+def _first_line_span(span: SourceSpan) -> SourceSpan:
+    """Return the first line of a span, which is underlined for a whole part."""
+    end = span.source.text.find("\n", span.start, span.end)
+    return span if end < 0 else SourceSpan(span.source, span.start, end)

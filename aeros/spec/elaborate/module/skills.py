@@ -1,0 +1,204 @@
+"""Elaboration of a module's skills: inputs, outputs, conditions, outcomes, envelope and timeout."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from fractions import Fraction
+
+from aeros.spec.declared import ecm as declared
+from aeros.spec.declared.quantity import Quantity
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.expressions import elaborate_quantity
+from aeros.spec.elaborate.module.action_conditions import (
+    elaborate_action_condition,
+    elaborate_action_conditions,
+)
+from aeros.spec.elaborate.names import check_name_is_free, resolve_name
+from aeros.spec.elaborate.quantities import elaborate_variable
+from aeros.spec.elaborate.scopes import state_scope
+from aeros.spec.elaborate.values import elaborate_state_values, elaborate_value
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.types import FamilyType, VectorType
+from aeros.spec.expr.units import TIME, format_number, parse_quantity
+from aeros.spec.model.ecm import ActionCondition, Outcome, Skill
+from aeros.spec.model.hold_conditions import MAX_COMBINATIONS, count_combinations, start_condition
+from aeros.spec.model.models import ModuleModel
+from aeros.spec.model.rules import Risk
+from aeros.spec.model.site import Site
+from aeros.spec.model.variables import Declared
+from aeros.spec.text.fields import ExpressionField, MappingField, TextField
+
+
+def elaborate_skill(
+    name: TextField,
+    skill: declared.Skill,
+    site: Site,
+    models: Mapping[str, ModuleModel],
+    diagnostics: Diagnostics,
+) -> Skill:
+    """Elaborate a declared skill.
+
+    Args:
+        name: name of the skill.
+        skill: the declared skill.
+        site: site under which the module is elaborated.
+        models: models of the module by name.
+        diagnostics: receives the faults.
+
+    Returns:
+        The skill, without the parts that have a fault.
+    """
+    return _SkillElaborator(site, models, diagnostics).skill(name, skill)
+
+
+class _SkillElaborator:
+    def __init__(self, site: Site, models: Mapping[str, ModuleModel], diagnostics: Diagnostics) -> None:
+        self._site = site
+        self._models = models
+        self._diagnostics = diagnostics
+
+    def skill(self, name: TextField, skill: declared.Skill) -> Skill:
+        inputs = self._inputs(skill.inputs)
+        precondition = self._state_condition(skill.precondition, inputs)
+        hold = self._hold_condition(skill.hold, inputs)
+        outputs = self._outputs(skill.outputs)
+        for resource in skill.resources:
+            resolve_name(resource, self._site.resources, "a resource of this site", self._diagnostics)
+        rules = {rule.id: None for rule in self._site.rules}
+        for rule in skill.gated:
+            resolve_name(rule, rules, "an invariant of this site", self._diagnostics)
+        if not skill.envelope:
+            self._diagnostics.error(
+                "AE503",
+                f"`{name.value}` has no envelope, so it may ask for no action",
+                name.span,
+                help=("declare its `envelope`",),
+            )
+        module, _, function = skill.entry.value.partition(":")
+        return Skill(
+            id=name.value,
+            module_name=module,
+            function=function,
+            inputs=inputs,
+            precondition=start_condition(precondition, hold),
+            outcomes=self._outcomes(name, skill.outcomes),
+            envelope=elaborate_action_conditions(skill.envelope, inputs, self._site, self._diagnostics),
+            actuators=frozenset(actuator.value for actuator in skill.actuators),
+            resources=frozenset(resource.value for resource in skill.resources),
+            risk=Risk[skill.risk.value.upper()],
+            timeout=self._timeout(skill),
+            runtime_checked={rule.value: rule.span for rule in skill.gated},
+            span=name.span,
+            risk_span=skill.risk.span,
+            entry_span=skill.entry.span,
+            outputs=outputs,
+            idempotent=skill.idempotent is not None and skill.idempotent.value,
+            hold_condition=hold,
+            models=self._used_models(skill),
+        )
+
+    def _used_models(self, skill: declared.Skill) -> tuple[str, ...]:
+        for name in skill.models:
+            model = resolve_name(name, self._models, "a model of this module", self._diagnostics)
+            if model is not None and not model.file:
+                self._diagnostics.error("AE122", f"`{name.value}` has no file to use", name.span)
+        return tuple(dict.fromkeys(name.value for name in skill.models))
+
+    def _inputs(self, entries: MappingField[declared.Input]) -> dict[str, Declared]:
+        inputs: dict[str, Declared] = {}
+        for name, one in entries:
+            if not check_name_is_free(name, {}, "input", self._diagnostics):
+                continue
+            variable = self._variable(f"inputs.{name.value}", one)
+            if variable is None:
+                continue
+            default = None
+            if one.default is not None:
+                default = elaborate_value(one.default, variable, self._site, self._diagnostics)
+            inputs[name.value] = replace(variable, default_value=default)
+        return inputs
+
+    def _outputs(self, entries: MappingField[Quantity]) -> dict[str, Declared]:
+        variables = {name.value: self._variable(name.value, quantity) for name, quantity in entries}
+        return {name: variable for name, variable in variables.items() if variable is not None}
+
+    def _variable(self, name: str, quantity: Quantity) -> Declared | None:
+        return elaborate_variable(name, quantity, t.VariableRole.INPUT, self._site.enums, self._diagnostics)
+
+    def _state_condition(
+        self, expression: ExpressionField | None, inputs: Mapping[str, Declared]
+    ) -> ActionCondition | None:
+        if expression is None:
+            return None
+        return elaborate_action_condition(expression, state_scope(self._site, inputs), self._diagnostics)
+
+    def _hold_condition(
+        self, expression: ExpressionField | None, inputs: Mapping[str, Declared]
+    ) -> ActionCondition | None:
+        hold = self._state_condition(expression, inputs)
+        if hold is not None and count_combinations(hold) > MAX_COMBINATIONS:
+            headline = f"`hold` reads predicates with more than {MAX_COMBINATIONS} combinations of values"
+            self._diagnostics.error("AE111", headline, hold.span, help=("use fewer predicates in `hold`",))
+        return hold
+
+    def _timeout(self, skill: declared.Skill) -> Fraction:
+        timeout = elaborate_quantity(skill.timeout, TIME, self._diagnostics)
+        if timeout is None:
+            return Fraction(0)
+        ceiling = self._site.limits.skill_timeout
+        if not 0 < timeout <= ceiling:
+            self._diagnostics.error(
+                "AE129",
+                f"a timeout must be above 0 s and at most {format_number(ceiling)} s at this site",
+                skill.timeout.span,
+            )
+        for name, outcome in skill.outcomes:
+            duration = None if outcome.duration is None else parse_quantity(outcome.duration.value)
+            if duration is not None and duration[0] * duration[1].factor > timeout:
+                self._diagnostics.error(
+                    "AE129", f"`{name.value}` lasts longer than the skill's timeout", name.span
+                )
+        return timeout
+
+    def _outcomes(self, name: TextField, entries: MappingField[declared.Outcome]) -> dict[str, Outcome]:
+        outcomes = {outcome.value: self._outcome(outcome.value, one) for outcome, one in entries}
+        if all(outcome.failure for outcome in outcomes.values()):
+            self._diagnostics.error("AE128", f"`{name.value}` has no outcome that is a success", name.span)
+        declared_probability = sum((one.probability or Fraction(0) for one in outcomes.values()), Fraction(0))
+        complete = all(one.probability is not None for one in outcomes.values())
+        if outcomes and (declared_probability > 1 or (complete and declared_probability != 1)):
+            self._diagnostics.error(
+                "AE127",
+                f"the probabilities of `{name.value}` add up to {format_number(declared_probability)}, not 1",
+                name.span,
+            )
+        return outcomes
+
+    def _outcome(self, name: str, outcome: declared.Outcome) -> Outcome:
+        effects = elaborate_state_values(outcome.effects, self._site, self._diagnostics)
+        for variable, _ in outcome.effects:
+            found = self._site.state.get(variable.value)
+            if found is not None and isinstance(found.variable.type, VectorType | FamilyType):
+                self._diagnostics.error(
+                    "AE203", f"an effect on a {found.variable.type} cannot be declared", variable.span
+                )
+        failure = outcome.failure is not None and outcome.failure.value
+        return Outcome(name, effects, failure, self._probability(outcome), self._duration(outcome))
+
+    def _probability(self, outcome: declared.Outcome) -> Fraction | None:
+        if outcome.probability is None:
+            return None
+        if not 0 <= outcome.probability.value <= 1:
+            self._diagnostics.error(
+                "AE127", "a probability must be between 0 and 1", outcome.probability.span
+            )
+        return outcome.probability.value
+
+    def _duration(self, outcome: declared.Outcome) -> Fraction | None:
+        if outcome.duration is None:
+            return None
+        duration = elaborate_quantity(outcome.duration, TIME, self._diagnostics)
+        if duration is not None and duration < 0:
+            self._diagnostics.error("AE111", "a duration must not be negative", outcome.duration.span)
+        return duration

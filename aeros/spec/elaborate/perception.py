@@ -1,0 +1,313 @@
+"""Elaboration of perception: a module's variables and perceivers, a site's cameras, and shared variables.
+
+Outside of its module a variable is `kettle.water_hot`, and in the module just `water_hot`.  A module may read
+a variable of another if the site shares it and the module requires the other.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+from fractions import Fraction
+from typing import Final
+
+from aeros.spec.declared import ecm as declared_ecm
+from aeros.spec.declared import perception as declared
+from aeros.spec.declared import site as declared_site
+from aeros.spec.diagnostics.codes import Diagnostics, SpanLabel, did_you_mean
+from aeros.spec.elaborate.expressions import elaborate_quantity
+from aeros.spec.elaborate.names import check_name_is_free, resolve_name
+from aeros.spec.elaborate.quantities import elaborate_module_variable
+from aeros.spec.elaborate.vocabulary import SiteVocabulary
+from aeros.spec.expr.units import TIME, format_number, format_quantity
+from aeros.spec.model.perception import Perceiver, PerceptionPolicy, PictureRequest, SiteCamera
+from aeros.spec.model.site import Site
+from aeros.spec.model.variables import Declared
+from aeros.spec.text.fields import TextField
+
+MAX_RATE: Final = 1000
+"""Greatest rate at which readings are sampled, 1/s."""
+
+_MEMORY: Final = re.compile(r"([1-9][0-9]{0,5}) ?(MiB|GiB)")
+
+
+def elaborate_shared_variables(
+    policy: declared.PerceptionPolicy | None, vocabulary: SiteVocabulary, diagnostics: Diagnostics
+) -> dict[str, Declared]:
+    """Elaborate the variables of modules that a site shares; those for its invariants join its vocabulary.
+
+    Args:
+        policy: declared rights of perceivers; None if the site declares none.
+        vocabulary: vocabulary of the site, without faults; receives the variables that Φ may read.
+        diagnostics: receives the faults.
+
+    Returns:
+        The variables by full name, as the site declares them.
+    """
+    shared: dict[str, Declared] = {}
+    for name, quantity in () if policy is None else policy.shared:
+        module = name.value.partition(".")[0]
+        if module in vocabulary.used_names:
+            diagnostics.error("AE121", f"`{module}` is already {vocabulary.used_names[module]}", name.span)
+        variable = elaborate_module_variable(name.value, quantity, vocabulary.enums, diagnostics)
+        if variable is not None:
+            shared[name.value] = replace(variable, span=name.span)
+            if quantity.in_invariants is not None and quantity.in_invariants.value:
+                vocabulary.state[name.value] = shared[name.value]
+    return shared
+
+
+def elaborate_perception_policy(
+    policy: declared.PerceptionPolicy | None, shared: Mapping[str, Declared], diagnostics: Diagnostics
+) -> PerceptionPolicy:
+    """Elaborate the rights of perceivers.
+
+    Args:
+        policy: declared rights; None for the defaults.
+        shared: elaborated variables that the site shares, by full name.
+        diagnostics: receives the faults.
+
+    Returns:
+        The rights, with the default of each field that is not declared.
+    """
+    usual = PerceptionPolicy()
+    if policy is None:
+        return usual
+    timeout = usual.timeout
+    if policy.timeout is not None:
+        timeout = elaborate_quantity(policy.timeout, TIME, diagnostics) or timeout
+        if not 0 < timeout <= 60:
+            diagnostics.error("AE129", "a timeout must be above 0 s and at most 60 s", policy.timeout.span)
+    in_invariants = frozenset(
+        name.value
+        for name, quantity in policy.shared
+        if quantity.in_invariants is not None and quantity.in_invariants.value
+    )
+    memory = usual.memory if policy.memory is None else _memory(policy.memory, diagnostics) or usual.memory
+    return PerceptionPolicy(shared, in_invariants, timeout, memory)
+
+
+def elaborate_cameras(
+    site: declared_site.Site, vocabulary: SiteVocabulary, diagnostics: Diagnostics
+) -> dict[str, SiteCamera]:
+    """Elaborate the cameras of a site.
+
+    Args:
+        site: the declared site.
+        vocabulary: its vocabulary; the cameras are members of its enum `cameras`.
+        diagnostics: receives the faults.
+
+    Returns:
+        The cameras by name.
+    """
+    enum = vocabulary.enums.get("cameras")
+    members = {} if enum is None else dict.fromkeys(enum.members)
+    for name, _ in site.cameras:
+        resolve_name(name, members, "a member of the enum `cameras`", diagnostics)
+    return {
+        name.value: SiteCamera(camera.sensor.value, camera.width.value, camera.height.value)
+        for name, camera in site.cameras
+    }
+
+
+class ModulePerception:
+    """Perception of one module: its variables, its perceivers, and the site as its conditions see it.
+
+    Args:
+        ecm: the declared module.
+        site: site under which it is elaborated.
+        diagnostics: receives the faults.
+
+    Attributes:
+        state: its own variables by full name.
+        perceivers: its perceivers by id.
+        site: the site with the state variables by the names that the module's conditions use: the site's own,
+            the module's by short and by full name, and those that the site shares of modules it requires.
+    """
+
+    def __init__(self, ecm: declared_ecm.Ecm, site: Site, diagnostics: Diagnostics) -> None:
+        self._diagnostics = diagnostics
+        self._module = ecm.id.value
+        own = self._variables(ecm, site)
+        required = {name.value for name, _ in ecm.dependencies.modules}
+        shared = {
+            name: one
+            for name, one in site.perception.shared.items()
+            if name.partition(".")[0] in required - {self._module}
+        }
+        visible = {name: one for name, one in site.state.items() if "." not in name}
+        self.site = site
+        if own or len(visible) < len(site.state):
+            self.site = replace(site, state={**visible, **shared, **own, **self._by_full_name(own)})
+        declared_here = dict.fromkeys(name.value for name, _ in ecm.state)
+        self.perceivers = {
+            name.value: self._perceiver(name, perceiver, declared_here, site)
+            for name, perceiver in ecm.perceivers
+        }
+        self.state = self._by_full_name(self._with_sensors(ecm, own))
+        self._check_shared(ecm, site)
+
+    def _by_full_name(self, own: Mapping[str, Declared]) -> dict[str, Declared]:
+        return {f"{self._module}.{name}": one for name, one in own.items()}
+
+    def _variables(self, ecm: declared_ecm.Ecm, site: Site) -> dict[str, Declared]:
+        """Elaborate the module's variables, by short name."""
+        own: dict[str, Declared] = {}
+        used = _names_of(site)
+        if ecm.state:
+            check_name_is_free(ecm.id, used, "module", self._diagnostics)
+        used |= {name.value: "a module that this one requires" for name, _ in ecm.dependencies.modules}
+        used[self._module] = "the name of this module"
+        for name, quantity in ecm.state:
+            is_free = check_name_is_free(name, used, "state variable", self._diagnostics)
+            full = f"{self._module}.{name.value}"
+            variable = elaborate_module_variable(full, quantity, site.enums, self._diagnostics)
+            if is_free and variable is not None:
+                own[name.value] = replace(variable, span=name.span)
+        return own
+
+    def _perceiver(
+        self, name: TextField, perceiver: declared.Perceiver, own: Mapping[str, None], site: Site
+    ) -> Perceiver:
+        timeout = elaborate_quantity(perceiver.timeout, TIME, self._diagnostics) or Fraction(0)
+        memory = _memory(perceiver.memory, self._diagnostics) or 0
+        limits = site.perception
+        if not 0 < timeout <= limits.timeout:
+            allowed = f"{format_number(limits.timeout)} s"
+            self._report_limit(f"a perceiver's timeout is above 0 s and at most {allowed}", perceiver.timeout)
+        if memory > limits.memory:
+            allowed = f"{limits.memory >> 20} MiB"
+            self._report_limit(f"this site allows a perceiver at most {allowed}", perceiver.memory)
+        rate = None
+        if perceiver.rate is not None:
+            rate = elaborate_quantity(perceiver.rate, TIME**-1, self._diagnostics)
+            if rate is not None and not 0 < rate <= MAX_RATE:
+                self._report_limit(f"a rate is above 0 Hz and at most {MAX_RATE} Hz", perceiver.rate)
+        if not perceiver.pictures and not perceiver.readings:
+            headline = f"`{name.value}` gets neither pictures nor readings, so it can measure nothing"
+            self._diagnostics.error("AE112", headline, name.span, help=("add `pictures` or `readings`",))
+        if not perceiver.provides:
+            self._diagnostics.error("AE112", f"`{name.value}` provides no variable", name.span)
+        pictures = (self._picture(camera, picture, site) for camera, picture in perceiver.pictures)
+        read = [
+            resolve_name(reading, self.site.state, "a state variable that it may read", self._diagnostics)
+            for reading in perceiver.readings
+        ]
+        for one in perceiver.provides:
+            resolve_name(one, own, "a state variable of this module", self._diagnostics)
+        module, _, function = perceiver.entry.value.partition(":")
+        return Perceiver(
+            id=name.value,
+            module_name=module,
+            function=function,
+            pictures=tuple(pictures),
+            readings=tuple(variable.name for variable in read if variable is not None),
+            rate=rate,
+            provides=tuple(f"{self._module}.{one.value}" for one in perceiver.provides),
+            timeout=timeout,
+            memory=memory,
+            span=name.span,
+            entry_span=perceiver.entry.span,
+        )
+
+    def _report_limit(self, headline: str, at: TextField) -> None:
+        self._diagnostics.error("AE129", headline, at.span)
+
+    def _picture(self, camera: TextField, picture: declared.PictureRequest, site: Site) -> PictureRequest:
+        known = resolve_name(camera, site.cameras, "a camera that this site offers", self._diagnostics)
+        width, height = picture.width.value, picture.height.value
+        if known is not None and (width > known.width or height > known.height):
+            self._diagnostics.error(
+                "AE129",
+                f"this site offers pictures of at most {known.width} x {known.height} pixels",
+                picture.width.span if width > known.width else picture.height.span,
+            )
+        depth = picture.depth is not None and picture.depth.value
+        return PictureRequest(camera.value, width, height, depth)
+
+    def _with_sensors(self, ecm: declared_ecm.Ecm, own: Mapping[str, Declared]) -> dict[str, Declared]:
+        """Name the perceiver of each variable; each has exactly one."""
+        by_variable: dict[str, tuple[TextField, TextField]] = {}
+        for perceiver, declaration in ecm.perceivers:
+            for name in declaration.provides:
+                if name.value in by_variable:
+                    first, place = by_variable[name.value]
+                    self._diagnostics.error(
+                        "AE120",
+                        f"`{name.value}` is provided twice, by `{first.value}` and by `{perceiver.value}`",
+                        name.span,
+                        secondary=(SpanLabel(place.span, "provided here"),),
+                        help=("let one perceiver provide it",),
+                    )
+                by_variable.setdefault(name.value, (perceiver, name))
+        measured: dict[str, Declared] = {}
+        for short, one in own.items():
+            if short in by_variable:
+                measured[short] = replace(one, sensor=f"{self._module}.{by_variable[short][0].value}")
+                continue
+            help_ = "add it to `provides` of a perceiver"
+            self._diagnostics.error("AE122", f"no perceiver provides `{short}`", one.span, help=(help_,))
+        return measured
+
+    def _check_shared(self, ecm: declared_ecm.Ecm, site: Site) -> None:
+        """Check that the module declares what the site shares of it, and declares it alike."""
+        for full, shared in site.perception.shared.items():
+            module, _, name = full.partition(".")
+            if module != self._module:
+                continue
+            mine = self.state.get(full)
+            if mine is None and not any(name == one.value for one, _ in ecm.state):
+                near = did_you_mean(name, [one.value for one, _ in ecm.state])
+                help_ = (
+                    f"did you mean `{module}.{near}`?" if near else "declare it under `state` of the module"
+                )
+                headline = f"the site shares `{full}`, which `{module}` does not declare"
+                self._diagnostics.error("AE122", headline, shared.span, help=(help_,))
+            elif mine is not None and (difference := _difference(mine, shared)):
+                self._diagnostics.error(
+                    "AE135",
+                    f"`{name}` is declared with {difference} where this site shares it",
+                    mine.span,
+                    secondary=(SpanLabel(shared.span, "the site's declaration"),),
+                    help=("declare it alike: others rely on the site's declaration",),
+                )
+
+
+def _difference(mine: Declared, shared: Declared) -> str:
+    """Return what a module's declaration of a shared variable must not leave open; nothing if it fits."""
+    if mine.variable != shared.variable:
+        return f"the type {shared.variable.type}"
+    if mine.range != shared.range and shared.range is not None:
+        ends = (format_quantity(end, shared.unit) for end in shared.range)
+        return "the range " + " to ".join(ends)
+    if mine.max_age != shared.max_age and shared.max_age is not None:
+        return f"`max_age: {format_number(shared.max_age)} s`"
+    if shared.uncertainty is not None and (mine.uncertainty or 0) > shared.uncertainty:
+        return f"an uncertainty of at most {format_quantity(shared.uncertainty, shared.unit)}"
+    return ""
+
+
+def _names_of(site: Site) -> dict[str, str]:
+    """Describe each name that has a meaning in conditions under a site."""
+    used = dict.fromkeys(site.state, "a state variable of this site")
+    used |= dict.fromkeys(site.constants, "a constant of this site")
+    used |= dict.fromkeys(site.volumes, "a volume of this site")
+    used |= {role: "a role of a joint rule" for rule in site.joint_rules for role, _ in rule.roles}
+    for enum in site.enums.values():
+        used |= {enum.name: "an enum of this site"} | dict.fromkeys(
+            enum.members, f"a member of `{enum.name}`"
+        )
+    for kind in site.kinds.values():
+        used |= dict.fromkeys(kind.parameters, f"a parameter of `{kind.name}`")
+    return used
+
+
+def _memory(text: TextField, diagnostics: Diagnostics) -> int | None:
+    """Elaborate an amount of memory, bytes."""
+    match = _MEMORY.fullmatch(text.value)
+    if match is None:
+        headline = f"`{text.value}` is not an amount of memory"
+        diagnostics.error("AE207", headline, text.span, help=("write it like `256 MiB` or `1 GiB`",))
+        return None
+    return int(match[1]) << (20 if match[2] == "MiB" else 30)

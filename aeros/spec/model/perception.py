@@ -1,0 +1,93 @@
+"""Perception: perceivers of a module, cameras of a site, and variables of modules that the site shares.
+
+Only `elaborate` builds it; obligations, the runtime and planners read it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+from aeros.spec.diagnostics.source import SourceSpan
+from aeros.spec.model.variables import Declared
+
+
+@dataclass(frozen=True)
+class PictureRequest:
+    """Picture of one camera that a perceiver asks for.
+
+    Attributes:
+        camera: name of the camera, a member of the site's enum `cameras`.
+        width: number of columns, pixels.
+        height: number of rows, pixels.
+        depth: the perceiver also gets the distance of each pixel along the optical axis.
+    """
+
+    camera: str
+    width: int
+    height: int
+    depth: bool
+
+
+@dataclass(frozen=True)
+class Perceiver:
+    """Passive function of a module that computes values of its state variables from pictures and readings.
+
+    Attributes:
+        id: name of the perceiver in its module.
+        module_name: Python module of its function, relative to the module's folder.
+        function: name of the generator function.
+        pictures: pictures that it gets; one call for each new set of them.
+        readings: full names of the state variables that it gets with the pictures.
+        rate: frequency at which the readings are also sampled between two calls, 1/s; None for never.
+        provides: full names of the module's state variables that only it writes.
+        timeout: greatest real time of one call, s.
+        memory: greatest memory of its process, bytes.
+        span: place of its name.
+        entry_span: place of its `entry`.
+    """
+
+    id: str
+    module_name: str
+    function: str
+    pictures: tuple[PictureRequest, ...]
+    readings: tuple[str, ...]
+    rate: Fraction | None
+    provides: tuple[str, ...]
+    timeout: Fraction
+    memory: int
+    span: SourceSpan
+    entry_span: SourceSpan
+
+
+@dataclass(frozen=True)
+class SiteCamera:
+    """Camera of a site.
+
+    Attributes:
+        sensor: sensor that a module needs for its pictures.
+        width: most columns that a perceiver may ask for.
+        height: most rows that a perceiver may ask for.
+    """
+
+    sensor: str
+    width: int
+    height: int
+
+
+@dataclass(frozen=True)
+class PerceptionPolicy:
+    """Rights of perceivers, and to what they measure.
+
+    Attributes:
+        shared: variables of modules that other modules may read, by full name, as the site declares them.
+        in_invariants: those of them that the invariants Φ may read.
+        timeout: greatest timeout of a perceiver, s.
+        memory: greatest memory of a perceiver, bytes.
+    """
+
+    shared: Mapping[str, Declared] = field(default_factory=dict)
+    in_invariants: frozenset[str] = frozenset()
+    timeout: Fraction = Fraction(1)
+    memory: int = 2**30

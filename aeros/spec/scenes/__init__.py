@@ -1,0 +1,1 @@
+"""From a scene file to a `Scene`: units converted, names resolved, files included, faults reported."""

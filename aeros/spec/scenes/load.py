@@ -1,0 +1,229 @@
+"""Loading of scene files by path or name, with the files that they include."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Final
+
+import aeros
+from aeros.spec.declared import scene as declared
+from aeros.spec.declared.decode import decode
+from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, did_you_mean
+from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.diagnostics.source import SourceSpan
+from aeros.spec.model.scene import Scene, ScenePart
+from aeros.spec.scenes.elaborate import elaborate_scene
+from aeros.spec.scenes.merging import merge, moved
+from aeros.spec.scenes.quantities import Quantities
+from aeros.spec.text.digests import text_digest
+from aeros.spec.text.files import read_source
+from aeros.spec.text.yaml_reader import read_yaml
+
+FOLDER: Final = "scenes"
+"""Folder of scene files in a module's folder and in AEROS."""
+
+_MAX_DEPTH: Final = 8
+"""Limit on files that include each other."""
+
+
+def scenes_in(folder: str | os.PathLike[str]) -> dict[str, Path]:
+    """List the scene files of a module.
+
+    Args:
+        folder: the module's folder.
+
+    Returns:
+        Their paths by name, which is the file's without suffix.
+    """
+    return {path.stem: path for path in sorted((Path(folder) / FOLDER).glob("*.yaml"))}
+
+
+def shipped_scenes() -> dict[str, Path]:
+    """List the scene files that come with AEROS.
+
+    Returns:
+        Their paths by name.
+    """
+    return scenes_in(Path(aeros.__file__).parent)
+
+
+def known_scenes(module_folders: Sequence[str | os.PathLike[str]] = ()) -> dict[str, Path]:
+    """List the scene files that can be named.
+
+    Args:
+        module_folders: folders of modules; a name in the first goes before that of AEROS, and that before
+            those of other modules.
+
+    Returns:
+        Their paths by name.
+    """
+    own, others = module_folders[:1], module_folders[1:]
+    found: dict[str, Path] = {}
+    for scenes in (*map(scenes_in, own), shipped_scenes(), *map(scenes_in, others)):
+        found = {**scenes, **found}
+    return found
+
+
+def load_scene(name_or_path: str, module_folders: Sequence[str | os.PathLike[str]] = ()) -> Scene:
+    """Load a scene.
+
+    Args:
+        name_or_path: a name, or a path of a file; a name goes before a path.
+        module_folders: folders of modules whose scenes may be named, there and in `include`.
+
+    Returns:
+        The scene with all that it includes.
+
+    Raises:
+        UserError: there is no such file, or it has problems.
+    """
+    loader = _Loader(known_scenes(module_folders))
+    scene = loader.load(loader.find(name_or_path, Path(), None))
+    loader.diagnostics.raise_if_errors()
+    return scene
+
+
+def require_robot(scene: Scene) -> Scene:
+    """Check that a scene has a robot and a view: only such a one can be simulated.
+
+    Args:
+        scene: the scene.
+
+    Returns:
+        The same scene.
+
+    Raises:
+        UserError: it has none.
+    """
+    missing = [word for word in ("robot", "view") if getattr(scene, word) is None]
+    if missing:
+        headline = f"the scene `{scene.name}` has no `{missing[0]}`, so it only adds to others"
+        help_ = (f"add `{missing[0]}:` to its file, or add it to a task's scene with `--scene`",)
+        raise UserError([Diagnostic("AE208", headline, help=help_)])
+    return scene
+
+
+@dataclass
+class _Loader:
+    """Loads files that include each other.
+
+    Attributes:
+        known: paths of scenes by name.
+        diagnostics: receives the faults.
+        under_way: the files that are being loaded.
+    """
+
+    known: dict[str, Path]
+    diagnostics: Diagnostics = field(default_factory=Diagnostics)
+    under_way: list[Path] = field(default_factory=list)
+
+    def find(self, name_or_path: str, folder: Path, at: SourceSpan | None) -> Path:
+        """Find a file by name, or by path from `folder`.
+
+        Raises:
+            UserError: there is neither such a name nor such a file.
+        """
+        if name_or_path in self.known:
+            return self.known[name_or_path]
+        path = folder / name_or_path
+        if os.path.lexists(path):
+            return path
+        near = did_you_mean(name_or_path, self.known)
+        listed = ", ".join(f"`{name}`" for name in self.known)
+        help_ = (f"did you mean `{near}`?" if near else f"give a scene file, or one of {listed}",)
+        headline = f"no file `{path}`, and no scene file of that name comes with the module or with AEROS"
+        if at is None:
+            raise UserError([Diagnostic("AE002", headline, help=help_)])
+        self.diagnostics.error("AE002", headline, at, help=help_)
+        raise UserError(self.diagnostics)
+
+    def load(self, path: Path) -> Scene:
+        """Load a file and what it includes.
+
+        Raises:
+            UserError: a file cannot be read or decoded.
+        """
+        source = read_source(path)
+        node = read_yaml(source, self.diagnostics)
+        file = None if node is None else decode(node, declared.Scene, self.diagnostics)
+        if file is None:
+            raise UserError(self.diagnostics)
+        whole = _empty(path.stem, text_digest(source.text))
+        self.under_way.append(path.resolve())
+        for include in file.include:
+            added = self._include(include, path.parent)
+            if file.robot is not None:  # it goes before those of the included scenes
+                added = replace(added, robot=None)
+            whole = merge(whole, added, include.scene.span, self.diagnostics)
+        self.under_way.pop()
+        return elaborate_scene(file, whole, path.parent, self.diagnostics)
+
+    def _include(self, include: declared.Include, folder: Path) -> Scene:
+        """Load an included scene, with its names and its place.
+
+        Raises:
+            UserError: there is no such file, it includes itself, or it has problems.
+        """
+        path = self.find(include.scene.value, folder, include.scene.span)
+        if path.resolve() in self.under_way or len(self.under_way) >= _MAX_DEPTH:
+            headline = (
+                f"`{path}` includes itself"
+                if path.resolve() in self.under_way
+                else "too many files are nested"
+            )
+            self.diagnostics.error("AE208", headline, include.scene.span, help=("remove this `include`",))
+            raise UserError(self.diagnostics)
+        prefix = "" if include.prefix is None else include.prefix.value
+        offset = Quantities(self.diagnostics).point(include.at)
+        added = moved(self.load(path), prefix, offset)
+        if added.coatings and offset[2] != 0.0:
+            self.diagnostics.error(
+                "AE208", "a coating is at z = 0 of W, so its scene cannot be raised", include.span
+            )
+        return added
+
+
+def _empty(name: str, digest: str) -> Scene:
+    return Scene(
+        name=name,
+        description="",
+        robot=None,
+        view=None,
+        places={},
+        bodies={},
+        cameras={},
+        instruments={},
+        regions={},
+        coatings={},
+        conditions={},
+        seals={},
+        timers={},
+        presses={},
+        truth={},
+        parts=(ScenePart(name, "", digest),),
+    )
+
+
+def add_scene(
+    scene: Scene, name_or_path: str, module_folders: Sequence[str | os.PathLike[str]] = ()
+) -> Scene:
+    """Add the things of another scene file.
+
+    Args:
+        scene: the scene.
+        name_or_path: as in `load_scene`.
+        module_folders: as in `load_scene`.
+
+    Returns:
+        Both together.
+
+    Raises:
+        UserError: there is no such file, it has problems, or both have the same names.
+    """
+    diagnostics = Diagnostics()
+    whole = merge(scene, load_scene(name_or_path, module_folders), None, diagnostics)
+    diagnostics.raise_if_errors()
+    return whole

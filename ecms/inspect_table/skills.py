@@ -1,0 +1,71 @@
+"""Inspecting a table: look from above while the hand opens, then from the mast with the arm drawn in.
+
+All lengths in metres, in the world frame; at yaw 0 the fingers close along y.
+"""
+
+from collections.abc import Generator
+
+from aeros.skill import Action, Inputs, Observation, SkillBody, act
+
+Task = Generator[Action, Observation, Observation]
+
+SPEED = 0.45
+"""Peak speed of an open hand in free motion, m/s."""
+
+CARRY_SPEED = 0.29
+"""Peak speed of a hand that may hold something, m/s: the site's bound is 0.30."""
+
+TRAVEL_HEIGHT = 0.20
+"""Height of sideways motion, m: what is carried clears the bin (0.085 m)."""
+
+OPEN = 0.08
+"""Fingers wide open, m."""
+
+GRIP_FORCE = 10.0
+"""N."""
+
+DRAWN_IN = (0.30, 0.0)
+"""Place of the tool that does not hide the table from the cameras, m."""
+
+LOW, HIGH = 0.40, 0.45
+"""Heights of the tool there, m: over an empty table, and over one on which something lies or may lie."""
+
+PATIENCE = 40
+"""Number of waits of 0.25 s for a reading that is missing or too old."""
+
+
+def glance(observed: Observation, inputs: Inputs) -> SkillBody:
+    """Look from above, and say how high the arm has to be to hide nothing."""
+    observed = yield act("look", camera="overhead")
+    empty = observed.get("clutter_on_table") is False
+    return {"height": LOW if empty else HIGH}
+
+
+def open_hand(observed: Observation, inputs: Inputs) -> SkillBody:
+    """Open the hand, which holds nothing."""
+    yield act("grip", width=OPEN, force=GRIP_FORCE)
+
+
+def stand_still(observed: Observation, inputs: Inputs) -> SkillBody:
+    """Keep what is held."""
+    yield act("wait", duration=0.25)
+
+
+def inspect(observed: Observation, inputs: Inputs) -> SkillBody:
+    """Bring the tool out of the cameras' sight, over everything that stands on the table, and look."""
+    observed = yield from _sense(observed, "tool_position")
+    x, y, z = observed["tool_position"]
+    speed = SPEED if observed.get("holding") is False else CARRY_SPEED
+    if z < TRAVEL_HEIGHT - 0.005:
+        yield act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=0.0, speed=speed)
+    yield act("move_tool", target=(*DRAWN_IN, inputs["height"]), yaw=0.0, speed=speed)
+    yield act("look", camera="mast")
+
+
+def _sense(observed: Observation, *names: str) -> Task:
+    """Wait until all of `names` are observed; a name that stays unknown ends the skill where it is read."""
+    for _ in range(PATIENCE):
+        if all(name in observed for name in names):
+            break
+        observed = yield act("wait", duration=0.25)
+    return observed

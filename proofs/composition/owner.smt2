@@ -1,0 +1,20 @@
+; `Dispatcher.dispatch` requests a skill from the module that owns it, whichever names it, and only
+; where that module is active and the skill can start.
+; unsat: proved
+(set-logic ALL)
+(declare-datatypes ((Owner 0)) (((a) (b) (another) (nothing))))
+(declare-const names-own Bool)
+(declare-const names-lent Bool)
+(declare-const b.is-active Bool)
+(declare-const own.can-start Bool)
+(declare-const lent.can-start Bool)
+(define-fun requested.0 () Owner (ite own.can-start a nothing))
+(define-fun requested.1 () Owner (ite lent.can-start b nothing))
+(define-fun requested.2 () Owner (ite b.is-active requested.1 nothing))
+(define-fun requested.3 () Owner (ite own.can-start a requested.1))
+(define-fun requested.4 () Owner (ite b.is-active requested.3 requested.0))
+(define-fun requested.5 () Owner (ite names-lent requested.2 requested.4))
+(define-fun requested.6 () Owner (ite names-own requested.0 requested.5))
+(define-fun requested () Owner requested.6)
+(assert (! (not (and (not (= requested another)) (=> (= requested a) (and own.can-start (or names-own (not names-lent)))) (=> (= requested b) (and (and b.is-active lent.can-start) (not names-own))) (=> (= requested nothing) (and (or (not own.can-start) (and (not names-own) names-lent)) (or (not (and b.is-active lent.can-start)) names-own))))) :named negated-conclusion))
+(check-sat)

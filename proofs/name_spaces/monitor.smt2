@@ -1,0 +1,22 @@
+; `RuntimeMonitor._measurement_fault` finds the same at each tick, whatever is measured of a
+; module's variable that no rule under watch reads, and whether it was measured before.
+; unsat: proved
+(set-logic ALL)
+(declare-const near.was-measured Bool)
+(declare-const formed.near Bool)
+(declare-const has.near Bool)
+(declare-const kettle.hot.was-measured Bool)
+(declare-const formed.kettle.hot Bool)
+(declare-const has.kettle.hot Bool)
+(define-fun found.with.0 () Bool (ite formed.near true false))
+(define-fun found.with.1 () Bool (ite has.near found.with.0 false))
+(define-fun found.with.2 () Bool (ite has.near found.with.0 true))
+(define-fun found.with.3 () Bool (ite near.was-measured found.with.1 found.with.2))
+(define-fun found.with () Bool found.with.3)
+(define-fun found.without.0 () Bool (ite formed.near true false))
+(define-fun found.without.1 () Bool (ite has.near found.without.0 false))
+(define-fun found.without.2 () Bool (ite has.near found.without.0 true))
+(define-fun found.without.3 () Bool (ite near.was-measured found.without.1 found.without.2))
+(define-fun found.without () Bool found.without.3)
+(assert (! (not (= found.with found.without)) :named negated-conclusion))
+(check-sat)

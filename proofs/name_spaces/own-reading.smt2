@@ -1,0 +1,23 @@
+; Where a condition reads a module's variable, `unpack_readings` has no objection exactly where it
+; is measured, fresh and of its form.
+; unsat: proved
+(set-logic ALL)
+(declare-const has.near Bool)
+(declare-const is-reading.near Bool)
+(declare-const fresh.near Bool)
+(declare-const formed.near Bool)
+(declare-const has.kettle.hot Bool)
+(declare-const is-reading.kettle.hot Bool)
+(declare-const fresh.kettle.hot Bool)
+(declare-const formed.kettle.hot Bool)
+(declare-const has.pot.hot Bool)
+(declare-const is-reading.pot.hot Bool)
+(declare-const fresh.pot.hot Bool)
+(declare-const formed.pot.hot Bool)
+(define-fun nothing.0 () Bool (ite formed.kettle.hot true false))
+(define-fun nothing.1 () Bool (ite fresh.kettle.hot nothing.0 false))
+(define-fun nothing.2 () Bool (ite is-reading.kettle.hot nothing.1 false))
+(define-fun nothing.3 () Bool (ite has.kettle.hot nothing.2 false))
+(define-fun nothing () Bool nothing.3)
+(assert (! (not (= nothing (and has.kettle.hot is-reading.kettle.hot fresh.kettle.hot formed.kettle.hot))) :named negated-conclusion))
+(check-sat)

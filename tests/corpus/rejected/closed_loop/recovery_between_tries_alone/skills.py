@@ -1,0 +1,9 @@
+from aeros.skill import Inputs, Observation, SkillBody, act
+
+
+def tidy(observed: Observation, inputs: Inputs) -> SkillBody:
+    yield act("approach", pace=0.05)
+
+
+def rest(observed: Observation, inputs: Inputs) -> SkillBody:
+    yield act("wait", duration=1.0)

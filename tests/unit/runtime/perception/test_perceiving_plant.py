@@ -1,0 +1,258 @@
+"""A plant that measures with perceivers: between ticks, for the modules in force, and no more."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import pytest
+
+from aeros.runtime.execution.governor import FixedGovernor
+from aeros.runtime.gate.configuration import Configuration
+from aeros.runtime.perception.perceiving_plant import PerceivingPlant
+from aeros.runtime.ports import Reading
+from aeros.sim.fake import FakePlant
+from aeros.skill import act
+from aeros.spec.diagnostics.codes import Diagnostic
+from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.model.ecm import Ecm
+from tests.unit.runtime.perception.kettle import CRASH, PLACE, CameraPlant, Scripted, configuration, kettle
+
+HOT = {"water_hot": True}
+
+
+def silent(now: float, values: Mapping[str, Any]) -> None:
+    return None
+
+
+class Changing(FixedGovernor):
+    """A governor whose configuration a test changes."""
+
+    number = 0
+    failing: UserError | None = None
+
+    @property
+    def generation(self) -> int:
+        return self.number
+
+    def configuration(self) -> tuple[int, Configuration]:
+        if self.failing is not None:
+            raise self.failing
+        return self.number, super().configuration()[1]
+
+    def change(self, configuration: Configuration) -> None:
+        self._configuration = configuration
+        self.number += 1
+
+
+class Setting:
+    """A plant with a camera, wrapped, and what is around it."""
+
+    def __init__(
+        self, *answers: Mapping[str, Any] | Exception, ecm: Ecm | None = None, plant: Any = None
+    ) -> None:
+        self.inner = CameraPlant() if plant is None else plant
+        self.runs = Scripted(*answers or (HOT,))
+        self.governor = Changing(configuration(ecm or kettle()))
+        self.events: list[str] = []
+        self.plant = PerceivingPlant(
+            self.inner, self.governor, self.runs, lambda event, details: self.events.append(event)
+        )
+
+
+def declared(**changes: Any) -> Ecm:
+    ecm = kettle()
+    return replace(ecm, perceivers={"kettle_view": replace(ecm.perceivers["kettle_view"], **changes)})
+
+
+def test_perceived_values_are_observed_with_the_readings_of_the_plant() -> None:
+    setting = Setting()
+    assert set(setting.plant.observe()) == {"tool_position"}
+    setting.inner.time = 3.0
+    setting.inner.take(2.5)
+    assert setting.plant.observe() == {
+        "tool_position": Reading(PLACE, 3.0),
+        "kettle.water_hot": Reading(True, 2.5),
+    }
+    assert setting.plant.pictures() is setting.inner.taken
+
+
+def test_perceivers_see_the_readings_of_the_plant() -> None:
+    setting = Setting()
+    setting.inner.take()
+    setting.plant.observe()
+    assert setting.runs.views[0].readings == {"tool_position": PLACE}
+
+
+def test_no_perceiver_runs_inside_a_tick() -> None:
+    setting = Setting()
+    setting.plant.observe()
+    seen: list[Any] = []
+
+    def monitor(now: float, values: Mapping[str, Any]) -> None:
+        setting.inner.take()
+        seen.append(setting.plant.observe())
+
+    setting.plant.advance(monitor, 1.0)
+    assert seen == [{"tool_position": Reading(PLACE, 0.0)}]
+    assert setting.runs.views == []
+    assert "kettle.water_hot" in setting.plant.observe()
+
+
+def test_a_monitor_that_fails_leaves_the_plant_able_to_perceive() -> None:
+    setting = Setting()
+
+    def monitor(now: float, values: Mapping[str, Any]) -> None:
+        raise RuntimeError
+
+    with pytest.raises(RuntimeError):
+        setting.plant.advance(monitor, 1.0)
+    setting.inner.take()
+    assert "kettle.water_hot" in setting.plant.observe()
+
+
+def test_on_a_plant_in_real_time_perceivers_wait_until_nothing_is_under_way() -> None:
+    class Robot(CameraPlant):
+        runs_in_real_time = True
+
+    setting = Setting(plant=Robot())
+    assert setting.plant.runs_in_real_time
+    setting.plant.begin(act("wait", duration=1.0))
+    setting.inner.take()
+    assert "kettle.water_hot" not in setting.plant.observe()
+    setting.plant.advance(silent, 1.0)
+    assert "kettle.water_hot" in setting.plant.observe()
+    assert setting.runs.limits == [0.2]
+    setting.plant.begin(act("wait", duration=1.0))
+    setting.inner.take()
+    setting.plant.stop()
+    assert setting.plant.observe()["kettle.water_hot"].time == setting.plant.now()
+
+
+def test_a_simulator_gives_a_perceiver_a_second_at_least_and_may_be_amid_a_motion() -> None:
+    setting = Setting()
+    setting.plant.begin(act("wait", duration=1.0))
+    setting.inner.take()
+    assert "kettle.water_hot" in setting.plant.observe()
+    assert setting.runs.limits == [1.0]
+
+
+def test_the_monitor_sees_nothing_that_was_perceived_unless_the_site_lets_invariants_read_it() -> None:
+    for in_invariants in (frozenset[str](), frozenset({"kettle.water_hot"})):
+        setting = Setting()
+        fixed = configuration(kettle())
+        perception = replace(fixed.site.perception, in_invariants=in_invariants)
+        setting.governor.change(replace(fixed, site=replace(fixed.site, perception=perception)))
+        setting.inner.take()
+        setting.plant.observe()
+        seen: list[Mapping[str, Any]] = []
+        setting.plant.advance(lambda now, values: seen.append(dict(values)), 1.0)  # noqa: B023
+        shown = {name: Reading(True, 0.0) for name in in_invariants}
+        assert seen == [{"tool_position": PLACE, **shown}]
+
+
+def test_readings_are_sampled_at_ticks_and_stops_are_announced_to_the_monitor() -> None:
+    class Stopping(CameraPlant):
+        def advance(self, monitor: Any, until: float) -> Any:
+            monitor.begin_stop("blocked", 0.5)
+            return super().advance(monitor, until)
+
+    class Monitor:
+        stops: list[tuple[str, float]] = []  # noqa: RUF012
+
+        def __call__(self, now: float, values: Mapping[str, Any]) -> str | None:
+            return None
+
+        def begin_stop(self, reason: str, now: float) -> None:
+            self.stops.append((reason, now))
+
+    setting = Setting(ecm=declared(rate=Fraction(10)), plant=Stopping())
+    setting.plant.observe()
+    monitor = Monitor()
+    setting.plant.advance(monitor, 1.0)
+    setting.inner.take()
+    setting.plant.observe()
+    assert setting.runs.views[0].samples == {"tool_position": ((0.0, PLACE),)}
+    assert monitor.stops == [("blocked", 0.5)]
+
+
+def test_the_rule_of_the_monitor_is_passed_on() -> None:
+    setting = Setting(ecm=declared(rate=Fraction(10)))
+    setting.plant.observe()
+    motion = setting.plant.begin(act("wait", duration=1.0))
+    ended = setting.plant.advance(lambda now, values: "rule", 1.0)
+    assert ended[motion].reason == "monitor:rule"  # type: ignore[index]
+
+
+def test_a_plant_that_measures_the_variables_itself_is_believed() -> None:
+    plant = CameraPlant()
+    plant.values["kettle.water_hot"] = False
+    plant.take()
+    setting = Setting(plant=plant)
+    assert setting.plant.observe()["kettle.water_hot"] == Reading(False, 0.0)
+    assert setting.runs.views == []
+
+
+def test_perceivers_follow_the_configuration() -> None:
+    setting = Setting()
+    setting.inner.take()
+    setting.plant.observe()
+    # Another configuration with the same module and site: the run goes on.
+    setting.governor.change(configuration(kettle()))
+    assert "kettle.water_hot" in setting.plant.observe()
+    assert (setting.runs.opened, setting.runs.closed) == (1, 0)
+    # Another version of the module: a new run.
+    setting.governor.change(configuration(replace(kettle(), code_digest="d" * 64)))
+    setting.inner.take()
+    assert "kettle.water_hot" in setting.plant.observe()
+    assert (setting.runs.opened, setting.runs.closed) == (2, 1)
+    # No module: no values.
+    setting.governor.change(replace(configuration(kettle()), modules={}))
+    assert set(setting.plant.observe()) == {"tool_position"}
+    assert setting.runs.closed == 2
+
+
+def test_without_a_proved_configuration_nothing_is_perceived() -> None:
+    setting = Setting()
+    setting.inner.take()
+    setting.governor.failing = UserError([Diagnostic("AE002", "not proved")])
+    assert set(setting.plant.observe()) == {"tool_position"}
+    setting.governor.failing = None
+    assert "kettle.water_hot" in setting.plant.observe()
+
+
+def test_a_failing_perceiver_leaves_the_readings_of_the_plant() -> None:
+    setting = Setting(CRASH)
+    setting.inner.take()
+    assert set(setting.plant.observe()) == {"tool_position"}
+    assert setting.events == ["perceiver-failed"]
+
+
+def test_every_other_call_is_passed_on() -> None:
+    setting = Setting()
+    motion = setting.plant.begin(act("grip"), setting.plant.plan(act("grip")))
+    setting.plant.halt(motion)  # type: ignore[arg-type]
+    setting.plant.skill_began("kettle.fill")
+    setting.plant.skill_ended("kettle.fill", finished=True)
+    setting.plant.stop()
+    assert [call[0] for call in setting.inner.calls] == [
+        "plan", "begin", "halt", "skill_began", "skill_ended", "stop"
+    ]  # fmt: skip
+    assert setting.plant.now() == setting.inner.now()
+
+
+def test_the_perceivers_end_with_the_plant() -> None:
+    setting = Setting()
+    setting.inner.take()
+    setting.plant.observe()
+    setting.plant.close()
+    assert setting.inner.closed
+    assert setting.runs.closed == 1
+
+
+def test_a_plant_without_cameras_has_no_pictures() -> None:
+    setting = Setting(plant=FakePlant({"tool_position": PLACE}))
+    assert setting.plant.pictures() == {}
+    assert set(setting.plant.observe()) == {"tool_position"}

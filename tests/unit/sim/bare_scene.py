@@ -1,0 +1,62 @@
+"""An empty table as a scene with physics that tests add their own things to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from aeros.sim.bullet.panda import Panda
+from aeros.sim.bullet.world import PhysicsWorld
+from aeros.sim.geometry import Camera
+from aeros.sim.randomness import RandomSource
+from aeros.sim.robot.robot import RobotOptions
+from aeros.sim.scenes.scene import DetectionFilter, unfiltered
+
+
+class BareScene:
+    """Scene of the Panda on an empty table."""
+
+    robot = RobotOptions()
+    view = Camera(eye=(1.3, 0.9, 0.8), target=(0.4, 0.0, 0.2))
+    pushable_objects: tuple[str, ...] = ()
+    cameras: tuple[str, ...] = ()
+    initial_cameras: tuple[str, ...] = ()
+
+    def build(self, world: PhysicsWorld, robot: Panda, chance: RandomSource) -> None:
+        """Implement `PhysicalScene.build`: the table."""
+        world.bodies.add_box((1.4, 1.6, 0.05), (0.4, 0.0, -0.025))
+
+    def tick(self) -> None:
+        """Implement `PhysicalScene.tick`: nothing changes."""
+
+    def measure(self) -> Mapping[str, Any]:
+        """Implement `PhysicalScene.measure`: nothing but the robot is measured."""
+        return {}
+
+    def body(self, name: str) -> int:
+        """Implement `PhysicalScene.body`: there are no objects.
+
+        Raises:
+            KeyError: always, as there are no objects.
+        """
+        raise KeyError(name)
+
+    def camera(self, name: str) -> Camera:
+        """Implement `PhysicalScene.camera`: there is none.
+
+        Raises:
+            KeyError: always, as there is no camera.
+        """
+        raise KeyError(name)
+
+    def truth(self) -> Mapping[str, bool]:
+        """Implement `PhysicalScene.truth`: nothing is defined."""
+        return {}
+
+    def detect(self, camera: str, through: DetectionFilter = unfiltered) -> Mapping[str, Any]:
+        """Implement `PhysicalScene.detect`: there is no camera.
+
+        Raises:
+            KeyError: always, as there is no camera.
+        """
+        raise KeyError(camera)

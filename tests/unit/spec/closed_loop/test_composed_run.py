@@ -1,0 +1,102 @@
+"""Runs of a composition inside the loop: where they end, how likely, and how many skills they submit."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+from aeros.spec.closed_loop.composed_run import ComposedRun, Weights
+from aeros.spec.closed_loop.invocation import Invocation, State, StateCondition
+from aeros.spec.expr import terms as t
+from aeros.spec.model.composition import Composition, Part, Step
+from aeros.spec.model.step_graph import If, Par, Seq
+from tests.unit.agent.dumplings import PREDICATES, SPAN, outcome, skill, term
+
+NAMES = PREDICATES[:3]
+DOUGH, FILLING, ALIGNED = NAMES
+HALF = Fraction(1, 2)
+SKILLS = {
+    one.id: one
+    for one in (
+        skill("dough", outcome("there", {DOUGH: True}), outcome("torn", {}, failure=True)),
+        skill("filling", outcome("there", {FILLING: True}), precondition=DOUGH),
+        skill("water", outcome("wet", {FILLING: True})),
+        skill("align", outcome("aligned", {ALIGNED: True}), outcome("askew", {}, failure=True)),
+    )
+}
+
+
+def step(name: str, retry: int = 0, between: str | None = None, last: str | None = None) -> Step:
+    return Step(name, name, {}, {}, retry, between, last, SPAN)
+
+
+def run(body: Part, goal: t.Term = t.FALSE, **handlers: Step) -> tuple[Weights, Weights, ComposedRun]:
+    made = ComposedRun(
+        Composition("c", t.TRUE, None, body, handlers, SPAN),
+        lambda name, inputs: Invocation(SKILLS[name], inputs, NAMES),
+        lambda part: StateCondition(part.condition, NAMES),
+        StateCondition(goal, NAMES),
+    )
+    done, failed, _ = made.run((False, False, False), "step")
+    return done, failed, made
+
+
+def shown(weights: Weights) -> dict[State, tuple[Any, ...]]:
+    return {state: (one.probability, *one.counts) for state, one in weights.items()}
+
+
+def test_a_sequence_ends_with_its_first_failure() -> None:
+    done, failed, _ = run(Seq((step("dough"), step("filling"))))
+    assert shown(done) == {(True, True, False): (HALF, 1, 0, 0)}
+    assert shown(failed) == {(False, False, False): (HALF, HALF, 0, 0)}
+
+
+def test_tries_and_recoveries_are_counted() -> None:
+    done, failed, _ = run(step("dough", 1, "water", "align"), water=step("water"), align=step("align"))
+    quarter = Fraction(1, 4)
+    assert shown(done) == {
+        (True, False, False): (HALF, HALF, 0, 0),
+        (True, True, False): (quarter, quarter, quarter, quarter),
+    }
+    eighth = Fraction(1, 8)
+    # The states of probability 0 are those of runs in which memory leaves out the second try.
+    assert {state: one for state, one in shown(failed).items() if one[0]} == {
+        (False, True, True): (eighth, eighth, eighth, quarter),
+        (False, True, False): (eighth, eighth, eighth, quarter),
+    }
+    assert {state for state, one in shown(failed).items() if not one[0]} == {
+        (False, False, True),
+        (False, False, False),
+    }
+
+
+def test_a_step_that_cannot_start_fails() -> None:
+    done, failed, _ = run(step("filling"))
+    assert done == {}
+    assert shown(failed) == {(False, False, False): (1, 0, 0, 0)}
+
+
+def test_a_condition_chooses_and_one_that_says_nothing_fails() -> None:
+    choice = If(term(DOUGH), DOUGH, step("filling"), step("water"), SPAN)
+    assert shown(run(choice)[0]) == {(False, True, False): (1, 1, 0, 0)}
+    silent = If(term(DOUGH), DOUGH, step("filling"), None, SPAN)
+    assert shown(run(silent)[1]) == {(False, False, False): (1, 0, 0, 0)}
+
+
+def test_branches_succeed_together_and_fail_at_any_point_of_the_others() -> None:
+    done, failed, made = run(Par((step("dough"), step("water")), SPAN))
+    assert shown(done) == {(True, True, False): (HALF, 1, 0, 0)}
+    assert {state: one.probability for state, one in failed.items()} == {
+        (False, False, False): 0,
+        (False, True, False): 0,
+    }
+    assert not made.is_exact
+    assert run(Par((step("water"), step("align")), SPAN))[2].is_exact is False
+    _, failed, made = run(Par((step("water"), step("water")), SPAN))
+    assert (failed, made.is_exact) == ({}, True)
+
+
+def test_once_the_goal_is_reached_nothing_more_starts() -> None:
+    done, failed, _ = run(Seq((step("water"), step("dough"), step("align"))), term(FILLING))
+    assert shown(done) == {(False, True, False): (1, 1, 0, 0)}
+    assert failed == {}

@@ -1,0 +1,82 @@
+"""A change of perception is found, in its direction."""
+
+# ruff: noqa: E501  a change stands in one line with what it leads to
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from aeros.spec.difference.compare import compare
+from aeros.spec.difference.policy_change import Relation
+from tests.unit.spec.difference.versions import changed
+from tests.unit.spec.elaborate.faults import CORPUS, TABLE
+
+KETTLE = CORPUS / "accepted" / "measures_its_own_predicate"
+MORE, LESS = Relation.NEWLY_ALLOWED.value, Relation.NEWLY_DENIED.value
+BOTH, OTHER = Relation.INCOMPARABLE.value, Relation.CHANGED_OTHERWISE.value
+OWN = "measures_its_own_predicate"
+
+
+def differences(tmp_path: Path, old: Path, before: str, after: str) -> dict[str, str]:
+    """Changes from a file or module to its edited copy."""
+    new = tmp_path / old.name
+    if old.is_dir():
+        shutil.copytree(old, new, dirs_exist_ok=True)
+    edited = new / "ecm.yaml" if old.is_dir() else new
+    text = (old / "ecm.yaml" if old.is_dir() else old).read_text("utf-8")
+    assert text.count(before) == 1
+    edited.write_text(text.replace(before, after), "utf-8")
+    return changed(compare(old, new, TABLE))
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "expected"),
+    [
+        ("clean: {type: bool, max_age: 1 s}", "clean: {type: bool, max_age: 2 s}", {f"state/{OWN}.clean/max_age": MORE}),
+        ("uncertainty: 1 mm", "uncertainty: 2 mm", {f"state/{OWN}.level/uncertainty": MORE}),
+        ("width: 320", "width: 321", {f"{OWN}/perceivers/watch/sources": BOTH}),
+        ("    readings: [hand]\n    rate: 20 Hz\n", "", {f"{OWN}/perceivers/watch/sources": LESS}),
+        ("timeout: 200 ms", "timeout: 300 ms", {f"{OWN}/perceivers/watch/timeout": MORE}),
+        ("memory: 256 MiB", "memory: 128 MiB", {f"{OWN}/perceivers/watch/memory": LESS}),
+    ],
+)  # fmt: skip
+def test_a_change_of_a_perceiver_is_found(
+    tmp_path: Path, before: str, after: str, expected: dict[str, str]
+) -> None:
+    assert differences(tmp_path, KETTLE, before, after) == expected
+
+
+def test_a_change_of_a_variables_type_makes_conditions_over_it_incomparable(tmp_path: Path) -> None:
+    found = differences(tmp_path, KETTLE, "range: [0, 100]", "range: [0, 200]")
+    assert found == {f"{OWN}/tidy/approach": MORE}
+
+
+def test_new_variables_and_perceivers_are_reported(tmp_path: Path) -> None:
+    text = (KETTLE / "ecm.yaml").read_text("utf-8")
+    declared = text[text.index("\nperceivers:") : text.index("\ncapabilities:")]
+    perceiver = declared.partition("perceivers:\n")[2]
+    second = perceiver.replace("  watch:", "  again:").replace("[clean, level]", "[dry]")
+    more = f"  dry: {{type: bool, max_age: 1 s}}\n{declared}{second}"
+    found = differences(tmp_path, KETTLE, declared, more)
+    assert found == {f"state/{OWN}.dry": OTHER, f"{OWN}/perceivers/again": OTHER}
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "expected"),
+    [
+        ("overhead: {sensor: camera, width: 640", "overhead: {sensor: camera, width: 641", {"cameras/overhead/size": MORE}),
+        ("  underneath: {sensor: floor_camera, width: 640, height: 480}\n", "", {"cameras/underneath": LESS}),
+        ("sensor: floor_camera", "sensor: camera", {"cameras/underneath/sensor": OTHER}),
+        ("      gauge.dial_green: {type: bool, max_age: 1 s}\n", "", {"state/gauge.dial_green": OTHER, "policy/perception/shared": LESS}),
+        ("gauge.dial_green: {type: bool, ", "gauge.dial_green: {type: bool, in_invariants: true, ", {"policy/perception/in_invariants": MORE}),
+        ("    timeout: 500 ms", "    timeout: 400 ms", {"policy/perception/timeout": LESS}),
+        ("memory: 512 MiB", "memory: 1 GiB", {"policy/perception/memory": MORE}),
+    ],
+)  # fmt: skip
+def test_a_change_of_a_sites_perception_is_found(
+    tmp_path: Path, before: str, after: str, expected: dict[str, str]
+) -> None:
+    assert differences(tmp_path, TABLE, before, after) == expected

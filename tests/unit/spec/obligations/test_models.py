@@ -1,0 +1,192 @@
+from __future__ import annotations
+
+import shutil
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from aeros.models.interface import ValueInterface
+from aeros.models.onnx_session import OnnxSession
+from aeros.spec.backends.network.bound_search import BoundSearch
+from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, Severity
+from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.model.site import Site
+from aeros.spec.obligations import models
+from aeros.spec.obligations.models import model_obligations
+from aeros.spec.obligations.verdicts import StaticClaim, Verdict
+from tests.unit.spec.backends.network.networks import TENT, content_of, random_layers
+
+CORPUS = Path(__file__).parents[3] / "corpus"
+
+
+@pytest.fixture(scope="module")
+def site() -> Site:
+    found = load_site(CORPUS / "site" / "table.yaml", Diagnostics())
+    assert found is not None
+    return found
+
+
+@pytest.fixture
+def module(tmp_path: Path) -> Path:
+    return Path(shutil.copytree(CORPUS / "accepted" / "models_with_an_interface", tmp_path / "module"))
+
+
+def claims(module: Path, site: Site, old: str = "", new: str = "") -> dict[str, StaticClaim]:
+    """Claims about the module's models, with one text in its manifest changed."""
+    manifest = module / "ecm.yaml"
+    assert old in manifest.read_text()
+    manifest.write_text(manifest.read_text().replace(old, new))
+    found = Diagnostics()
+    loaded = load_ecm(module, site, found)
+    assert loaded is not None, [one.headline for one in found]
+    return {str(claim.id): claim for claim in model_obligations(loaded.ecm)}
+
+
+def problem(found: dict[str, StaticClaim], claim: str) -> Diagnostic:
+    diagnostic = found[claim].diagnostic
+    assert diagnostic is not None
+    return diagnostic
+
+
+def test_bounds_are_proved_by_a_named_engine_or_left_to_run_time(module: Path, site: Site) -> None:
+    found = claims(module, site)
+    assert {claim: one.verdict for claim, one in found.items()} == {
+        "models/patience/interface": Verdict.PROVED,
+        "models/patience/bound/short-while-clean": Verdict.PROVED,
+        "models/tent/interface": Verdict.PROVED,
+        "models/tent/bound/below-the-top": Verdict.PROVED,
+        "models/tent/bound/at-the-top": Verdict.UNKNOWN,
+    }
+    assert found["models/tent/bound/below-the-top"].engine.endswith("bounds by intervals")
+    assert found["models/tent/bound/at-the-top"].runtime_checked_rule == "at-the-top"
+    assert all(one.diagnostic is None for one in found.values())
+
+
+def test_a_violation_is_shown_with_an_input_that_onnxruntime_evaluated(module: Path, site: Site) -> None:
+    found = claims(module, site, "upper: [1.1]", "upper: [0.5]")
+    violated = problem(found, "models/tent/bound/below-the-top")
+    assert violated.code == "AE511"
+    (note,) = violated.notes
+    assert "by onnxruntime" in note
+    assert "outside (-0.1 to 0.5)" in note
+
+
+def test_a_violation_that_is_checked_at_each_call_is_no_error(module: Path, site: Site) -> None:
+    found = claims(module, site, "then: {y: {upper: [1]}}", "then: {y: {upper: [0.7]}}")
+    claim = found["models/tent/bound/at-the-top"]
+    assert (claim.diagnostic, claim.runtime_checked_rule) == (None, "at-the-top")
+
+
+def test_an_open_bound_is_refused_and_says_what_to_do(
+    module: Path, site: Site, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(models, "marabou_version", lambda: None)
+    found = claims(module, site, "        runtime_checked: true\n", "")
+    claim = found["models/tent/bound/at-the-top"]
+    assert claim.verdict is Verdict.UNKNOWN
+    assert claim.diagnostic is not None
+    assert claim.diagnostic.code == "AE509"
+    assert "pip install 'aeros[learned-proof]'" in claim.diagnostic.help[0]
+
+
+def test_a_bound_that_boxes_leave_open_is_put_to_marabou(
+    module: Path, site: Site, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(models, "marabou_version", lambda: "maraboupy 2.0.0")
+    monkeypatch.setattr(models, "decide_with_marabou", lambda *_: BoundSearch(True, None, 2))
+    claim = claims(module, site, "        runtime_checked: true\n", "")["models/tent/bound/at-the-top"]
+    assert (claim.verdict, claim.engine) == (Verdict.PROVED, "maraboupy 2.0.0")
+
+
+def test_a_check_of_what_is_proved_is_needless(module: Path, site: Site) -> None:
+    found = claims(module, site, "then: {y: {upper: [1]}}", "then: {y: {upper: [1.2]}}")
+    needless = problem(found, "models/tent/bound/at-the-top")
+    assert (needless.code, needless.severity) == ("AE505", Severity.WARNING)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "cause"),
+    [
+        (
+            "shape: [1]}\n    outputs",
+            "shape: [2]}\n    outputs",
+            "the input `x` of `tent.onnx` has the shape [1, 1]",
+        ),
+        ("      x: {", "      z: {", "the inputs of `tent.onnx` are `x`, not those that are declared"),
+        ("file: tent.onnx", "file: patience.csv", "it "),
+    ],
+)
+def test_a_network_without_the_declared_interface_is_refused(
+    module: Path, site: Site, old: str, new: str, cause: str
+) -> None:
+    if old.startswith("      x"):
+        old, new = "      x: {range: [0, 2]", "      z: {range: [0, 2]"
+    text = (module / "ecm.yaml").read_text().replace("given: {x: {lower: [0.5], upper: [1.5]}}", "given: {}")
+    (module / "ecm.yaml").write_text(text)
+    found = problem(claims(module, site, old, new), "models/tent/interface")
+    assert found.code == "AE142"
+    assert cause in found.headline
+
+
+def test_a_table_outside_of_its_range_is_refused(module: Path, site: Site) -> None:
+    found = claims(module, site, "range: [0, 9000]", "range: [0, 7000]")
+    assert "holds 500 to 8000, outside its range" in problem(found, "models/patience/interface").headline
+
+
+def test_a_network_with_an_unknown_operator_has_no_bound(module: Path, site: Site) -> None:
+    content = content_of(TENT).replace(b"Relu", b"Selu")
+    (module / "tent.onnx").write_bytes(content)
+    found = problem(claims(module, site), "models/tent/bound/below-the-top")
+    assert found.code == "AE509"
+    assert "the operator `Selu`" in found.notes[0]
+
+
+def test_each_change_of_a_file_or_an_interface_has_its_code(
+    module: Path, site: Site, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(models, "marabou_version", lambda: None)
+    changes = {
+        "AE142": ("range: [0, 9000]", "range: [0, 7000]"),
+        "AE505": ("then: {y: {upper: [1]}}", "then: {y: {upper: [1.2]}}"),
+        "AE509": ("        runtime_checked: true\n", ""),
+        "AE511": ("upper: [2001]", "upper: [1999]"),
+    }
+    for code, (old, new) in changes.items():
+        folder = Path(shutil.copytree(module, tmp_path / code))
+        found = claims(folder, site, old, new).values()
+        assert {one.diagnostic.code for one in found if one.diagnostic is not None} == {code}
+
+
+def test_a_file_that_changes_while_it_is_read_is_refused(
+    module: Path, site: Site, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(models, "model_content", lambda *_: b"dirt,duration")
+    assert problem(claims(module, site), "models/patience/interface").code == "AE131"
+
+
+def test_a_bound_is_refused_exactly_where_some_input_violates_it(
+    module: Path, site: Site, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """AE511 with a violation, no diagnostic without one, and AE509 only within rounding of the extreme."""
+    monkeypatch.setattr(models, "marabou_version", lambda: None)
+    value = {"x": ValueInterface((1,), 1.0, "1", 0, 2)}, {"y": ValueInterface((1,), 1.0, "1", -9, 9)}
+    codes: Counter[str | None] = Counter()
+    for seed in range(24):
+        layers = random_layers(seed, (1, 6, 6, 1))
+        (module / "tent.onnx").write_bytes(content_of(layers))
+        session = OnnxSession("tent.onnx", content_of(layers), *value)
+        greatest = max(session.evaluate({"x": (at / 200,)})["y"][0] for at in range(401))
+        upper = round(greatest + (-0.02, 0.02, 0.3)[seed % 3], 6)
+        bound = f"then: {{y: {{upper: [{upper}]}}}}"
+        text = (CORPUS / "accepted" / "models_with_an_interface" / "ecm.yaml").read_text()
+        text = text.replace("then: {y: {lower: [-0.1], upper: [1.1]}}", bound).replace(
+            "range: [-1, 2]", "range: [-9, 9]"
+        )
+        (module / "ecm.yaml").write_text(text)
+        diagnostic = claims(module, site)["models/tent/bound/below-the-top"].diagnostic
+        code = None if diagnostic is None else diagnostic.code
+        codes[code] += 1
+        assert code == ("AE511" if upper < greatest else None), (seed, upper, greatest)
+    assert codes["AE511"] == 8
+    assert codes[None] == 16
