@@ -162,7 +162,7 @@ def test_an_interactive_session_which_adds_a_builtin_refuses_no_more() -> None:
     script = (
         "import builtins\nbuiltins._ = None\n"  # as the prompt does after an expression
         "import ast\nfrom aeros.spec.obligations.skill_syntax.allowed_syntax import first_refusal\n"
-        "print(first_refusal(ast.parse('for _ in range(3): pass')))"
+        "print(first_refusal(ast.parse('x = [0 for _ in range(3)]')))"
     )
     ran = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert ran.stdout == "None\n"
