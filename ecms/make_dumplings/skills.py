@@ -94,7 +94,7 @@ SPOT = (0.37, 0.10, 0.0145)
 """Tool position for a filling that was held from the start and has no wrapper to be put on, m."""
 
 LOADED_CLEARANCE = 0.10
-"""Height from which a hand with a load comes down slowly, m: the gate expects up to 60 mm below the fingers."""
+"""Height from which a loaded hand comes down slowly, m: the gate expects up to 60 mm below the fingers."""
 
 HAND_HALF = (0.037, 0.107)
 """Half the thickness and half the width of the hand, with 5 mm to spare, m."""
