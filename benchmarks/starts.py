@@ -2,8 +2,9 @@
 
 Each run is `aeros run` in a process and with a memory of its own, on the physics plant unless --plant names
 another, without video; seeds are 0, 1, and so on from --first-seed, and each gives another start
-(docs/starts.md).  With --faults or --people things go wrong or a person walks about.  The figures count what
-the run itself measured, decided and recorded; processor time is of the whole process, its start included.
+(docs/starts.md).  With --faults or --people things go wrong or a person walks about.  A run counts as reached
+if the goal is true in the simulator, which the agent does not see; what the agent believes is counted beside
+it.  Processor time is of the whole process, its start included.
 """
 
 from __future__ import annotations
@@ -62,6 +63,8 @@ def run_once(instruction: str, options: Sequence[str], seed: int) -> dict[str, A
 def read_run(trace: Sequence[dict[str, Any]], audit: Iterable[dict[str, Any]], words: str) -> dict[str, Any]:
     """Read the figures of one run from its trace and its audit log.
 
+    believed: the agent took the goal as reached.  reached: it was true in the simulator; false too where the
+    scene defines no truth, and then not refereed.
     stops: steps that the monitor ended.  faults: that began.  way: each step that ended, and how.
     words: what the run printed, whose end is the reason where it broke off.
     """
@@ -70,8 +73,11 @@ def read_run(trace: Sequence[dict[str, Any]], audit: Iterable[dict[str, Any]], w
     records = list(audit)
     verdicts = [one["details"]["verdict"] for one in records if one["event"] == "decision"]
     reasons = [one["details"]["reason"] for one in records if one["event"] == "step-ended"]
+    judged = [one["details"]["true"] for one in records if one["event"] == "goal-judged"]
     return {
-        "reached": ended["reached"],
+        "reached": judged == [True],
+        "believed": ended["reached"],
+        "refereed": judged in ([True], [False]),
         "reason": ended["reason"],
         "steps": ended.get("steps"),
         "retries": ended.get("retries"),
@@ -99,8 +105,9 @@ def format_run(run: dict[str, Any]) -> str:
         f"{run[name]} {name}" for name in ("steps", "replans", "denied", "stops", "faults") if run[name]
     )
     times = f"{run['simulated_s']:.1f} s simulated, {run['processor_s']:.1f} s of processor"
-    line = f"{run['seed']:5}  {'reached' if run['reached'] else 'FAILED ':7}  {counts}; {times}"
-    if run["reached"]:
+    word = "reached" if run["reached"] else "unknown" if run["believed"] and not run["refereed"] else "FAILED"
+    line = f"{run['seed']:5}  {word:7}  {counts}; {times}"
+    if word != "FAILED":
         return line
     return "\n         ".join((line, str(run["reason"]), *run["way"]))
 
@@ -111,6 +118,9 @@ def summarize(runs: Sequence[dict[str, Any]]) -> dict[str, Any]:
     found: dict[str, Any] = {
         "runs": len(runs),
         "reached": reached,
+        "believed": sum(run["believed"] for run in runs),
+        "false_claims": sum(run["believed"] and not run["reached"] and run["refereed"] for run in runs),
+        "not_refereed": sum(not run["refereed"] for run in runs),
         "wilson_95": wilson(reached, len(runs)),
         "failed_seeds": [run["seed"] for run in runs if not run["reached"]],
     }
@@ -126,8 +136,9 @@ def format_summary(found: dict[str, Any]) -> str:
     low, high = (100 * end for end in found["wilson_95"])
     runs = found["runs"]
     return (
-        f"{found['reached']} of {runs} reached the goal: {100 * found['reached'] / runs:.0f} %, "
-        f"95 % interval {low:.1f} to {high:.1f} %\n"
+        f"{found['reached']} of {runs} reached the goal in truth: {100 * found['reached'] / runs:.0f} %, "
+        f"95 % interval {low:.1f} to {high:.1f} %; {found['believed']} believed it, "
+        f"{found['false_claims']} falsely; {found['not_refereed']} were not refereed\n"
         f"{found['steps']} steps, {found['retries']} retries, {found['recoveries']} recoveries, "
         f"{found['replans']} re-plans, {found['denied']} denials, {found['attenuated']} attenuated, "
         f"{found['stops']} protective stops, {found['faults']} faults\n"

@@ -46,20 +46,21 @@ _PROVING += sorted(_HERE.glob("unit/cli/author/test_verify*.py"))
 """Tests of what proves, which prove everything themselves."""
 
 MARKED: Final = {
-    "page": ("repo/test_*_page.py", "repo/test_readme.py", "repo/test_tutorial.py"),
+    "page": ("repo/pages/test_*_page.py", "repo/pages/test_readme.py", "repo/pages/test_tutorial.py"),
     "slow": (
         "corpus",
         "differential",
         "property",
         "repo/test_benchmarks.py",
         "repo/test_ci_integration.py",
-        "repo/test_codes.py",
+        "repo/pages/test_codes.py",
         "unit/agent/planning/test_time_limited.py",
         "unit/agent/execution/test_dispatcher.py",
         "unit/agent/planning/test_classical.py",
         "unit/agent/planning/test_llm.py",
         "unit/agent/planning/test_llm_client.py",
         "unit/agent/test_agent.py",
+        "unit/agent/test_plan_source.py",
         "unit/agent/test_task_loop*.py",
         "unit/agent/memory/test_store_and_gate.py",
         "unit/agent/planning/test_pddl.py",

@@ -90,8 +90,11 @@ DRAWN_IN = (0.30, 0.0, 0.45)
 LOOKS = 5
 """Largest number of looks for a wrapper that is not seen."""
 
-SPOT = (0.33, 0.10, 0.0145)
-"""Position for a filling that has no wrapper to be put on, m."""
+SPOT = (0.37, 0.10, 0.0145)
+"""Tool position for a filling that was held from the start and has no wrapper to be put on, m."""
+
+LOADED_CLEARANCE = 0.10
+"""Height from which a loaded hand comes down slowly, m: the gate expects up to 60 mm below the fingers."""
 
 HAND_HALF = (0.037, 0.107)
 """Half the thickness and half the width of the hand, with 5 mm to spare, m."""
@@ -269,16 +272,17 @@ def _nudge(observed: Observation, thing: Place) -> Leg:
 
 
 def _lay_filling(observed: Observation) -> Task:
-    """Grip the filling and set it down on the wrapper."""
+    """Grip the filling and set it down on the wrapper; where there is none, put it back."""
+    back = SPOT
     if not _holds(observed, FILLING_GAP):
         x, y, z = observed["filling_position"]
-        grasp = (x, y, z + FILLING_GRASP)
+        back = grasp = (x, y, z + FILLING_GRASP)
         # It is square: where the press is in the way of the hand, it is gripped by its other sides.
         yaw = pi / 2.0 if _is_crowded(observed, grasp, 0.0) else 0.0
         observed = yield from _take(observed, grasp, yaw, 0.012, HALF_OPEN)
         # The wrapper may have been moved while the filling was fetched, or knocked off.
         observed = yield from _look(observed)
-    goal = _on_plate(observed, FILLING_HEIGHT) if observed.get("dough_on_workspace") is True else SPOT
+    goal = _on_plate(observed, FILLING_HEIGHT) if observed.get("dough_on_workspace") is True else back
     return (yield from _do(observed, _put(goal, HALF_OPEN)))
 
 
@@ -422,7 +426,7 @@ def _put(place: Place, opened: float) -> Leg:
     x, y, z = place
     return (
         act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=0.0, speed=CARRY_SPEED),
-        act("move_tool", target=(x, y, z + CLEARANCE), yaw=0.0, speed=CARRY_SPEED),
+        act("move_tool", target=(x, y, max(z + CLEARANCE, LOADED_CLEARANCE)), yaw=0.0, speed=CARRY_SPEED),
         act("move_tool", target=(x, y, z), yaw=0.0, speed=NEAR_SPEED),
         *_release(place, opened),
     )

@@ -12,8 +12,8 @@ from aeros.spec.closed_loop.transition_system import TransitionSystem
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.text.discovery import reference_site_path
-from tests.differential.small_tasks import Case
-from tests.differential.tree_expansion import Expected, variables
+from tests.differential.planning.small_tasks import Case
+from tests.differential.planning.tree_expansion import Expected, variables
 
 MODULES = Path(__file__).parents[2] / "ecms"
 REFERENCE = ("make_dumplings", "clean_table", "fetch_object")

@@ -22,8 +22,8 @@ from aeros.spec.model.hold_conditions import start_condition
 from aeros.spec.model.rules import Conjunct
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.closed_loop import closed_loop_obligations
+from tests.differential.planning.small_tasks import Case, loops
 from tests.differential.real_loop import Recording, pursue
-from tests.differential.small_tasks import Case, loops
 from tests.hypothesis_profiles import examples
 from tests.unit.agent.dumplings import PREDICATES, SPAN, term
 

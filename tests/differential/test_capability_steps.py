@@ -23,8 +23,8 @@ from aeros.spec.closed_loop.markov_chain import Prediction, predict
 from aeros.spec.closed_loop.outcome_probabilities import outcome_probabilities
 from aeros.spec.closed_loop.reachability import ReachableStates, explore_task
 from aeros.spec.closed_loop.transition_system import LoopState, TransitionSystem
+from tests.differential.planning.small_tasks import Case, cases, loops
 from tests.differential.real_loop import Forgetful, Recording
-from tests.differential.small_tasks import Case, cases, loops
 from tests.hypothesis_profiles import examples
 from tests.property.mix import Mix
 

@@ -24,7 +24,7 @@ from aeros.runtime.gate.decision import Caller, DecisionKind
 from aeros.runtime.gate.gate import CompiledGate, GateMode
 from aeros.runtime.ports import Reading
 from aeros.skill import Action
-from tests.differential.gate_oracle import admits
+from tests.differential.gate.gate_oracle import admits
 from tests.unit.runtime.bench import ALLOWED, NOW, Request, configuration, gate, request
 
 COUNT = int(os.environ.get("AEROS_FUZZ", "20000"))

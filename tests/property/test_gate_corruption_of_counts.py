@@ -22,8 +22,8 @@ from aeros.runtime.monitor.history import HistoryTracker
 from aeros.runtime.ports import Reading
 from aeros.runtime.proving import prove_configuration
 from aeros.skill import Action
-from tests.differential.gate_oracle import admits
-from tests.differential.test_gate_fast_path import differs
+from tests.differential.gate.gate_oracle import admits
+from tests.differential.gate.test_gate_fast_path import differs
 from tests.property.test_gate_corruption import ALIEN, COUNT, EvilInt
 from tests.unit.runtime.bench import NOW, Request
 

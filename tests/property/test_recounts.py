@@ -14,7 +14,7 @@ from aeros.runtime.monitor.history import HistoryTracker
 from aeros.runtime.ports import Reading, Readings
 from aeros.runtime.records.recount import SessionState
 from aeros.spec.expr import terms as t
-from tests.differential.test_past_time import B, conditions, kept, steps, values
+from tests.differential.gate.test_past_time import B, conditions, kept, steps, values
 from tests.hypothesis_profiles import examples
 
 Seen = Mapping[str, Any]

@@ -30,9 +30,17 @@ def test_the_benchmark_of_verify_runs() -> None:
 
 
 def test_the_benchmark_of_random_starts_counts_what_runs_record() -> None:
-    found = _run("starts", "--plant", "symbolic")
+    found = _run("starts", "--plant", "kinematic")
     assert (found["runs"], len(found["each"])) == (1, 1)
     assert found["steps"] == len(found["each"][0]["way"])
+    counts = [found[name] for name in ("reached", "believed", "false_claims", "not_refereed")]
+    assert counts == [1, 1, 0, 0]
+
+
+def test_a_run_on_a_plant_without_truth_is_no_success() -> None:
+    found = _run("starts", "--plant", "symbolic")
+    counts = [found[name] for name in ("reached", "believed", "false_claims", "not_refereed")]
+    assert counts == [0, 1, 0, 1]
 
 
 def test_the_benchmark_of_the_closed_loop_runs() -> None:

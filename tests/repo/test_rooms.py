@@ -16,7 +16,15 @@ MOST_CONFIGURATION_LINES: Final = 200
 
 _SOURCES: Final = [
     path.relative_to(ROOT)
-    for folder in ("aeros", "proofs", "benchmarks", "tools")
+    for folder in (
+        "aeros",
+        "proofs",
+        "benchmarks",
+        "tools",
+        "tests/differential",
+        "tests/property",
+        "tests/repo",
+    )
     for path in (ROOT / folder).rglob("*.py")
 ]
 

@@ -18,7 +18,7 @@ import aeros.api
 from aeros.sim.conformance.suite import ConformanceError
 from aeros.sim.fake import FakePlant
 from aeros.spec.diagnostics.errors import MisuseError, UserError
-from tests.repo.api_page import PUBLIC, examples
+from tests.repo.pages.api_page import PUBLIC, examples
 from tests.repo.tree import ROOT
 from tests.unit.sim.conformance.subjects import SUBJECTS
 

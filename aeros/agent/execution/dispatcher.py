@@ -80,6 +80,7 @@ class Dispatch:
         record: successes and failures of the skill in all contexts.
         typical_duration: duration of its latest successes (s); None if there are none.
         options: providers that were considered, the chosen one included; empty if the step names a skill.
+        caller: id of the module whose step asked for it.
     """
 
     request: StepRequest
@@ -88,6 +89,7 @@ class Dispatch:
     record: SuccessRecord
     typical_duration: DurationStats | None
     options: tuple[ProviderOption, ...] = ()
+    caller: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,13 +122,24 @@ class Dispatcher:
         self.denied: set[tuple[str, str]] = set()
 
     def avoid(self, module: str, skill: str) -> None:
-        """Prefer other providers from now on, because the gate has denied this skill for good.
+        """Prefer other providers from now on, because this skill was denied for good or its code raised.
 
         Args:
             module: id of the module.
             skill: id of the skill.
         """
         self.denied.add((module, skill))
+
+    def has_another(self, dispatch: Dispatch) -> bool:
+        """Say if another provider than those to avoid was considered.
+
+        Args:
+            dispatch: a request that was made.
+
+        Returns:
+            True if the next choice may be another.
+        """
+        return any(owner_of(one.skill, dispatch.caller) not in self.denied for one in dispatch.options)
 
     def dispatch(
         self, module: str, name: str, inputs: Mapping[str, Any], world: WorldModel
@@ -175,6 +188,7 @@ class Dispatcher:
             self._memory.success_record(owner.id, skill.id),
             self._memory.typical_duration(owner.id, skill.id),
             options,
+            module,
         )
 
     def _candidate(

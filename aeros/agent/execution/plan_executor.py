@@ -322,7 +322,7 @@ class PlanExecutor:
         if attempt.is_halted:
             return PlanFailure(f"{name} was stopped: {attempt.reason}", is_final=True)
         if attempt.ends_run:
-            return PlanFailure(f"{name} ended with an undeclared outcome: {attempt.reason}", is_final=True)
+            return PlanFailure(f"{name} {attempt.final_words}: {attempt.reason}", is_final=True)
         if not attempt.is_denied:
             ran = attempt.record is not None
             return PlanFailure(

@@ -61,7 +61,8 @@ class AttemptResult:
         outputs: outputs of the skill by name (SI).
         is_transient: it was denied, and may be allowed later.
         no_retry_reason: why memory makes another attempt hopeless; empty if it does not.
-        ends_run: it ended in an undeclared outcome, and the site stops the run then.
+        ends_run: it ended in an undeclared outcome, and the site stops the run then; or its code raised, and
+            nothing else provides the same.
         is_composed: it was a run of a composition, whose steps have records of their own.
     """
 
@@ -74,6 +75,12 @@ class AttemptResult:
     no_retry_reason: str = ""
     ends_run: bool = False
     is_composed: bool = False
+
+    @property
+    def final_words(self) -> str:
+        """Words for an attempt that ends the run."""
+        raised = self.record is not None and self.record.status is StepStatus.RAISED
+        return "failed, and its code is not run again" if raised else "ended with an undeclared outcome"
 
     @property
     def is_denied(self) -> bool:
@@ -320,10 +327,13 @@ class StepRunner:
         )
         self.records.append(record)
         is_known = not (judgement.is_undeclared or judgement.is_unknown)
-        repeatable = record.failed and record.status in RAN_STATUSES and is_known
+        raised = result.status is StepStatus.RAISED
+        repeatable = record.failed and record.status in RAN_STATUSES and is_known and not raised
         hopeless = self._no_retry_reason(dispatch) if repeatable else ""
-        if result.status is StepStatus.DENIED and not result.is_transient:
+        if raised or (result.status is StepStatus.DENIED and not result.is_transient):
             self.dispatcher.avoid(request.module, request.skill)
+        # What is wrong with code is no bad luck: another provider may be tried, the same code may not.
+        stops = stops or (raised and not self.dispatcher.has_another(dispatch))
         return AttemptResult(
             record.failed,
             record.reason,

@@ -41,6 +41,7 @@ from aeros.runtime.skills.contract import (
     execute_skill,
     start_skill,
 )
+from aeros.runtime.skills.raised import describe_raised
 from aeros.skill import Action, Models, SkillBody
 
 _FINAL_RESPONSES: Final = (SkillRejected, SkillFinished, SkillRaised, SkillClosed)
@@ -99,7 +100,8 @@ class _Worker:
         except NoActionError as failure:
             return SkillRaised(question.token, sanitize_text(str(failure)))
         except BaseException as failure:
-            return SkillRaised(question.token, sanitize_text(describe_exception(failure)))
+            known = (*question.observation, *self._load.inputs)
+            return SkillRaised(question.token, sanitize_text(describe_raised(failure, self._function, known)))
         return _action_message(question.token, action)
 
     def _handle_load(self, load: LoadSkill) -> WorkerResponse:

@@ -6,7 +6,7 @@ two samples, the condition is unknown there, and a history is unknown for as lon
 difference; the gate denies what depends on it. Nothing before the first sample counts.
 
 The definition is `semantics.evaluate` along the trace of samples; a known history equals its result
-(tests/differential/test_past_time.py).
+(tests/differential/gate/test_past_time.py).
 
 All histories of a site are one generated function on local variables, because every control tick waits for
 it.

@@ -20,6 +20,7 @@ from aeros.runtime.skills.contract import (
     start_skill,
 )
 from aeros.runtime.skills.load import CertifiedCode, certified_code, execute_code, load_certified_models
+from aeros.runtime.skills.raised import describe_raised
 from aeros.skill import Action, Models, Observation, SkillBody
 from aeros.spec.model.cause import Cause
 from aeros.spec.model.ecm import Ecm, Skill
@@ -158,7 +159,8 @@ class InProcessRun:
         except NoActionError as failure:
             return SkillRunResult(StepStatus.RAISED, str(failure))
         except BaseException as failure:
-            return SkillRunResult(StepStatus.RAISED, describe_exception(failure))
+            known = (*observation, *self._inputs)
+            return SkillRunResult(StepStatus.RAISED, describe_raised(failure, self._function, known))
 
     def close(self) -> str | None:
         """Implement `SkillRunProtocol.close`.

@@ -1,7 +1,7 @@
 """Registry of the file formats that AEROS writes or reads.
 
 To change a format: append a `Version` with its step here, let reader and writer follow, regenerate
-docs/formats.md (`AEROS_UPDATE_GOLDEN=1 pytest tests/repo/test_formats_page.py`).
+docs/formats.md (`AEROS_UPDATE_GOLDEN=1 pytest tests/repo/pages/test_formats_page.py`).
 """
 
 from __future__ import annotations

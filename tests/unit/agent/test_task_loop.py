@@ -307,12 +307,20 @@ def test_a_refused_step_is_not_retried() -> None:
     assert "broken-assumption" not in runtime.kinds()
 
 
-@pytest.mark.parametrize("status", [StepStatus.STOPPED, StepStatus.RAISED, StepStatus.TIMED_OUT])
+@pytest.mark.parametrize("status", [StepStatus.STOPPED, StepStatus.TIMED_OUT])
 def test_a_halted_step_is_replanned(status: StepStatus) -> None:
     runtime = FakeRuntime(endings={"boil": [status]})
     report = run(runtime)
     assert report.reached
     assert counts(report) == (5, 0, 0, 1)
+
+
+def test_code_that_raised_is_not_run_again() -> None:
+    runtime = FakeRuntime(endings={"boil": [StepStatus.RAISED]})
+    report = run(runtime)
+    assert (report.reached, report.replans, runtime.submitted.count("boil")) == (False, 0, 1)
+    assert report.reason is not None
+    assert report.reason.startswith("`dumpling.boil` failed, and its code is not run again: raised")
 
 
 @pytest.mark.parametrize("skill", ["prepare", "recover", "wrap"])

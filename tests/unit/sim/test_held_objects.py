@@ -52,7 +52,7 @@ def test_an_object_is_kept_off_the_bench_that_the_fingers_alone_may_come_near_to
 ) -> None:
     assert holding.observe()["holding"].value is True
     low = act("move_tool", target=(0.5, 0.0, 0.005), yaw=0.0, speed=0.3)
-    assert _denial(holding, low) == [("AE763", "fingers-off-the-bench")]
+    assert _denial(holding, low) == [("AE763", "links-off-the-bench")]  # slowly it may be set down there
     x, y, _ = holding.observe()["tool_position"].value
     for target, speed, found in (
         ((x, y, 0.05), 0.15, []),

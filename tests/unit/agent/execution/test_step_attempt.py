@@ -241,7 +241,7 @@ def test_a_barred_step_is_not_started_and_planners_learn_why() -> None:
         (StepStatus.FINISHED, False, True, True),
         (StepStatus.STOPPED, False, True, True),
         (StepStatus.TIMED_OUT, False, True, True),
-        (StepStatus.RAISED, False, True, True),
+        (StepStatus.RAISED, False, True, False),
         (StepStatus.HOLD_LOST, False, True, True),
         (StepStatus.DENIED, False, True, False),
         (StepStatus.DENIED, True, False, False),
@@ -261,7 +261,8 @@ def test_of_a_failure_the_status_decides_what_it_says_of_the_skill_and_if_it_is_
     assert result.is_halted is (status is StepStatus.HALTED)
     ((_, end),) = kitchen.memory.ends
     assert end.counts_toward_record is counts
-    is_avoided = status is StepStatus.DENIED and not is_transient
+    is_avoided = status is StepStatus.RAISED or (status is StepStatus.DENIED and not is_transient)
+    assert result.ends_run is (status is StepStatus.RAISED)
     assert kitchen.runner.dispatcher.denied == ({("dumpling", "boil")} if is_avoided else set())
 
 

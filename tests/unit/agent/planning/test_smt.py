@@ -18,9 +18,9 @@ from aeros.sim.symbolic.plant import SymbolicPlant
 from aeros.spec.closed_loop.outcome_probabilities import outcome_probabilities
 from aeros.spec.expr.doubles import to_doubles
 from aeros.spec.verification.certificate import certificate_for
+from tests.differential.planning.test_prediction import Unwritten
 from tests.differential.real_loop import Recording, pursue
 from tests.differential.reference_cases import REFERENCE, in_small, reference
-from tests.differential.test_prediction import Unwritten
 
 
 @pytest.mark.parametrize("replans", [0, 1, 10])

@@ -31,8 +31,8 @@ from aeros.runtime.skills.in_process_run import run_in_process
 from aeros.sim.kinematic.plant import KinematicPlant
 from aeros.sim.kinematic.scenes.declared_scene import DeclaredScene
 from aeros.spec.verification.certificate import certificate_for
+from tests.differential.planning.test_prediction import Unwritten
 from tests.differential.reference_cases import reference
-from tests.differential.test_prediction import Unwritten
 from tests.shipped_scenes import shipped_scene
 from tests.unit.agent.fake_runtime import FakeRuntime
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -227,7 +228,7 @@ def test_code_that_fails_halts_the_skill(
     bench = make_bench(body)
     result = bench.submit()
     assert (result.status, result.allowed) == (StepStatus.RAISED, 1)
-    assert result.reason.startswith(reason)
+    assert re.match(rf"(test_scheduler\.py:\d+: )?{re.escape(reason)}", result.reason)
     bench.assert_cleaned_up(finished=False)
     assert bench.records("step-ended")[0]["details"]["status"] == "raised"
 

@@ -14,7 +14,7 @@ from aeros.runtime.gate.decision import DecisionKind
 from aeros.runtime.gate.explain import EvaluatedCondition, Explainer, Explanation
 from aeros.runtime.gate.gate import GateMode
 from aeros.runtime.gate.wire import explain_line, explanation_json
-from tests.differential.test_gate_modes import fast_requests, requests
+from tests.differential.gate.test_gate_modes import fast_requests, requests
 from tests.unit.runtime.bench import Request, configuration, gate, request, without
 
 EXPLAINER = Explainer(configuration(), GateMode.COMPILED)

@@ -74,7 +74,9 @@ def test_a_skill_that_finishes_and_one_that_fails(nursery: ZygotePool) -> None:
     assert done.close() is None
     failed = run(nursery, HEAD + "def lift(o, i):\n    yield act('move')\n    1 / 0\n")
     assert failed.resume({}, 1.0) == act("move")
-    assert failed.resume({}, 1.0) == SkillRunResult(StepStatus.RAISED, "ZeroDivisionError: division by zero")
+    assert failed.resume({}, 1.0) == SkillRunResult(
+        StepStatus.RAISED, "skills.py:4: ZeroDivisionError: division by zero"
+    )
     assert failed.close() is None
 
 

@@ -1,6 +1,6 @@
 """Rules on the past, from the plant's readings to the gate, the monitor and the record.
 
-Values of histories are held to the definition in tests/differential/test_past_time.py.
+Values of histories are held to the definition in tests/differential/gate/test_past_time.py.
 """
 
 from __future__ import annotations

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
@@ -113,9 +114,9 @@ def test_the_value_that_a_skill_returns_decides_its_ending(value: object, expect
 @pytest.mark.parametrize(
     ("failure", "reason"),
     [
-        (ValueError("no"), "ValueError: no"),
-        (SystemExit(3), "SystemExit: 3"),
-        (GeneratorExit(), "GeneratorExit"),
+        (ValueError("no"), r"test_in_process_run\.py:\d+: ValueError: no"),
+        (SystemExit(3), r"test_in_process_run\.py:\d+: SystemExit: 3"),
+        (GeneratorExit(), r"test_in_process_run\.py:\d+: GeneratorExit: "),
         (NoActionError("it is mine"), "it is mine"),
     ],
 )
@@ -129,7 +130,7 @@ def test_code_that_raises_ends_in_words(failure: BaseException, reason: str) -> 
     ending = run.resume({}, 1.0)
     assert isinstance(ending, SkillRunResult)
     assert (ending.status, ending.outputs) == (StepStatus.RAISED, None)
-    assert ending.reason.startswith(reason)
+    assert re.fullmatch(reason, ending.reason)
 
 
 def test_a_value_that_is_no_action_ends_the_run() -> None:

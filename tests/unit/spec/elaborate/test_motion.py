@@ -33,7 +33,7 @@ def test_names_and_units_are_settled(tmp_path: Path) -> None:
     assert site is not None
     motion = site.motion
     assert motion is not None
-    surface = TouchedSurface(frozenset({"bench"}), Fraction(15, 100), Fraction(12, 100))
+    surface = TouchedSurface(frozenset({"bench", "bench_core"}), Fraction(15, 100), Fraction(12, 100))
     assert motion.kinds["move_tool"] == MotionKind("target", None, "speed", surface=surface)
     assert motion.kinds["move_base"] == MotionKind(None, ("x", "y"), "speed")
     joints = ("q1", "q2", "q3", "q4", "q5", "q6", "q7")
@@ -199,7 +199,7 @@ def test_names_and_units_are_settled(tmp_path: Path) -> None:
         (("unless_false: holding", "unless_false: finger_gap"), "error[AE203]"),
         (("volume: largest_object", "volume: largest"), "error[AE122] unknown-reference: `largest`"),
         (
-            ("{volumes: [bench, bench_core]", "{volumes: [bench, bank]"),
+            ("[bench, bench_core], speed: sliding", "[bench, bank], speed: sliding"),
             "error[AE122] unknown-reference: `bank`",
         ),
         (("keep: in", "keep: near"), "error[AE"),

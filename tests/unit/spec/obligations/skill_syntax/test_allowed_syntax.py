@@ -6,6 +6,8 @@ from __future__ import annotations
 
 import ast
 import importlib
+import subprocess
+import sys
 
 import pytest
 
@@ -154,3 +156,13 @@ def test_a_form_that_nobody_listed_is_refused() -> None:
     refusal = first_refusal(tree)
     assert refusal is not None
     assert refusal.description == "uses `Unheard`, a form of Python that is not allowed"
+
+
+def test_an_interactive_session_which_adds_a_builtin_refuses_no_more() -> None:
+    script = (
+        "import builtins\nbuiltins._ = None\n"  # as the prompt does after an expression
+        "import ast\nfrom aeros.spec.obligations.skill_syntax.allowed_syntax import first_refusal\n"
+        "print(first_refusal(ast.parse('x = [0 for _ in range(3)]')))"
+    )
+    ran = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert ran.stdout == "None\n"

@@ -16,7 +16,7 @@ from textwrap import dedent
 
 import pytest
 
-from tests.repo.shown import COMMAND, carry_out
+from tests.repo.pages.shown import COMMAND, carry_out
 from tests.repo.tree import text_of
 
 _BLOCK = re.compile(r"^```(console|diff|yaml|python)\n(.*?)^```$", re.MULTILINE | re.DOTALL)

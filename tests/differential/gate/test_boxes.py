@@ -29,10 +29,10 @@ from aeros.spec.expr.types import BOOL, IntegerType, RealType
 from aeros.spec.expr.units import NUMBER
 from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.verification.verify import verify
-from tests.differential.box_questions import Asked, questions
+from tests.differential.gate.box_questions import Asked, questions
 from tests.hypothesis_profiles import examples
 
-REPOSITORY = Path(__file__).parents[2]
+REPOSITORY = Path(__file__).parents[3]
 TEN = Fraction(10)
 _SETTINGS = examples(75)
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import importlib
 import re
 
-from tests.repo.api_page import PUBLIC, page, port_page
+from tests.repo.pages.api_page import PUBLIC, page, port_page
 from tests.repo.tree import check_generated, text_of
 
 _PAGE = "docs/reference/api.md"

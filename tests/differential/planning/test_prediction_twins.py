@@ -10,9 +10,9 @@ import pytest
 
 from aeros.spec.closed_loop.invocation import Invocation
 from aeros.spec.closed_loop.transition_system import LoopState, Transition, TransitionSystem
+from tests.differential.planning.small_tasks import START, Case
+from tests.differential.planning.tree_expansion import expected
 from tests.differential.reference_cases import REFERENCE, as_tuple, predicted, reference
-from tests.differential.small_tasks import START, Case
-from tests.differential.tree_expansion import expected
 from tests.unit.agent.dumplings import module, outcome, rule, site, skill, task
 
 _EXTRA_REPORTS = Case(

@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 from aeros.spec.expr.semantics import is_true
 from aeros.spec.model.ecm import TaskInvariant
 from aeros.spec.obligations.closed_loop import closed_loop_obligations
-from tests.differential.small_tasks import NAMES, START, Case, cases, loops, marking_loops
-from tests.differential.tree_expansion import State, _judged_a_failure, _shares, _Tree
+from tests.differential.planning.small_tasks import NAMES, START, Case, cases, loops, marking_loops
+from tests.differential.planning.tree_expansion import State, _judged_a_failure, _shares, _Tree
 from tests.hypothesis_profiles import examples
 from tests.property.mix import Mix
 from tests.unit.agent.dumplings import PREDICATES, SPAN, term

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.repo.shown import COMMAND, CONSOLE, commands_of, numberless, run
+from tests.repo.pages.shown import COMMAND, CONSOLE, commands_of, numberless, run
 from tests.repo.tree import ROOT, UPDATE, text_of
 
 _README = text_of("README.md")

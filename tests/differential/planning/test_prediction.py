@@ -38,10 +38,10 @@ from aeros.spec.closed_loop.reachability import explore_task
 from aeros.spec.closed_loop.transition_system import LoopState, TransitionSystem
 from aeros.spec.expr.doubles import to_doubles
 from aeros.spec.verification.certificate import certificate_for
+from tests.differential.planning.small_tasks import Case, cases
+from tests.differential.planning.tree_expansion import Expected, expected
 from tests.differential.real_loop import Run, every_run, pursue, run_with
 from tests.differential.reference_cases import REFERENCE, as_tuple, in_small, predicted, reference
-from tests.differential.small_tasks import Case, cases
-from tests.differential.tree_expansion import Expected, expected
 from tests.hypothesis_profiles import examples
 
 Z = 3.2905

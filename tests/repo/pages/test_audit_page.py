@@ -8,7 +8,7 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
-from tests.repo.shown import carry_out, commands_of
+from tests.repo.pages.shown import carry_out, commands_of
 from tests.repo.tree import ROOT, text_of
 
 _COMMANDS = commands_of(text_of("docs/audit.md"))

@@ -20,7 +20,7 @@ from aeros.spec.backends import compiled
 from aeros.spec.expr.doubles import adjacent_doubles
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType, VectorType
 from aeros.spec.model.variables import Declared
-from tests.differential.gate_oracle import admits, exact, objections
+from tests.differential.gate.gate_oracle import admits, exact, objections
 from tests.hypothesis_profiles import examples
 from tests.unit.runtime.bench import (
     ALLOWED,

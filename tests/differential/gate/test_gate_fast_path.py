@@ -13,8 +13,8 @@ from hypothesis import event, given
 from aeros.runtime.gate.compiled import fast_path
 from aeros.runtime.gate.decision import Decision, DecisionKind
 from aeros.runtime.gate.gate import CompiledGate
-from tests.differential.test_gate_modes import fast_requests, requests
-from tests.differential.test_gate_residue import shipped
+from tests.differential.gate.test_gate_modes import fast_requests, requests
+from tests.differential.gate.test_gate_residue import shipped
 from tests.property.test_gate_corruption import COUNT, corruptions
 from tests.unit.runtime.bench import ALLOWED, Request, configuration, request
 

@@ -7,7 +7,7 @@ import shutil
 from pathlib import Path
 
 from aeros.runtime.bus.messages import Message
-from tests.repo.shown import COMMAND, carry_out
+from tests.repo.pages.shown import COMMAND, carry_out
 from tests.repo.tree import ROOT, text_of
 
 _PAGE = text_of("docs/bus.md")

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from aeros.sim.conformance.suite import CHECKS
-from tests.repo.shown import COMMAND, carry_out
+from tests.repo.pages.shown import COMMAND, carry_out
 from tests.repo.tree import ROOT, check_generated, text_of
 
 _PAGE = text_of("docs/plants.md")

@@ -15,8 +15,8 @@ from aeros.spec.planning.plan_check import find_step_problems
 from aeros.spec.planning.search_result import AvoidSet
 from aeros.spec.planning.shortest import breadth_first_plan
 from aeros.spec.planning.strong_cyclic import StrongCyclicStrategy
-from tests.differential.planning_problems import Enumeration, Problem, problems
-from tests.differential.test_planning import domain_of
+from tests.differential.planning.planning_problems import Enumeration, Problem, problems
+from tests.differential.planning.test_planning import domain_of
 from tests.hypothesis_profiles import examples
 from tests.property.mix import Mix
 

@@ -29,7 +29,7 @@ from aeros.spec.planning.plan_check import find_step_problems
 from aeros.spec.planning.search_result import AvoidSet, PlanPath, PlanUndecidedError
 from aeros.spec.planning.shortest import shortest_plan
 from aeros.spec.planning.strong_cyclic import StrongCyclicStrategy
-from tests.differential.planning_problems import Enumeration, Problem, problems
+from tests.differential.planning.planning_problems import Enumeration, Problem, problems
 from tests.differential.real_loop import Recording, pursue
 from tests.hypothesis_profiles import examples
 from tests.property.mix import Mix

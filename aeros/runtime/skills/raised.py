@@ -1,0 +1,47 @@
+"""Description of what skill code raised: the line, the exception, and the name that was probably meant."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Collection
+from pathlib import PurePath
+from types import TracebackType
+from typing import Any
+
+from aeros.descriptions import describe_exception
+
+
+def describe_raised(failure: BaseException, function: Callable[..., Any], known: Collection[str]) -> str:
+    """Describe an exception that the code of a skill raised.
+
+    Args:
+        failure: the exception.
+        function: the generator function of the skill.
+        known: names that the skill may look up: variables that it senses and its inputs.
+
+    Returns:
+        As in `skills.py:36: KeyError: 'cluter_position'; did you mean `clutter_position`?`.
+    """
+    path = function.__code__.co_filename
+    line = _last_line_in(failure.__traceback__, path)
+    place = "" if line is None else f"{PurePath(path).name}:{line}: "
+    missing = _missing_name(failure)
+    near = () if missing is None else difflib.get_close_matches(missing, list(known), 1)
+    return f"{place}{describe_exception(failure)}" + (f"; did you mean `{near[0]}`?" if near else "")
+
+
+def _last_line_in(trace: TracebackType | None, path: str) -> int | None:
+    line = None
+    while trace is not None:
+        if trace.tb_frame.f_code.co_filename == path:
+            line = trace.tb_lineno
+        trace = trace.tb_next
+    return line
+
+
+def _missing_name(failure: BaseException) -> str | None:
+    """Return the key that a mapping lacks; a subclass of KeyError may answer anything, so it is not asked."""
+    if type(failure) is not KeyError or len(failure.args) != 1:
+        return None
+    (key,) = failure.args
+    return key if type(key) is str else None
