@@ -151,5 +151,6 @@ def test_names_that_would_have_two_meanings_are_refused(tmp_path: Path) -> None:
     assert "`hand` is already a state variable of this site" in found
     edits = [("  dial_green: {type", "  gauge: {type"), ("provides: [dial_green]", "provides: [gauge]")]
     edits += [("precondition: dial_green", "precondition: gauge")]
-    found = messages_of_module(tmp_path / "again", *edits, case="reads_what_another_shares/gauge")[0]
-    assert "`gauge` is already the name of this module" in found
+    # The site shares what the module no longer declares, so there is a second message of another file.
+    messages = messages_of_module(tmp_path / "again", *edits, case="reads_what_another_shares/gauge")
+    assert any("`gauge` is already the name of this module" in message for message in messages)
