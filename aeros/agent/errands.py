@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from aeros.agent.execution.report import RunReport
 from aeros.agent.instructions.understand import Errand, Understanding
 from aeros.agent.planning.routing import RoutedTask
-from aeros.agent.planning.task_graph import TaskGraph
+from aeros.agent.planning.task_graph import TaskGraph, skills_behind
 from aeros.spec.model.ecm import Ecm, owner_of
-from aeros.spec.model.step_graph import steps_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +93,7 @@ def _skills_of_task(routed: RoutedTask, modules: Mapping[str, Ecm]) -> set[str]:
     for rule in routed.task.rules:
         for name in (rule.skill, rule.between_tries, rule.on_failure):
             if name is not None:
-                used |= _skills_behind(*owner_of(name, routed.module), modules)
+                used |= _runnable_skills(*owner_of(name, routed.module), modules)
     return used
 
 
@@ -103,21 +102,10 @@ def _skills_of_plan(graph: TaskGraph, modules: Mapping[str, Ecm]) -> Iterator[tu
     pending = list(reversed(graph.steps))
     while pending:
         step = pending.pop()
-        yield f"{step.module}.{step.skill}", _skills_behind(step.module, step.skill, modules)
+        yield f"{step.module}.{step.skill}", _runnable_skills(step.module, step.skill, modules)
         pending += [helper for _, helper in reversed(step.helpers)]
 
 
-def _skills_behind(module: str, name: str, modules: Mapping[str, Ecm]) -> set[str]:
-    """Collect the skills any of which may run where a step names a skill or a capability."""
-    ecm = modules.get(module)
-    alternatives = () if ecm is None else ecm.alternatives(name)
-    if not alternatives:
-        return {f"{module}.{name}"}
-    used: set[str] = set()
-    for one in alternatives:
-        if one.composition is None:
-            used.add(".".join(owner_of(one.name, module)))
-            continue
-        for step in (*steps_of(one.composition.body), *one.composition.handlers.values()):
-            used |= {".".join(owner_of(run, module)) for run in step.runs}
-    return used
+def _runnable_skills(module: str, name: str, modules: Mapping[str, Ecm]) -> set[str]:
+    """Collect the skills any of which may run; what no active module has stands for itself."""
+    return set(skills_behind(module, name, modules)) or {f"{module}.{name}"}

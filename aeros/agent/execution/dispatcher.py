@@ -32,7 +32,6 @@ from aeros.spec.expr.semantics import Environment
 from aeros.spec.model.cause import Cause
 from aeros.spec.model.composition import Composition
 from aeros.spec.model.ecm import Alternative, Ecm, Skill, owner_of
-from aeros.spec.model.step_graph import steps_of
 
 
 class DispatchError(Exception):
@@ -196,7 +195,7 @@ class Dispatcher:
     ) -> _Candidate:
         active = self._runtime.active_modules()
         runs, missing = [], ""
-        for name in _skills_run_by(one):
+        for name in one.skills:
             owner, own_name = owner_of(name, module.id)
             skill = active[owner].skills.get(own_name) if owner in active else None
             if skill is None:
@@ -242,13 +241,6 @@ class _Candidate:
     @property
     def names(self) -> set[tuple[str, str]]:
         return {(ecm.id, skill.id) for ecm, skill in self.runs}
-
-
-def _skills_run_by(one: Alternative) -> tuple[str, ...]:
-    if one.composition is None:
-        return (one.name,)
-    steps = (*steps_of(one.composition.body), *one.composition.handlers.values())
-    return tuple(dict.fromkeys(name for step in steps for name in step.runs))
 
 
 def _problem(module: Ecm, skill: Skill, inputs: Mapping[str, Any], world: WorldModel) -> Cause | None:

@@ -21,7 +21,7 @@ from aeros.spec.diagnostics.source import Source, SourceSpan
 from aeros.spec.expr import terms as t
 from aeros.spec.model import composition as spec
 from aeros.spec.model import step_graph as parts
-from aeros.spec.model.ecm import Alternative, Ecm, Skill, owner_of
+from aeros.spec.model.ecm import Ecm, Skill, owner_of
 from aeros.spec.model.site import Site
 from aeros.spec.model.step_graph import If, Par, Seq, children_of, map_graph_steps, steps_of, walk_parts
 from aeros.spec.obligations.parallel import interference_claims
@@ -235,7 +235,7 @@ def _step_problems(step: PlanStep, modules: Mapping[str, Ecm], site: Site) -> li
         problems.append(_unknown_skill(step.skill, module))
     inactive: list[str] = []
     for one in alternatives:
-        owners = {owner_of(name, module.id)[0] for name in _skills_run_by(one)}
+        owners = {owner_of(name, module.id)[0] for name in one.skills}
         inactive += sorted(owners - modules.keys())[:1]
         if one.composition is None:
             problems += input_problems(module.callable_skills[one.name], step.inputs, step.flows)
@@ -244,13 +244,6 @@ def _step_problems(step: PlanStep, modules: Mapping[str, Ecm], site: Site) -> li
     if alternatives and len(inactive) == len(alternatives):
         problems.append(f"no active module is named `{inactive[0]}`")
     return problems
-
-
-def _skills_run_by(one: Alternative) -> tuple[str, ...]:
-    if one.composition is None:
-        return (one.name,)
-    steps = (*steps_of(one.composition.body), *one.composition.handlers.values())
-    return tuple(dict.fromkeys(name for step in steps for name in step.runs))
 
 
 def _unknown_skill(name: str, module: Ecm) -> str:
@@ -292,8 +285,8 @@ def _recovery_cycles(graph: TaskGraph, modules: Mapping[str, Ecm]) -> list[str]:
         if step.module in modules and not step.id
         for _, helper in step.helpers
         if modules[step.module].providers(step.skill)  # what a composition runs has handlers of its own
-        for skill in _qualified(modules, step)
-        for cure in _qualified(modules, helper)
+        for skill in skills_behind(step.module, step.skill, modules)
+        for cure in skills_behind(helper.module, helper.skill, modules)
     ]
     if {skill for skill, _ in recoveries}.isdisjoint(cure for _, cure in recoveries):
         return []
@@ -305,11 +298,20 @@ def _recovery_cycles(graph: TaskGraph, modules: Mapping[str, Ecm]) -> list[str]:
     ]
 
 
-def _qualified(modules: Mapping[str, Ecm], step: PlanStep) -> list[str]:
-    """List the skills that a step may run as MODULE.SKILL."""
-    module = modules.get(step.module)
-    alternatives = () if module is None else module.alternatives(step.skill)
-    return [".".join(owner_of(name, step.module)) for one in alternatives for name in _skills_run_by(one)]
+def skills_behind(module: str, name: str, modules: Mapping[str, Ecm]) -> list[str]:
+    """List the skills that may run where a step names a skill or a capability.
+
+    Args:
+        module: id of the module that the step names.
+        name: the skill or capability of it.
+        modules: active modules by id.
+
+    Returns:
+        The skills as MODULE.SKILL; empty if there is no such module, skill or capability.
+    """
+    ecm = modules.get(module)
+    alternatives = () if ecm is None else ecm.alternatives(name)
+    return [".".join(owner_of(skill, module)) for one in alternatives for skill in one.skills]
 
 
 def _parallel_conflicts(graph: TaskGraph, modules: Mapping[str, Ecm], site: Site) -> list[str]:
@@ -338,7 +340,7 @@ class _CompositionView:
 
     def _known(self, step: PlanStep) -> list[str]:
         """List the skills of active modules that a step may run."""
-        names = _qualified(self._modules, step)
+        names = skills_behind(step.module, step.skill, self._modules)
         return [name for name in names if name.partition(".")[0] in self._modules]
 
     def _step(self, step: PlanStep, name: str) -> spec.Step:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from fractions import Fraction
+from functools import partial
 from math import acos
 from typing import Any, Final, Protocol
 
@@ -234,36 +235,44 @@ def _readers(scene: Scene, poses: Mapping[str, Pose], world: SimulatedWorld) -> 
         "robot.tool": lambda: world.robot_points()[1],
     }
     for name in scene.places:
-        found[name] = lambda place=poses[name].position: place  # type: ignore[misc]
+        found[name] = partial(_place, poses[name])
     for name, body in scene.bodies.items():
         found |= _body_readers(BodyPart(name), world)
         if isinstance(body.shape, UrdfModel):
             for link in body.shape.links:
                 part = BodyPart(name, link)
-                found[f"{name}.{link}.position"] = lambda part=part: world.pose_of(part).position  # type: ignore[misc]
+                found[f"{name}.{link}.position"] = partial(_position, world, part)
             for joint in body.shape.joints:
                 part = BodyPart(name, joint)
-                found[f"{name}.{joint}"] = lambda part=part: world.joint_position(part)  # type: ignore[misc]
+                found[f"{name}.{joint}"] = partial(world.joint_position, part)
     for name, instrument in scene.instruments.items():
         match instrument:
             case ForceInstrument(first, second):
-                found[name] = lambda a=first, b=second: world.force_between(a, b)  # type: ignore[misc]
+                found[name] = partial(world.force_between, first, second)
             case PositionInstrument(of):
-                found[name] = lambda of=of: world.pose_of(of).position  # type: ignore[misc]
+                found[name] = partial(_position, world, of)
             case JointInstrument(part):
-                found[name] = lambda part=part: world.joint_position(part)  # type: ignore[misc]
+                found[name] = partial(world.joint_position, part)
     for name in scene.coatings:
-        found[f"{name}.wiped"] = lambda name=name: world.wiped_share(name)  # type: ignore[misc]
+        found[f"{name}.wiped"] = partial(world.wiped_share, name)
     return found
 
 
 def _body_readers(part: BodyPart, world: SimulatedWorld) -> dict[str, Callable[[], Any]]:
     return {
-        f"{part.body}.position": lambda: world.pose_of(part).position,
+        f"{part.body}.position": partial(_position, world, part),
         f"{part.body}.yaw": lambda: yaw_of(world.pose_of(part).orientation),
         f"{part.body}.tilt": lambda: _tilt(world.pose_of(part)),
         f"{part.body}.held": lambda: world.is_held(part.body),
     }
+
+
+def _place(pose: Pose) -> Vector3:
+    return pose.position
+
+
+def _position(world: SimulatedWorld, part: BodyPart) -> Vector3:
+    return world.pose_of(part).position
 
 
 def _tilt(pose: Pose) -> float:

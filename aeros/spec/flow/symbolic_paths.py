@@ -191,8 +191,9 @@ class PathExploration:
                     after = self._apply_outcome(situation, outcome)
                     ended = (*trace, f"{shown} → {outcome.id}")
                     (failed if outcome.failure else done).setdefault(after, ended)
-                    for failure in _rivals(skill, outcome):
-                        if _may_hold(failure, after):
+                    for failure in skill.failures_with_more_effects(outcome):
+                        # Declared impossible, and yet measured if its effects hold already.
+                        if failure.probability == 0 and _may_hold(failure, after):
                             assigned = frozenset({**dict(after.assignment), **failure.effects}.items())
                             mistaken = SymbolicState(assigned, after.path_condition)
                             failed.setdefault(mistaken, (*trace, f"{shown} → {failure.id}"))
@@ -230,18 +231,6 @@ class PathExploration:
             raise TooManyPathsError
         if self._is_recording:
             _merge(self.states_at_steps.setdefault(name, {}), situations)
-
-
-def _rivals(skill: Skill, outcome: Outcome) -> list[Outcome]:
-    """List the failures that are declared impossible and yet measured, if their effects hold already.
-
-    The agent takes the measured outcome with the most effects (`agent.execution.supervisor`).
-    """
-    return [
-        one
-        for one in skill.outcomes.values()
-        if one.failure and one.probability == 0 and len(one.effects) > len(outcome.effects)
-    ]
 
 
 def _may_hold(outcome: Outcome, situation: SymbolicState) -> bool:

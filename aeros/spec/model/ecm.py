@@ -17,7 +17,7 @@ from aeros.spec.model.models import ModuleModel
 from aeros.spec.model.perception import Perceiver
 from aeros.spec.model.policy import Access
 from aeros.spec.model.rules import Conjunct, Risk
-from aeros.spec.model.step_graph import map_graph_steps
+from aeros.spec.model.step_graph import map_graph_steps, steps_of
 from aeros.spec.model.variables import Declared
 
 
@@ -109,6 +109,21 @@ class Skill:
     def success_outcomes(self) -> tuple[Outcome, ...]:
         """Outcomes that are no failure."""
         return tuple(outcome for outcome in self.outcomes.values() if not outcome.failure)
+
+    def failures_with_more_effects(self, outcome: Outcome) -> list[Outcome]:
+        """List the failures that are measured in place of an outcome if their effects hold, too.
+
+        The measured outcome with the most effects counts (`agent.execution.supervisor`).
+
+        Args:
+            outcome: one of the outcomes.
+
+        Returns:
+            The failures, in the order declared.
+        """
+        return [
+            one for one in self.outcomes.values() if one.failure and len(one.effects) > len(outcome.effects)
+        ]
 
 
 @dataclass(frozen=True)
@@ -203,6 +218,14 @@ class Alternative:
 
     name: str
     composition: Composition | None = None
+
+    @property
+    def skills(self) -> tuple[str, ...]:
+        """The skills that it may run, as the caller names them, each once."""
+        if self.composition is None:
+            return (self.name,)
+        steps = (*steps_of(self.composition.body), *self.composition.handlers.values())
+        return tuple(dict.fromkeys(name for step in steps for name in step.runs))
 
 
 @dataclass(frozen=True)

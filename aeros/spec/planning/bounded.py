@@ -175,13 +175,12 @@ class _Encoding:
 
     def _is_success(self, choice: GroundSkill, at: int) -> t.Term:
         """Encode that the measured outcome is a success: no measured failure has more effects."""
-        outcomes = list(choice.skill.outcomes.values())
+        outcomes = choice.skill.outcomes.values()
         measured = {one.id: self._encode_effects(one.effects, at) for one in outcomes}
         ways = []
-        for one in outcomes:
-            if not one.failure:
-                larger = [o for o in outcomes if o.failure and len(o.effects) > len(one.effects)]
-                ways.append(t.And((measured[one.id], *(t.Not(measured[o.id]) for o in larger))))
+        for one in choice.skill.success_outcomes:
+            larger = choice.skill.failures_with_more_effects(one)
+            ways.append(t.And((measured[one.id], *(t.Not(measured[o.id]) for o in larger))))
         return t.Or(tuple(ways))
 
     def _encode_effects(self, effects: Environment, at: int) -> t.Term:

@@ -112,11 +112,10 @@ class _PddlWriter:
     def _success_conditions(self, choice: GroundSkill, outcome: Outcome) -> list[list[str]]:
         """Return the conditions under which a success, and no failure with more effects, is measured."""
         ways = []
-        every = choice.skill.outcomes.values()
-        for success in every:
-            if success.failure or _clash(success, outcome):
+        for success in choice.skill.success_outcomes:
+            if _clash(success, outcome):
                 continue
-            more = [o for o in every if o.failure and len(o.effects) > len(success.effects)]
+            more = choice.skill.failures_with_more_effects(success)
             rivals = [
                 f"(not {_conjunction(self._remaining_effects(o, outcome))})"
                 for o in more
