@@ -15,7 +15,7 @@ from aeros.experiments.architecture import (
     load_class,
 )
 from aeros.spec.diagnostics.errors import MisuseError
-from tests.unit.experiments.entered import Stubborn
+from tests.unit.experiments.support.entered import Stubborn
 
 
 @pytest.mark.parametrize("name", BUILT_IN)
@@ -28,8 +28,8 @@ def test_every_shipped_architecture_can_be_made(name: str) -> None:
     [
         ("flatt", "there is no architecture `flatt`"),
         ("no.such:Thing", "No module named 'no'"),
-        ("tests.unit.experiments.entered:Nothing", "Nothing"),
-        ("tests.unit.experiments.entered:NoArchitecture", "has no method `pursue`"),
+        ("tests.unit.experiments.support.entered:Nothing", "Nothing"),
+        ("tests.unit.experiments.support.entered:NoArchitecture", "has no method `pursue`"),
     ],
 )
 def test_an_object_that_is_no_architecture_is_refused(name: str, why: str) -> None:
@@ -61,8 +61,8 @@ def test_the_names_in_findings_are_kept() -> None:
 
 
 def test_anybodys_class_is_loaded_and_gets_its_options() -> None:
-    assert load_class("tests.unit.experiments.entered:Stubborn") is Stubborn
-    made = build_architecture("tests.unit.experiments.entered:Stubborn", {"patience": 3})
+    assert load_class("tests.unit.experiments.support.entered:Stubborn") is Stubborn
+    made = build_architecture("tests.unit.experiments.support.entered:Stubborn", {"patience": 3})
     assert isinstance(made, Stubborn)
     assert made._patience == 3
 

@@ -13,7 +13,7 @@ from aeros.experiments.condition import TrialCondition
 from aeros.experiments.trial_kinds import KINDS, kind_of
 from aeros.sim.randomness import RandomSource
 from aeros.spec.diagnostics.errors import MisuseError
-from tests.unit.experiments.common import premises
+from tests.unit.experiments.support.common import premises
 
 EXPERIMENTS = catalogue("symbolic")
 ROWS = {row.id: (one, row) for one in EXPERIMENTS.values() for row in one.rows}
@@ -166,7 +166,7 @@ def test_crossed_conditions_make_a_row_each() -> None:
 
 
 def test_an_entered_architecture_takes_part_where_architectures_are_compared() -> None:
-    entry = EnteredArchitecture("tests.unit.experiments.entered:Stubborn")
+    entry = EnteredArchitecture("tests.unit.experiments.support.entered:Stubborn")
     entered = catalogue("symbolic", [entry])
     more = {n: len(entered[n].rows) - len(one.rows) for n, one in EXPERIMENTS.items()}
     assert {n: count for n, count in more.items() if count} == {4: 3, 8: 27, 13: 9}

@@ -12,7 +12,7 @@ import pytest
 from aeros.experiments.trial_runner import TlsFiles, executor_at, run_trials
 from aeros.experiments.trial_store import TrialStore
 from aeros.spec.diagnostics.errors import MisuseError, UserError
-from tests.unit.experiments.common import WHERE, comparable_findings, condition
+from tests.unit.experiments.support.common import WHERE, comparable_findings, condition
 
 distributed = pytest.importorskip("distributed")
 

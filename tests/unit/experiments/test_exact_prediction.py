@@ -11,8 +11,8 @@ from aeros.agent.planning.task_graph import PlanStep
 from aeros.experiments.architecture import Architecture, ArchitectureReport, TrialContext, build_architecture
 from aeros.experiments.exact_prediction import predict
 from aeros.spec.closed_loop.transition_system import StateSpaceError
-from tests.unit.experiments.common import FAILURES, model
-from tests.unit.experiments.entered import Dicey, Endless, Raising, Stubborn
+from tests.unit.experiments.support.common import FAILURES, model
+from tests.unit.experiments.support.entered import Dicey, Endless, Raising, Stubborn
 
 TASKS = sorted(FAILURES)
 

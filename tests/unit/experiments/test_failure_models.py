@@ -14,7 +14,7 @@ from aeros.experiments.failure_models import add_channel_state, burst_outcomes
 from aeros.experiments.trials.task import KIND
 from aeros.spec.closed_loop.markov_chain import Prediction
 from aeros.spec.closed_loop.transition_system import StateSpaceError
-from tests.unit.experiments.common import FAILURES, condition, model, premises, settings
+from tests.unit.experiments.support.common import FAILURES, condition, model, premises, settings
 
 TASKS = sorted(FAILURES)
 

@@ -19,7 +19,7 @@ from aeros.experiments.inputs import (
     scene_digest,
 )
 from aeros.spec.diagnostics.errors import UserError
-from tests.unit.experiments.common import ROOT, WHERE, premises
+from tests.unit.experiments.support.common import ROOT, WHERE, premises
 
 
 def test_a_task_is_found_with_its_module() -> None:

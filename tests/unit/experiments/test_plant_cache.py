@@ -33,7 +33,7 @@ from aeros.runtime.ports import (
 )
 from aeros.session.assembly import build_executor
 from aeros.spec.diagnostics.errors import InternalError
-from tests.unit.experiments.common import (
+from tests.unit.experiments.support.common import (
     ROOT,
     WHERE,
     Here,

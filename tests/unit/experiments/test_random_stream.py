@@ -18,7 +18,7 @@ from aeros.sim.symbolic.outcomes import (
     draw_outcome,
     outcome_probabilities_by_skill,
 )
-from tests.unit.experiments.common import premises, settings
+from tests.unit.experiments.support.common import premises, settings
 
 FAILING = "clean_table"
 

@@ -14,7 +14,7 @@ from aeros.runtime.ports import EndedStep, StepHandle, StepRequest, StepResult, 
 from aeros.spec.diagnostics.errors import MisuseError
 from tests.unit.agent.dumplings import DUMPLING, module, outcome, skill
 from tests.unit.agent.fake_runtime import FakeRuntime
-from tests.unit.experiments.dumpling_trials import Trial
+from tests.unit.experiments.support.dumpling_trials import Trial
 
 
 def step(name: str) -> PlanStep:

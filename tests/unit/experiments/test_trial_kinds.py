@@ -19,7 +19,7 @@ from aeros.experiments.trial_kinds import (
     scheduling_group_of,
     scratch_folder,
 )
-from tests.unit.experiments.common import condition
+from tests.unit.experiments.support.common import condition
 
 TRIALS = Path(trial_kinds.__file__).parent / "trials"
 

@@ -18,7 +18,7 @@ from aeros.sim.symbolic.plant import SymbolicPlant
 from aeros.skill import Action, act
 from aeros.spec.expr.doubles import to_doubles
 from tests.shipped_scenes import shipped_scene
-from tests.unit.experiments.common import model, premises
+from tests.unit.experiments.support.common import model, premises
 
 MODEL = model()
 MODULE = MODEL.ecm.id

@@ -36,7 +36,7 @@ from aeros.experiments.trial_store import TRIALS_FILE, TrialStore
 from aeros.experiments.trials import task
 from aeros.experiments.trials.task import TaskTrials
 from aeros.spec.diagnostics.errors import InternalError, MisuseError, UserError
-from tests.unit.experiments.common import (
+from tests.unit.experiments.support.common import (
     ROOT,
     WHERE,
     Here,

@@ -24,7 +24,7 @@ from aeros.runtime.registry.registry import Registry
 from aeros.runtime.registry.registry_governor import OperatorCommands
 from aeros.session.plant_factory import PlantSetupError, connect_plant
 from tests.repo.tree import ROOT
-from tests.unit.experiments.common import WHERE, premises
+from tests.unit.experiments.support.common import WHERE, premises
 
 PATIENCE = 60.0
 """Real seconds within which anything that a test waits for has happened."""

@@ -12,7 +12,7 @@ import aeros.experiments
 from aeros.cli.main import main
 from aeros.exit_codes import Exit
 from aeros.experiments.trial_store import TRIALS_FILE
-from tests.unit.experiments.common import groups, marks
+from tests.unit.experiments.support.common import groups, marks
 
 ECMS = str(Path(__file__).parents[4] / "ecms")
 ONE = "4/flat/fetch_object"

@@ -22,7 +22,7 @@ from aeros.runtime.audit.log import verify_log
 from aeros.runtime.registry.registry import Registry
 from aeros.runtime.registry.registry_governor import RegistryGovernor
 from tests.unit.cli.run.staged import options, proved, staged
-from tests.unit.runtime.registry.fixed_modules import FixedModules
+from tests.unit.runtime.registry.support.fixed_modules import FixedModules
 
 HOLDS = "not bench_clean"
 """A goal that holds where the task begins, so that no skill has to run."""

@@ -23,7 +23,7 @@ from tests.unit.agent.dumplings import (
     skill,
     task,
 )
-from tests.unit.experiments.dumpling_trials import Trial
+from tests.unit.experiments.support.dumpling_trials import Trial
 
 START = {**dict.fromkeys(PREDICATES, False), "area": "table"}
 

@@ -8,7 +8,7 @@ pytest.importorskip("py_trees", reason="needs `pip install 'aeros[experiments]'`
 
 from aeros.experiments.architecture import ArchitectureReport
 from aeros.experiments.architectures.behaviour_tree import BehaviourTree
-from tests.unit.experiments.dumpling_trials import Trial
+from tests.unit.experiments.support.dumpling_trials import Trial
 
 
 def test_every_rule_is_a_step_of_the_sequence() -> None:

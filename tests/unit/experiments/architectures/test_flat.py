@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from aeros.experiments.architecture import ArchitectureReport
 from aeros.experiments.architectures.flat import FlatPipeline
-from tests.unit.experiments.dumpling_trials import Trial
+from tests.unit.experiments.support.dumpling_trials import Trial
 
 
 def test_each_step_runs_once() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from aeros.experiments.architecture import ArchitectureReport
 from aeros.experiments.architectures.progprompt import ProgPrompt
 from tests.unit.agent.dumplings import MAKE_DUMPLINGS
-from tests.unit.experiments.dumpling_trials import Trial
+from tests.unit.experiments.support.dumpling_trials import Trial
 
 
 def test_a_plan_that_reaches_the_goal_is_the_only_one() -> None:

@@ -12,8 +12,8 @@ import pytest
 pytest.importorskip("matplotlib", reason="needs `pip install 'aeros[experiments]'`")
 
 from aeros.experiments.report.figures import ReportFigure, data_digest, figures_of
-from tests.unit.experiments.common import groups, marks
 from tests.unit.experiments.report.made_up import cell, experiment, row, share
+from tests.unit.experiments.support.common import groups, marks
 
 
 def drawn(one: dict[str, Any], variant: str = "") -> str:

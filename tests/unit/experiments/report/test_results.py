@@ -18,9 +18,9 @@ from aeros.experiments.report.write import index_page, write_report
 from aeros.experiments.trial_kinds import EQUIVALENT_INTERVAL, comparison_group_of, condition_digest
 from aeros.experiments.trial_runner import run_trials
 from aeros.experiments.trial_store import TrialStore
-from tests.unit.experiments.common import WHERE, Here, groups, marks, premises
+from tests.unit.experiments.support.common import WHERE, Here, groups, marks, premises
 
-ENTRY = EnteredArchitecture("tests.unit.experiments.entered:Stubborn")
+ENTRY = EnteredArchitecture("tests.unit.experiments.support.entered:Stubborn")
 TRIALS = 6
 TRIED = {"reached": True, "tries": 1, "failed_tries": 0, "processor_s": 1.0}
 
@@ -187,7 +187,7 @@ def test_where_nothing_is_predicted_the_report_says_why(results: dict[str, Any],
 
 
 def test_an_exception_of_an_architecture_is_reported(tmp_path: Path) -> None:
-    entry = EnteredArchitecture("tests.unit.experiments.entered:Raising")
+    entry = EnteredArchitecture("tests.unit.experiments.support.entered:Raising")
     (experiment,) = select_rows(catalogue("symbolic", [entry]), ["4/Raising/clean_table"])
     conditions = [row.condition for row in experiment.rows]
     with TrialStore(tmp_path / "trials") as store:

@@ -8,7 +8,7 @@ import pytest
 
 from aeros.experiments.condition import TrialCondition
 from aeros.experiments.report.sampled_rate import exact_at_sampled_rate
-from tests.unit.experiments.common import condition, premises
+from tests.unit.experiments.support.common import condition, premises
 
 
 def found(*counts: tuple[int, int]) -> list[dict[str, Any]]:
@@ -50,5 +50,5 @@ def test_a_condition_without_a_rate_or_with_bursts_has_none() -> None:
 
 
 def test_an_unpredictable_case_has_no_prediction() -> None:
-    endless = condition(architecture="tests.unit.experiments.entered:Dicey")
+    endless = condition(architecture="tests.unit.experiments.support.entered:Dicey")
     assert exact_at_sampled_rate(endless, found((2, 1)), premises()) is None

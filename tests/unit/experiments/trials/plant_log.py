@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tests.unit.experiments.common import premises
+from tests.unit.experiments.support.common import premises
 
 MODULES = premises().configuration.modules
 

@@ -29,7 +29,7 @@ from aeros.skill import Action, act
 from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.expr.semantics import is_true
 from aeros.spec.model.cause import Cause
-from tests.unit.experiments.common import premises
+from tests.unit.experiments.support.common import premises
 
 ROWS = {row.id: row for row in catalogue("physics")[9].rows}
 CONTROLS = ("benign", "apart")

@@ -13,7 +13,7 @@ import pytest
 from aeros.experiments.trials import task
 from aeros.runtime.audit.log import AuditLog
 from aeros.spec.model.policy import Durability
-from tests.unit.experiments.common import condition, premises
+from tests.unit.experiments.support.common import condition, premises
 
 
 @pytest.mark.parametrize("architecture", ["flat", "aeros"])

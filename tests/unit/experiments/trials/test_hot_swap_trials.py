@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from aeros.experiments.condition import TrialCondition
 from aeros.experiments.trials.hot_swap import KIND
-from tests.unit.experiments.common import premises, settings
+from tests.unit.experiments.support.common import premises, settings
 
 
 def test_one_agent_does_what_it_could_not_before() -> None:

@@ -10,7 +10,7 @@ import pytest
 from aeros.experiments.inputs import InputPaths
 from aeros.experiments.trials.inline_module import prove_module, write_module_files
 from aeros.spec.diagnostics.errors import UserError
-from tests.unit.experiments.common import ROOT, premises
+from tests.unit.experiments.support.common import ROOT, premises
 
 BASE = ROOT / "docs" / "codes" / "base"
 AT_THE_BENCH = replace(premises(), paths=InputPaths("ecms", str(BASE / "site.yaml")))

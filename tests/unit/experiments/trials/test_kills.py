@@ -26,7 +26,7 @@ from aeros.experiments.trials.kills import (
     trial_of,
 )
 from aeros.runtime.audit.log import AuditLog
-from tests.unit.experiments.common import premises
+from tests.unit.experiments.support.common import premises
 from tests.unit.experiments.trials.plant_log import BOILED, MODULES, log_line
 
 

@@ -8,7 +8,7 @@ from aeros.experiments.condition import TrialCondition
 from aeros.experiments.trial_kinds import Findings
 from aeros.experiments.trials.reaction import KIND
 from aeros.runtime.monitor.monitor import RuntimeMonitor
-from tests.unit.experiments.common import premises
+from tests.unit.experiments.support.common import premises
 
 pytestmark = pytest.mark.physics
 

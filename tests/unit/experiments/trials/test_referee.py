@@ -12,7 +12,7 @@ from aeros.experiments.trials.referee import LimitReferee
 from aeros.sim.clock import TICK
 from aeros.sim.sensors import GroundTruth
 from aeros.spec.diagnostics.errors import MisuseError
-from tests.unit.experiments.common import premises
+from tests.unit.experiments.support.common import premises
 
 SITE = premises().configuration.site
 LIMITS = {"tool_speed": 0.5, "contact_force": 15.0}

@@ -14,7 +14,7 @@ from aeros.experiments.condition import TrialCondition
 from aeros.experiments.trial_kinds import Findings
 from aeros.experiments.trials.requests import KIND, _is_allowed, _measured, _sample_value
 from aeros.runtime.gate.gate import CompiledGate
-from tests.unit.experiments.common import premises
+from tests.unit.experiments.support.common import premises
 
 REQUESTS: list[dict[str, Any]] = read_data("requests.toml")["request"]
 

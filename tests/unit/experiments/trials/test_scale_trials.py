@@ -15,7 +15,7 @@ from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.obligations.verdicts import Conclusion
 from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.verification.verify import verify
-from tests.unit.experiments.common import premises
+from tests.unit.experiments.support.common import premises
 
 
 def condition(modules: int) -> TrialCondition:

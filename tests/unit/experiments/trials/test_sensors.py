@@ -16,7 +16,7 @@ from aeros.sim.clock import TICK
 from aeros.sim.sensors import GroundTruth, SensorModel
 from aeros.spec.model.cause import Cause
 from tests.unit.agent.fake_runtime import FakeRuntime
-from tests.unit.experiments.common import premises
+from tests.unit.experiments.support.common import premises
 
 SETTINGS = {"task": "fetch_object", "person": "across_the_room", "of": "human_distance"}
 

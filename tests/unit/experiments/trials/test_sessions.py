@@ -11,7 +11,7 @@ from aeros.experiments.catalogue import catalogue
 from aeros.experiments.condition import TrialCondition
 from aeros.experiments.trial_kinds import Findings
 from aeros.experiments.trials.sessions import KIND, _rate
-from tests.unit.experiments.common import ROOT, premises
+from tests.unit.experiments.support.common import ROOT, premises
 
 
 def settings(plant: str, row: str, changed: Mapping[str, Any]) -> TrialCondition:

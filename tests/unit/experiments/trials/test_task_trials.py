@@ -10,7 +10,7 @@ from aeros.experiments.plant_cache import PlantTraceCache
 from aeros.experiments.statistics import wilson
 from aeros.experiments.trial_kinds import Findings
 from aeros.experiments.trials.task import KIND
-from tests.unit.experiments.common import comparable_findings, condition, premises
+from tests.unit.experiments.support.common import comparable_findings, condition, premises
 
 
 def trials(seeds: range, **changed: Any) -> list[Findings]:
@@ -120,6 +120,6 @@ def test_where_the_truth_is_known_it_counts_and_the_belief_stands_beside_it(
     ("name", "why"), [("Raising", "ZeroDivisionError: mine"), ("Endless", "calls without finishing")]
 )
 def test_an_architecture_that_raises_or_does_not_end_has_failed(name: str, why: str) -> None:
-    (found,) = trials(range(1), architecture=f"tests.unit.experiments.entered:{name}")
+    (found,) = trials(range(1), architecture=f"tests.unit.experiments.support.entered:{name}")
     assert found["reached"] is False
     assert why in found["reason"]

@@ -9,7 +9,7 @@ from aeros.runtime.ports import MotionCompletion, MotionHandle, Plant
 from aeros.sim.sensors import GroundTruth
 from aeros.sim.symbolic.plant import SymbolicPlant
 from aeros.skill import act
-from tests.unit.experiments.common import premises
+from tests.unit.experiments.support.common import premises
 
 SITE = premises().configuration.site
 GRIP = act("grip", width=0.05, force=5.0)

@@ -17,7 +17,7 @@ from aeros.runtime.registry import control_page as module
 from aeros.runtime.registry.control_page import ControlPage
 from aeros.runtime.registry.registry import Registry
 from aeros.runtime.registry.registry_governor import RegistryGovernor
-from tests.unit.runtime.registry.fixed_modules import FixedModules
+from tests.unit.runtime.registry.support.fixed_modules import FixedModules
 from tests.unit.runtime.together import Cart, asking, configuration, move
 
 _LONG = 10.0

@@ -17,10 +17,10 @@ from aeros.runtime.isolation.zygote_pool import ZygotePool
 from aeros.runtime.skills.load import CertifiedCode
 from aeros.spec.obligations.skill_syntax.allowed_names import ALLOWED_MODULES
 from tests.host_layers import require_layers
-from tests.unit.runtime.isolation.surroundings import Surroundings, surroundings
+from tests.unit.runtime.isolation.support.surroundings import Surroundings, surroundings
 
 PROBES = Path(__file__).with_name("probes")
-_HELP = "from tests.unit.runtime.isolation.hostile import"
+_HELP = "from tests.unit.runtime.isolation.support.hostile import"
 _FUTURE = "from __future__ import annotations\n"
 _ATTACK = """
 
@@ -47,7 +47,7 @@ def probe_code(name: str) -> CertifiedCode:
     """The hostile file `name`, made self-contained: a worker can import nothing of the tests."""
     text = (PROBES / f"{name}.py").read_text()
     lines = [line for line in text.splitlines() if not line.startswith((_HELP, _FUTURE.strip()))]
-    helpers = Path(__file__).with_name("hostile.py").read_text() if _HELP in text else _FUTURE
+    helpers = (Path(__file__).parent / "support" / "hostile.py").read_text() if _HELP in text else _FUTURE
     body = "\n".join([helpers, "from aeros.skill import act", *lines]) + "\n"
     if "def attack(" in text:
         body += _ATTACK

@@ -18,7 +18,7 @@ from aeros.runtime.isolation import bubblewrap, zygote_pool
 from aeros.runtime.isolation.layers import APPLY_LAYER, IsolationLayer
 from aeros.runtime.isolation.zygote_pool import ZygotePool
 from tests.host_layers import missing_reason, require_layers
-from tests.unit.runtime.isolation.measured_worker import (
+from tests.unit.runtime.isolation.support.measured_worker import (
     BY_LAYER,
     Around,
     attempts_that_work,

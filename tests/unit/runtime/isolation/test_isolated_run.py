@@ -16,7 +16,7 @@ from aeros.runtime.skills.contract import SkillRefusedError
 from aeros.runtime.skills.in_process_run import SkillRunResult
 from aeros.runtime.skills.load import CertifiedCode
 from aeros.skill import Action, act
-from tests.unit.runtime.isolation.surroundings import below
+from tests.unit.runtime.isolation.support.surroundings import below
 
 HEAD = "from aeros.skill import act\n"
 

@@ -11,7 +11,7 @@ import pytest
 from aeros.runtime.isolation import layers as module
 from aeros.runtime.isolation.layers import APPLY_LAYER, IsolationLayer, apply_layers, close_all_but
 from aeros.runtime.isolation.limits import MEMORY
-from tests.unit.runtime.isolation.forked import in_child
+from tests.unit.runtime.isolation.support.forked import in_child
 
 
 def open_descriptors() -> list[int]:

@@ -13,7 +13,7 @@ import pytest
 from aeros.runtime.isolation import privileges
 from aeros.runtime.isolation.kernel import process_control
 from aeros.runtime.isolation.privileges import become_subreaper, drop_privileges
-from tests.unit.runtime.isolation.forked import in_child
+from tests.unit.runtime.isolation.support.forked import in_child
 
 PR_GET_CHILD_SUBREAPER = 37
 

@@ -24,7 +24,7 @@ from aeros.runtime.skills.contract import SkillRefusedError, execute_skill
 from aeros.runtime.skills.in_process_run import InProcessRun, SkillRunResult
 from aeros.skill import Action, act
 from tests.unit.runtime.isolation.conftest import PROBES, Start, probe_code
-from tests.unit.runtime.isolation.surroundings import CONTENT, Surroundings, below
+from tests.unit.runtime.isolation.support.surroundings import CONTENT, Surroundings, below
 
 NAMES = sorted(path.stem for path in PROBES.glob("*.py"))
 ATTACKS = [name for name in NAMES if "def attack(" in (PROBES / f"{name}.py").read_text()]

@@ -25,7 +25,7 @@ from aeros.runtime.skills.contract import SkillRefusedError
 from aeros.runtime.skills.load import CertifiedCode
 from aeros.spec.model.perception import PictureRequest
 from tests.unit.runtime.isolation.conftest import probe_code
-from tests.unit.runtime.isolation.surroundings import CONTENT, Surroundings, surroundings
+from tests.unit.runtime.isolation.support.surroundings import CONTENT, Surroundings, surroundings
 from tests.unit.runtime.isolation.test_probes import ATTACKS
 from tests.unit.runtime.perception.perceiving import code, perceiver, picture, view
 

@@ -27,7 +27,7 @@ from aeros.runtime.registry.registry_governor import RegistryGovernor
 from aeros.runtime.registry.store import RegistryStore
 from aeros.spec.diagnostics.errors import UserError
 from tests.unit.runtime.registry.conftest import BASE
-from tests.unit.runtime.registry.fixed_modules import FixedModules
+from tests.unit.runtime.registry.support.fixed_modules import FixedModules
 
 BLOCK = OperatorBlock("worn", "a finger is worn", None, None, "grip")
 LATER = OperatorBlock("wet", "wet floor", None, None, "wait")

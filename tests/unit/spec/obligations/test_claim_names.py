@@ -14,7 +14,7 @@ import pytest
 from aeros.spec.verification.verify import verify
 
 CORPUS = Path(__file__).parents[3] / "corpus"
-NAMES = Path(__file__).with_name("names.txt")
+NAMES = Path(__file__).parent / "data" / "names.txt"
 CASES = (
     "accepted/both_together_just_slow_enough",
     "accepted/handler_that_leads_back",

@@ -9,7 +9,7 @@ import pytest
 from aeros.spec.flow import symbolic_paths
 from aeros.spec.obligations.composition import composition_obligations
 from aeros.spec.obligations.obligation import Obligation
-from tests.unit.spec.obligations.tidier import Change, failed, module, site
+from tests.unit.spec.obligations.data.tidier import Change, failed, module, site
 
 FETCH = "{skill: fetch, on_failure: stop}\n"
 SCRUB = "        - {skill: scrub, on_failure: stop}\n"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from aeros.spec.obligations.data_flow import data_obligations
-from tests.unit.spec.obligations.tidier import Change, failed, module
+from tests.unit.spec.obligations.data.tidier import Change, failed, module
 
 SPEND = "{skill: spend, inputs: {gain: {from: weigh.amount}}}"
 STEPS = f"        - {{skill: weigh}}\n        - {SPEND}\n"

@@ -20,7 +20,7 @@ from aeros.spec.obligations.joint import (
     joint_variables,
 )
 from aeros.spec.obligations.obligation import Obligation
-from tests.unit.spec.obligations.tidier import Change, failed, module, site
+from tests.unit.spec.obligations.data.tidier import Change, failed, module, site
 
 TOGETHER = "require: a.rate + b.pace_of_turn <= 0.5 rad/s"
 SWEEP, SPIN = "sweep: rate <= 0.2 rad/s", "spin: pace_of_turn <= 0.3 rad/s"

@@ -13,7 +13,7 @@ from aeros.spec.obligations.obligation import (
     rule_conjuncts,
 )
 from tests.unit.agent.dumplings import STATE, term
-from tests.unit.spec.obligations.tidier import site
+from tests.unit.spec.obligations.data.tidier import site
 
 SPAN = Source("text", "0123456789").span(2, 5)
 

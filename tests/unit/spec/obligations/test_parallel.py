@@ -7,7 +7,7 @@ from __future__ import annotations
 import pytest
 
 from aeros.spec.obligations.parallel import interference_claims, parallel_obligations
-from tests.unit.spec.obligations.tidier import Change, failed, module, site
+from tests.unit.spec.obligations.data.tidier import Change, failed, module, site
 
 BRANCHES = "        - {skill: sweep_arm}\n        - {skill: roll}\n"
 PAR = f"      par:\n{BRANCHES}"

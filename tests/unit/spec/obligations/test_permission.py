@@ -16,7 +16,7 @@ from aeros.spec.model.rules import Conjunct
 from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.permission import permission_obligations
 from aeros.spec.obligations.verdicts import StaticClaim
-from tests.unit.spec.obligations.tidier import Change, failed, module, site
+from tests.unit.spec.obligations.data.tidier import Change, failed, module, site
 
 GRANTED = "    actuators: [arm, turntable]\n    sensors: [panel, scanner, encoders, camera]\n"
 PERMITTED = "  actuators: [arm, turntable]\n  sensors: [camera, scanner, encoders]\n"

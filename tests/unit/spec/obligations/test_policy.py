@@ -12,7 +12,7 @@ from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.obligations.obligation import Obligation
 from aeros.spec.obligations.policy import action_space, policy_obligations
-from tests.unit.spec.obligations.tidier import Change, failed, site
+from tests.unit.spec.obligations.data.tidier import Change, failed, site
 
 ATTENUATE = 'attenuate: {pace: "min(pace, slow)"}'
 WAITS = "require: duration <= 30 s"

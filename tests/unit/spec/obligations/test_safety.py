@@ -8,7 +8,7 @@ import pytest
 
 from aeros.spec.obligations.obligation import Obligation
 from aeros.spec.obligations.safety import envelope_space, is_runtime_checked, safety_obligations
-from tests.unit.spec.obligations.tidier import Change, failed, module, site
+from tests.unit.spec.obligations.data.tidier import Change, failed, module, site
 
 BUTTON = {
     f"{name}/stop-button": "gate stop-button"

@@ -27,7 +27,7 @@ from aeros.spec.verification.examine import (
     examine_site,
     summarize_folder,
 )
-from tests.unit.spec.obligations.tidier import Change, module, site
+from tests.unit.spec.obligations.data.tidier import Change, module, site
 
 ORACLE = Oracle()
 BASE = Path(__file__).parents[4] / "docs" / "codes" / "base"

@@ -9,7 +9,7 @@ from aeros.spec.obligations.safety import safety_obligations
 from aeros.spec.obligations.verdicts import Verdict
 from aeros.spec.verification.discharge import ObligationResult, discharge_obligations
 from aeros.spec.verification.explain import explain_findings
-from tests.unit.spec.obligations.tidier import Change, module, site
+from tests.unit.spec.obligations.data.tidier import Change, module, site
 
 ORACLE = Oracle()
 

@@ -28,7 +28,7 @@ from aeros.spec.verification.reports import (
     module_report,
     unreadable_site_report,
 )
-from tests.unit.spec.obligations.tidier import module, site
+from tests.unit.spec.obligations.data.tidier import module, site
 
 ERROR, UNDECIDED = Diagnostic("AE501", "breach"), Diagnostic("AE509", "undecided")
 UNANALYSED, WARNING = Diagnostic("AE803", "rules"), Diagnostic("AE505", "needless", severity=Severity.WARNING)

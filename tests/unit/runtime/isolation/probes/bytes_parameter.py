@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 
 from aeros.skill import Inputs, Observation, SkillBody, act
-from tests.unit.runtime.isolation.hostile import question, send
+from tests.unit.runtime.isolation.support.hostile import question, send
 
 
 def probe(observed: Observation, inputs: Inputs) -> SkillBody:

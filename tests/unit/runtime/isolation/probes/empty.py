@@ -6,7 +6,7 @@ import os
 import time
 
 from aeros.skill import Inputs, Observation, SkillBody, act
-from tests.unit.runtime.isolation.hostile import channel
+from tests.unit.runtime.isolation.support.hostile import channel
 
 
 def probe(observed: Observation, inputs: Inputs) -> SkillBody:

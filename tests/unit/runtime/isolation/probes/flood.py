@@ -6,7 +6,7 @@ import os
 
 from aeros.runtime.isolation.protocol import ActionRequested, encode
 from aeros.skill import Inputs, Observation, SkillBody, act
-from tests.unit.runtime.isolation.hostile import channel, question
+from tests.unit.runtime.isolation.support.hostile import channel, question
 
 
 def probe(observed: Observation, inputs: Inputs) -> SkillBody:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from aeros.skill import Inputs
-from tests.unit.runtime.isolation.hostile import other_memory
+from tests.unit.runtime.isolation.support.hostile import other_memory
 
 
 def attack(inputs: Inputs) -> object:

@@ -15,7 +15,7 @@ from aeros.experiments.failure_models import module_with_failure_rate
 from aeros.experiments.inputs import InputPaths, TrialInputs, load_inputs
 from aeros.experiments.trial_kinds import NONDETERMINISTIC_FIELDS, Findings
 
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[4]
 WHERE = InputPaths(str(ROOT / "ecms"))
 
 _P = ParamSpec("_P")

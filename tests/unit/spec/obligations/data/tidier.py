@@ -16,7 +16,7 @@ from aeros.spec.obligations.obligation import Obligation
 from aeros.spec.obligations.verdicts import StaticClaim, Verdict
 from aeros.spec.verification.discharge import discharge_obligations
 
-TABLE = (Path(__file__).parents[3] / "corpus" / "site" / "table.yaml").read_text(encoding="utf-8")
+TABLE = (Path(__file__).parents[4] / "corpus" / "site" / "table.yaml").read_text(encoding="utf-8")
 _MANIFEST = Path(__file__).with_name("tidier.yaml").read_text(encoding="utf-8")
 _ORACLE = Oracle()
 

@@ -22,7 +22,7 @@ from tests.unit.sim.referee import Referee, of_the_site
 
 pytestmark = pytest.mark.physics
 
-REPOSITORY = Path(__file__).parents[3]
+REPOSITORY = Path(__file__).parents[4]
 
 APPROACHES = (
     ("clean the table", "at_the_table", 26),
