@@ -37,6 +37,7 @@ def test_no_class_is_too_long() -> None:
     lengths = {
         f"{path}::{node.name}": (node.end_lineno or 0) - node.lineno + 1
         for path in _SOURCES
+        if path.parts[0] != "tests"
         for node in ast.walk(ast.parse(text_of(path)))
         if isinstance(node, ast.ClassDef)
     }

@@ -26,7 +26,7 @@ from aeros.session.setup import open_governor
 from aeros.sim.symbolic.state import initial_values
 from aeros.spec.diagnostics.errors import UserError
 from tests.unit.runtime.registry.conftest import BASE
-from tests.unit.runtime.registry.test_revocation import SlowPlant
+from tests.unit.runtime.registry.together.test_revocation import SlowPlant
 
 _PATIENCE = 60.0  # s
 _STATE = Path("robot")
