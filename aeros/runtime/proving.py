@@ -10,11 +10,12 @@ from aeros.runtime.gate.configuration import Configuration, make_configuration
 from aeros.spec.backends.answer_store import open_default_store
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics
 from aeros.spec.diagnostics.errors import UndecidedError, UserError
-from aeros.spec.elaborate.load import NEIGHBOURS, Surroundings, load_ecm, load_site
+from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.policy import OperatorOverride
 from aeros.spec.model.site import Site
 from aeros.spec.obligations.verdicts import Conclusion
+from aeros.spec.text.discovery import NEIGHBOURS, Surroundings
 from aeros.spec.verification.certificate import Certificate, certificate_for, check_lock
 from aeros.spec.verification.reports import Report, SubjectReport
 from aeros.spec.verification.verify import Detail, verify

@@ -16,11 +16,11 @@ from aeros.runtime.registry.store import RegistrySnapshot
 from aeros.runtime.registry.transaction import RegistryTransactions
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics
 from aeros.spec.diagnostics.errors import UserError
-from aeros.spec.elaborate.load import Surroundings, load_ecm, load_site
+from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.site import Site
 from aeros.spec.text.digests import file_digest
-from aeros.spec.text.discovery import reference_site_path
+from aeros.spec.text.discovery import Surroundings, reference_site_path
 from aeros.spec.text.versions import is_compatible_version
 from aeros.spec.verification.reports import Report
 

@@ -6,7 +6,7 @@ import os
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Final, TypeVar
+from typing import TypeVar
 
 from aeros.spec.declared import ecm as declared_ecm
 from aeros.spec.declared import site as declared_site
@@ -20,7 +20,7 @@ from aeros.spec.elaborate.site import elaborate_site
 from aeros.spec.model.ecm import Ecm, ForeignNames
 from aeros.spec.model.site import Site
 from aeros.spec.text.digests import code_digest, code_files, text_digest
-from aeros.spec.text.discovery import MANIFEST
+from aeros.spec.text.discovery import MANIFEST, NEIGHBOURS, Surroundings
 from aeros.spec.text.files import read_source
 from aeros.spec.text.versions import is_compatible_version
 from aeros.spec.text.yaml_reader import read_yaml
@@ -79,39 +79,6 @@ def _elaborate_with_diagnostics(source: Source) -> tuple[Site | None, Diagnostic
     return None if declared is None else elaborate_site(
         declared, text_digest(source.text), diagnostics
     ), diagnostics
-
-
-@dataclass(frozen=True)
-class Surroundings:
-    """The modules among which a module finds those that it requires.
-
-    Attributes:
-        folders: folders of modules; None for the modules next to it.
-        active: the folders of these that are active; a capability is provided by them, if by any of them.
-    """
-
-    folders: tuple[Path, ...] | None = None
-    active: frozenset[Path] = frozenset()
-
-    def around(self, folder: Path) -> tuple[Path, ...]:
-        """List the folders of the modules around one.
-
-        Args:
-            folder: the module's folder.
-
-        Returns:
-            Folders of other modules, in a fixed order.
-        """
-        if self.folders is not None:
-            return tuple(one for one in self.folders if one != folder)
-        parent = folder.parent if folder.name not in ("", "..") else folder.resolve().parent
-        return tuple(
-            one for one in sorted(parent.iterdir()) if (one / MANIFEST).is_file() and not one.samefile(folder)
-        )
-
-
-NEIGHBOURS: Final = Surroundings()
-"""Each module finds those that it requires next to it."""
 
 
 def load_ecm(

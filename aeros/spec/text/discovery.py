@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 import aeros
 from aeros.spec.diagnostics.codes import Diagnostics
@@ -43,6 +45,39 @@ def module_folders(path: Path, diagnostics: Diagnostics) -> list[Path]:
     else:
         diagnostics.error("AE130", f"`{path}` is neither a folder nor an `{MANIFEST}`")
     return []
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """The modules among which a module finds those that it requires.
+
+    Attributes:
+        folders: folders of modules; None for the modules next to it.
+        active: the folders of these that are active; a capability is provided by them, if by any of them.
+    """
+
+    folders: tuple[Path, ...] | None = None
+    active: frozenset[Path] = frozenset()
+
+    def around(self, folder: Path) -> tuple[Path, ...]:
+        """List the folders of the modules around one.
+
+        Args:
+            folder: the module's folder.
+
+        Returns:
+            Folders of other modules, in a fixed order.
+        """
+        if self.folders is not None:
+            return tuple(one for one in self.folders if one != folder)
+        parent = folder.parent if folder.name not in ("", "..") else folder.resolve().parent
+        return tuple(
+            one for one in sorted(parent.iterdir()) if (one / MANIFEST).is_file() and not one.samefile(folder)
+        )
+
+
+NEIGHBOURS: Final = Surroundings()
+"""Each module finds those that it requires next to it."""
 
 
 def _manifest_folders(path: Path) -> Iterator[Path]:

@@ -12,7 +12,7 @@ from aeros.spec.backends.oracle import Oracle
 from aeros.spec.backends.resource_limit import MAX_TIMEOUTS, QUESTION_SECONDS
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, Fix, Severity, SpanLabel
 from aeros.spec.diagnostics.source import Source
-from aeros.spec.elaborate.load import NEIGHBOURS, Surroundings, elaborate_source, load_ecm
+from aeros.spec.elaborate.load import elaborate_source, load_ecm
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.policy import OperatorOverride
 from aeros.spec.model.site import Site
@@ -31,6 +31,7 @@ from aeros.spec.obligations.safety import safety_obligations
 from aeros.spec.obligations.skill_code import skill_code_obligations
 from aeros.spec.obligations.skill_syntax.skill_source import read_skill_files
 from aeros.spec.obligations.verdicts import Conclusion, StaticClaim, Verdict
+from aeros.spec.text.discovery import NEIGHBOURS, Surroundings
 from aeros.spec.verification.claim_summary import (
     Claims,
     ClaimSummary,

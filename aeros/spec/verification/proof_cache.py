@@ -2,10 +2,11 @@
 
 The cache keeps proofs of one module by itself, if nothing is left to report, and of a site.  The key is
 the digest of all that a proof depends on: manifest, code, site, overrides, budget, and the programs that
-decide, down to the interpreter.  No cached value names a path, so a copy of a module is found wherever it is.
-Models are hashed again.  Claims that depend on other modules are not cached but decided again, and so are all
-claims about a module that requires others.  As for
-answers, a value that cannot be read counts as absent (docs/decisions/0008-answers-are-kept.md).
+decide, down to the interpreter.  No cached value names a path, so a copy of a module is found anywhere.
+Models are hashed again.  The key of a module that requires others also holds the digest of all modules around
+it, any of which may provide what it requires.  Claims about how modules agree are not cached but decided
+again.  As for answers, a value that cannot be read counts as absent
+(docs/decisions/0008-answers-are-kept.md).
 
 A value has a head, which holds all that most runs read.  The claims are stored next to it, with their digest
 in the head.  They are read where a report lists them or a certificate has to be written.
@@ -44,8 +45,9 @@ from aeros.spec.text.digests import (
     model_digest,
     text_digest,
 )
-from aeros.spec.text.discovery import MANIFEST
+from aeros.spec.text.discovery import MANIFEST, NEIGHBOURS, Surroundings
 from aeros.spec.text.files import read_source
+from aeros.spec.verification.certificate import LOCK
 from aeros.spec.verification.claim_summary import ClaimCounts, Claims, ClaimSummary
 from aeros.spec.verification.reports import Known, ModuleFindings, Report, SubjectReport
 
@@ -59,6 +61,10 @@ _VERDICT_DISTRIBUTIONS: Final = (
     ("z3-solver", "z3"),
 )
 """Distributions whose code has a part in verdicts, with the package of each."""
+
+
+_MAX_OTHER_FILES: Final = 64 * 2**20
+"""Bytes of files of a module around another that are hashed to find a proof; with more, it is proved anew."""
 
 
 class _KeptClaims:
@@ -82,15 +88,23 @@ class ProofCache:
         site: text of the site file and its path.
         rlimit: the solver's budget for one query, in Z3 resource units.
         blocks: operator overrides, in addition to those of the site.
+        surroundings: the modules among which each finds those that it requires.
     """
 
     def __init__(
-        self, store: AnswerStore, site: Source, rlimit: int, blocks: Sequence[OperatorOverride] = ()
+        self,
+        store: AnswerStore,
+        site: Source,
+        rlimit: int,
+        blocks: Sequence[OperatorOverride] = (),
+        surroundings: Surroundings = NEIGHBOURS,
     ) -> None:
         self._store = store
         self._site = site
         self._about = [_program_digest(), rlimit, text_digest(site.text), [one.identity for one in blocks]]
         self._new: dict[str, tuple[str, bytes]] = {}
+        self._surroundings = surroundings
+        self._around: dict[Path, str | None] = {}
 
     def find(self, folders: Iterable[Path]) -> Known:
         """Look up the proofs of the site and of modules.
@@ -116,7 +130,7 @@ class ProofCache:
         try:
             manifest = read_source(folder / MANIFEST)
             digests = text_digest(manifest.text), code_digest(code_files(folder))
-            head, claims = self._proof(self._key(*digests))
+            head, claims = self._proof_of_module(folder, *digests)
             summary = module_summary_from_json(head["presence"], manifest)
             findings = ModuleFindings(
                 summary, claims=_KeptClaims(_read_counts(head["tally"]), claims), lock_digest=head["lock"]
@@ -151,10 +165,8 @@ class ProofCache:
             self.put_site(new.site[0], report.site.claims)
         for module in report.modules:
             found = new.modules.get(module.path)
-            if found is None or found.summary is None or found.summary.has_requirements:
-                continue
-            if module.lock is not None and _is_proved(module):
-                self.put_module(found, module.lock.digest)
+            if found is not None and module.lock is not None and _is_proved(module):
+                self.put_module(module.path, found, module.lock.digest)
         self.close()
 
     def put_site(self, site: SiteSummary, claims: Sequence[ClaimSummary]) -> None:
@@ -166,10 +178,11 @@ class ProofCache:
         """
         self._put(self._digest("site"), summary_to_json(site), [_claim_to_row(one) for one in claims])
 
-    def put_module(self, one: ModuleFindings, lock_digest: str) -> None:
-        """Hold the proof of a module until `close` writes it.
+    def put_module(self, folder: Path, one: ModuleFindings, lock_digest: str) -> None:
+        """Hold the proof of a module until `close` writes it, unless the modules around it have changed.
 
         Args:
+            folder: the module's folder.
             one: findings on the module.
             lock_digest: SHA-256 of the text of its certificate.
 
@@ -179,7 +192,14 @@ class ProofCache:
         summary = one.summary
         if summary is None:
             raise MisuseError("a module that cannot be read is not proved")
-        key, tally = self._key(summary.manifest_digest, summary.code_digest), one.claims.tally
+        around: tuple[str, ...] = ()
+        if summary.has_requirements:
+            before, now = self._digest_around(folder), _digest_of_modules(self._surroundings, folder)
+            if now is None or before != now:
+                return
+            around = (now,)
+        key = self._digest("module", summary.manifest_digest, summary.code_digest, *around)
+        tally = one.claims.tally
         head = {
             "presence": summary_to_json(summary),
             "tally": [tally.claims, tally.runtime_checked],
@@ -212,8 +232,22 @@ class ProofCache:
             raise LookupError(key)
         return head, proof[1]
 
-    def _key(self, manifest: str, code: str) -> str:
-        return self._digest("module", manifest, code)
+    def _proof_of_module(self, folder: Path, manifest: str, code: str) -> tuple[Any, bytes]:
+        """Return the stored proof of a module, whether or not it requires others; raise as `_proof` does."""
+        try:
+            return self._proof(self._digest("module", manifest, code))
+        except LookupError:
+            around = self._digest_around(folder)
+            if around is None:
+                raise
+            return self._proof(self._digest("module", manifest, code, around))
+
+    def _digest_around(self, folder: Path) -> str | None:
+        """Hash the modules around a folder, once for all modules that they are around."""
+        place = Path() if self._surroundings.folders is not None else folder.parent
+        if place not in self._around:
+            self._around[place] = _digest_of_modules(self._surroundings, folder)
+        return self._around[place]
 
     def _digest(self, *of: str) -> str:
         return text_digest(json.dumps([*self._about, *of]))
@@ -230,6 +264,33 @@ def _read_counts(data: Any) -> ClaimCounts:
 
 def _is_proved(report: SubjectReport) -> bool:
     return report.conclusion is Conclusion.PROVED and not report.diagnostics
+
+
+def _digest_of_modules(surroundings: Surroundings, folder: Path) -> str | None:
+    """Hash the module in a folder and all around it, with their models; None if a file cannot be read."""
+    parts: list[Any] = []
+    try:
+        for one in surroundings.folders or sorted({folder, *surroundings.around(folder)}):
+            manifest = read_source(one / MANIFEST).text
+            code = code_digest(code_files(one))
+            parts.append([one in surroundings.active, text_digest(manifest), code, _other_files(one)])
+    except (UserError, OSError):
+        return None
+    return text_digest(_dump_json(parts))
+
+
+def _other_files(folder: Path) -> list[list[str]]:
+    """Return name and digest of what may be a model of a module; raise OSError where there is too much."""
+    left, found = _MAX_OTHER_FILES, []
+    for here, folders, files in os.walk(folder):
+        folders[:] = sorted(name for name in folders if name != "__pycache__")
+        for name in sorted(files):
+            below = os.path.relpath(os.path.join(here, name), folder)
+            if not name.endswith(".py") and below not in (MANIFEST, LOCK):
+                digest, size = model_digest(folder, below, left)
+                left -= size
+                found.append([below, digest])
+    return found
 
 
 def _models_unchanged(folder: Path, digests: Mapping[str, str]) -> bool:

@@ -7,7 +7,7 @@ everything never imports it.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 from enum import Enum
 from functools import cached_property
@@ -20,7 +20,7 @@ from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.errors import InternalError, MisuseError, UserError
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.model.summary import ModuleSummary, SiteSummary, summarize_site
-from aeros.spec.text.discovery import module_folders
+from aeros.spec.text.discovery import NEIGHBOURS, Surroundings, module_folders
 from aeros.spec.text.files import read_source
 from aeros.spec.verification.proof_cache import ProofCache
 from aeros.spec.verification.reports import (
@@ -39,7 +39,6 @@ from aeros.spec.verification.reports import (
 if TYPE_CHECKING:
     from aeros.spec.backends.oracle import Oracle
     from aeros.spec.backends.solver_results import SecondSolver
-    from aeros.spec.elaborate.load import Surroundings
     from aeros.spec.model.policy import OperatorOverride
     from aeros.spec.model.site import Site
     from aeros.spec.verification.second_solver import SecondSolverReport
@@ -98,7 +97,7 @@ def verify(
     diagnostics = Diagnostics()
     folders = list(dict.fromkeys(folder for path in paths for folder in module_folders(path, diagnostics)))
     refused = missing_module_report(diagnostics)
-    surroundings = None if active is None else (tuple(folders), frozenset(active))
+    surroundings = NEIGHBOURS if active is None else Surroundings(tuple(folders), frozenset(active))
     try:
         source = read_source(site_path)
     except UserError as error:
@@ -115,10 +114,15 @@ def verify(
         surroundings=surroundings,
     )
     if store is None or detail is Detail.FULL:
-        report, _ = _report(folders, refused, prover, Known(), progress)
+        report, _ = _report(folders, refused, prover, Known(), prover.summarize_module, progress)
         return report
-    cache = ProofCache(store, source, rlimit, blocks)
-    report, new = _report(folders, refused, prover, cache.find(folders), progress)
+    cache = ProofCache(store, source, rlimit, blocks, surroundings)
+
+    def summarize(folder: Path) -> ModuleSummary | None:
+        found = cache.find_module(folder)
+        return prover.summarize_module(folder) if found is None else found.summary
+
+    report, new = _report(folders, refused, prover, cache.find(folders), summarize, progress)
     cache.keep(report, new)
     return report
 
@@ -128,6 +132,7 @@ def _report(
     refused: tuple[SubjectReport, ...],
     prover: _LazyProver,
     known: Known,
+    summarize: Callable[[Path], ModuleSummary | None],
     progress: Progress,
 ) -> tuple[Report, Known]:
     """Prove the site, each module by itself, and the claims on several modules, except what is known.
@@ -137,6 +142,7 @@ def _report(
         refused: reports on paths that hold no module.
         prover: proves what is not known.
         known: findings of earlier runs.
+        summarize: summarizes a module that is not given, by its folder; None where it cannot be read.
         progress: called with the name of the subject that is proved next.
 
     Returns:
@@ -150,7 +156,7 @@ def _report(
         folder: known.modules[folder] if folder in known.modules else proved[folder] for folder in folders
     }
     given = {folder: one.summary for folder, one in findings.items() if one.summary is not None}
-    around = dependency_candidates(given, prover.summarize_module, only_given=prover.knows_surroundings)
+    around = dependency_candidates(given, summarize, only_given=prover.knows_surroundings)
     modules = [module_report(folder, one, site, around) for folder, one in findings.items()]
     agreement = prover.agreement(progress)
     prover.close()
@@ -173,10 +179,10 @@ class _LazyProver:
         detail: Detail,
         second: SecondSolver | None,
         seconds: float,
-        surroundings: tuple[tuple[Path, ...], frozenset[Path]] | None,
+        surroundings: Surroundings,
     ) -> None:
         self._seconds = seconds
-        self._given = surroundings
+        self._surroundings = surroundings
         self._source = source
         self._blocks = blocks
         self._rlimit = rlimit
@@ -214,13 +220,7 @@ class _LazyProver:
     @property
     def knows_surroundings(self) -> bool:
         """True if requirements are met by the given modules alone."""
-        return self._given is not None
-
-    @cached_property
-    def _surroundings(self) -> Surroundings:
-        from aeros.spec.elaborate.load import NEIGHBOURS, Surroundings
-
-        return NEIGHBOURS if self._given is None else Surroundings(*self._given)
+        return self._surroundings.folders is not None
 
     @property
     def site_model(self) -> Site | None:

@@ -13,12 +13,13 @@ import pytest
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.diagnostics.codes import Diagnostics, Fix, Severity, SpanLabel
 from aeros.spec.diagnostics.source import Source
-from aeros.spec.elaborate.load import NEIGHBOURS, load_site
+from aeros.spec.elaborate.load import load_site
 from aeros.spec.model.policy import OperatorOverride
 from aeros.spec.model.site import Site
 from aeros.spec.obligations.obligation import Obligation
 from aeros.spec.obligations.safety import safety_obligations
 from aeros.spec.obligations.verdicts import Conclusion, Verdict
+from aeros.spec.text.discovery import NEIGHBOURS
 from aeros.spec.verification import examine
 from aeros.spec.verification.discharge import ObligationResult, discharge_obligations
 from aeros.spec.verification.examine import (

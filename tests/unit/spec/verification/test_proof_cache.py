@@ -15,7 +15,10 @@ from aeros.cli.author.reports.json_report import as_json
 from aeros.cli.author.reports.result import VerifyResult
 from aeros.experiments.trials.synthetic import write_module, write_modules
 from aeros.spec.backends.answer_store import AnswerStore
+from aeros.spec.backends.oracle import Oracle
 from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_site
 from aeros.spec.model.policy import OperatorOverride
 from aeros.spec.obligations.verdicts import Conclusion
 from aeros.spec.text.digests import text_digest
@@ -30,6 +33,11 @@ REPOSITORY = Path(__file__).parents[4]
 BASE = REPOSITORY / "docs" / "codes" / "base"
 SITE = BASE / "site.yaml"
 """A small site, and beside it a small module with a task and a composition: both are proved quickly."""
+
+CORPUS = REPOSITORY / "tests" / "corpus"
+TABLE = CORPUS / "site" / "table.yaml"
+NEEDING, REQUIRED = "asker", "helper"
+"""A module of the corpus, and the one whose skills it runs."""
 
 NO_BYTECODE = shutil.ignore_patterns("__pycache__")
 
@@ -87,8 +95,12 @@ def test_the_digest_that_is_kept_is_that_of_the_certificate(modules: Path, store
         assert again.lock._known == one.lock.digest == text_digest(again.lock.certificate.text())
 
 
-def test_a_run_that_finds_everything_imports_nothing_that_proves(modules: Path, store: AnswerStore) -> None:
-    _brief(modules, store)
+@pytest.mark.parametrize("kind", ["modules", "requiring"])
+def test_a_run_that_finds_everything_imports_nothing_that_proves(
+    kind: str, store: AnswerStore, request: pytest.FixtureRequest
+) -> None:
+    modules, site = request.getfixturevalue(kind), {"modules": SITE, "requiring": TABLE}[kind]
+    _brief(modules, store, site)
     answers = modules.parent / "answers"
     program = f"""\
 import sys
@@ -96,7 +108,7 @@ from pathlib import Path
 from aeros.spec.backends.answer_store import AnswerStore
 from aeros.spec.verification.verify import Detail, verify
 store = AnswerStore(Path({str(answers)!r}))
-report = verify([Path({str(modules)!r})], Path({str(SITE)!r}), store=store, detail=Detail.BRIEF)
+report = verify([Path({str(modules)!r})], Path({str(site)!r}), store=store, detail=Detail.BRIEF)
 print(report.conclusion.value, *sorted({{"yaml", "z3", "networkx", "packaging"}} & set(sys.modules)))
 proving = ("aeros.spec.elaborate", "aeros.spec.expr", "aeros.spec.verification.examine")
 print(*sorted(name for name in sys.modules if name.startswith(proving)))
@@ -192,6 +204,77 @@ def test_claims_about_other_modules_are_never_cached(tmp_path: Path, store: Answ
     assert report.modules[0].certificate is None
 
 
+@pytest.fixture
+def requiring(tmp_path: Path) -> Path:
+    """A module whose steps are those of another one next to it, and that one."""
+    return shutil.copytree(CORPUS / "accepted" / "steps_of_a_required_module", tmp_path / "requiring")
+
+
+def test_a_module_that_requires_another_is_found_as_long_as_both_are_as_they_were(
+    requiring: Path, store: AnswerStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cold = _output_of(_brief(requiring, store, TABLE))
+    examined = note_examined(monkeypatch)
+    assert _output_of(_brief(requiring, store, TABLE)) == cold
+    assert examined == []
+
+
+def _add_a_module(folder: Path) -> None:
+    shutil.copytree(CORPUS / "accepted" / "waits_less_than_allowed", folder.parent / "another")
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        _edit("ecm.yaml", "schema: ", "# A comment.\nschema: "),
+        _edit("skills.py", "duration=1.0", "duration=2.0"),
+        lambda folder: (folder / "table.csv").write_text("1\n", encoding="utf-8"),
+        _add_a_module,
+    ],
+    ids=["manifest", "code", "file", "module beside it"],
+)
+def test_a_change_of_what_a_module_may_require_is_examined_with_it(
+    change: Callable[[Path], object], requiring: Path, store: AnswerStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _brief(requiring, store, TABLE)
+    change(requiring / REQUIRED)
+    examined = note_examined(monkeypatch)
+    report = _brief(requiring, store, TABLE)
+    assert NEEDING in examined
+    assert _output_of(report) == _output_of(verify([requiring], TABLE))
+
+
+def test_a_module_that_is_active_or_not_is_another_surrounding(
+    requiring: Path, store: AnswerStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def run(*active: str) -> Report:
+        at = [requiring / name for name in active]
+        return verify([requiring], TABLE, store=store, detail=Detail.BRIEF, active=at)
+
+    run(NEEDING, REQUIRED)
+    examined = note_examined(monkeypatch)
+    run(NEEDING, REQUIRED)
+    assert examined == []
+    run(NEEDING)
+    assert examined == [NEEDING]
+
+
+def test_a_required_module_that_changes_while_it_is_proved_leaves_no_proof(
+    requiring: Path, store: AnswerStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cache = proof_cache.ProofCache(store, read_source(TABLE), DEFAULT_RLIMIT)
+    cache.find([requiring / NEEDING, requiring / REQUIRED])
+    _edit("skills.py", "duration=1.0", "duration=2.0")(requiring / REQUIRED)
+    report = verify([requiring], TABLE)
+    site = load_site(TABLE, Diagnostics())
+    assert site is not None
+    for module in report.modules:
+        assert module.lock is not None
+        findings = examine.examine_module(module.path, site, Oracle())
+        cache.put_module(module.path, findings, module.lock.digest)
+    assert len(cache._new) == 1
+
+
 def test_a_module_with_diagnostics_is_not_cached(
     modules: Path, store: AnswerStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -228,8 +311,8 @@ def test_a_report_on_other_bytes_is_not_believed(module: Path, store: AnswerStor
     assert kept.summary is not None
     assert kept.lock_digest is not None
     forged = replace(kept, summary=replace(kept.summary, code_digest="0" * 64))
-    key = cache._key(kept.summary.manifest_digest, kept.summary.code_digest)
-    cache.put_module(forged, kept.lock_digest)
+    key = cache._digest("module", kept.summary.manifest_digest, kept.summary.code_digest)
+    cache.put_module(module, forged, kept.lock_digest)
     store.put_proofs({key: next(iter(cache._new.values()))})
     assert cache.find_module(module) is None
 

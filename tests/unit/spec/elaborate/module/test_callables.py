@@ -7,10 +7,11 @@ from pathlib import Path
 import pytest
 
 from aeros.spec.diagnostics.codes import Diagnostics
-from aeros.spec.elaborate.load import NEIGHBOURS, Surroundings, load_ecm, load_site
+from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.elaborate.module.callables import alternatives_of
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.step_graph import steps_of
+from aeros.spec.text.discovery import NEIGHBOURS, Surroundings
 
 ACCEPTED = Path(__file__).parents[4] / "corpus" / "accepted"
 TWO = ACCEPTED / "capability_that_two_modules_provide"
