@@ -116,7 +116,9 @@ print(*sorted(name for name in sys.modules if name.startswith(proving)))
     done = subprocess.run(
         [sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=REPOSITORY
     )
-    assert done.stdout.split("\n") == ["proved", "", ""]
+    # A version of a required module is compared each time.
+    compared = {"modules": "proved", "requiring": "proved packaging"}[kind]
+    assert done.stdout.split("\n") == [compared, "", ""]
 
 
 def _edit(name: str, old: str, new: str) -> Callable[[Path], object]:
