@@ -11,6 +11,7 @@ from aeros.runtime.gate.decision import Decision, DecisionKind, Reason
 from aeros.skill import Action
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL
+from aeros.spec.model.ecm import Alternative
 from aeros.spec.model.step_graph import If, Par, Seq
 from aeros.spec.model.variables import Declared
 from aeros.spec.theorems.module_copies import ModuleSource, Mutant, install_stubs
@@ -352,7 +353,7 @@ def _owner_obligation(code: ModuleSource) -> TheoremObligation:
     """With what memory says, and what is measured, put aside."""
     dispatching = code.module(DISPATCHER, evidence_context=lambda *_: "", _with_defaults=lambda *_: {})
     record = SimpleNamespace(mean=0.5, sample=lambda _: 0.5)
-    alternatives = tuple(SimpleNamespace(name=name, composition=None) for name in ("own", "b.lent"))
+    alternatives = tuple(Alternative(name) for name in ("own", "b.lent"))
 
     def run(ask: DecideBranch) -> str:
         modules = {
