@@ -160,7 +160,11 @@ _OUTCOMES: Final = {
     for name, fails in (("done", False), ("missed", True))
 }
 _SKILL: Final = SimpleNamespace(
-    id="k", idempotent=False, outcomes=_OUTCOMES, success_outcomes=(_OUTCOMES["done"],)
+    id="k",
+    idempotent=False,
+    outcomes=_OUTCOMES,
+    success_outcomes=(_OUTCOMES["done"],),
+    failures_with_more_effects=lambda _: [],  # each outcome has one effect
 )
 _ECM: Final = SimpleNamespace(id="m", skills={"k": _SKILL}, providers=lambda name: (name,))
 

@@ -173,11 +173,11 @@ def _undetermined_outcome(
     """
     if outcome is not None and outcome.failure:
         return None
-    for other in skill.outcomes.values():
+    others = skill.outcomes.values() if outcome is None else skill.failures_with_more_effects(outcome)
+    for other in others:
         unknown = [name for name in other.effects if name not in world.known]
         excluded = any(world.known.get(name, value) != value for name, value in other.effects.items())
-        matters = outcome is None or (other.failure and len(other.effects) > len(outcome.effects))
-        if unknown and not excluded and matters:
+        if unknown and not excluded:
             return _UndeterminedOutcome(other.id, unknown[0], world.unknown.get(unknown[0], "has no value"))
     return None
 

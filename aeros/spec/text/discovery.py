@@ -59,6 +59,32 @@ class Surroundings:
     folders: tuple[Path, ...] | None = None
     active: frozenset[Path] = frozenset()
 
+    def place(self, folder: Path) -> Path | None:
+        """Return the folder that holds a module and all around it.
+
+        Args:
+            folder: the module's folder.
+
+        Returns:
+            The folder above it; None where the modules are given.
+        """
+        if self.folders is not None:
+            return None
+        return folder.parent if folder.name not in ("", "..") else folder.resolve().parent
+
+    def members(self, place: Path | None) -> tuple[Path, ...]:
+        """List the folders of all modules that are around each other.
+
+        Args:
+            place: the folder that holds them, as `place` returns it.
+
+        Returns:
+            Folders of modules, in a fixed order.
+        """
+        if self.folders is not None or place is None:
+            return self.folders or ()
+        return tuple(one for one in sorted(place.iterdir()) if (one / MANIFEST).is_file())
+
     def around(self, folder: Path) -> tuple[Path, ...]:
         """List the folders of the modules around one.
 
@@ -68,12 +94,10 @@ class Surroundings:
         Returns:
             Folders of other modules, in a fixed order.
         """
+        members = self.members(self.place(folder))
         if self.folders is not None:
-            return tuple(one for one in self.folders if one != folder)
-        parent = folder.parent if folder.name not in ("", "..") else folder.resolve().parent
-        return tuple(
-            one for one in sorted(parent.iterdir()) if (one / MANIFEST).is_file() and not one.samefile(folder)
-        )
+            return tuple(one for one in members if one != folder)
+        return tuple(one for one in members if not one.samefile(folder))
 
 
 NEIGHBOURS: Final = Surroundings()

@@ -104,7 +104,7 @@ class ProofCache:
         self._about = [_program_digest(), rlimit, text_digest(site.text), [one.identity for one in blocks]]
         self._new: dict[str, tuple[str, bytes]] = {}
         self._surroundings = surroundings
-        self._around: dict[Path, str | None] = {}
+        self._digests_around: dict[Path | None, str | None] = {}
 
     def find(self, folders: Iterable[Path]) -> Known:
         """Look up the proofs of the site and of modules.
@@ -130,7 +130,7 @@ class ProofCache:
         try:
             manifest = read_source(folder / MANIFEST)
             digests = text_digest(manifest.text), code_digest(code_files(folder))
-            head, claims = self._proof_of_module(folder, *digests)
+            head, claims = self._proof_of_module(folder, manifest, *digests)
             summary = module_summary_from_json(head["presence"], manifest)
             findings = ModuleFindings(
                 summary, claims=_KeptClaims(_read_counts(head["tally"]), claims), lock_digest=head["lock"]
@@ -192,14 +192,14 @@ class ProofCache:
         summary = one.summary
         if summary is None:
             raise MisuseError("a module that cannot be read is not proved")
-        around: tuple[str, ...] = ()
+        own, tally = (summary.manifest_digest, summary.code_digest), one.claims.tally
+        key = self._digest("module", *own)
         if summary.has_requirements:
-            before, now = self._digest_around(folder), _digest_of_modules(self._surroundings, folder)
-            if now is None or before != now:
+            place = self._surroundings.place(folder)
+            before = self._digests_around.get(place)
+            if before is None or before != _digest_of_members(self._surroundings, place):
                 return
-            around = (now,)
-        key = self._digest("module", summary.manifest_digest, summary.code_digest, *around)
-        tally = one.claims.tally
+            key = self._digest("module", *own, before)
         head = {
             "presence": summary_to_json(summary),
             "tally": [tally.claims, tally.runtime_checked],
@@ -232,22 +232,24 @@ class ProofCache:
             raise LookupError(key)
         return head, proof[1]
 
-    def _proof_of_module(self, folder: Path, manifest: str, code: str) -> tuple[Any, bytes]:
+    def _proof_of_module(
+        self, folder: Path, manifest: Source, manifest_digest: str, code: str
+    ) -> tuple[Any, bytes]:
         """Return the stored proof of a module, whether or not it requires others; raise as `_proof` does."""
         try:
-            return self._proof(self._digest("module", manifest, code))
+            return self._proof(self._digest("module", manifest_digest, code))
         except LookupError:
-            around = self._digest_around(folder)
+            around = self._digest_around(folder) if _may_require_modules(manifest.text) else None
             if around is None:
                 raise
-            return self._proof(self._digest("module", manifest, code, around))
+            return self._proof(self._digest("module", manifest_digest, code, around))
 
     def _digest_around(self, folder: Path) -> str | None:
-        """Hash the modules around a folder, once for all modules that they are around."""
-        place = Path() if self._surroundings.folders is not None else folder.parent
-        if place not in self._around:
-            self._around[place] = _digest_of_modules(self._surroundings, folder)
-        return self._around[place]
+        """Hash the modules around a folder and the one in it, once for all of them."""
+        place = self._surroundings.place(folder)
+        if place not in self._digests_around:
+            self._digests_around[place] = _digest_of_members(self._surroundings, place)
+        return self._digests_around[place]
 
     def _digest(self, *of: str) -> str:
         return text_digest(json.dumps([*self._about, *of]))
@@ -266,11 +268,16 @@ def _is_proved(report: SubjectReport) -> bool:
     return report.conclusion is Conclusion.PROVED and not report.diagnostics
 
 
-def _digest_of_modules(surroundings: Surroundings, folder: Path) -> str | None:
-    """Hash the module in a folder and all around it, with their models; None if a file cannot be read."""
+def _may_require_modules(manifest: str) -> bool:
+    """Return False if a manifest names no requirement; one that hides it is only proved anew each time."""
+    return "modules" in manifest or manifest.count("capabilities") > 1
+
+
+def _digest_of_members(surroundings: Surroundings, place: Path | None) -> str | None:
+    """Hash all modules that are around each other, with their models; None if a file cannot be read."""
     parts: list[Any] = []
     try:
-        for one in surroundings.folders or sorted({folder, *surroundings.around(folder)}):
+        for one in surroundings.members(place):
             manifest = read_source(one / MANIFEST).text
             code = code_digest(code_files(one))
             parts.append([one in surroundings.active, text_digest(manifest), code, _other_files(one)])

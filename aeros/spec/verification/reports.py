@@ -15,7 +15,7 @@ from aeros.spec.obligations.claim_id import ClaimId
 from aeros.spec.obligations.configuration import configuration_obligations
 from aeros.spec.obligations.dependencies import dependency_obligations
 from aeros.spec.obligations.verdicts import Conclusion, StaticClaim
-from aeros.spec.text.discovery import MANIFEST
+from aeros.spec.text.discovery import NEIGHBOURS, Surroundings
 from aeros.spec.verification.certificate import GUARDED, Certificate, LockFile, certificate_for
 from aeros.spec.verification.claim_summary import (
     ClaimCounts,
@@ -290,26 +290,25 @@ def configuration_report(modules: Sequence[ModuleSummary], site: SiteSummary) ->
 def dependency_candidates(
     given: Mapping[Path, ModuleSummary],
     read: Callable[[Path], ModuleSummary | None],
-    *,
-    only_given: bool = False,
+    surroundings: Surroundings = NEIGHBOURS,
 ) -> dict[str, ModuleSummary]:
     """Find the modules that dependencies may refer to: those given, and those next to one that has any.
 
     Args:
         given: summaries of the given modules, by folder.
         read: reads a module that is not given, by its folder; returns None where it cannot be read.
-        only_given: look at the given modules only.
+        surroundings: the modules among which each finds those that it requires.
 
     Returns:
         The summaries by module name; given modules win.
     """
-    needing = [] if only_given else [folder for folder, one in given.items() if one.has_requirements]
-    parents = {folder.resolve().parent for folder in needing}
-    known = {folder.resolve() for folder in given} if parents else set()
+    needing = [folder for folder, one in given.items() if one.has_requirements]
+    places = {surroundings.place(folder.resolve()) for folder in needing} - {None}
+    known = {folder.resolve() for folder in given} if places else set()
     around: dict[str, ModuleSummary] = {}
-    for parent in parents:
-        for neighbour in sorted(parent.iterdir()):
-            if neighbour not in known and (neighbour / MANIFEST).is_file():
+    for place in places:
+        for neighbour in surroundings.members(place):
+            if neighbour not in known:
                 summary = read(neighbour)
                 around |= {} if summary is None else {summary.id: summary}
     return around | {one.id: one for one in given.values()}

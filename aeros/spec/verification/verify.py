@@ -156,7 +156,7 @@ def _report(
         folder: known.modules[folder] if folder in known.modules else proved[folder] for folder in folders
     }
     given = {folder: one.summary for folder, one in findings.items() if one.summary is not None}
-    around = dependency_candidates(given, summarize, only_given=prover.knows_surroundings)
+    around = dependency_candidates(given, summarize, prover.surroundings)
     modules = [module_report(folder, one, site, around) for folder, one in findings.items()]
     agreement = prover.agreement(progress)
     prover.close()
@@ -182,7 +182,7 @@ class _LazyProver:
         surroundings: Surroundings,
     ) -> None:
         self._seconds = seconds
-        self._surroundings = surroundings
+        self.surroundings = surroundings
         self._source = source
         self._blocks = blocks
         self._rlimit = rlimit
@@ -216,11 +216,6 @@ class _LazyProver:
         if site is None:
             raise InternalError(f"`{self._source.path}` was kept as proved and cannot be read")
         return site.with_overrides(self._blocks)
-
-    @property
-    def knows_surroundings(self) -> bool:
-        """True if requirements are met by the given modules alone."""
-        return self._surroundings.folders is not None
 
     @property
     def site_model(self) -> Site | None:
@@ -259,9 +254,9 @@ class _LazyProver:
                 self._rlimit,
                 self._jobs,
                 seconds=self._seconds,
-                surroundings=self._surroundings,
+                surroundings=self.surroundings,
             )
-        around = self._surroundings
+        around = self.surroundings
         results = (examine_module(folder, self._site, self._oracle, around) for folder in folders)
         return results if self._in_full else (replace(one, findings=None) for one in results)
 
@@ -269,7 +264,7 @@ class _LazyProver:
         """Summarize the module in `folder` for others; return None where it cannot be read."""
         from aeros.spec.verification.examine import summarize_folder
 
-        return summarize_folder(folder, self._site, self._surroundings)
+        return summarize_folder(folder, self._site, self.surroundings)
 
     def agreement(self, progress: Progress) -> SecondSolverReport | None:
         """Put every query to the second solver, where there is one."""
