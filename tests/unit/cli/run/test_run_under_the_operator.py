@@ -78,12 +78,14 @@ class Operator:
         def watched(log: AuditLog, event: str, details: Any) -> int:
             if log.path.parent.name == "out":
                 self._look(event)
-            return append(log, event, details)
+            written = append(log, event, details)
+            if log.path.parent.name == "out":
+                self._written = written
+            return written
 
         monkeypatch.setattr(AuditLog, "append", watched)
 
     def _look(self, event: str) -> None:
-        self._written += 1
         self._decided += event == "decision"
         if event == "decision" and self._decided == 3:
             self._thread.start()
