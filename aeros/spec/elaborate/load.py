@@ -175,7 +175,19 @@ def decode_manifest(folder: Path) -> declared_ecm.Ecm | None:
         The module as it declares itself; None if the manifest has a fault.
     """
     source = _source(folder / MANIFEST, Diagnostics())
-    return None if source is None else _decode_ecm(source)[0]
+    return None if source is None else decode_manifest_text(source)
+
+
+def decode_manifest_text(source: Source) -> declared_ecm.Ecm | None:
+    """Read the text of a manifest without a site.
+
+    Args:
+        source: the text and its path.
+
+    Returns:
+        The module as it declares itself; None if the manifest has a fault.
+    """
+    return _decode_ecm(source)[0]
 
 
 @lru_cache(maxsize=64)

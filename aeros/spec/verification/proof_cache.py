@@ -3,9 +3,9 @@
 The cache keeps proofs of one module by itself, if nothing is left to report, and of a site.  The key is
 the digest of all that a proof depends on: manifest, code, site, overrides, budget, and the programs that
 decide, down to the interpreter.  No cached value names a path, so a copy of a module is found anywhere.
-Models are hashed again.  The key of a module that requires others also holds the digest of all modules around
-it, any of which may provide what it requires.  Claims about how modules agree are not cached but decided
-again.  As for answers, a value that cannot be read counts as absent
+Models are hashed again.  The key of a module that requires others also holds the digest of the modules around
+it that may provide what it requires (`required_modules`).  Claims about how modules agree are not cached but
+decided again.  As for answers, a value that cannot be read counts as absent
 (docs/decisions/0008-answers-are-kept.md).
 
 A value has a head, which holds all that most runs read.  The claims are stored next to it, with their digest
@@ -47,9 +47,9 @@ from aeros.spec.text.digests import (
 )
 from aeros.spec.text.discovery import MANIFEST, NEIGHBOURS, Surroundings
 from aeros.spec.text.files import read_source
-from aeros.spec.verification.certificate import LOCK
 from aeros.spec.verification.claim_summary import ClaimCounts, Claims, ClaimSummary
 from aeros.spec.verification.reports import Known, ModuleFindings, Report, SubjectReport
+from aeros.spec.verification.required_modules import RequiredModules
 
 if TYPE_CHECKING:
     from aeros.spec.model.policy import OperatorOverride
@@ -61,10 +61,6 @@ _VERDICT_DISTRIBUTIONS: Final = (
     ("z3-solver", "z3"),
 )
 """Distributions whose code has a part in verdicts, with the package of each."""
-
-
-_MAX_OTHER_FILES: Final = 64 * 2**20
-"""Bytes of files of a module around another that are hashed to find a proof; with more, it is proved anew."""
 
 
 class _KeptClaims:
@@ -104,7 +100,8 @@ class ProofCache:
         self._about = [_program_digest(), rlimit, text_digest(site.text), [one.identity for one in blocks]]
         self._new: dict[str, tuple[str, bytes]] = {}
         self._surroundings = surroundings
-        self._digests_around: dict[Path | None, str | None] = {}
+        self._around = RequiredModules(surroundings)
+        self._before: dict[tuple[Path, str, str], tuple[frozenset[str], str]] = {}
 
     def find(self, folders: Iterable[Path]) -> Known:
         """Look up the proofs of the site and of modules.
@@ -130,7 +127,7 @@ class ProofCache:
         try:
             manifest = read_source(folder / MANIFEST)
             digests = text_digest(manifest.text), code_digest(code_files(folder))
-            head, claims = self._proof_of_module(folder, manifest, *digests)
+            head, claims = self._proof_of_module(folder, manifest, digests)
             summary = module_summary_from_json(head["presence"], manifest)
             findings = ModuleFindings(
                 summary, claims=_KeptClaims(_read_counts(head["tally"]), claims), lock_digest=head["lock"]
@@ -161,6 +158,7 @@ class ProofCache:
             report: report on the whole run.
             new: findings of this run that were not cached.
         """
+        self._around = RequiredModules(self._surroundings)
         if new.site is not None and _is_proved(report.site):
             self.put_site(new.site[0], report.site.claims)
         for module in report.modules:
@@ -179,7 +177,7 @@ class ProofCache:
         self._put(self._digest("site"), summary_to_json(site), [_claim_to_row(one) for one in claims])
 
     def put_module(self, folder: Path, one: ModuleFindings, lock_digest: str) -> None:
-        """Hold the proof of a module until `close` writes it, unless the modules around it have changed.
+        """Hold the proof of a module until `close` writes it, unless a module that it may use has changed.
 
         Args:
             folder: the module's folder.
@@ -195,10 +193,10 @@ class ProofCache:
         own, tally = (summary.manifest_digest, summary.code_digest), one.claims.tally
         key = self._digest("module", *own)
         if summary.has_requirements:
-            place = self._surroundings.place(folder)
-            before = self._digests_around.get(place)
-            if before is None or before != _digest_of_members(self._surroundings, place):
+            names, before = self._before.get((folder, *own), (frozenset(), None))
+            if before is None or before != self._around.digest(folder, names):
                 return
+            self._put(self._digest("names", *own), {"names": sorted(names)}, [])
             key = self._digest("module", *own, before)
         head = {
             "presence": summary_to_json(summary),
@@ -232,24 +230,24 @@ class ProofCache:
             raise LookupError(key)
         return head, proof[1]
 
-    def _proof_of_module(
-        self, folder: Path, manifest: Source, manifest_digest: str, code: str
-    ) -> tuple[Any, bytes]:
+    def _proof_of_module(self, folder: Path, manifest: Source, own: tuple[str, str]) -> tuple[Any, bytes]:
         """Return the stored proof of a module, whether or not it requires others; raise as `_proof` does."""
         try:
-            return self._proof(self._digest("module", manifest_digest, code))
+            return self._proof(self._digest("module", *own))
         except LookupError:
-            around = self._digest_around(folder) if _may_require_modules(manifest.text) else None
-            if around is None:
+            if not _may_require_modules(manifest.text):
                 raise
-            return self._proof(self._digest("module", manifest_digest, code, around))
-
-    def _digest_around(self, folder: Path) -> str | None:
-        """Hash the modules around a folder and the one in it, once for all of them."""
-        place = self._surroundings.place(folder)
-        if place not in self._digests_around:
-            self._digests_around[place] = _digest_of_members(self._surroundings, place)
-        return self._digests_around[place]
+        try:
+            names = frozenset(self._proof(self._digest("names", *own))[0]["names"])
+            around = self._around.digest(folder, names)
+            return self._proof(self._digest("module", *own, str(around)))
+        except LookupError:
+            # What it is proved with is what is there now, before it is proved.
+            needed = self._around.names(folder, manifest)
+            around = None if needed is None else self._around.digest(folder, needed)
+            if needed is not None and around is not None:
+                self._before[folder, *own] = needed, around
+            raise
 
     def _digest(self, *of: str) -> str:
         return text_digest(json.dumps([*self._about, *of]))
@@ -271,33 +269,6 @@ def _is_proved(report: SubjectReport) -> bool:
 def _may_require_modules(manifest: str) -> bool:
     """Return False if a manifest names no requirement; one that hides it is only proved anew each time."""
     return "modules" in manifest or manifest.count("capabilities") > 1
-
-
-def _digest_of_members(surroundings: Surroundings, place: Path | None) -> str | None:
-    """Hash all modules that are around each other, with their models; None if a file cannot be read."""
-    parts: list[Any] = []
-    try:
-        for one in surroundings.members(place):
-            manifest = read_source(one / MANIFEST).text
-            code = code_digest(code_files(one))
-            parts.append([one in surroundings.active, text_digest(manifest), code, _other_files(one)])
-    except (UserError, OSError):
-        return None
-    return text_digest(_dump_json(parts))
-
-
-def _other_files(folder: Path) -> list[list[str]]:
-    """Return name and digest of what may be a model of a module; raise OSError where there is too much."""
-    left, found = _MAX_OTHER_FILES, []
-    for here, folders, files in os.walk(folder):
-        folders[:] = sorted(name for name in folders if name != "__pycache__")
-        for name in sorted(files):
-            below = os.path.relpath(os.path.join(here, name), folder)
-            if not name.endswith(".py") and below not in (MANIFEST, LOCK):
-                digest, size = model_digest(folder, below, left)
-                left -= size
-                found.append([below, digest])
-    return found
 
 
 def _models_unchanged(folder: Path, digests: Mapping[str, str]) -> bool:

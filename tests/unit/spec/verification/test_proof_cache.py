@@ -25,7 +25,7 @@ from aeros.spec.text.digests import text_digest
 from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.text.files import read_source
 from aeros.spec.verification import examine, proof_cache
-from aeros.spec.verification.reports import Report
+from aeros.spec.verification.reports import Known, Report
 from aeros.spec.verification.verify import Detail, verify
 from tests.unit.spec.examining import note_examined
 
@@ -221,8 +221,12 @@ def test_a_module_that_requires_another_is_found_as_long_as_both_are_as_they_wer
     assert examined == []
 
 
-def _add_a_module(folder: Path) -> None:
-    shutil.copytree(CORPUS / "accepted" / "waits_less_than_allowed", folder.parent / "another")
+def _add_a_module(folder: Path) -> Path:
+    return shutil.copytree(CORPUS / "accepted" / "waits_less_than_allowed", folder.parent / "another")
+
+
+def _add_a_rival(folder: Path) -> None:
+    _edit("ecm.yaml", "id: waits_less_than_allowed", f"id: {REQUIRED}")(_add_a_module(folder))
 
 
 @pytest.mark.parametrize(
@@ -231,9 +235,9 @@ def _add_a_module(folder: Path) -> None:
         _edit("ecm.yaml", "schema: ", "# A comment.\nschema: "),
         _edit("skills.py", "duration=1.0", "duration=2.0"),
         lambda folder: (folder / "table.csv").write_text("1\n", encoding="utf-8"),
-        _add_a_module,
+        _add_a_rival,
     ],
-    ids=["manifest", "code", "file", "module beside it"],
+    ids=["manifest", "code", "file", "another module of that name"],
 )
 def test_a_change_of_what_a_module_may_require_is_examined_with_it(
     change: Callable[[Path], object], requiring: Path, store: AnswerStore, monkeypatch: pytest.MonkeyPatch
@@ -244,6 +248,20 @@ def test_a_change_of_what_a_module_may_require_is_examined_with_it(
     report = _brief(requiring, store, TABLE)
     assert NEEDING in examined
     assert _output_of(report) == _output_of(verify([requiring], TABLE))
+
+
+def test_a_change_of_a_module_that_provides_nothing_required_leaves_the_proof(
+    requiring: Path, store: AnswerStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _brief(requiring, store, TABLE)
+    other = _add_a_module(requiring / REQUIRED)
+    examined = note_examined(monkeypatch)
+    for change in (lambda _: None, _edit("ecm.yaml", "version: 1.0.0", "version: 1.0.1")):
+        change(other)
+        examined.clear()
+        report = _brief(requiring, store, TABLE)
+        assert examined == [other.name]
+        assert _output_of(report) == _output_of(verify([requiring], TABLE))
 
 
 def test_a_module_that_is_active_or_not_is_another_surrounding(
@@ -270,11 +288,10 @@ def test_a_required_module_that_changes_while_it_is_proved_leaves_no_proof(
     report = verify([requiring], TABLE)
     site = load_site(TABLE, Diagnostics())
     assert site is not None
-    for module in report.modules:
-        assert module.lock is not None
-        findings = examine.examine_module(module.path, site, Oracle())
-        cache.put_module(module.path, findings, module.lock.digest)
-    assert len(cache._new) == 1
+    findings = {one.path: examine.examine_module(one.path, site, Oracle()) for one in report.modules}
+    cache.keep(report, Known(None, findings))
+    _edit("skills.py", "duration=2.0", "duration=1.0")(requiring / REQUIRED)
+    assert not proof_cache.ProofCache(store, read_source(TABLE), DEFAULT_RLIMIT).find(findings).modules
 
 
 def test_a_module_with_diagnostics_is_not_cached(
