@@ -20,7 +20,7 @@ from aeros.spec.elaborate.site import elaborate_site
 from aeros.spec.model.ecm import Ecm, ForeignNames
 from aeros.spec.model.site import Site
 from aeros.spec.text.digests import code_digest, code_files, text_digest
-from aeros.spec.text.discovery import MANIFEST, NEIGHBOURS, Surroundings
+from aeros.spec.text.discovery import MANIFEST, NEIGHBOURS, Surroundings, may_provide
 from aeros.spec.text.files import read_source
 from aeros.spec.text.versions import is_compatible_version
 from aeros.spec.text.yaml_reader import read_yaml
@@ -142,7 +142,10 @@ def _foreign_names(
     modules: dict[str, Ecm] = {}
     providers: dict[str, list[tuple[Ecm, bool]]] = {name: [] for name in ranges}
     for one in surroundings.around(folder):
-        other = decode_manifest(one)
+        source = _source(one / MANIFEST, Diagnostics())
+        if source is None or not may_provide(source.text, needed | ranges.keys()):
+            continue
+        other = decode_manifest_text(source)
         if other is None or other.id.value in above:
             continue
         provided = {name.value for name, _ in other.capabilities} & ranges.keys()

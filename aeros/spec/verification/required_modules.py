@@ -1,8 +1,4 @@
-"""The modules around one that its proof depends on: any that may provide what it requires, at any depth.
-
-They are found by the text of their manifests, as reading a hundred of them as YAML takes seconds.  A module
-that provides a name spells it there, unless the text has a backslash, with which YAML can spell it otherwise.
-"""
+"""The modules around one that its proof depends on: any that may provide what it requires, at any depth."""
 
 from __future__ import annotations
 
@@ -15,7 +11,7 @@ from typing import Any, Final
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.text.digests import code_digest, code_files, model_digest, text_digest
-from aeros.spec.text.discovery import MANIFEST, Surroundings
+from aeros.spec.text.discovery import MANIFEST, Surroundings, may_provide
 from aeros.spec.text.files import read_source
 from aeros.spec.verification.certificate import LOCK
 
@@ -88,7 +84,7 @@ class RequiredModules:
         return {
             one: manifest
             for one, manifest in self._members[place].items()
-            if "\\" in manifest.text or any(name in manifest.text for name in names)
+            if may_provide(manifest.text, names)
         }
 
     def _digest_of(self, folder: Path, manifest: Source) -> list[Any]:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from aeros.spec.diagnostics.codes import Diagnostics
-from aeros.spec.text.discovery import module_folders, reference_site_path
+from aeros.spec.text.discovery import may_provide, module_folders, reference_site_path
 
 
 def found(path: Path) -> list[Path]:
@@ -69,3 +71,16 @@ def test_a_path_without_modules_is_refused(tmp_path: Path) -> None:
     assert refused(tmp_path) == f"there is no `ecm.yaml` in or below `{tmp_path}`"
     for name in ("file", "nothing", "ecm.yaml"):
         assert refused(tmp_path / name) == f"`{tmp_path / name}` is neither a folder nor an `ecm.yaml`"
+
+
+@pytest.mark.parametrize(
+    ("manifest", "provides"),
+    [
+        ("id: near\n", True),
+        ("capabilities: {sweeping: {}}\n", True),
+        ("id: other\n", False),
+        ('id: "ne\\x61r"\n', True),  # YAML reads it as `near`
+    ],
+)
+def test_a_manifest_provides_what_it_spells_or_may_spell(manifest: str, provides: bool) -> None:
+    assert may_provide(manifest, {"near", "sweeping"}) is provides
