@@ -9,11 +9,13 @@
 3.  A plan fails with the first step that fails for good. A plan also ends when it is rejected, or finished
     without the goal. Then the agent plans again (`replans` counts this), up to `site.limits.replans` times.
     If the failed plan took less than `RETRY_INTERVAL_S`, the agent waits that long first.
-4.  A plan that was denied because of measured values, such as a person nearby, does not count as a re-plan.
-    The agent waits `RETRY_INTERVAL_S` and plans again, for at most `MAX_WAIT_S`.
+4.  A plan does not count as a re-plan if it failed because of what may change by itself: a person nearby, a
+    silent sensor, a quantity that a condition reads, a quota whose window will free it. The agent waits
+    `RETRY_INTERVAL_S` and plans again, for at most as long as `waiting.py` says.
 5.  The agent gives up at once when the gate denies the same request a second time for any other reason, when
-    two plans in a row are rejected for the same reasons, when the time limit of the task has passed, or when
-    the operator has stopped everything.
+    a step fails a second time in the same state as only something in its way explains (`repeats.py`) and
+    nothing else provides the same, when two plans in a row are rejected for the same reasons, when the time
+    limit of the task has passed, or when the operator has stopped everything.
 6.  A checkpoint is written at every step boundary, before the step begins and after it has ended, and with
     every plan. A resumed run verifies that plan again and continues where it was. The end is kept, too.
 
@@ -34,6 +36,7 @@ from aeros.agent.execution.plan_executor import PlanExecutor, PlanFailure
 from aeros.agent.execution.progress import PlanProgress
 from aeros.agent.execution.report import RunReport
 from aeros.agent.execution.step_attempt import StepRunner
+from aeros.agent.execution.waiting import Wait
 from aeros.agent.instructions.understand import Errand
 from aeros.agent.plan_source import PlanSource
 from aeros.agent.planning.base import Planner
@@ -47,9 +50,6 @@ from aeros.spec.expr import terms as t
 
 RETRY_INTERVAL_S: Final = 1.0
 """Time between two requests for an action that may be allowed later, in plant seconds."""
-
-MAX_WAIT_S: Final = 60.0
-"""Longest total wait before the agent gives up, in plant seconds."""
 
 _ONLY_ERRAND: Final = ErrandPosition()
 
@@ -158,6 +158,7 @@ class TaskLoop:
         self._attempts.restore(checkpoint.steps, checkpoint.planning_states, checkpoint.avoided_skills)
         # The record since this checkpoint may not include the steps that an earlier crash interrupted.
         self._attempts.bars.restore(checkpoint.uncertain_steps)
+        self._attempts.repeats.restore(checkpoint.repeated_failures)
         progress = checkpoint.progress()
         modules, world = self._runtime.active_modules(), self._attempts.world
         recovery = ProgressRecovery(modules, world, self._attempts.bars, self._journal)
@@ -204,6 +205,7 @@ class TaskLoop:
             denied_steps=tuple(sorted(self._engine.denied)),
             avoided_skills=tuple(sorted(attempts.dispatcher.denied)),
             uncertain_steps=attempts.bars.to_checkpoint,
+            repeated_failures=attempts.repeats.to_checkpoint,
             last_plan_problems=tuple(self._plans.last_problems),
             planning_states=tuple(attempts.planned_in),
             steps=tuple(attempts.records),
@@ -228,10 +230,11 @@ class TaskLoop:
                 return f"{_timeout_text(self._timeout)}; the plan ended: {end.reason}"
             if end.is_final:
                 return end.reason
-            if end.is_transient:
-                if self._waited >= MAX_WAIT_S:
-                    return f"{end.reason}; {MAX_WAIT_S:g} s of waiting did not help"
-                self._wait(end.reason)
+            if end.wait is not None:
+                if self._waited >= end.wait.limit_s:
+                    waited = f"{self._waited:g} s of waiting until {end.wait.subject}"
+                    return f"{end.reason}; {waited} did not help"
+                self._wait(end.reason, end.wait)
                 continue
             self._waited = 0.0
             if self._replans >= cap:
@@ -246,11 +249,14 @@ class TaskLoop:
                 self._idle()
         return None
 
-    def _wait(self, reason: str) -> None:
+    def _wait(self, reason: str, wait: Wait) -> None:
         self._waited += RETRY_INTERVAL_S
         self._save()
         self._journal.record(
-            "wait-started", f"waits {RETRY_INTERVAL_S:g} s: {reason}", seconds=RETRY_INTERVAL_S, reason=reason
+            "wait-started",
+            f"waits until {wait.subject}",
+            seconds=RETRY_INTERVAL_S,
+            reason=reason,
         )
         self._idle()
 

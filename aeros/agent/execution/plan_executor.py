@@ -39,6 +39,7 @@ from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.progress import PlanProgress, StepPath, UnfinishedAttempt
 from aeros.agent.execution.report import StepRole
 from aeros.agent.execution.step_attempt import AttemptResult, RunningAttempt, StepRunner
+from aeros.agent.execution.waiting import MAX_WAIT_S, Wait
 from aeros.agent.planning.compositions import chosen_composition
 from aeros.agent.planning.task_graph import Part, PlanStep
 from aeros.agent.world.values import to_json_value
@@ -53,13 +54,13 @@ class PlanFailure:
     Attributes:
         reason: reason in words.
         is_final: planning again cannot help.
-        is_transient: planning again cannot help now, but may later.
+        wait: what may change so that planning again helps later; None if nothing is waited for.
         is_declared: a step ended as it declares that it may, or could not start.
     """
 
     reason: str
     is_final: bool = False
-    is_transient: bool = False
+    wait: Wait | None = None
     is_declared: bool = field(default=False, compare=False)
 
 
@@ -315,7 +316,7 @@ class PlanExecutor:
     def _failure_of(self, step: PlanStep, attempt: AttemptResult) -> PlanFailure:
         if attempt.is_composed:
             return PlanFailure(
-                attempt.reason, attempt.ends_run, attempt.is_transient, is_declared=attempt.is_retryable
+                attempt.reason, attempt.ends_run, _wait_of(attempt), is_declared=attempt.is_retryable
             )
         skill = step.skill if attempt.record is None else attempt.record.skill
         name = f"`{step.module}.{skill}`"
@@ -326,10 +327,12 @@ class PlanExecutor:
         if not attempt.is_denied:
             ran = attempt.record is not None
             return PlanFailure(
-                f"{name} failed: {attempt.reason}", is_declared=attempt.is_retryable or not ran
+                f"{name} failed: {attempt.reason}",
+                wait=_wait_of(attempt),
+                is_declared=attempt.is_retryable or not ran,
             )
         if attempt.is_transient:
-            return PlanFailure(f"{name} was denied: {attempt.reason}", is_transient=True)
+            return PlanFailure(f"{name} was denied: {attempt.reason}", wait=_wait_of(attempt))
         inputs = {key: to_json_value(value) for key, value in step.inputs.items()}
         request = json.dumps([step.module, skill, inputs], sort_keys=True)
         if request in self.denied:
@@ -362,10 +365,16 @@ def _composed_result(end: PlanFailure | None) -> AttemptResult:
         True,
         end.reason,
         is_retryable=end.is_declared,
-        is_transient=end.is_transient,
+        is_transient=end.wait is not None,
         ends_run=end.is_final,
         is_composed=True,
+        wait_subject="" if end.wait is None else end.wait.subject,
+        wait_limit_s=MAX_WAIT_S if end.wait is None else end.wait.limit_s,
     )
+
+
+def _wait_of(attempt: AttemptResult) -> Wait | None:
+    return Wait(attempt.wait_subject, attempt.wait_limit_s) if attempt.is_transient else None
 
 
 def _resume_branch(branch: _Branch, ended: EndedStep | None) -> None:

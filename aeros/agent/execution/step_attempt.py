@@ -15,9 +15,11 @@ from aeros.agent.execution.attempt_journal import (
 )
 from aeros.agent.execution.dispatcher import ChosenComposition, Dispatch, Dispatcher, DispatchError
 from aeros.agent.execution.journal import Journal
+from aeros.agent.execution.repeats import RepeatedFailures, is_explained_by_chance
 from aeros.agent.execution.report import StepRecord, StepRole
-from aeros.agent.execution.supervisor import assess_step
+from aeros.agent.execution.supervisor import StepAssessment, assess_step
 from aeros.agent.execution.uncertain_steps import UncertainSteps
+from aeros.agent.execution.waiting import MAX_WAIT_S, wait_after_denial, wait_for_condition
 from aeros.agent.memory.store import EpisodeEnd, EpisodeStart, Memory
 from aeros.agent.world.values import CachingConverter, to_json_value
 from aeros.agent.world.world import WorldModel, world_from_readings
@@ -59,11 +61,14 @@ class AttemptResult:
             instead.
         record: record of the invocation; None if it was not submitted.
         outputs: outputs of the skill by name (SI).
-        is_transient: it was denied, and may be allowed later.
+        is_transient: it was denied, or could not start, and may be allowed later.
         no_retry_reason: why memory makes another attempt hopeless; empty if it does not.
-        ends_run: it ended in an undeclared outcome, and the site stops the run then; or its code raised, and
-            nothing else provides the same.
+        ends_run: it ended in an undeclared outcome, and the site stops the run then; or its code raised or it
+            failed as before, and nothing else provides the same.
         is_composed: it was a run of a composition, whose steps have records of their own.
+        is_repeated: it failed as it did before in the same state, which chance does not explain.
+        wait_subject: what a transient failure waits for, in words.
+        wait_limit_s: longest wait for that, plant seconds.
     """
 
     failed: bool
@@ -75,10 +80,15 @@ class AttemptResult:
     no_retry_reason: str = ""
     ends_run: bool = False
     is_composed: bool = False
+    is_repeated: bool = False
+    wait_subject: str = ""
+    wait_limit_s: float = MAX_WAIT_S
 
     @property
     def final_words(self) -> str:
         """Words for an attempt that ends the run."""
+        if self.is_repeated:
+            return "failed again as before in the same state, and nothing else is known to try"
         raised = self.record is not None and self.record.status is StepStatus.RAISED
         return "failed, and its code is not run again" if raised else "ended with an undeclared outcome"
 
@@ -137,6 +147,8 @@ class StepRunner:
         self._failures: list[Cause] = []
         self.records: list[StepRecord] = []
         self.bars = UncertainSteps()
+        self.repeats = RepeatedFailures()
+        self._planned_state: Mapping[str, Any] | None = None
         self._world = self.observe()
 
     def restore(
@@ -185,6 +197,7 @@ class StepRunner:
         """
         world = replace(self.world, failures=tuple(self._failures))
         self._failures.clear()
+        self._planned_state = world.predicates
         if world.predicates not in self.planned_in:
             self.planned_in.append(world.predicates)
         return world
@@ -244,7 +257,7 @@ class StepRunner:
         try:
             dispatch = self.dispatcher.dispatch(module, skill, inputs, self.world)
         except DispatchError as error:
-            return self._not_started(role, module, skill, str(error), error.causes)
+            return self._not_started(role, (module, skill, inputs), str(error), error.causes)
         record_provider_choice(self._journal, module, skill, dispatch)
         if isinstance(dispatch, ChosenComposition):
             return dispatch
@@ -252,7 +265,8 @@ class StepRunner:
         barred = self.bars.reason_not_to_start(request.module, dispatch.skill, request.inputs, self.world)
         if barred is not None:
             cause = Cause("interrupted", f"{request.module}.{request.skill}", barred)
-            return self._not_started(role, request.module, request.skill, barred, (cause,))
+            step = (request.module, request.skill, request.inputs)
+            return self._not_started(role, step, barred, (cause,))
         given = {key: to_json_value(value) for key, value in dispatch.request.inputs.items()}
         time, before = self._runtime.now(), self.world.predicates
         chosen = dispatch.request.skill
@@ -328,12 +342,14 @@ class StepRunner:
         self.records.append(record)
         is_known = not (judgement.is_undeclared or judgement.is_unknown)
         raised = result.status is StepStatus.RAISED
+        is_repeated = self._has_repeated(pending, result, judgement)
         repeatable = record.failed and record.status in RAN_STATUSES and is_known and not raised
         hopeless = self._no_retry_reason(dispatch) if repeatable else ""
-        if raised or (result.status is StepStatus.DENIED and not result.is_transient):
+        if raised or is_repeated or (result.status is StepStatus.DENIED and not result.is_transient):
             self.dispatcher.avoid(request.module, request.skill)
-        # What is wrong with code is no bad luck: another provider may be tried, the same code may not.
-        stops = stops or (raised and not self.dispatcher.has_another(dispatch))
+        # What chance does not explain is not tried again: another provider may be, the same may not.
+        stops = stops or ((raised or is_repeated) and not self.dispatcher.has_another(dispatch))
+        wait = wait_after_denial(judgement.causes, self._runtime.site) if result.is_transient else None
         return AttemptResult(
             record.failed,
             record.reason,
@@ -343,7 +359,19 @@ class StepRunner:
             result.is_transient,
             hopeless,
             stops,
+            is_repeated=is_repeated,
+            wait_subject="" if wait is None else wait.subject,
+            wait_limit_s=MAX_WAIT_S if wait is None else wait.limit_s,
         )
+
+    def _has_repeated(self, pending: PendingAttempt, result: StepResult, judgement: StepAssessment) -> bool:
+        """Note a failure that chance does not explain; return True if it was noted before."""
+        causes = judgement.causes
+        if not judgement.failed or is_explained_by_chance(result.status, causes, self._runtime.site):
+            return False
+        request, beginning = pending.dispatch.request, pending.episode_start
+        step = (request.module, request.skill, beginning.inputs)
+        return self.repeats.has_repeated(step, result.status, causes, beginning.before)
 
     def _ends_run(self, result: StepResult) -> bool:
         """Return True if this undeclared outcome ends the run.
@@ -365,8 +393,22 @@ class StepRunner:
         return f"succeeded before in this context: {counts}"
 
     def _not_started(
-        self, role: StepRole, module: str, skill: str, reason: str, causes: tuple[Cause, ...]
+        self,
+        role: StepRole,
+        step: tuple[str, str, Mapping[str, Any]],
+        reason: str,
+        causes: tuple[Cause, ...],
     ) -> AttemptResult:
         self._failures += causes
-        record_not_started(self._journal, role, f"{module}.{skill}", reason, causes)
-        return AttemptResult(failed=True, reason=reason)
+        record_not_started(self._journal, role, f"{step[0]}.{step[1]}", reason, causes)
+        wait = wait_for_condition(causes, self._runtime.site)
+        if wait is not None:
+            return AttemptResult(
+                True, reason, is_transient=True, wait_subject=wait.subject, wait_limit_s=wait.limit_s
+            )
+        given = {name: to_json_value(value) for name, value in step[2].items()}
+        state = self.world.predicates
+        # Where other steps came between plan and step, their chance decides what the next plan comes to.
+        is_planned = role is StepRole.STEP and state == self._planned_state
+        again = is_planned and self.repeats.has_repeated((step[0], step[1], given), None, causes, state)
+        return AttemptResult(failed=True, reason=reason, ends_run=again, is_repeated=again)

@@ -56,6 +56,7 @@ class TaskCheckpoint:
         denied_steps: requests that the gate denied for good.
         avoided_skills: skills that the gate denied for good.
         uncertain_steps: steps that may have happened already (`uncertain_steps.py`).
+        repeated_failures: failures that chance does not explain (`repeats.py`).
         last_plan_problems: problems of the last plan, if it was rejected.
         planning_states: predicates as measured where plans were made.
         steps: invocations so far.
@@ -81,6 +82,7 @@ class TaskCheckpoint:
     denied_steps: tuple[str, ...]
     avoided_skills: tuple[tuple[str, str], ...]
     uncertain_steps: tuple[str, ...]
+    repeated_failures: tuple[str, ...]
     last_plan_problems: tuple[str, ...]
     planning_states: tuple[Mapping[str, Any], ...]
     steps: tuple[StepRecord, ...]

@@ -88,8 +88,28 @@ def to_6(text: str) -> str:
         UnmigratableError: it is damaged.
     """
     return _rewritten(
-        text, 6, lambda body: {name: _with_between_tries(value) for name, value in body.items()}
+        text, 6, lambda body: {name: _with_objects(value, _fields_of_6) for name, value in body.items()}
     )
+
+
+def to_7(text: str) -> str:
+    """Add `repeated_failures`, none: until version 6 a failure was not compared with those before it.
+
+    Args:
+        text: checkpoint of version 6.
+
+    Returns:
+        The checkpoint in version 7.
+
+    Raises:
+        UnmigratableError: it is damaged.
+    """
+
+    def rewritten(body: dict[str, Any]) -> dict[str, Any]:
+        kept = {name: _with_objects(value, _fields_of_7) for name, value in body.items()}
+        return {**kept, "repeated_failures": {"tuple": []}}
+
+    return _rewritten(text, 7, rewritten)
 
 
 _ADDED_IN_6: Final[Mapping[str, Mapping[str, Any]]] = {
@@ -98,27 +118,42 @@ _ADDED_IN_6: Final[Mapping[str, Mapping[str, Any]]] = {
 }
 """Fields with their values, by class: until version 5 there was no composition among attempts."""
 
+_ADDED_IN_7: Final[Mapping[str, Mapping[str, Any]]] = {
+    "AttemptResult": {"is_repeated": False, "wait_subject": "", "wait_limit_s": 60.0},
+}
+"""Fields with their values, by class: until version 6 every wait was of 60 s at most."""
 
-def _with_between_tries(value: Any) -> Any:
-    """Rewrite the steps of a plan in an encoded value."""
+_Rewrite = Callable[[str, dict[str, Any]], dict[str, Any]]
+"""Returns the fields that an object is to have, by the name of its class and its encoded fields."""
+
+
+def _with_objects(value: Any, rewrite: _Rewrite) -> Any:
+    """Rewrite each object in an encoded value, those inside it first."""
     if isinstance(value, list):
-        return [_with_between_tries(item) for item in value]
+        return [_with_objects(item, rewrite) for item in value]
     if not isinstance(value, dict):
         return value
     if value.keys() == {"map"}:
-        return {"map": {key: _with_between_tries(item) for key, item in value["map"].items()}}
+        return {"map": {key: _with_objects(item, rewrite) for key, item in value["map"].items()}}
     if value.keys() != {"class", "fields"}:
-        return {key: _with_between_tries(item) for key, item in value.items()}
-    held = {key: _with_between_tries(item) for key, item in value["fields"].items()}
-    if value["class"] != "PlanStep":
-        return {"class": value["class"], "fields": {**held, **_ADDED_IN_6.get(value["class"], {})}}
+        return {key: _with_objects(item, rewrite) for key, item in value.items()}
+    held = {key: _with_objects(item, rewrite) for key, item in value["fields"].items()}
+    return {"class": value["class"], "fields": rewrite(value["class"], held)}
+
+
+def _fields_of_6(name: str, held: dict[str, Any]) -> dict[str, Any]:
+    if name != "PlanStep":
+        return {**held, **_ADDED_IN_6.get(name, {})}
     handler, skill = held.pop("handler", None), held.pop("on_failure", None)
     between = handler
     if skill is not None:
         plain = {"module": held["module"], "skill": skill, "inputs": {"map": {}}}
         between = {"class": "PlanStep", "fields": plain}
-    held |= {"between_tries": between, "on_failure": None, "needs_recovery": handler is not None}
-    return {"class": "PlanStep", "fields": held}
+    return held | {"between_tries": between, "on_failure": None, "needs_recovery": handler is not None}
+
+
+def _fields_of_7(name: str, held: dict[str, Any]) -> dict[str, Any]:
+    return {**held, **_ADDED_IN_7.get(name, {})}
 
 
 _CLASS_NAMES: Final = {

@@ -68,6 +68,7 @@ CHECKPOINT: Final = Format(
             "keeps `errand` and `earlier_reports`: an instruction may ask for several tasks", checkpoint.to_5
         ),
         Version("plans say apart what runs between two tries and after the last one", checkpoint.to_6),
+        Version("keeps `repeated_failures`, which chance does not explain", checkpoint.to_7),
     ),
     keys=frozenset({"schema", "digest", "body"}),
     is_numbered=True,

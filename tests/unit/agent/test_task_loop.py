@@ -12,13 +12,15 @@ from hypothesis import strategies as st
 
 from aeros.agent.agent import open_temporary_agent, start_agent
 from aeros.agent.execution.report import RunReport, StepRole
+from aeros.agent.execution.waiting import MAX_WAIT_S, Wait
 from aeros.agent.planning.base import Planner
 from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.task_graph import PlanStep, TaskGraph
 from aeros.agent.recovery.checkpoint import CheckpointStore, TaskCheckpoint
-from aeros.agent.task_loop import MAX_WAIT_S, RETRY_INTERVAL_S
+from aeros.agent.task_loop import RETRY_INTERVAL_S
 from aeros.agent.world.world import WorldModel
 from aeros.runtime.ports import Runtime, StepRequest, StepResult, StepStatus
+from aeros.spec.model.cause import Cause
 from aeros.spec.model.ecm import Ecm
 from tests.unit.agent.dumplings import DUMPLING, MAKE_DUMPLINGS, module, outcome, rule, site, skill, task
 from tests.unit.agent.fake_runtime import Ending, FakeRuntime
@@ -161,9 +163,10 @@ def test_a_stale_precondition_is_unmet() -> None:
     runtime.ages["dumpling_wrapped"] = 5.5
     report = run(runtime)
     assert runtime.submitted == []
-    assert report.replans == 10
+    assert report.replans == 0
     assert report.reason is not None
     assert "`dumpling_wrapped` was measured 5.5 s ago; 5 s is allowed" in report.reason
+    assert report.reason.endswith("60 s of waiting until `dumpling_wrapped` is measured did not help")
     runtime.ages.clear()
     assert run(runtime).reached
 
@@ -249,7 +252,55 @@ def test_patience_comes_to_an_end_and_is_new_after_a_plan_that_ended_otherwise()
     assert report.replans == 1
     assert runtime.submitted.count("boil") == most + 1 + most + 1
     assert report.reason is not None
-    assert report.reason.endswith("somebody is near; 60 s of waiting did not help")
+    assert report.reason.endswith(
+        "somebody is near; 60 s of waiting until the measured state changes did not help"
+    )
+
+
+def test_a_step_that_is_stopped_again_in_the_same_state_is_the_last() -> None:
+    stopped = StepResult(StepStatus.STOPPED, "contact with something", allowed=1)
+    runtime = FakeRuntime(endings={"boil": [stopped] * 9})
+    report = run(runtime)
+    assert runtime.submitted.count("boil") == 2
+    assert report.replans == 1
+    words = "failed again as before in the same state, and nothing else is known to try"
+    assert report.reason is not None
+    assert report.reason.startswith(f"`dumpling.boil` {words}: stopped: contact with something")
+
+
+def test_a_step_that_is_stopped_in_another_state_is_tried_again() -> None:
+    class Changing(FakeRuntime):
+        def submit(self, request: StepRequest) -> StepResult:
+            self.state["dough_on_workspace"] = not self.state["dough_on_workspace"]
+            return super().submit(request)
+
+    runtime = Changing(endings={"boil": [StepStatus.STOPPED] * 2})
+    assert run(runtime).reached
+    assert runtime.submitted.count("boil") == 3
+
+
+def test_a_step_that_cannot_start_where_it_is_planned_is_proposed_twice_at_most() -> None:
+    runtime = FakeRuntime()
+    report = run(runtime, Fixed(TaskGraph((PlanStep("dumpling", "boil"),))))
+    assert runtime.kinds().count("step-not-started") == 2
+    assert report.replans == 1
+    assert "failed again as before in the same state" in str(report.reason)
+
+
+def test_a_condition_on_a_quantity_is_waited_for() -> None:
+    boil = skill("boil", outcome("cooked", {"dumpling_cooked": True}), precondition="fill_level >= 0.5")
+    by_rule = task("make_dumplings", ("make dumplings",), "dumpling_cooked", rule("dumpling_cooked", "boil"))
+
+    class Filling(FakeRuntime):
+        def observe(self) -> Any:
+            self.state["fill_level"] = 0.6 if self.clock >= 107.0 else 0.2
+            return super().observe()
+
+    runtime = Filling({"dumpling": module("dumpling", (boil,), by_rule)})
+    report = run(runtime)
+    assert report.reached
+    assert report.replans == 0
+    assert runtime.kinds().count("wait-started") == 7
 
 
 class SilentSensor(FakeRuntime):
@@ -258,7 +309,8 @@ class SilentSensor(FakeRuntime):
     def submit(self, request: StepRequest) -> StepResult:
         if self.clock >= 104.0:
             return super().submit(request)
-        return StepResult(StepStatus.STOPPED, "monitor:input:tool_position", allowed=1)
+        cause = Cause("reading", "tool_position", "every value that a rule reads is measured")
+        return StepResult(StepStatus.STOPPED, "monitor:input:tool_position", allowed=1, causes=(cause,))
 
 
 def test_replans_are_not_used_up_while_a_sensor_is_silent() -> None:
@@ -431,7 +483,7 @@ def test_a_resumed_run_keeps_its_deadline_and_ends_with_it(tmp_path: Path, timeo
 def test_a_resumed_run_has_the_re_plans_and_the_waiting_that_are_left(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("aeros.agent.task_loop.MAX_WAIT_S", 5.0)
+    monkeypatch.setattr("aeros.agent.execution.step_attempt.wait_after_denial", lambda *_: Wait("it", 5.0))
     nearby = StepResult(StepStatus.DENIED, "somebody is near", denied=1, is_transient=True)
     script: list[Ending] = ["nothing_changed", *[nearby] * 3, KeyboardInterrupt(), *[nearby] * 9]
     runtime = FakeRuntime(endings={"boil": script}, at=site(replans=1))
@@ -440,9 +492,8 @@ def test_a_resumed_run_has_the_re_plans_and_the_waiting_that_are_left(
     with start_agent(tmp_path, "chef", runtime) as agent:
         report = agent.resume("dumplings")
     assert report.replans == 1
-    assert (
-        report.reason == "`dumpling.boil` was denied: denied: somebody is near; 5 s of waiting did not help"
-    )
+    ending = "denied: somebody is near; 5 s of waiting until it did not help"
+    assert report.reason == f"`dumpling.boil` was denied: {ending}"
     waits = [details["seconds"] for kind, details in runtime.notes if kind == "wait-started"]
     assert waits == [RETRY_INTERVAL_S] * 5
 

@@ -45,6 +45,7 @@ FULL = TaskCheckpoint(
     denied_steps=("m.wrap",),
     avoided_skills=(("m", "wrap"),),
     uncertain_steps=('["m", "boil", {}]',),
+    repeated_failures=("a failure",),
     last_plan_problems=("too long",),
     planning_states=({"cooked": False},),
     steps=(STEP,),

@@ -1,0 +1,73 @@
+"""A failure that chance does not explain is known again by step, state and cause, not by measured numbers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from aeros.agent.execution.repeats import RepeatedFailures, is_explained_by_chance
+from aeros.runtime.ports import StepStatus
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_site
+from aeros.spec.expr.shortfall import UnmetBound
+from aeros.spec.model.cause import Cause
+from aeros.spec.model.site import Site
+from aeros.spec.text.discovery import reference_site_path
+
+STEP = ("m", "boil", {"force": 0.5})
+STATE = {"wrapped": True, "cooked": None}
+LATE = (Cause("timed_out", "m.boil", "took 61.2 s"),)
+
+
+@pytest.fixture(scope="module")
+def cell() -> Site:
+    site = load_site(reference_site_path(), Diagnostics())
+    assert site is not None
+    return site
+
+
+@pytest.mark.parametrize(
+    ("step", "status", "causes", "state", "again"),
+    [
+        (STEP, StepStatus.TIMED_OUT, (Cause("timed_out", "m.boil", "took 60.8 s"),), STATE, True),
+        (("m", "wrap", STEP[2]), StepStatus.TIMED_OUT, LATE, STATE, False),
+        (("m", "boil", {"force": 0.6}), StepStatus.TIMED_OUT, LATE, STATE, False),
+        (STEP, StepStatus.STOPPED, LATE, STATE, False),
+        (STEP, None, LATE, STATE, False),
+        (STEP, StepStatus.TIMED_OUT, (Cause("rule", "force", "force <= 65 N"),), STATE, False),
+        (STEP, StepStatus.TIMED_OUT, LATE, {**STATE, "cooked": False}, False),
+    ],
+)
+def test_a_failure_repeats_if_step_state_and_cause_are_the_same(
+    step: Any, status: StepStatus | None, causes: Any, state: Any, *, again: bool
+) -> None:
+    failures = RepeatedFailures()
+    assert not failures.has_repeated(STEP, StepStatus.TIMED_OUT, LATE, STATE)
+    resumed = RepeatedFailures()
+    resumed.restore(failures.to_checkpoint)
+    for each in (failures, resumed):
+        assert each.has_repeated(step, status, causes, state) is again
+
+
+PERSON = UnmetBound("human_distance", 0.4, "at least", 0.5, "m")
+
+
+@pytest.mark.parametrize(
+    ("status", "causes", "by_chance"),
+    [
+        (StepStatus.TIMED_OUT, (), False),
+        (StepStatus.STOPPED, (Cause("stopped", "m.boil", "out of reach"),), False),
+        (StepStatus.STOPPED, (Cause("rule", "tool-speed", "tool_speed <= 1.7 m/s"),), False),
+        (StepStatus.STOPPED, (Cause("rule", "separation", ""),), True),
+        (StepStatus.STOPPED, (Cause("stopped", "m.boil", "", shortfalls=(PERSON,)),), True),
+        (StepStatus.STOPPED, (Cause("reading", "tool_speed", ""),), True),
+        (StepStatus.FINISHED, (Cause("outcome", "m.boil", "outcome `dropped`"),), True),
+        (StepStatus.HOLD_LOST, (), True),
+        (StepStatus.CANCELLED, (), True),
+    ],
+)
+def test_an_obstacle_is_no_chance_and_a_person_or_a_sensor_is(
+    status: StepStatus, causes: tuple[Cause, ...], cell: Site, *, by_chance: bool
+) -> None:
+    assert is_explained_by_chance(status, causes, cell) is by_chance
