@@ -1,4 +1,4 @@
-"""What a step that cannot go on now waits for, and for how long: a person, a sensor, a quota, a condition."""
+"""Waits of a step that cannot go on now: for a person, a sensor, a quota or a condition, and for how long."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is waited for is named, and waiting ends when it cannot help any more."""
+"""A wait names its subject, and ends when it cannot help any more."""
 
 from __future__ import annotations
 
