@@ -1,4 +1,4 @@
-"""Transient denials: those that depend only on measured values or used-up quotas, so that waiting may help."""
+"""Transient denials: they depend only on measured values or used-up quotas, so waiting may help."""
 
 from __future__ import annotations
 
