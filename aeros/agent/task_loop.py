@@ -233,7 +233,7 @@ class TaskLoop:
             if end.wait is not None:
                 if self._waited >= end.wait.limit_s:
                     waited = f"{self._waited:g} s of waiting until {end.wait.subject}"
-                    return f"{end.reason}; {waited} did not help"
+                    return f"{waited} did not help: {end.reason}"
                 self._wait(end.reason, end.wait)
                 continue
             self._waited = 0.0

@@ -109,13 +109,15 @@ def _may_change(part: UnmetBound) -> bool:
 
 def _subject(parts: Iterable[UnmetBound], site: Site) -> str:
     """Say what unmet parts of a condition wait for; empty for none."""
-    return " and ".join(dict.fromkeys(_subject_of_part(part, site) for part in parts))
+    parts = tuple(parts)
+    for part in parts:
+        if _is_distance_to_people(part, site) and isinstance(part.value, float):
+            # Whatever else is not met, such as a speed, is allowed once nobody is near.
+            return f"the person at {part.value:.2f} m goes away"
+    return " and ".join(dict.fromkeys(map(_subject_of_part, parts)))
 
 
-def _subject_of_part(part: UnmetBound, site: Site) -> str:
+def _subject_of_part(part: UnmetBound) -> str:
     if part.value is None:
         return f"`{part.quantity}` is measured"
-    value, bound = part.formatted_values()
-    if _is_distance_to_people(part, site):
-        return f"the person at {value} has gone {bound} away"
-    return f"{part.quantity} is {part.required_op} {bound}"
+    return f"{part.quantity} is {part.required_op} {part.formatted_values()[1]}"

@@ -166,7 +166,7 @@ def test_a_stale_precondition_is_unmet() -> None:
     assert report.replans == 0
     assert report.reason is not None
     assert "`dumpling_wrapped` was measured 5.5 s ago; 5 s is allowed" in report.reason
-    assert report.reason.endswith("60 s of waiting until `dumpling_wrapped` is measured did not help")
+    assert report.reason.startswith("60 s of waiting until `dumpling_wrapped` is measured did not help: ")
     runtime.ages.clear()
     assert run(runtime).reached
 
@@ -252,9 +252,8 @@ def test_patience_comes_to_an_end_and_is_new_after_a_plan_that_ended_otherwise()
     assert report.replans == 1
     assert runtime.submitted.count("boil") == most + 1 + most + 1
     assert report.reason is not None
-    assert report.reason.endswith(
-        "somebody is near; 60 s of waiting until the measured state changes did not help"
-    )
+    waited = "60 s of waiting until the measured state changes did not help"
+    assert report.reason == f"{waited}: `dumpling.boil` was denied: denied: somebody is near"
 
 
 def test_a_step_that_is_stopped_again_in_the_same_state_is_the_last() -> None:
@@ -492,8 +491,8 @@ def test_a_resumed_run_has_the_re_plans_and_the_waiting_that_are_left(
     with start_agent(tmp_path, "chef", runtime) as agent:
         report = agent.resume("dumplings")
     assert report.replans == 1
-    ending = "denied: somebody is near; 5 s of waiting until it did not help"
-    assert report.reason == f"`dumpling.boil` was denied: {ending}"
+    waited = "5 s of waiting until it did not help"
+    assert report.reason == f"{waited}: `dumpling.boil` was denied: denied: somebody is near"
     waits = [details["seconds"] for kind, details in runtime.notes if kind == "wait-started"]
     assert waits == [RETRY_INTERVAL_S] * 5
 

@@ -36,7 +36,7 @@ def cell() -> Site:
 
 def test_a_person_is_named_as_one(cell: Site) -> None:
     cause = Cause("rule", "separation", "human_distance >= 0.5 m", shortfalls=(PERSON,), code="AE750")
-    assert wait_after_denial([cause], cell) == Wait("the person at 0.41 m has gone 0.5 m away", MAX_WAIT_S)
+    assert wait_after_denial([cause], cell) == Wait("the person at 0.41 m goes away", MAX_WAIT_S)
     assert is_about_person(cause, cell)
 
 
@@ -51,17 +51,18 @@ def test_a_used_up_quota_is_waited_for_until_its_window_frees_it(
     assert wait_after_denial(causes, site) == Wait(freed, limit_s)
     person = Cause("rule", "separation", "", shortfalls=(PERSON,), code="AE750")
     both = wait_after_denial([*causes, person], site)
-    assert both == Wait(f"{freed}; the person at 0.41 m has gone 0.5 m away", limit_s)
+    assert both == Wait(f"{freed}; the person at 0.41 m goes away", limit_s)
 
 
 @pytest.mark.parametrize(
     ("causes", "subject"),
     [
-        ([Cause("hold", "m.carry", "", shortfalls=(PERSON,))], "the person at 0.41 m has gone 0.5 m away"),
+        ([Cause("hold", "m.carry", "", shortfalls=(PERSON,))], "the person at 0.41 m goes away"),
         (
             [Cause("precondition", "m.boil", "", shortfalls=(HEIGHT, SILENT))],
             "fill_level is at least 0.5 and `tool_position` is measured",
         ),
+        ([Cause("hold", "m.carry", "", shortfalls=(HEIGHT, PERSON))], "the person at 0.41 m goes away"),
         ([Cause("precondition", "m.boil", "", shortfalls=(UNWRAPPED,))], None),
         ([Cause("precondition", "m.boil", "", shortfalls=(UNWRAPPED, PERSON))], None),
         ([Cause("precondition", "m.boil", "false", shortfalls=(UnmetBound("", None, "", True),))], None),
