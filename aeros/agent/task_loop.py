@@ -13,7 +13,7 @@
     silent sensor, a quantity that a condition reads, a quota whose window will free it. The agent waits
     `RETRY_INTERVAL_S` and plans again, for at most as long as `waiting.py` says.
 5.  The agent gives up at once when the gate denies the same request a second time for any other reason, when
-    a step fails a second time in the same state as only something in its way explains (`repeats.py`) and
+    a step fails again and again in the same state as only something in its way explains (`repeats.py`) and
     nothing else provides the same, when two plans in a row are rejected for the same reasons, when the time
     limit of the task has passed, or when the operator has stopped everything.
 6.  A checkpoint is written at every step boundary, before the step begins and after it has ended, and with
@@ -244,9 +244,9 @@ class TaskLoop:
             self._journal.record(
                 "replan", f"re-plan {self._replans}: {end.reason}", number=self._replans, reason=end.reason
             )
-            if self._runtime.now() - began < RETRY_INTERVAL_S:
-                # A plan that failed at once (for example while a sensor is silent) would fail again at once.
-                self._idle()
+            # A plan that failed at once (for example while a sensor is silent) would fail again at once.
+            failed_at_once = self._runtime.now() - began < RETRY_INTERVAL_S
+            self._idle(max(end.pause_s, RETRY_INTERVAL_S if failed_at_once else 0.0))
         return None
 
     def _wait(self, reason: str, wait: Wait) -> None:
@@ -258,10 +258,11 @@ class TaskLoop:
             seconds=RETRY_INTERVAL_S,
             reason=reason,
         )
-        self._idle()
+        self._idle(RETRY_INTERVAL_S)
 
-    def _idle(self) -> None:
-        self._attempts.idle_until(min(self._until, self._runtime.now() + RETRY_INTERVAL_S))
+    def _idle(self, seconds: float) -> None:
+        if seconds > 0.0:
+            self._attempts.idle_until(min(self._until, self._runtime.now() + seconds))
 
     def _run_plan(self) -> PlanFailure:
         graph = self._next_plan()

@@ -55,12 +55,14 @@ class PlanFailure:
         reason: reason in words.
         is_final: planning again cannot help.
         wait: what may change so that planning again helps later; None if nothing is waited for.
+        pause_s: time that is to pass before another plan, plant seconds.
         is_declared: a step ended as it declares that it may, or could not start.
     """
 
     reason: str
     is_final: bool = False
     wait: Wait | None = None
+    pause_s: float = 0.0
     is_declared: bool = field(default=False, compare=False)
 
 
@@ -316,7 +318,11 @@ class PlanExecutor:
     def _failure_of(self, step: PlanStep, attempt: AttemptResult) -> PlanFailure:
         if attempt.is_composed:
             return PlanFailure(
-                attempt.reason, attempt.ends_run, _wait_of(attempt), is_declared=attempt.is_retryable
+                attempt.reason,
+                attempt.ends_run,
+                _wait_of(attempt),
+                attempt.pause_s,
+                is_declared=attempt.is_retryable,
             )
         skill = step.skill if attempt.record is None else attempt.record.skill
         name = f"`{step.module}.{skill}`"
@@ -329,6 +335,7 @@ class PlanExecutor:
             return PlanFailure(
                 f"{name} failed: {attempt.reason}",
                 wait=_wait_of(attempt),
+                pause_s=attempt.pause_s,
                 is_declared=attempt.is_retryable or not ran,
             )
         if attempt.is_transient:
@@ -368,6 +375,7 @@ def _composed_result(end: PlanFailure | None) -> AttemptResult:
         is_transient=end.wait is not None,
         ends_run=end.is_final,
         is_composed=True,
+        pause_s=end.pause_s,
         wait_subject="" if end.wait is None else end.wait.subject,
         wait_limit_s=MAX_WAIT_S if end.wait is None else end.wait.limit_s,
     )

@@ -1,34 +1,47 @@
-"""Failures that repeat: a step that ends the same way again, in the same measured state.
+"""Failures that repeat: a step ends the same way again, in the same measured state and at the same place.
 
 A declared failure is chance, and retries are for it. A stop for a person or for a silent sensor is not the
-skill's doing either. But a skill that meets an obstacle, does not arrive in time, or is proposed where it
-cannot start will do so again, as long as nothing else is done. So the second time is the last.
+skill's doing either. But a skill that meets an obstacle, or does not arrive in time, will do so again as long
+as the cause is there. After the second time the agent lets time pass, as an arm may be weak for a while, and
+looks again; the third time is the last.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, Final
 
 from aeros.agent.execution.waiting import is_about_person
 from aeros.runtime.ports import StepStatus
 from aeros.spec.model.cause import Cause
 from aeros.spec.model.site import Site
 
-_NOT_STARTED = "not started"
+MOST_OF_A_KIND: Final = 3
+"""Times that a step may fail in the same way before it is not tried again."""
+
+MOST_NOT_STARTED: Final = 2
+"""Times that a plan may begin with a step that cannot start in the state in which the plan was made."""
+
+LOOK_AGAIN_PAUSE_S: Final = 10.0
+"""Time that passes before the last try, in plant seconds."""
+
+SAME_PLACE: Final = 0.1
+"""Greatest difference of a joint between two stops at the same place, rad: some centimetres at the hand."""
+
+_NOT_STARTED: Final = "not started"
 
 
 class RepeatedFailures:
     """The failures of one run that chance does not explain, each with the state in which it happened."""
 
     def __init__(self) -> None:
-        self._seen: dict[str, None] = {}
+        self._noted: list[tuple[str, Sequence[float]]] = []
 
     @property
     def to_checkpoint(self) -> tuple[str, ...]:
         """The failures as JSON texts, in order."""
-        return tuple(self._seen)
+        return tuple(json.dumps(one) for one in self._noted)
 
     def restore(self, failures: Iterable[str]) -> None:
         """Restore the failures of an earlier session of the same run.
@@ -36,32 +49,38 @@ class RepeatedFailures:
         Args:
             failures: as `to_checkpoint` returned them.
         """
-        self._seen.update(dict.fromkeys(failures))
+        self._noted += [(key, place) for key, place in map(json.loads, failures)]
 
-    def has_repeated(
+    def count(
         self,
         step: tuple[str, str, Mapping[str, Any]],
         status: StepStatus | None,
         causes: Iterable[Cause],
         state: Mapping[str, Any],
-    ) -> bool:
+        joints: Sequence[float] = (),
+    ) -> int:
         """Note a failure.
 
         Args:
             step: module, skill and inputs (JSON values).
             status: how the step ended; None if it did not start.
-            causes: why; only their kinds and names count, as measured values are never quite the same.
+            causes: why.  Only kinds and names count, as measured numbers are never quite the same; of a stop
+                at a known place not even these, as an obstacle is felt now as force and now as torque.
             state: predicates as measured before it.
+            joints: where it was stopped, rad or m; empty if that is unknown or means nothing.
 
         Returns:
-            True if it was noted before.
+            Number of times that it happened, this time included.
         """
         ended = _NOT_STARTED if status is None else status.value
-        named = sorted({(cause.kind, cause.rule) for cause in causes})
+        named = [] if joints else sorted({(cause.kind, cause.rule) for cause in causes})
         key = json.dumps([*step, ended, named, dict(state)], sort_keys=True)
-        again = key in self._seen
-        self._seen[key] = None
-        return again
+        self._noted.append((key, joints))
+        return sum(other == key and _is_same_place(place, joints) for other, place in self._noted)
+
+
+def _is_same_place(one: Sequence[float], other: Sequence[float]) -> bool:
+    return len(one) == len(other) and all(abs(a - b) <= SAME_PLACE for a, b in zip(one, other, strict=True))
 
 
 def is_explained_by_chance(status: StepStatus, causes: Iterable[Cause], site: Site) -> bool:

@@ -15,7 +15,13 @@ from aeros.agent.execution.attempt_journal import (
 )
 from aeros.agent.execution.dispatcher import ChosenComposition, Dispatch, Dispatcher, DispatchError
 from aeros.agent.execution.journal import Journal
-from aeros.agent.execution.repeats import RepeatedFailures, is_explained_by_chance
+from aeros.agent.execution.repeats import (
+    LOOK_AGAIN_PAUSE_S,
+    MOST_NOT_STARTED,
+    MOST_OF_A_KIND,
+    RepeatedFailures,
+    is_explained_by_chance,
+)
 from aeros.agent.execution.report import StepRecord, StepRole
 from aeros.agent.execution.supervisor import StepAssessment, assess_step
 from aeros.agent.execution.uncertain_steps import UncertainSteps
@@ -62,11 +68,14 @@ class AttemptResult:
         record: record of the invocation; None if it was not submitted.
         outputs: outputs of the skill by name (SI).
         is_transient: it was denied, or could not start, and may be allowed later.
-        no_retry_reason: why memory makes another attempt hopeless; empty if it does not.
+        no_retry_reason: why another attempt at once is hopeless, by memory or as it failed so before; empty
+            if it is not.
         ends_run: it ended in an undeclared outcome, and the site stops the run then; or its code raised or it
             failed as before, and nothing else provides the same.
         is_composed: it was a run of a composition, whose steps have records of their own.
-        is_repeated: it failed as it did before in the same state, which chance does not explain.
+        is_repeated: it failed as it did before in the same state, which chance does not explain, and is not
+            tried again.
+        pause_s: time that is to pass before another plan, plant seconds.
         wait_subject: what a transient failure waits for, in words.
         wait_limit_s: longest wait for that, plant seconds.
     """
@@ -81,6 +90,7 @@ class AttemptResult:
     ends_run: bool = False
     is_composed: bool = False
     is_repeated: bool = False
+    pause_s: float = 0.0
     wait_subject: str = ""
     wait_limit_s: float = MAX_WAIT_S
 
@@ -342,9 +352,12 @@ class StepRunner:
         self.records.append(record)
         is_known = not (judgement.is_undeclared or judgement.is_unknown)
         raised = result.status is StepStatus.RAISED
-        is_repeated = self._has_repeated(pending, result, judgement)
+        times = self._count_failures(pending, result, judgement)
+        is_repeated = times >= MOST_OF_A_KIND
         repeatable = record.failed and record.status in RAN_STATUSES and is_known and not raised
         hopeless = self._no_retry_reason(dispatch) if repeatable else ""
+        if times > 1:
+            hopeless = f"it failed {times} times in the same way"
         if raised or is_repeated or (result.status is StepStatus.DENIED and not result.is_transient):
             self.dispatcher.avoid(request.module, request.skill)
         # What chance does not explain is not tried again: another provider may be, the same may not.
@@ -360,18 +373,23 @@ class StepRunner:
             hopeless,
             stops,
             is_repeated=is_repeated,
+            pause_s=LOOK_AGAIN_PAUSE_S if times > 1 else 0.0,
             wait_subject="" if wait is None else wait.subject,
             wait_limit_s=MAX_WAIT_S if wait is None else wait.limit_s,
         )
 
-    def _has_repeated(self, pending: PendingAttempt, result: StepResult, judgement: StepAssessment) -> bool:
-        """Note a failure that chance does not explain; return True if it was noted before."""
-        causes = judgement.causes
-        if not judgement.failed or is_explained_by_chance(result.status, causes, self._runtime.site):
-            return False
+    def _count_failures(self, pending: PendingAttempt, result: StepResult, judgement: StepAssessment) -> int:
+        """Note a failure that chance does not explain; return how often it happened, 0 for any other end."""
+        causes, site = judgement.causes, self._runtime.site
+        if not judgement.failed or is_explained_by_chance(result.status, causes, site):
+            return 0
         request, beginning = pending.dispatch.request, pending.episode_start
         step = (request.module, request.skill, beginning.inputs)
-        return self.repeats.has_repeated(step, result.status, causes, beginning.before)
+        joints: Any = None
+        if result.status is StepStatus.STOPPED and site.motion is not None:
+            joints = self.world.known.get(site.motion.start_variable)
+        place = [] if joints is None else [round(float(one), 3) for one in joints]
+        return self.repeats.count(step, result.status, causes, beginning.before, place)
 
     def _ends_run(self, result: StepResult) -> bool:
         """Return True if this undeclared outcome ends the run.
@@ -410,5 +428,6 @@ class StepRunner:
         state = self.world.predicates
         # Where other steps came between plan and step, their chance decides what the next plan comes to.
         is_planned = role is StepRole.STEP and state == self._planned_state
-        again = is_planned and self.repeats.has_repeated((step[0], step[1], given), None, causes, state)
+        named = (step[0], step[1], given)
+        again = is_planned and self.repeats.count(named, None, causes, state) >= MOST_NOT_STARTED
         return AttemptResult(failed=True, reason=reason, ends_run=again, is_repeated=again)

@@ -119,7 +119,7 @@ _ADDED_IN_6: Final[Mapping[str, Mapping[str, Any]]] = {
 """Fields with their values, by class: until version 5 there was no composition among attempts."""
 
 _ADDED_IN_7: Final[Mapping[str, Mapping[str, Any]]] = {
-    "AttemptResult": {"is_repeated": False, "wait_subject": "", "wait_limit_s": 60.0},
+    "AttemptResult": {"is_repeated": False, "pause_s": 0.0, "wait_subject": "", "wait_limit_s": 60.0},
 }
 """Fields with their values, by class: until version 6 every wait was of 60 s at most."""
 

@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.agent.agent import open_temporary_agent, start_agent
+from aeros.agent.execution.repeats import LOOK_AGAIN_PAUSE_S
 from aeros.agent.execution.report import RunReport, StepRole
 from aeros.agent.execution.waiting import MAX_WAIT_S, Wait
 from aeros.agent.planning.base import Planner
@@ -256,12 +257,13 @@ def test_patience_comes_to_an_end_and_is_new_after_a_plan_that_ended_otherwise()
     assert report.reason == f"{waited}: `dumpling.boil` was denied: denied: somebody is near"
 
 
-def test_a_step_that_is_stopped_again_in_the_same_state_is_the_last() -> None:
+def test_after_two_stops_in_the_same_state_there_is_a_pause_and_then_a_last_try() -> None:
     stopped = StepResult(StepStatus.STOPPED, "contact with something", allowed=1)
     runtime = FakeRuntime(endings={"boil": [stopped] * 9})
     report = run(runtime)
-    assert runtime.submitted.count("boil") == 2
-    assert report.replans == 1
+    assert runtime.submitted.count("boil") == 3
+    assert report.replans == 2
+    assert runtime.clock == 100.0 + len(runtime.submitted) + LOOK_AGAIN_PAUSE_S
     words = "failed again as before in the same state, and nothing else is known to try"
     assert report.reason is not None
     assert report.reason.startswith(f"`dumpling.boil` {words}: stopped: contact with something")
@@ -273,9 +275,9 @@ def test_a_step_that_is_stopped_in_another_state_is_tried_again() -> None:
             self.state["dough_on_workspace"] = not self.state["dough_on_workspace"]
             return super().submit(request)
 
-    runtime = Changing(endings={"boil": [StepStatus.STOPPED] * 2})
+    runtime = Changing(endings={"boil": [StepStatus.STOPPED] * 3})
     assert run(runtime).reached
-    assert runtime.submitted.count("boil") == 3
+    assert runtime.submitted.count("boil") == 4
 
 
 def test_a_step_that_cannot_start_where_it_is_planned_is_proposed_twice_at_most() -> None:

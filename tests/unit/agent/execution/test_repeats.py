@@ -28,26 +28,42 @@ def cell() -> Site:
 
 
 @pytest.mark.parametrize(
-    ("step", "status", "causes", "state", "again"),
+    ("step", "status", "causes", "state", "times"),
     [
-        (STEP, StepStatus.TIMED_OUT, (Cause("timed_out", "m.boil", "took 60.8 s"),), STATE, True),
-        (("m", "wrap", STEP[2]), StepStatus.TIMED_OUT, LATE, STATE, False),
-        (("m", "boil", {"force": 0.6}), StepStatus.TIMED_OUT, LATE, STATE, False),
-        (STEP, StepStatus.STOPPED, LATE, STATE, False),
-        (STEP, None, LATE, STATE, False),
-        (STEP, StepStatus.TIMED_OUT, (Cause("rule", "force", "force <= 65 N"),), STATE, False),
-        (STEP, StepStatus.TIMED_OUT, LATE, {**STATE, "cooked": False}, False),
+        (STEP, StepStatus.TIMED_OUT, (Cause("timed_out", "m.boil", "took 60.8 s"),), STATE, 2),
+        (("m", "wrap", STEP[2]), StepStatus.TIMED_OUT, LATE, STATE, 1),
+        (("m", "boil", {"force": 0.6}), StepStatus.TIMED_OUT, LATE, STATE, 1),
+        (STEP, StepStatus.STOPPED, LATE, STATE, 1),
+        (STEP, None, LATE, STATE, 1),
+        (STEP, StepStatus.TIMED_OUT, (Cause("rule", "force", "force <= 65 N"),), STATE, 1),
+        (STEP, StepStatus.TIMED_OUT, LATE, {**STATE, "cooked": False}, 1),
     ],
 )
 def test_a_failure_repeats_if_step_state_and_cause_are_the_same(
-    step: Any, status: StepStatus | None, causes: Any, state: Any, *, again: bool
+    step: Any, status: StepStatus | None, causes: Any, state: Any, times: int
 ) -> None:
     failures = RepeatedFailures()
-    assert not failures.has_repeated(STEP, StepStatus.TIMED_OUT, LATE, STATE)
+    assert failures.count(STEP, StepStatus.TIMED_OUT, LATE, STATE) == 1
     resumed = RepeatedFailures()
     resumed.restore(failures.to_checkpoint)
     for each in (failures, resumed):
-        assert each.has_repeated(step, status, causes, state) is again
+        assert each.count(step, status, causes, state) == times
+
+
+def test_a_stop_repeats_at_the_same_place_whatever_felt_it() -> None:
+    failures = RepeatedFailures()
+    force, torque = Cause("rule", "collision-force", ""), Cause("rule", "joint-torque-rates", "")
+
+    def stop(cause: Cause, *joints: float) -> int:
+        return failures.count(STEP, StepStatus.STOPPED, (cause,), STATE, joints)
+
+    assert stop(force, 0.5, -1.0) == 1
+    assert stop(torque, 0.55, -1.05) == 2
+    assert stop(force, 0.5, -0.5) == 1
+    assert stop(torque, 0.52, -1.0) == 3
+    resumed = RepeatedFailures()
+    resumed.restore(failures.to_checkpoint)
+    assert resumed.count(STEP, StepStatus.STOPPED, (force,), STATE, (0.5, -1.0)) == 4
 
 
 PERSON = UnmetBound("human_distance", 0.4, "at least", 0.5, "m")
