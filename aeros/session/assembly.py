@@ -157,8 +157,10 @@ def build_executor(
         AuditError: The log cannot be written, or it is to be resumed and belongs to another site.
     """
     on_close: Callable[[], None] | None = None
-    # Only a governor can bring perceivers later.
-    if governor is not None or any(ecm.perceivers for ecm in configuration.modules.values()):
+    # Only a governor can bring modules later.
+    if governor is not None or any(
+        ecm.perceivers or ecm.definitions for ecm in configuration.modules.values()
+    ):
         followed = FixedGovernor(configuration) if governor is None else governor
         plant = perceiving = PerceivingPlant(plant, followed, open_perceiver, audit.append)
         on_close = perceiving.close_perceivers

@@ -11,7 +11,7 @@ from typing import Any
 
 from aeros.runtime.gate.conditions import CompiledCondition, ConditionValue
 from aeros.runtime.gate.request_check import unpack_arguments
-from aeros.runtime.gate.value_check import Scalars, ValueChecker, check_freshness
+from aeros.runtime.gate.value_check import Scalars, ValueChecker, unpack_reading
 from aeros.runtime.ports import Reading, Readings
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.shortfall import UnmetBound, unmet_bounds
@@ -78,7 +78,7 @@ class HoldCondition:
         values = dict(self._inputs)
         unknown = []
         for name, form in self._forms.items():
-            why = _unpack_reading(form, read(name), now, values)
+            why = unpack_reading(form, read(name), now, values)
             if why is not None:
                 unknown.append(UnmetBound(name, None, "known", True, reason=why))
         if unknown:
@@ -112,13 +112,3 @@ def hold_condition_for(
         if skill.hold_condition is None
         else HoldCondition(site, module, skill, skill.hold_condition, inputs)
     )
-
-
-def _unpack_reading(checker: ValueChecker, reading: Any, now: float, values: Scalars) -> str | None:
-    """Add the scalars of a reading to `values`, or return why it is unusable, to complete “`NAME` …”."""
-    if reading is None:
-        return "is not measured"
-    fault = check_freshness(checker, getattr(reading, "time", None), now, True) or checker.unpack(
-        getattr(reading, "value", None), values
-    )
-    return None if fault is None else fault.text.partition("` ")[2]

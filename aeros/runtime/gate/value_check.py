@@ -204,3 +204,23 @@ def value_checkers(declared: Mapping[str, Declared]) -> dict[str, ValueChecker]:
         The checkers by the variables' names in expressions (inputs as `inputs.NAME`).
     """
     return {variable.name: ValueChecker(variable) for variable in declared.values()}
+
+
+def unpack_reading(checker: ValueChecker, reading: Any, now: float, values: Scalars) -> str | None:
+    """Add the scalars of a reading to `values`, if it is usable.
+
+    Args:
+        checker: the declared variable.
+        reading: its reading; None if it is not measured.
+        now: plant seconds.
+        values: receives the scalars, SI.
+
+    Returns:
+        None if it is usable, else why it is not, to complete “`NAME` …”.
+    """
+    if reading is None:
+        return "is not measured"
+    fault = check_freshness(checker, getattr(reading, "time", None), now, True) or checker.unpack(
+        getattr(reading, "value", None), values
+    )
+    return None if fault is None else fault.text.partition("` ")[2]

@@ -1,8 +1,8 @@
-"""Plant wrapper that measures with the perceivers of active modules, too.
+"""Plant wrapper that measures with the perceivers and definitions of active modules, too.
 
 Perceivers run in `observe`, never inside `advance`: no control tick waits for one. On a simulator the clock
 stands still meanwhile, so that the same run gives the same values. On a plant that runs in real time they
-run only while nothing is under way; until then their values age.
+run only while nothing is under way; until then their values age. Each `observe` evaluates the definitions.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import Any
 
 from aeros.runtime.execution.governor import Governor
 from aeros.runtime.isolation.isolated_run import MIN_RESPONSE_TIMEOUT_S
+from aeros.runtime.perception.active_definition import ActiveDefinition
 from aeros.runtime.perception.active_perceiver import ActivePerceiver, RecordEvent
 from aeros.runtime.perception.perceiver_run import OpenPerceiver
 from aeros.runtime.ports import (
@@ -34,10 +35,10 @@ _PerceiverKey = tuple[str, str, str, str, str]
 
 
 class PerceivingPlant:
-    """Plant that behaves as `plant` and measures with the perceivers of the modules in force, too.
+    """Plant that behaves as `plant` and measures what the modules in force perceive or define, too.
 
     A plant that measures a module's variables itself, as the symbolic one, is believed: the module's
-    perceivers do not run.
+    perceivers do not run, and its definitions are not evaluated.
 
     Args:
         plant: the wrapped plant; closed with this one.
@@ -54,6 +55,8 @@ class PerceivingPlant:
         self._open, self._record = open_perceiver, record
         self._generation: int | None = None
         self._perceivers: dict[_PerceiverKey, ActivePerceiver] = {}
+        self._definitions: dict[str, ActiveDefinition] = {}
+        self._defined: dict[str, Reading] = {}
         self._in_invariants: frozenset[str] = frozenset()
         self._is_advancing = False
         self._under_way: set[MotionHandle] = set()
@@ -71,6 +74,7 @@ class PerceivingPlant:
         self._modelled.update(name.partition(".")[0] for name in readings if "." in name)
         if not self._is_advancing and not (self.runs_in_real_time and self._under_way):
             self._update(readings)
+        self._evaluate_definitions(readings)
         values = self._values()
         return {**readings, **values} if values else readings
 
@@ -147,9 +151,21 @@ class PerceivingPlant:
             # What one perceiver of a module has just measured, a later one may read.
             perceiver.update(now, {**readings, **self._values()}, pictures, least_timeout)
 
+    def _evaluate_definitions(self, readings: Readings) -> None:
+        self._follow_configuration()
+        self._defined = {}
+        now, known = self._plant.now(), {**readings, **self._values()} if self._definitions else {}
+        for name, definition in self._definitions.items():
+            if name.partition(".")[0] in self._modelled:
+                continue
+            value = definition.evaluate(known, now)
+            if value is not None:
+                self._defined[name] = value
+
     def _follow_configuration(self) -> None:
         if self._governor.generation == self._generation:
             return
+        definitions: dict[str, ActiveDefinition] = {}
         found: dict[_PerceiverKey, ActivePerceiver] = {}
         # Without a configuration nothing is measured: what needs it is denied.
         with suppress(UserError):
@@ -157,6 +173,8 @@ class PerceivingPlant:
             site = configuration.site
             self._in_invariants = site.perception.in_invariants
             for ecm in configuration.modules.values():
+                for name, definition in ecm.definitions.items():
+                    definitions[name] = ActiveDefinition(definition, site)
                 for perceiver in ecm.perceivers.values():
                     key = (ecm.id, perceiver.id, ecm.code_digest, ecm.manifest_digest, site.digest)
                     running = self._perceivers.pop(key) if key in self._perceivers else None
@@ -167,13 +185,14 @@ class PerceivingPlant:
                     )
         for ended in self._perceivers.values():
             ended.close()
-        self._perceivers = found
+        self._perceivers, self._definitions = found, definitions
 
     def _active(self) -> list[ActivePerceiver]:
         return [one for key, one in self._perceivers.items() if key[0] not in self._modelled]
 
     def _values(self) -> dict[str, Reading]:
-        return {name: value for one in self._active() for name, value in one.values.items()}
+        perceived = {name: value for one in self._active() for name, value in one.values.items()}
+        return {**perceived, **self._defined} if self._defined else perceived
 
 
 class _PerceivingMonitor:

@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 from aeros.spec.declared.composition import Composition
 from aeros.spec.declared.field_types import ByVariable, Identifier, Named, Reference, RiskWord, Slug
 from aeros.spec.declared.models import Model, UsedModels
-from aeros.spec.declared.perception import ModuleVariable, Perceiver
+from aeros.spec.declared.perception import OwnVariable, Perceiver
 from aeros.spec.declared.policy import Access
 from aeros.spec.declared.quantity import Quantity
 from aeros.spec.diagnostics.source import SourceSpan
@@ -298,7 +298,7 @@ class Ecm:
     models: Named[Model] = field(
         default=MappingField(), metadata={"doc": "networks, tables and files that its skills use"}
     )
-    state: Named[ModuleVariable] = field(
+    state: Named[OwnVariable] = field(
         default=MappingField(),
         metadata={
             "doc": "predicates and quantities that it measures itself, as in "

@@ -8,7 +8,15 @@ from typing import Annotated
 from aeros.spec.declared.field_types import Identifier, Named
 from aeros.spec.declared.quantity import Quantity
 from aeros.spec.diagnostics.source import SourceSpan
-from aeros.spec.text.fields import BooleanField, IntegerField, MappingField, Pattern, TextField, ValueBounds
+from aeros.spec.text.fields import (
+    BooleanField,
+    ExpressionField,
+    IntegerField,
+    MappingField,
+    Pattern,
+    TextField,
+    ValueBounds,
+)
 
 Pixels = Annotated[IntegerField, ValueBounds(1, 4096)]
 """Number of columns or rows of a picture."""
@@ -26,6 +34,19 @@ class ModuleVariable(Quantity):
         metadata={
             "doc": "the greatest standard uncertainty of a value; a less certain one is unknown, as in "
             "`uncertainty: 5 mm`"
+        },
+    )
+
+
+@dataclass(frozen=True)
+class OwnVariable(ModuleVariable):
+    """A variable as its module declares it: a perceiver measures it, or a definition says when it is true."""
+
+    definition: ExpressionField | None = field(
+        default=None,
+        metadata={
+            "doc": "the condition under which a `bool` is true, in place of a perceiver, as in "
+            "`definition: sponge_position.y >= 390 mm`"
         },
     )
 

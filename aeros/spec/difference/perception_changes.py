@@ -96,7 +96,7 @@ def site_perception_changes(old: Site, new: Site) -> Iterator[PolicyChange]:
 
 
 def perceiver_changes(old: Ecm, new: Ecm) -> Iterator[PolicyChange]:
-    """Compare the own state variables and the perceivers of two versions of a module.
+    """Compare the own state variables of two versions of a module, and what measures them.
 
     Args:
         old: version before.
@@ -106,6 +106,11 @@ def perceiver_changes(old: Ecm, new: Ecm) -> Iterator[PolicyChange]:
         The change of each subject.
     """
     yield from vocabulary_changes(old.state, new.state)
+    for name in old.definitions.keys() & new.definitions.keys():
+        was, is_now = old.definitions[name], new.definitions[name]
+        headline = f"`{name}` was defined as `{was.text}` and is as `{is_now.text}`"
+        relation = Relation.EQUAL if was.term == is_now.term else Relation.CHANGED_OTHERWISE
+        yield finite_change(f"state/{name}/definition", relation, headline, was.span, is_now.span)
     for name in dict.fromkeys([*old.perceivers, *new.perceivers]):
         before, after = old.perceivers.get(name), new.perceivers.get(name)
         subject = f"{new.id}/perceivers/{name}"

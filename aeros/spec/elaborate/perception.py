@@ -1,4 +1,4 @@
-"""Elaboration of perception: a module's variables and perceivers, a site's cameras, and shared variables.
+"""Elaboration of perception: a module's variables and what measures them, a site's cameras, shared variables.
 
 Outside of its module a variable is `kettle.water_hot`, and in the module just `water_hot`.  A module may read
 a variable of another if the site shares it and the module requires the other.
@@ -16,12 +16,14 @@ from aeros.spec.declared import ecm as declared_ecm
 from aeros.spec.declared import perception as declared
 from aeros.spec.declared import site as declared_site
 from aeros.spec.diagnostics.codes import Diagnostics, SpanLabel, did_you_mean
-from aeros.spec.elaborate.expressions import elaborate_quantity
+from aeros.spec.elaborate.expressions import elaborate_expression, elaborate_quantity
 from aeros.spec.elaborate.names import check_name_is_free, resolve_name
 from aeros.spec.elaborate.quantities import elaborate_module_variable
+from aeros.spec.elaborate.scopes import state_scope
 from aeros.spec.elaborate.vocabulary import SiteVocabulary
+from aeros.spec.expr.types import BoolType
 from aeros.spec.expr.units import TIME, format_number, format_quantity
-from aeros.spec.model.perception import Perceiver, PerceptionPolicy, PictureRequest, SiteCamera
+from aeros.spec.model.perception import Definition, Perceiver, PerceptionPolicy, PictureRequest, SiteCamera
 from aeros.spec.model.site import Site
 from aeros.spec.model.variables import Declared
 from aeros.spec.text.fields import TextField
@@ -112,7 +114,7 @@ def elaborate_cameras(
 
 
 class ModulePerception:
-    """Perception of one module: its variables, its perceivers, and the site as its conditions see it.
+    """Perception of one module: its variables, what measures them, and the site as its conditions see it.
 
     Args:
         ecm: the declared module.
@@ -122,6 +124,7 @@ class ModulePerception:
     Attributes:
         state: its own variables by full name.
         perceivers: its perceivers by id.
+        definitions: conditions of its predicates that have one, by full name.
         site: the site with the state variables by the names that the module's conditions use: the site's own,
             the module's by short and by full name, and those that the site shares of modules it requires.
     """
@@ -140,6 +143,7 @@ class ModulePerception:
         self.site = site
         if own or len(visible) < len(site.state):
             self.site = replace(site, state={**visible, **shared, **own, **self._by_full_name(own)})
+        self.definitions = self._definitions(ecm, own)
         declared_here = dict.fromkeys(name.value for name, _ in ecm.state)
         self.perceivers = {
             name.value: self._perceiver(name, perceiver, declared_here, site)
@@ -166,6 +170,29 @@ class ModulePerception:
             if is_free and variable is not None:
                 own[name.value] = replace(variable, span=name.span)
         return own
+
+    def _definitions(self, ecm: declared_ecm.Ecm, own: Mapping[str, Declared]) -> dict[str, Definition]:
+        """Elaborate the definitions, by full name; none of them may read another."""
+        written = {name.value: one.definition for name, one in ecm.state if one.definition is not None}
+        if not written:
+            return {}
+        defined = {*written, *(f"{self._module}.{name}" for name in written)}
+        measured = {name: one for name, one in self.site.state.items() if name not in defined}
+        scope = state_scope(replace(self.site, state=measured))
+        definitions: dict[str, Definition] = {}
+        for name, expression in written.items():
+            if name not in own:
+                continue
+            type_ = own[name].variable.type
+            if not isinstance(type_, BoolType):
+                headline = f"`{name}` is {type_}; only a `bool` can have a definition"
+                self._diagnostics.error("AE203", headline, expression.span)
+                continue
+            term = elaborate_expression(expression, scope, self._diagnostics)
+            if term is not None:
+                full = f"{self._module}.{name}"
+                definitions[full] = Definition(term, expression.value, expression.span)
+        return definitions
 
     def _perceiver(
         self, name: TextField, perceiver: declared.Perceiver, own: Mapping[str, None], site: Site
@@ -227,10 +254,19 @@ class ModulePerception:
         return PictureRequest(camera.value, width, height, depth)
 
     def _with_sensors(self, ecm: declared_ecm.Ecm, own: Mapping[str, Declared]) -> dict[str, Declared]:
-        """Name the perceiver of each variable; each has exactly one."""
+        """Name the perceiver of each variable; each has exactly one, or a definition."""
+        defined = {name.value: one.definition for name, one in ecm.state if one.definition is not None}
         by_variable: dict[str, tuple[TextField, TextField]] = {}
         for perceiver, declaration in ecm.perceivers:
             for name in declaration.provides:
+                if name.value in defined:
+                    self._diagnostics.error(
+                        "AE120",
+                        f"`{name.value}` has a definition, and `{perceiver.value}` provides it, too",
+                        name.span,
+                        secondary=(SpanLabel(defined[name.value].span, "defined here"),),
+                        help=("keep one of them",),
+                    )
                 if name.value in by_variable:
                     first, place = by_variable[name.value]
                     self._diagnostics.error(
@@ -243,10 +279,13 @@ class ModulePerception:
                 by_variable.setdefault(name.value, (perceiver, name))
         measured: dict[str, Declared] = {}
         for short, one in own.items():
+            if short in defined:
+                measured[short] = replace(one, sensor=f"{self._module}.{short}")
+                continue
             if short in by_variable:
                 measured[short] = replace(one, sensor=f"{self._module}.{by_variable[short][0].value}")
                 continue
-            help_ = "add it to `provides` of a perceiver"
+            help_ = "add it to `provides` of a perceiver, or give it a `definition`"
             self._diagnostics.error("AE122", f"no perceiver provides `{short}`", one.span, help=(help_,))
         return measured
 

@@ -14,7 +14,7 @@ from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
 from aeros.spec.model.composition import Composition, Step
 from aeros.spec.model.models import ModuleModel
-from aeros.spec.model.perception import Perceiver
+from aeros.spec.model.perception import Definition, Perceiver
 from aeros.spec.model.policy import Access
 from aeros.spec.model.rules import Conjunct, Risk
 from aeros.spec.model.step_graph import map_graph_steps, steps_of
@@ -268,8 +268,9 @@ class Ecm:
         model_digests: SHA-256 of each file that a model names, by its path in the module.
         models: its models by name.
         state: its own state variables by full name, as in `kettle.water_hot`; the sensor of each is the full
-            name of the perceiver that provides it.
+            name of the perceiver that provides it, or its own where it has a definition.
         perceivers: perceivers by id.
+        definitions: conditions of the predicates that have one, by full name.
         capability_versions: version of each of its capabilities, by name.
         required_capabilities: capabilities that it needs some module for, by name, with a PEP 440 specifier.
         capability_spans: place of each of these.
@@ -297,6 +298,7 @@ class Ecm:
     models: Mapping[str, ModuleModel] = field(default_factory=dict)
     state: Mapping[str, Declared] = field(default_factory=dict)
     perceivers: Mapping[str, Perceiver] = field(default_factory=dict)
+    definitions: Mapping[str, Definition] = field(default_factory=dict)
     capability_versions: Mapping[str, str] = field(default_factory=dict)
     required_capabilities: Mapping[str, str] = field(default_factory=dict)
     capability_spans: Mapping[str, SourceSpan] = field(default_factory=dict)

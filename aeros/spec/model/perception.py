@@ -1,4 +1,4 @@
-"""Perception: perceivers of a module, cameras of a site, and variables of modules that the site shares.
+"""Perception: perceivers and definitions of a module, cameras of a site, and variables that the site shares.
 
 Only `elaborate` builds it; obligations, the runtime and planners read it.
 """
@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 from aeros.spec.diagnostics.source import SourceSpan
+from aeros.spec.expr import terms as t
 from aeros.spec.model.variables import Declared
 
 
@@ -59,6 +60,21 @@ class Perceiver:
     memory: int
     span: SourceSpan
     entry_span: SourceSpan
+
+
+@dataclass(frozen=True)
+class Definition:
+    """Condition that says when a predicate of a module is true; the runtime evaluates it on readings.
+
+    Attributes:
+        term: the condition, on measured variables of the site and on what perceivers measure.
+        text: the condition as written.
+        span: its place.
+    """
+
+    term: t.Term
+    text: str
+    span: SourceSpan
 
 
 @dataclass(frozen=True)

@@ -252,6 +252,7 @@ class ClaimForm:
     SKILL_SENSORS_PERMITTED = ClaimPattern("permission/{skill}/sensors")
     TASK_SENSORS_PERMITTED = ClaimPattern("permission/task/{task}/sensors")
     COMPOSITION_SENSORS_PERMITTED = ClaimPattern("permission/composition/{composition}/sensors")
+    DEFINITION_SENSORS_PERMITTED = ClaimPattern("permission/definition/{variable}/sensors")
     PERCEIVER_SENSORS_PERMITTED = ClaimPattern("permission/perceiver/{perceiver}/sensors")
     ENVELOPE_ACTUATORS_DECLARED = ClaimPattern("permission/{skill}/{action}/actuators")
     ENVELOPE_PERMITTED = ClaimPattern("permission/{skill}/{action}")

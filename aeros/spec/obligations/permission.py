@@ -54,6 +54,9 @@ def permission_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Static
         yield _sensors_permitted(ecm, site, skill)
     for perceiver in ecm.perceivers.values():
         yield _perceiver_sensors_permitted(ecm, site, perceiver)
+    for name, one in ecm.definitions.items():
+        claim = ClaimForm.DEFINITION_SENSORS_PERMITTED(name.partition(".")[2])
+        yield _reads_permitted(claim, ecm, site, [(one.term, one.span)])
     for task in ecm.tasks.values():
         read = [(task.goal, ecm.span), *((rule.satisfied_condition, rule.span) for rule in task.rules)]
         read += [(invariant.term, invariant.span) for invariant in task.invariants]
@@ -211,8 +214,8 @@ def _reads_permitted(
 ) -> StaticClaim:
     """Claim that every state variable that is read comes from a sensor the module may use.
 
-    Its own variables come from its perceivers, whose sensors are claimed apart.  It can read variables of
-    other modules only if the site shares them.
+    Its own variables come from its perceivers and definitions, whose sensors are claimed apart.  It can read
+    variables of other modules only if the site shares them.
     """
     for term, span in read:
         for name, variable in t.variables_of(term).items():

@@ -35,9 +35,39 @@ def records(path: Path) -> list[dict[str, Any]]:
     return [json.loads(line) for line in path.read_text().splitlines()]
 
 
+DEFINED = """\
+  hand_over_cube:
+    type: bool
+    max_age: 60 s
+    definition: >-
+      abs(tool_position.x - cube_position.x) < 8 mm and abs(tool_position.y - cube_position.y) < 8 mm
+      and tool_position.z - cube_position.z > 50 mm and tool_position.z - cube_position.z < 150 mm
+"""
+"""The predicate of `hand_view`, as a condition in place of a perceiver."""
+
+
+def module_with_a_definition(folder: Path) -> Path:
+    """The module without `hand_view`."""
+    shutil.copytree(MODULE, folder)
+    manifest = folder / "ecm.yaml"
+    lines = manifest.read_text().splitlines(keepends=True)
+    first, last = (lines.index(line) for line in ("  hand_view:\n", "capabilities:\n"))
+    text = "".join([*lines[:first], "\n", *lines[last:]])
+    (declared,) = (line for line in lines if line.startswith("  hand_over_cube:"))
+    manifest.write_text(text.replace(declared, DEFINED))
+    return folder
+
+
 @pytest.mark.physics
-def test_a_predicate_that_a_module_sees_is_its_precondition_and_its_goal(tmp_path: Path) -> None:
-    configured = proved(MODULE)
+@pytest.mark.parametrize("is_defined", [False, True])
+def test_a_predicate_that_a_module_sees_is_its_precondition_and_its_goal(
+    *, is_defined: bool, tmp_path: Path
+) -> None:
+    folder = module_with_a_definition(tmp_path / "point_at_cube") if is_defined else MODULE
+    configured = proved(folder)
+    assert set(configured.modules["point_at_cube"].perceivers) == (
+        {"cube_view"} if is_defined else {"cube_view", "hand_view"}
+    )
     task = configured.modules["point_at_cube"].tasks["point"]
     setup = SessionSetup(
         configuration=configured,

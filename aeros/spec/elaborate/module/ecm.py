@@ -102,6 +102,7 @@ def elaborate_ecm(
         foreign=foreign,
         state=perception.state,
         perceivers=perception.perceivers,
+        definitions=perception.definitions,
     )
     return elaborated if len(diagnostics) == before else None
 

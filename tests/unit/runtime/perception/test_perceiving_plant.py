@@ -17,8 +17,23 @@ from aeros.sim.fake import FakePlant
 from aeros.skill import act
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.elaborate.scopes import state_scope
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.parser import parse
+from aeros.spec.expr.typecheck.check import check
+from aeros.spec.expr.types import BOOL
 from aeros.spec.model.ecm import Ecm
-from tests.unit.runtime.perception.kettle import CRASH, PLACE, CameraPlant, Scripted, configuration, kettle
+from aeros.spec.model.perception import Definition
+from aeros.spec.model.variables import Declared
+from tests.unit.runtime.perception.kettle import (
+    CRASH,
+    PLACE,
+    CameraPlant,
+    Scripted,
+    configuration,
+    kettle,
+    site,
+)
 
 HOT = {"water_hot": True}
 
@@ -256,3 +271,32 @@ def test_a_plant_without_cameras_has_no_pictures() -> None:
     setting = Setting(plant=FakePlant({"tool_position": PLACE}))
     assert setting.plant.pictures() == {}
     assert set(setting.plant.observe()) == {"tool_position"}
+
+
+def defining(text: str) -> Ecm:
+    """The module with a predicate `kettle.near` that is defined by a condition, and no perceiver."""
+    ecm, name = kettle(), "kettle.near"
+    variable = t.Variable(name, BOOL, t.VariableRole.STATE)
+    near = Declared(variable, ecm.span, max_age=Fraction(60), sensor=name)
+    term = check(parse(text), state_scope(site()), BOOL)
+    return replace(
+        ecm, perceivers={}, state={name: near}, definitions={name: Definition(term, text, ecm.span)}
+    )
+
+
+def test_definitions_are_evaluated_at_each_observation_and_follow_the_configuration() -> None:
+    plant = CameraPlant()
+    setting = Setting(ecm=defining("tool_position.x < 0.6 m"), plant=plant)
+    assert setting.plant.observe()["kettle.near"] == Reading(True, 0.0)
+    plant.values["tool_position"] = (0.7, 0.0, 0.3)
+    assert setting.plant.observe()["kettle.near"] == Reading(False, 0.0)
+    setting.governor.change(configuration(defining("tool_position.x > 0.6 m")))
+    assert setting.plant.observe()["kettle.near"] == Reading(True, 0.0)
+    setting.governor.change(configuration(replace(defining("true"), definitions={})))
+    assert "kettle.near" not in setting.plant.observe()
+
+
+def test_a_plant_that_measures_a_defined_predicate_itself_is_believed() -> None:
+    plant = CameraPlant(**{"kettle.near": False})
+    setting = Setting(ecm=defining("tool_position.x < 0.6 m"), plant=plant)
+    assert setting.plant.observe()["kettle.near"].value is False

@@ -54,6 +54,20 @@ def test_a_change_of_a_variables_type_makes_conditions_over_it_incomparable(tmp_
     assert found == {f"{OWN}/tidy/approach": MORE}
 
 
+@pytest.mark.parametrize(
+    ("after", "expected"),
+    [
+        ("dirt > 5 %", {"state/predicate_by_definition.table_dull/definition": OTHER}),
+        ("dirt >= 0.05", {}),
+    ],
+)
+def test_a_change_of_what_a_definition_means_is_found(
+    tmp_path: Path, after: str, expected: dict[str, str]
+) -> None:
+    module = CORPUS / "accepted" / "predicate_by_definition"
+    assert differences(tmp_path, module, "dirt >= 5 %", after) == expected
+
+
 def test_new_variables_and_perceivers_are_reported(tmp_path: Path) -> None:
     text = (KETTLE / "ecm.yaml").read_text("utf-8")
     declared = text[text.index("\nperceivers:") : text.index("\ncapabilities:")]
