@@ -7,6 +7,7 @@ from math import inf
 from types import SimpleNamespace
 from typing import Any, Final
 
+from aeros.agent.execution.after_failure import FailureRules
 from aeros.agent.planning.task_graph import PlanStep
 from aeros.runtime.ports import AuditEvent, EndedStep, LogHead, StepRequest, StepResult, StepStatus
 from aeros.spec.theorems.module_copies import ModuleSource, Mutant
@@ -83,7 +84,7 @@ def _session(code: ModuleSource) -> ProcessGraph:
         one._engine = engine.PlanExecutor(attempts, attempts._journal, lambda: False)
         one._is_goal_reached = lambda: False
         one._plans = SimpleNamespace(last_problems=[], new_plan=lambda _: _GRAPH, kept_plan=lambda plan: plan)
-        one._idle = lambda: None
+        one._idle = lambda _: None
         one._position = SimpleNamespace(number=0, earlier_reports=())
         one.resume(kept, _record(recorded))
         one._run_until_goal()
@@ -121,6 +122,7 @@ def _newest_checkpoint(do: PerformStep, modules: Any) -> Any:
         denied_steps=(),
         avoided_skills=(),
         uncertain_steps=barred,
+        repeated_failures=(),
         last_plan_problems=(),
         planning_states=(),
         steps=(),
@@ -208,6 +210,8 @@ def _stubbed_attempts(do: PerformStep, modules: Any, world: Any) -> Any:
     one._memory = SimpleNamespace(start_episode=lambda _: 1)
     one._world, one._task, one._failures = world, "task", []
     one.dispatcher = SimpleNamespace(dispatch=lambda *_: dispatch, denied=set())
+    one.failures = FailureRules(one._runtime, one._memory, one.dispatcher)
+    one._planned_state = None
     one.records, one.planned_in, one.bars = [], [], modules.bars.UncertainSteps()
     one.finish = finish
     return one

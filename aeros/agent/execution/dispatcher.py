@@ -130,15 +130,18 @@ class Dispatcher:
         self.denied.add((module, skill))
 
     def has_another(self, dispatch: Dispatch) -> bool:
-        """Say if another provider than those to avoid was considered.
+        """Say if another provider than those to avoid could have started instead.
 
         Args:
             dispatch: a request that was made.
 
         Returns:
-            True if the next choice may be another.
+            True if the next choice in the same state is another.
         """
-        return any(owner_of(one.skill, dispatch.caller) not in self.denied for one in dispatch.options)
+        return any(
+            one.sampled_success is not None and owner_of(one.skill, dispatch.caller) not in self.denied
+            for one in dispatch.options
+        )
 
     def dispatch(
         self, module: str, name: str, inputs: Mapping[str, Any], world: WorldModel

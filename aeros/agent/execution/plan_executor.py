@@ -34,11 +34,12 @@ from dataclasses import dataclass, field
 from math import inf
 from typing import Any, Final
 
+from aeros.agent.execution.attempt import AttemptResult, RunningAttempt
 from aeros.agent.execution.dispatcher import ChosenComposition
 from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.progress import PlanProgress, StepPath, UnfinishedAttempt
 from aeros.agent.execution.report import StepRole
-from aeros.agent.execution.step_attempt import AttemptResult, RunningAttempt, StepRunner
+from aeros.agent.execution.step_attempt import StepRunner
 from aeros.agent.execution.waiting import MAX_WAIT_S, Wait
 from aeros.agent.planning.compositions import chosen_composition
 from aeros.agent.planning.task_graph import Part, PlanStep
@@ -250,7 +251,7 @@ class PlanExecutor:
         if not attempt.failed or (attempt.is_retryable and self._is_done(step)):
             self._progress.mark_done(at)
             return None
-        failure = self._failure_of(step, attempt)
+        failure = _failure_of(step, attempt, self.denied)
         return (yield from self._fail(step, failure, scope, at)) if has_failed else failure
 
     def _fail(self, step: PlanStep, failure: PlanFailure, scope: _CancelScope, at: StepPath) -> _Branch:
@@ -315,43 +316,45 @@ class PlanExecutor:
         if attempt is not None and not attempt.failed:
             self._outputs[step.id] = attempt.outputs
 
-    def _failure_of(self, step: PlanStep, attempt: AttemptResult) -> PlanFailure:
-        if attempt.is_composed:
-            return PlanFailure(
-                attempt.reason,
-                attempt.ends_run,
-                _wait_of(attempt),
-                attempt.pause_s,
-                is_declared=attempt.is_retryable,
-            )
-        skill = step.skill if attempt.record is None else attempt.record.skill
-        name = f"`{step.module}.{skill}`"
-        if attempt.is_halted:
-            return PlanFailure(f"{name} was stopped: {attempt.reason}", is_final=True)
-        if attempt.ends_run:
-            return PlanFailure(f"{name} {attempt.final_words}: {attempt.reason}", is_final=True)
-        if not attempt.is_denied:
-            ran = attempt.record is not None
-            return PlanFailure(
-                f"{name} failed: {attempt.reason}",
-                wait=_wait_of(attempt),
-                pause_s=attempt.pause_s,
-                is_declared=attempt.is_retryable or not ran,
-            )
-        if attempt.is_transient:
-            return PlanFailure(f"{name} was denied: {attempt.reason}", wait=_wait_of(attempt))
-        inputs = {key: to_json_value(value) for key, value in step.inputs.items()}
-        request = json.dumps([step.module, skill, inputs], sort_keys=True)
-        if request in self.denied:
-            return PlanFailure(f"{name} was denied a second time: {attempt.reason}", is_final=True)
-        self.denied.add(request)
-        return PlanFailure(f"{name} was denied: {attempt.reason}")
-
     def _is_done(self, step: PlanStep) -> bool:
         return self._is_over() or self._is_redundant(step)
 
     def _is_redundant(self, step: PlanStep) -> bool:
         return step.unless is not None and self._attempts.world.evaluate(step.unless) is True
+
+
+def _failure_of(step: PlanStep, attempt: AttemptResult, denied: set[str]) -> PlanFailure:
+    """Return the failure of a step; note a denied request, as its second denial is final."""
+    if attempt.is_composed:
+        return PlanFailure(
+            attempt.reason,
+            attempt.ends_run,
+            _wait_of(attempt),
+            attempt.pause_s,
+            is_declared=attempt.is_retryable,
+        )
+    skill = step.skill if attempt.record is None else attempt.record.skill
+    name = f"`{step.module}.{skill}`"
+    if attempt.is_halted:
+        return PlanFailure(f"{name} was stopped: {attempt.reason}", is_final=True)
+    if attempt.ends_run:
+        return PlanFailure(f"{name} {attempt.final_words}: {attempt.reason}", is_final=True)
+    if not attempt.is_denied:
+        ran = attempt.record is not None
+        return PlanFailure(
+            f"{name} failed: {attempt.reason}",
+            wait=_wait_of(attempt),
+            pause_s=attempt.pause_s,
+            is_declared=attempt.is_retryable or not ran,
+        )
+    if attempt.is_transient:
+        return PlanFailure(f"{name} was denied: {attempt.reason}", wait=_wait_of(attempt))
+    inputs = {key: to_json_value(value) for key, value in step.inputs.items()}
+    request = json.dumps([step.module, skill, inputs], sort_keys=True)
+    if request in denied:
+        return PlanFailure(f"{name} was denied a second time: {attempt.reason}", is_final=True)
+    denied.add(request)
+    return PlanFailure(f"{name} was denied: {attempt.reason}")
 
 
 def _filled_inputs(step: PlanStep, outputs: Mapping[str, Mapping[str, Any]]) -> dict[str, Any] | str:

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from aeros.agent.execution.step_attempt import AttemptResult
+from aeros.agent.execution.attempt import AttemptResult
 from aeros.runtime.ports import LogHead
 
 StepPath = tuple[int, ...]

@@ -3,9 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
-from typing import Any, Final
+from dataclasses import replace
+from typing import Any
 
+from aeros.agent.execution.after_failure import FailureRules
+from aeros.agent.execution.attempt import (
+    AttemptResult,
+    PendingAttempt,
+    RunningAttempt,
+    counts_toward_record,
+)
 from aeros.agent.execution.attempt_journal import (
     record_broken_assumption,
     record_end,
@@ -13,134 +20,17 @@ from aeros.agent.execution.attempt_journal import (
     record_provider_choice,
     record_start,
 )
-from aeros.agent.execution.dispatcher import ChosenComposition, Dispatch, Dispatcher, DispatchError
+from aeros.agent.execution.dispatcher import ChosenComposition, Dispatcher, DispatchError
 from aeros.agent.execution.journal import Journal
-from aeros.agent.execution.repeats import (
-    LOOK_AGAIN_PAUSE_S,
-    MOST_NOT_STARTED,
-    MOST_OF_A_KIND,
-    RepeatedFailures,
-    is_explained_by_chance,
-)
 from aeros.agent.execution.report import StepRecord, StepRole
-from aeros.agent.execution.supervisor import StepAssessment, assess_step
+from aeros.agent.execution.supervisor import assess_step
 from aeros.agent.execution.uncertain_steps import UncertainSteps
-from aeros.agent.execution.waiting import MAX_WAIT_S, wait_after_denial, wait_for_condition
 from aeros.agent.memory.store import EpisodeEnd, EpisodeStart, Memory
 from aeros.agent.world.values import CachingConverter, to_json_value
 from aeros.agent.world.world import WorldModel, world_from_readings
 from aeros.runtime.ports import EndedStep, LogHead, Runtime, StepHandle, StepResult, StepStatus
 from aeros.spec.model.cause import Cause, causes_to_json
 from aeros.spec.model.ecm import Ecm
-
-RAN_STATUSES: Final = frozenset(
-    {
-        StepStatus.FINISHED,
-        StepStatus.STOPPED,
-        StepStatus.TIMED_OUT,
-        StepStatus.RAISED,
-        StepStatus.HOLD_LOST,
-    }
-)
-"""Endings of a skill that did run; only after these is a step tried again."""
-
-
-def _counts_toward_record(result: StepResult) -> bool:
-    """Return True if the result is evidence of how good the skill is.
-
-    An end that others caused is none. A denial because of measured values alone is none either: the skill
-    waits and tries again, so one person who stands nearby would count sixty times. Any other denial counts,
-    because the skill requests what it may not do, and will do so again.
-    """
-    return result.status in RAN_STATUSES or (result.status is StepStatus.DENIED and not result.is_transient)
-
-
-@dataclass(frozen=True, slots=True)
-class AttemptResult:
-    """The result of an attempt to run a skill.
-
-    Attributes:
-        failed: True also if the skill did not start.
-        reason: why it failed.
-        is_retryable: it ran and failed as declared, which is what retries are for. After a denial, a refusal,
-            an unmet precondition, an undeclared or unknown outcome, an assumption of the plan is wrong
-            instead.
-        record: record of the invocation; None if it was not submitted.
-        outputs: outputs of the skill by name (SI).
-        is_transient: it was denied, or could not start, and may be allowed later.
-        no_retry_reason: why another attempt at once is hopeless, by memory or as it failed so before; empty
-            if it is not.
-        ends_run: it ended in an undeclared outcome, and the site stops the run then; or its code raised or it
-            failed as before, and nothing else provides the same.
-        is_composed: it was a run of a composition, whose steps have records of their own.
-        is_repeated: it failed as it did before in the same state, which chance does not explain, and is not
-            tried again.
-        pause_s: time that is to pass before another plan, plant seconds.
-        wait_subject: what a transient failure waits for, in words.
-        wait_limit_s: longest wait for that, plant seconds.
-    """
-
-    failed: bool
-    reason: str
-    is_retryable: bool = False
-    record: StepRecord | None = None
-    outputs: Mapping[str, Any] = field(default_factory=dict)
-    is_transient: bool = False
-    no_retry_reason: str = ""
-    ends_run: bool = False
-    is_composed: bool = False
-    is_repeated: bool = False
-    pause_s: float = 0.0
-    wait_subject: str = ""
-    wait_limit_s: float = MAX_WAIT_S
-
-    @property
-    def final_words(self) -> str:
-        """Words for an attempt that ends the run."""
-        if self.is_repeated:
-            return "failed again as before in the same state, and nothing else is known to try"
-        raised = self.record is not None and self.record.status is StepStatus.RAISED
-        return "failed, and its code is not run again" if raised else "ended with an undeclared outcome"
-
-    @property
-    def is_denied(self) -> bool:
-        """True if the gate denied an action of it."""
-        return self.record is not None and self.record.status is StepStatus.DENIED
-
-    @property
-    def is_halted(self) -> bool:
-        """True if the operator stopped everything, so that nothing more starts."""
-        return self.record is not None and self.record.status is StepStatus.HALTED
-
-
-@dataclass(frozen=True, slots=True)
-class PendingAttempt:
-    """A request that was made, with the state in which it was made.
-
-    Attributes:
-        role: reason for the invocation: first try, retry or recovery.
-        dispatch: the request and the providers that were considered.
-        episode_start: the part of its episode in memory that is known before the step starts.
-        episode_id: number of the attempt's episode in memory.
-    """
-
-    role: StepRole
-    dispatch: Dispatch
-    episode_start: EpisodeStart
-    episode_id: int
-
-
-@dataclass(frozen=True, slots=True)
-class RunningAttempt:
-    """An attempt that is running.
-
-    Attributes:
-        handle: the runtime's handle of the step.
-        pending: the request that it came from.
-    """
-
-    handle: StepHandle
-    pending: PendingAttempt
 
 
 class StepRunner:
@@ -157,7 +47,7 @@ class StepRunner:
         self._failures: list[Cause] = []
         self.records: list[StepRecord] = []
         self.bars = UncertainSteps()
-        self.repeats = RepeatedFailures()
+        self.failures = FailureRules(runtime, memory, self.dispatcher)
         self._planned_state: Mapping[str, Any] | None = None
         self._world = self.observe()
 
@@ -321,7 +211,7 @@ class StepRunner:
             judgement.reason,
             ended,
             after.predicates,
-            _counts_toward_record(result),
+            counts_toward_record(result),
             causes,
         )
         self._memory.end_episode(pending.episode_id, ending)
@@ -350,46 +240,7 @@ class StepRunner:
             denied=result.denied,
         )
         self.records.append(record)
-        is_known = not (judgement.is_undeclared or judgement.is_unknown)
-        raised = result.status is StepStatus.RAISED
-        times = self._count_failures(pending, result, judgement)
-        is_repeated = times >= MOST_OF_A_KIND
-        repeatable = record.failed and record.status in RAN_STATUSES and is_known and not raised
-        hopeless = self._no_retry_reason(dispatch) if repeatable else ""
-        if times > 1:
-            hopeless = f"it failed {times} times in the same way"
-        if raised or is_repeated or (result.status is StepStatus.DENIED and not result.is_transient):
-            self.dispatcher.avoid(request.module, request.skill)
-        # What chance does not explain is not tried again: another provider may be, the same may not.
-        stops = stops or ((raised or is_repeated) and not self.dispatcher.has_another(dispatch))
-        wait = wait_after_denial(judgement.causes, self._runtime.site) if result.is_transient else None
-        return AttemptResult(
-            record.failed,
-            record.reason,
-            repeatable,
-            record,
-            result.outputs,
-            result.is_transient,
-            hopeless,
-            stops,
-            is_repeated=is_repeated,
-            pause_s=LOOK_AGAIN_PAUSE_S if times > 1 else 0.0,
-            wait_subject="" if wait is None else wait.subject,
-            wait_limit_s=MAX_WAIT_S if wait is None else wait.limit_s,
-        )
-
-    def _count_failures(self, pending: PendingAttempt, result: StepResult, judgement: StepAssessment) -> int:
-        """Note a failure that chance does not explain; return how often it happened, 0 for any other end."""
-        causes, site = judgement.causes, self._runtime.site
-        if not judgement.failed or is_explained_by_chance(result.status, causes, site):
-            return 0
-        request, beginning = pending.dispatch.request, pending.episode_start
-        step = (request.module, request.skill, beginning.inputs)
-        joints: Any = None
-        if result.status is StepStatus.STOPPED and site.motion is not None:
-            joints = self.world.known.get(site.motion.start_variable)
-        place = [] if joints is None else [round(float(one), 3) for one in joints]
-        return self.repeats.count(step, result.status, causes, beginning.before, place)
+        return self.failures.after_step(pending, record, result, judgement, self.world, stops=stops)
 
     def _ends_run(self, result: StepResult) -> bool:
         """Return True if this undeclared outcome ends the run.
@@ -397,18 +248,6 @@ class StepRunner:
         A halt in a state that no outcome declares is no such outcome: the skill had not ended by itself.
         """
         return result.status is StepStatus.FINISHED and self._runtime.site.stops_on_undeclared_outcome
-
-    def _no_retry_reason(self, dispatch: Dispatch) -> str:
-        """Return why memory makes another attempt in this context hopeless; empty if it does not."""
-        request = dispatch.request
-        records = {option.skill: option.record for option in dispatch.options}
-        records |= {
-            request.skill: self._memory.success_record(request.module, request.skill, dispatch.context)
-        }
-        if not all(record.is_hopeless for record in records.values()):
-            return ""
-        counts = ", ".join(f"`{skill}` {record}" for skill, record in records.items())
-        return f"succeeded before in this context: {counts}"
 
     def _not_started(
         self,
@@ -419,15 +258,7 @@ class StepRunner:
     ) -> AttemptResult:
         self._failures += causes
         record_not_started(self._journal, role, f"{step[0]}.{step[1]}", reason, causes)
-        wait = wait_for_condition(causes, self._runtime.site)
-        if wait is not None:
-            return AttemptResult(
-                True, reason, is_transient=True, wait_subject=wait.subject, wait_limit_s=wait.limit_s
-            )
-        given = {name: to_json_value(value) for name, value in step[2].items()}
-        state = self.world.predicates
         # Where other steps came between plan and step, their chance decides what the next plan comes to.
+        state = self.world.predicates
         is_planned = role is StepRole.STEP and state == self._planned_state
-        named = (step[0], step[1], given)
-        again = is_planned and self.repeats.count(named, None, causes, state) >= MOST_NOT_STARTED
-        return AttemptResult(failed=True, reason=reason, ends_run=again, is_repeated=again)
+        return self.failures.after_no_start(step, reason, causes, state if is_planned else None)

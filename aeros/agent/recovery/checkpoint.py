@@ -20,9 +20,9 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from aeros.agent.errors import AgentError
+from aeros.agent.execution.attempt import AttemptResult
 from aeros.agent.execution.progress import AttemptHistory, PlanProgress, StepPath, UnfinishedAttempt
 from aeros.agent.execution.report import RunReport, StepRecord
-from aeros.agent.execution.step_attempt import AttemptResult
 from aeros.agent.planning.task_graph import TaskGraph
 from aeros.agent.recovery.json_values import ValueSerializer
 from aeros.files import replace_durably

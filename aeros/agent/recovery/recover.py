@@ -19,9 +19,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final
 
+from aeros.agent.execution.attempt import RAN_STATUSES, AttemptResult
 from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.progress import PlanProgress, UnfinishedAttempt
-from aeros.agent.execution.step_attempt import RAN_STATUSES, AttemptResult
 from aeros.agent.execution.supervisor import assess_step
 from aeros.agent.execution.uncertain_steps import UncertainSteps, possible_success
 from aeros.agent.world.values import to_json_value

@@ -484,7 +484,7 @@ def test_a_resumed_run_keeps_its_deadline_and_ends_with_it(tmp_path: Path, timeo
 def test_a_resumed_run_has_the_re_plans_and_the_waiting_that_are_left(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("aeros.agent.execution.step_attempt.wait_after_denial", lambda *_: Wait("it", 5.0))
+    monkeypatch.setattr("aeros.agent.execution.after_failure.wait_after_denial", lambda *_: Wait("it", 5.0))
     nearby = StepResult(StepStatus.DENIED, "somebody is near", denied=1, is_transient=True)
     script: list[Ending] = ["nothing_changed", *[nearby] * 3, KeyboardInterrupt(), *[nearby] * 9]
     runtime = FakeRuntime(endings={"boil": script}, at=site(replans=1))

@@ -13,10 +13,11 @@ from uuid import uuid4
 import pytest
 
 from aeros.agent.agent import start_agent
+from aeros.agent.execution.attempt import AttemptResult, RunningAttempt
 from aeros.agent.execution.dispatcher import Dispatch, Dispatcher, DispatchError
 from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.report import RunReport, StepRole
-from aeros.agent.execution.step_attempt import AttemptResult, RunningAttempt, StepRunner
+from aeros.agent.execution.step_attempt import StepRunner
 from aeros.agent.identity import Identity
 from aeros.agent.memory.context import evidence_context
 from aeros.agent.memory.store import EpisodeEnd, EpisodeStart, Memory, open_memory

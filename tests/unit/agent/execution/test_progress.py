@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from aeros.agent.execution.attempt import AttemptResult
 from aeros.agent.execution.progress import AttemptHistory, PlanProgress, UnfinishedAttempt
 from aeros.agent.execution.report import StepRecord, StepRole
-from aeros.agent.execution.step_attempt import AttemptResult
 from aeros.runtime.ports import LogHead, StepStatus
 
 AT = (0, 1)

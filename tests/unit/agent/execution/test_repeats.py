@@ -50,7 +50,7 @@ def test_a_failure_repeats_if_step_state_and_cause_are_the_same(
         assert each.count(step, status, causes, state) == times
 
 
-def test_a_stop_repeats_at_the_same_place_whatever_felt_it() -> None:
+def test_a_stop_repeats_at_the_same_place_however_it_is_felt() -> None:
     failures = RepeatedFailures()
     force, torque = Cause("rule", "collision-force", ""), Cause("rule", "joint-torque-rates", "")
 

@@ -7,17 +7,16 @@ from dataclasses import replace
 from fractions import Fraction
 from math import inf
 from pathlib import Path
-from typing import Any, ClassVar, Final
+from typing import ClassVar
 
 import pytest
 
 from aeros.agent.agent import MEMORY_FILE, start_agent
-from aeros.agent.execution.journal import Journal
+from aeros.agent.execution.attempt import AttemptResult, RunningAttempt
 from aeros.agent.execution.report import RunReport, StepRecord, StepRole
-from aeros.agent.execution.step_attempt import AttemptResult, RunningAttempt, StepRunner
 from aeros.agent.memory.posterior import SuccessRecord
 from aeros.agent.memory.queries import EpisodeFilter, open_memory_reader
-from aeros.agent.memory.store import DurationStats, EpisodeEnd, EpisodeStart
+from aeros.agent.memory.store import DurationStats
 from aeros.agent.planning.base import Planner, RulePlanner
 from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.task_graph import TaskGraph
@@ -28,11 +27,9 @@ from aeros.spec.model.cause import Cause
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.verification.certificate import Certificate
-from tests.differential.real_loop import Forgetful
 from tests.unit.agent.dumplings import DUMPLING, STATE, module, outcome, rule, site, skill, task
-from tests.unit.agent.fake_runtime import Ending, FakeRuntime
-
-NO_RECORD: Final = SuccessRecord(0, 0)
+from tests.unit.agent.execution.kitchen import Kitchen
+from tests.unit.agent.fake_runtime import FakeRuntime
 
 
 def run(folder: Path, runtime: Runtime, planner: Planner | None = None) -> RunReport:
@@ -112,63 +109,6 @@ def test_the_request_carries_the_default_inputs(tmp_path: Path) -> None:
 # The runner itself.
 
 
-class Listed(Forgetful):
-    """A memory that lists the episodes, and holds one record of every skill."""
-
-    def __init__(self, record: SuccessRecord = NO_RECORD) -> None:
-        self.record = record
-        self.usual: DurationStats | None = None
-        self.starts: list[EpisodeStart] = []
-        self.ends: list[tuple[int, EpisodeEnd]] = []
-        self.events: list[str] = []
-
-    def start_episode(self, step: EpisodeStart) -> int:
-        self.starts.append(step)
-        return 40 + len(self.starts)
-
-    def end_episode(self, episode: int, how: EpisodeEnd) -> None:
-        self.ends.append((episode, how))
-
-    def add_event(self, time: float, kind: str, details: Mapping[str, Any]) -> None:
-        self.events.append(kind)
-
-    def success_record(self, module: str, skill: str, context: str | None = None) -> SuccessRecord:
-        return self.record
-
-    def typical_duration(self, module: str, skill: str) -> DurationStats | None:  # type: ignore[override]
-        return self.usual
-
-
-class Kitchen:
-    """A runner of dumpling skills over a runtime in memory."""
-
-    def __init__(
-        self,
-        endings: Mapping[str, list[Ending]] | None = None,
-        record: SuccessRecord = NO_RECORD,
-        **true: bool,
-    ) -> None:
-        self.runtime = FakeRuntime(endings=endings)
-        self.runtime.state |= true
-        self.memory = Listed(record)
-        journal = Journal(self.runtime, self.memory, None)
-        self.runner = StepRunner(self.runtime, self.memory, journal, "dumpling.make_dumplings")
-
-    def attempt(self, skill: str, role: StepRole = StepRole.STEP, **inputs: Any) -> AttemptResult:
-        started = self.runner.start(role, "dumpling", skill, inputs)
-        if isinstance(started, AttemptResult):
-            return started
-        assert isinstance(started, RunningAttempt)
-        ended = self.runner.wait(inf)
-        assert ended is not None
-        assert ended.step == started.handle
-        return self.runner.finish(started.pending, ended.result)
-
-    def note(self, kind: str) -> dict[str, Any]:
-        (details,) = [details for event, details in self.runtime.notes if event == kind]
-        return details
-
-
 def test_a_step_that_succeeds_is_kept_in_record_and_memory() -> None:
     kitchen = Kitchen({"prepare": [StepResult(StepStatus.FINISHED, "", 5, 6, 7, {"mass": 0.25})]})
     kitchen.runtime.state |= {"dough_on_workspace": True, "filling_on_workspace": True}
@@ -233,46 +173,6 @@ def test_a_barred_step_is_not_started_and_planners_learn_why() -> None:
     (cause,) = kitchen.runner.planning_world().failures
     assert (cause.kind, cause.rule) == ("interrupted", "dumpling.recover")
     assert kitchen.runner.planning_world().failures == ()
-
-
-@pytest.mark.parametrize(
-    ("status", "is_transient", "counts", "retries"),
-    [
-        (StepStatus.FINISHED, False, True, True),
-        (StepStatus.STOPPED, False, True, True),
-        (StepStatus.TIMED_OUT, False, True, True),
-        (StepStatus.RAISED, False, True, False),
-        (StepStatus.HOLD_LOST, False, True, True),
-        (StepStatus.DENIED, False, True, False),
-        (StepStatus.DENIED, True, False, False),
-        (StepStatus.CANCELLED, False, False, False),
-        (StepStatus.HALTED, False, False, False),
-        (StepStatus.REFUSED, False, False, False),
-    ],
-)
-def test_of_a_failure_the_status_decides_what_it_says_of_the_skill_and_if_it_is_tried_again(
-    status: StepStatus, *, is_transient: bool, counts: bool, retries: bool
-) -> None:
-    ended = StepResult(status, "so it ended", is_transient=is_transient)
-    kitchen = Kitchen({"boil": [ended]}, dumpling_wrapped=True)
-    result = kitchen.attempt("boil")
-    assert (result.failed, result.is_retryable, result.is_transient) == (True, retries, is_transient)
-    assert result.is_denied is (status is StepStatus.DENIED)
-    assert result.is_halted is (status is StepStatus.HALTED)
-    ((_, end),) = kitchen.memory.ends
-    assert end.counts_toward_record is counts
-    is_avoided = status is StepStatus.RAISED or (status is StepStatus.DENIED and not is_transient)
-    assert result.ends_run is (status is StepStatus.RAISED)
-    assert kitchen.runner.dispatcher.denied == ({("dumpling", "boil")} if is_avoided else set())
-
-
-def test_a_failure_is_hopeless_where_the_record_says_so() -> None:
-    ending: dict[str, list[Ending]] = {"boil": ["nothing_changed"]}
-    hopeless = Kitchen(ending, SuccessRecord(0, 28), dumpling_wrapped=True).attempt("boil")
-    assert hopeless.no_retry_reason == "succeeded before in this context: `boil` 0 of 28"
-    assert Kitchen(ending, SuccessRecord(0, 27), dumpling_wrapped=True).attempt("boil").no_retry_reason == ""
-    success = Kitchen({}, SuccessRecord(0, 28), dumpling_wrapped=True).attempt("boil")
-    assert success.no_retry_reason == ""
 
 
 @pytest.mark.parametrize("stops", [True, False])

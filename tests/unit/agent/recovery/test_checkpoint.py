@@ -11,9 +11,9 @@ from typing import Any
 import pytest
 
 from aeros.agent.errors import AgentError
+from aeros.agent.execution.attempt import AttemptResult
 from aeros.agent.execution.progress import AttemptHistory, UnfinishedAttempt
 from aeros.agent.execution.report import RunReport, StepRecord, StepRole
-from aeros.agent.execution.step_attempt import AttemptResult
 from aeros.agent.planning.task_graph import PlanStep, TaskGraph
 from aeros.agent.recovery.checkpoint import (
     SCHEMA,

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from aeros.agent.execution.step_attempt import AttemptResult
+from aeros.agent.execution.attempt import AttemptResult
 from aeros.agent.planning.base import RulePlanner
 from aeros.agent.planning.compositions import composition_to_graph
 from aeros.agent.planning.routing import RoutedTask

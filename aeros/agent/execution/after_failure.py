@@ -1,0 +1,152 @@
+"""Rules on what follows a failed attempt: a retry, a wait, a pause, another provider, or the end."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from aeros.agent.execution.attempt import RAN_STATUSES, AttemptResult, PendingAttempt
+from aeros.agent.execution.dispatcher import Dispatch, Dispatcher
+from aeros.agent.execution.repeats import (
+    LOOK_AGAIN_PAUSE_S,
+    MOST_NOT_STARTED,
+    MOST_OF_A_KIND,
+    RepeatedFailures,
+    is_explained_by_chance,
+)
+from aeros.agent.execution.report import StepRecord
+from aeros.agent.execution.supervisor import StepAssessment
+from aeros.agent.execution.waiting import MAX_WAIT_S, wait_after_denial, wait_for_condition
+from aeros.agent.memory.store import Memory
+from aeros.agent.world.values import to_json_value
+from aeros.agent.world.world import WorldModel
+from aeros.runtime.ports import Runtime, StepResult, StepStatus
+from aeros.spec.model.cause import Cause
+
+
+class FailureRules:
+    """The rules of one run, with the failures that they remember.
+
+    Args:
+        runtime: has the site.
+        memory: has the record of each skill.
+        dispatcher: prefers other providers than those that it is told to avoid.
+
+    Attributes:
+        repeats: failures of this run that chance does not explain.
+    """
+
+    def __init__(self, runtime: Runtime, memory: Memory, dispatcher: Dispatcher) -> None:
+        self._runtime = runtime
+        self._memory = memory
+        self._dispatcher = dispatcher
+        self.repeats = RepeatedFailures()
+
+    def after_step(
+        self,
+        pending: PendingAttempt,
+        record: StepRecord,
+        result: StepResult,
+        judgement: StepAssessment,
+        after: WorldModel,
+        *,
+        stops: bool,
+    ) -> AttemptResult:
+        """Make the result of an attempt that ended.
+
+        Args:
+            pending: the attempt.
+            record: record of the invocation.
+            result: result that the runtime gave.
+            judgement: its assessment.
+            after: the world as measured after it.
+            stops: its outcome already ends the run.
+
+        Returns:
+            The result of the attempt.
+        """
+        dispatch = pending.dispatch
+        is_known = not (judgement.is_undeclared or judgement.is_unknown)
+        raised = result.status is StepStatus.RAISED
+        times = self._count_failures(pending, result, judgement, after)
+        is_repeated = times >= MOST_OF_A_KIND
+        repeatable = record.failed and record.status in RAN_STATUSES and is_known and not raised
+        hopeless = self._no_retry_reason(dispatch) if repeatable else ""
+        if times > 1:
+            hopeless = f"it failed {times} times in the same way"
+        if raised or is_repeated or (result.status is StepStatus.DENIED and not result.is_transient):
+            self._dispatcher.avoid(dispatch.request.module, dispatch.request.skill)
+        # What chance does not explain is not tried again: another provider may be, the same may not.
+        stops = stops or ((raised or is_repeated) and not self._dispatcher.has_another(dispatch))
+        wait = wait_after_denial(judgement.causes, self._runtime.site) if result.is_transient else None
+        return AttemptResult(
+            record.failed,
+            record.reason,
+            repeatable,
+            record,
+            result.outputs,
+            result.is_transient,
+            hopeless,
+            stops,
+            is_repeated=is_repeated,
+            pause_s=LOOK_AGAIN_PAUSE_S if times > 1 else 0.0,
+            wait_subject="" if wait is None else wait.subject,
+            wait_limit_s=MAX_WAIT_S if wait is None else wait.limit_s,
+        )
+
+    def after_no_start(
+        self,
+        step: tuple[str, str, Mapping[str, Any]],
+        reason: str,
+        causes: tuple[Cause, ...],
+        planned_state: Mapping[str, Any] | None,
+    ) -> AttemptResult:
+        """Make the result of an attempt that could not start.
+
+        Args:
+            step: module, skill and inputs (SI).
+            reason: why it could not start.
+            causes: the same as data.
+            planned_state: predicates as measured now, if the plan that begins with the step was made in this
+                very state; else None.
+
+        Returns:
+            The result of the attempt.
+        """
+        wait = wait_for_condition(causes, self._runtime.site)
+        if wait is not None:
+            return AttemptResult(
+                True, reason, is_transient=True, wait_subject=wait.subject, wait_limit_s=wait.limit_s
+            )
+        if planned_state is None:
+            return AttemptResult(failed=True, reason=reason)
+        named = (step[0], step[1], {name: to_json_value(value) for name, value in step[2].items()})
+        again = self.repeats.count(named, None, causes, planned_state) >= MOST_NOT_STARTED
+        return AttemptResult(failed=True, reason=reason, ends_run=again, is_repeated=again)
+
+    def _count_failures(
+        self, pending: PendingAttempt, result: StepResult, judgement: StepAssessment, after: WorldModel
+    ) -> int:
+        """Note a failure that chance does not explain; return how often it happened, 0 for any other end."""
+        causes, site = judgement.causes, self._runtime.site
+        if not judgement.failed or is_explained_by_chance(result.status, causes, site):
+            return 0
+        request, beginning = pending.dispatch.request, pending.episode_start
+        step = (request.module, request.skill, beginning.inputs)
+        joints: Any = None
+        if result.status is StepStatus.STOPPED and site.motion is not None:
+            joints = after.known.get(site.motion.start_variable)
+        place = [] if joints is None else [round(float(one), 3) for one in joints]
+        return self.repeats.count(step, result.status, causes, beginning.before, place)
+
+    def _no_retry_reason(self, dispatch: Dispatch) -> str:
+        """Return why memory makes another attempt in this context hopeless; empty if it does not."""
+        request = dispatch.request
+        records = {option.skill: option.record for option in dispatch.options}
+        records |= {
+            request.skill: self._memory.success_record(request.module, request.skill, dispatch.context)
+        }
+        if not all(record.is_hopeless for record in records.values()):
+            return ""
+        counts = ", ".join(f"`{skill}` {record}" for skill, record in records.items())
+        return f"succeeded before in this context: {counts}"
