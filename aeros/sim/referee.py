@@ -62,17 +62,19 @@ def truth_of(plant: object) -> Mapping[str, bool]:
     return {} if source is None else source()
 
 
-def judge_goal(goal: t.Term, believed: bool, truth: Mapping[str, bool]) -> GoalJudgement:
+def judge_goal(goal: t.Term, believed: bool, truth: Mapping[str, bool], module: str = "") -> GoalJudgement:
     """Judge a goal by the truth.
 
     Args:
         goal: condition on state variables.
         believed: True if the agent measured that it is reached.
         truth: the truth of state variables.
+        module: id of the goal's module; a scene names that module's own variables by their short names.
 
     Returns:
         The judgement: false if a conjunct is false, true if all are known and true, else not refereed.
     """
+    truth = {**{f"{module}.{name}": value for name, value in truth.items()}, **truth}
     names = {name for part in _conjuncts(goal) for name in t.variables_of(part)}
     values = {name: truth[name] for name in sorted(names & truth.keys())}
     judged = [_judge(part, values) for part in _conjuncts(goal)]

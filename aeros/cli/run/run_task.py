@@ -153,7 +153,7 @@ def _judge(
     if not truth:
         return None
     goal = staged.task.task.goal if request.goal is None else request.goal.term
-    judgement = judge_goal(goal, report.reached, truth)
+    judgement = judge_goal(goal, report.reached, truth, staged.task.module)
     recorded.audit.append("goal-judged", judgement.record())
     return judgement
 

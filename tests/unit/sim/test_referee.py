@@ -11,6 +11,7 @@ from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.text.discovery import reference_site_path
 from tests.shipped_scenes import shipped_scene
+from tests.unit.runtime.perception.kettle import full_site
 
 SITE = load_site(reference_site_path(), Diagnostics())
 
@@ -41,6 +42,16 @@ def test_a_goal_is_judged_as_far_as_its_truth_is_defined(
     found = judged(goal, **truth)
     assert found.true is expected
     assert found.values == truth
+
+
+def test_a_scene_names_a_modules_own_predicate_by_its_short_name() -> None:
+    site, module = full_site(), "kettle"
+    goal = parse_goal("kettle.water_hot and not table_wiped", site).term
+    truth = {"water_hot": False, "table_wiped": False}
+    found = judge_goal(goal, True, truth, module)
+    assert found.is_false_claim
+    assert found.values == {"kettle.water_hot": False, "table_wiped": False}
+    assert judge_goal(goal, True, truth, "pot").true is None
 
 
 @pytest.mark.parametrize(
