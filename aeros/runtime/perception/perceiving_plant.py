@@ -154,13 +154,24 @@ class PerceivingPlant:
     def _evaluate_definitions(self, readings: Readings) -> None:
         self._follow_configuration()
         self._defined = {}
-        now, known = self._plant.now(), {**readings, **self._values()} if self._definitions else {}
-        for name, definition in self._definitions.items():
-            if name.partition(".")[0] in self._modelled:
-                continue
-            value = definition.evaluate(known, now)
-            if value is not None:
-                self._defined[name] = value
+        pending = {
+            name: one
+            for name, one in self._definitions.items()
+            if name.partition(".")[0] not in self._modelled
+        }
+        if not pending:
+            return
+        now, known = self._plant.now(), {**readings, **self._values()}
+        # Again as long as there is something new: one may read another, also of a module that comes later.
+        is_new = True
+        while pending and is_new:
+            is_new = False
+            for name, definition in list(pending.items()):
+                value = definition.evaluate(known, now)
+                if value is not None:
+                    known[name] = self._defined[name] = value
+                    del pending[name]
+                    is_new = True
 
     def _follow_configuration(self) -> None:
         if self._governor.generation == self._generation:

@@ -172,13 +172,11 @@ class ModulePerception:
         return own
 
     def _definitions(self, ecm: declared_ecm.Ecm, own: Mapping[str, Declared]) -> dict[str, Definition]:
-        """Elaborate the definitions, by full name; none of them may read another."""
+        """Elaborate the definitions, by full name; each may read those above it."""
         written = {name.value: one.definition for name, one in ecm.state if one.definition is not None}
         if not written:
             return {}
-        defined = {*written, *(f"{self._module}.{name}" for name in written)}
-        measured = {name: one for name, one in self.site.state.items() if name not in defined}
-        scope = state_scope(replace(self.site, state=measured))
+        unread = {*written, *(f"{self._module}.{name}" for name in written)}
         definitions: dict[str, Definition] = {}
         for name, expression in written.items():
             if name not in own:
@@ -188,10 +186,13 @@ class ModulePerception:
                 headline = f"`{name}` is {type_}; only a `bool` can have a definition"
                 self._diagnostics.error("AE203", headline, expression.span)
                 continue
+            full = f"{self._module}.{name}"
+            state = {one: variable for one, variable in self.site.state.items() if one not in unread}
+            scope = state_scope(replace(self.site, state=state))
             term = elaborate_expression(expression, scope, self._diagnostics)
             if term is not None:
-                full = f"{self._module}.{name}"
                 definitions[full] = Definition(term, expression.value, expression.span)
+            unread -= {name, full}
         return definitions
 
     def _perceiver(

@@ -67,7 +67,8 @@ class Definition:
     """Condition that says when a predicate of a module is true; the runtime evaluates it on readings.
 
     Attributes:
-        term: the condition, on measured variables of the site and on what perceivers measure.
+        term: the condition, on measured variables of the site, what perceivers measure, and what other
+            definitions say.
         text: the condition as written.
         span: its place.
     """

@@ -300,3 +300,22 @@ def test_a_plant_that_measures_a_defined_predicate_itself_is_believed() -> None:
     plant = CameraPlant(**{"kettle.near": False})
     setting = Setting(ecm=defining("tool_position.x < 0.6 m"), plant=plant)
     assert setting.plant.observe()["kettle.near"].value is False
+
+
+def test_a_definition_may_read_another_whichever_comes_first() -> None:
+    ecm = defining("tool_position.x < 0.6 m")
+    near = ecm.state["kettle.near"]
+    far = replace(near, variable=t.Variable("kettle.far", BOOL, t.VariableRole.STATE), sensor="kettle.far")
+    negated = Definition(t.Not(near.variable), "not near", ecm.span)
+    both = replace(
+        ecm,
+        state={**ecm.state, "kettle.far": far},
+        definitions={"kettle.far": negated, **ecm.definitions},
+    )
+    observed = Setting(ecm=both).plant.observe()
+    assert (observed["kettle.near"].value, observed["kettle.far"].value) == (True, False)
+    circle = {"kettle.far": negated, "kettle.near": Definition(t.Not(far.variable), "not far", ecm.span)}
+    assert (
+        not {"kettle.near", "kettle.far"}
+        & Setting(ecm=replace(both, definitions=circle)).plant.observe().keys()
+    )
