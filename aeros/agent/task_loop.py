@@ -11,7 +11,7 @@
     If the failed plan took less than `RETRY_INTERVAL_S`, the agent waits that long first.
 4.  A plan does not count as a re-plan if it failed because of what may change by itself: a person nearby, a
     silent sensor, a quantity that a condition reads, a quota whose window will free it. The agent waits
-    `RETRY_INTERVAL_S` and plans again, for at most as long as `waiting.py` says.
+    `RETRY_INTERVAL_S`, or a tenth of a long wait, and plans again, at most as long as `waiting.py` says.
 5.  The agent gives up at once when the gate denies the same request a second time for any other reason, when
     a step fails again and again in the same state as only something in its way explains (`repeats.py`) and
     nothing else provides the same, when two plans in a row are rejected for the same reasons, when the time
@@ -36,7 +36,7 @@ from aeros.agent.execution.plan_executor import PlanExecutor, PlanFailure
 from aeros.agent.execution.progress import PlanProgress
 from aeros.agent.execution.report import RunReport
 from aeros.agent.execution.step_attempt import StepRunner
-from aeros.agent.execution.waiting import Wait
+from aeros.agent.execution.waiting import MAX_WAIT_S, Wait
 from aeros.agent.instructions.understand import Errand
 from aeros.agent.plan_source import PlanSource
 from aeros.agent.planning.base import Planner
@@ -50,6 +50,9 @@ from aeros.spec.expr import terms as t
 
 RETRY_INTERVAL_S: Final = 1.0
 """Time between two requests for an action that may be allowed later, in plant seconds."""
+
+LONG_WAIT_TRIES: Final = 10
+"""Plans that are made at most while the agent waits for longer than `MAX_WAIT_S`."""
 
 _ONLY_ERRAND: Final = ErrandPosition()
 
@@ -250,15 +253,17 @@ class TaskLoop:
         return None
 
     def _wait(self, reason: str, wait: Wait) -> None:
-        self._waited += RETRY_INTERVAL_S
+        # Steps before the one that waits may run again each time, so a long wait has long intervals.
+        seconds = RETRY_INTERVAL_S if wait.limit_s <= MAX_WAIT_S else wait.limit_s / LONG_WAIT_TRIES
+        self._waited += seconds
         self._save()
         self._journal.record(
             "wait-started",
             f"waits until {wait.subject}",
-            seconds=RETRY_INTERVAL_S,
+            seconds=seconds,
             reason=reason,
         )
-        self._idle(RETRY_INTERVAL_S)
+        self._idle(seconds)
 
     def _idle(self, seconds: float) -> None:
         if seconds > 0.0:

@@ -78,7 +78,7 @@ class FailureRules:
             self._dispatcher.avoid(dispatch.request.module, dispatch.request.skill)
         # What chance does not explain is not tried again: another provider may be, the same may not.
         stops = stops or ((raised or is_repeated) and not self._dispatcher.has_another(dispatch))
-        wait = wait_after_denial(judgement.causes, self._runtime.site) if result.is_transient else None
+        wait = wait_after_denial(result.causes, self._runtime.site) if result.is_transient else None
         return AttemptResult(
             record.failed,
             record.reason,

@@ -3,6 +3,7 @@ from __future__ import annotations
 import random
 from collections.abc import Mapping
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -18,12 +19,23 @@ from aeros.agent.planning.base import Planner
 from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.task_graph import PlanStep, TaskGraph
 from aeros.agent.recovery.checkpoint import CheckpointStore, TaskCheckpoint
-from aeros.agent.task_loop import RETRY_INTERVAL_S
+from aeros.agent.task_loop import LONG_WAIT_TRIES, RETRY_INTERVAL_S
 from aeros.agent.world.world import WorldModel
 from aeros.runtime.ports import Runtime, StepRequest, StepResult, StepStatus
 from aeros.spec.model.cause import Cause
 from aeros.spec.model.ecm import Ecm
-from tests.unit.agent.dumplings import DUMPLING, MAKE_DUMPLINGS, module, outcome, rule, site, skill, task
+from aeros.spec.model.policy import Quota
+from tests.unit.agent.dumplings import (
+    DUMPLING,
+    MAKE_DUMPLINGS,
+    SPAN,
+    module,
+    outcome,
+    rule,
+    site,
+    skill,
+    task,
+)
 from tests.unit.agent.fake_runtime import Ending, FakeRuntime
 
 
@@ -302,6 +314,24 @@ def test_a_condition_on_a_quantity_is_waited_for() -> None:
     assert report.reached
     assert report.replans == 0
     assert runtime.kinds().count("wait-started") == 7
+
+
+def test_a_used_up_quota_is_waited_for_as_long_as_its_window_at_longer_intervals() -> None:
+    quota = Quota("grips", frozenset({"grip"}), 3, Fraction(600), SPAN)
+    cause = Cause("gate", "grips", "the quota `grips` of 3 is used up", code="AE742")
+    denied = StepResult(StepStatus.DENIED, "AE742 grips", denied=1, is_transient=True, causes=(cause,))
+
+    class Rationed(FakeRuntime):
+        def submit(self, request: StepRequest) -> StepResult:
+            return denied if request.skill == "boil" and self.clock < 690.0 else super().submit(request)
+
+    runtime = Rationed(at=replace(site(), quotas=(quota,)))
+    report = run(runtime)
+    assert report.reached
+    assert report.replans == 0
+    waits = [details["seconds"] for kind, details in runtime.notes if kind == "wait-started"]
+    assert set(waits) == {601.0 / LONG_WAIT_TRIES}
+    assert len(waits) <= LONG_WAIT_TRIES
 
 
 class SilentSensor(FakeRuntime):
