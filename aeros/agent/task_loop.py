@@ -161,7 +161,7 @@ class TaskLoop:
         self._attempts.restore(checkpoint.steps, checkpoint.planning_states, checkpoint.avoided_skills)
         # The record since this checkpoint may not include the steps that an earlier crash interrupted.
         self._attempts.bars.restore(checkpoint.uncertain_steps)
-        self._attempts.failures.repeats.restore(checkpoint.repeated_failures)
+        self._attempts.failure_rules.repeats.restore(checkpoint.repeated_failures)
         progress = checkpoint.progress()
         modules, world = self._runtime.active_modules(), self._attempts.world
         recovery = ProgressRecovery(modules, world, self._attempts.bars, self._journal)
@@ -208,7 +208,7 @@ class TaskLoop:
             denied_steps=tuple(sorted(self._engine.denied)),
             avoided_skills=tuple(sorted(attempts.dispatcher.denied)),
             uncertain_steps=attempts.bars.to_checkpoint,
-            repeated_failures=attempts.failures.repeats.to_checkpoint,
+            repeated_failures=attempts.failure_rules.repeats.to_checkpoint,
             last_plan_problems=tuple(self._plans.last_problems),
             planning_states=tuple(attempts.planned_in),
             steps=tuple(attempts.records),

@@ -210,7 +210,7 @@ def _stubbed_attempts(do: PerformStep, modules: Any, world: Any) -> Any:
     one._memory = SimpleNamespace(start_episode=lambda _: 1)
     one._world, one._task, one._failures = world, "task", []
     one.dispatcher = SimpleNamespace(dispatch=lambda *_: dispatch, denied=set())
-    one.failures = FailureRules(one._runtime, one._memory, one.dispatcher)
+    one.failure_rules = FailureRules(one._runtime, one._memory, one.dispatcher)
     one._planned_state = None
     one.records, one.planned_in, one.bars = [], [], modules.bars.UncertainSteps()
     one.finish = finish

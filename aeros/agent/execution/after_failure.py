@@ -16,7 +16,7 @@ from aeros.agent.execution.repeats import (
 )
 from aeros.agent.execution.report import StepRecord
 from aeros.agent.execution.supervisor import StepAssessment
-from aeros.agent.execution.waiting import MAX_WAIT_S, wait_after_denial, wait_for_condition
+from aeros.agent.execution.waiting import wait_after_denial, wait_for_condition
 from aeros.agent.memory.store import Memory
 from aeros.agent.world.values import to_json_value
 from aeros.agent.world.world import WorldModel
@@ -78,20 +78,17 @@ class FailureRules:
             self._dispatcher.avoid(dispatch.request.module, dispatch.request.skill)
         # What chance does not explain is not tried again: another provider may be, the same may not.
         stops = stops or ((raised or is_repeated) and not self._dispatcher.has_another(dispatch))
-        wait = wait_after_denial(result.causes, self._runtime.site) if result.is_transient else None
         return AttemptResult(
             record.failed,
             record.reason,
             repeatable,
             record,
             result.outputs,
-            result.is_transient,
             hopeless,
             stops,
             is_repeated=is_repeated,
             pause_s=LOOK_AGAIN_PAUSE_S if times > 1 else 0.0,
-            wait_subject="" if wait is None else wait.subject,
-            wait_limit_s=MAX_WAIT_S if wait is None else wait.limit_s,
+            wait=wait_after_denial(result.causes, self._runtime.site) if result.is_transient else None,
         )
 
     def after_no_start(
@@ -115,9 +112,7 @@ class FailureRules:
         """
         wait = wait_for_condition(causes, self._runtime.site)
         if wait is not None:
-            return AttemptResult(
-                True, reason, is_transient=True, wait_subject=wait.subject, wait_limit_s=wait.limit_s
-            )
+            return AttemptResult(failed=True, reason=reason, wait=wait)
         if planned_state is None:
             return AttemptResult(failed=True, reason=reason)
         named = (step[0], step[1], {name: to_json_value(value) for name, value in step[2].items()})

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from aeros.agent.execution.dispatcher import Dispatch
 from aeros.agent.execution.report import StepRecord, StepRole
-from aeros.agent.execution.waiting import MAX_WAIT_S
+from aeros.agent.execution.waiting import Wait
 from aeros.agent.memory.store import EpisodeStart
 from aeros.runtime.ports import StepHandle, StepResult, StepStatus
 
@@ -52,7 +52,6 @@ class AttemptResult:
             instead.
         record: record of the invocation; None if it was not submitted.
         outputs: outputs of the skill by name (SI).
-        is_transient: it was denied, or could not start, and may be allowed later.
         no_retry_reason: why another attempt at once is hopeless, by memory or as it failed so before; empty
             if it is not.
         ends_run: it ended in an undeclared outcome, and the site stops the run then; or its code raised or it
@@ -61,8 +60,7 @@ class AttemptResult:
         is_repeated: it failed as it did before in the same state, which chance does not explain, and is not
             tried again.
         pause_s: time that is to pass before another plan, plant seconds.
-        wait_subject: what a transient failure waits for, in words.
-        wait_limit_s: longest wait for that, plant seconds.
+        wait: what may allow it later, after a denial or where it could not start; None if nothing may.
     """
 
     failed: bool
@@ -70,14 +68,12 @@ class AttemptResult:
     is_retryable: bool = False
     record: StepRecord | None = None
     outputs: Mapping[str, Any] = field(default_factory=dict)
-    is_transient: bool = False
     no_retry_reason: str = ""
     ends_run: bool = False
     is_composed: bool = False
     is_repeated: bool = False
     pause_s: float = 0.0
-    wait_subject: str = ""
-    wait_limit_s: float = MAX_WAIT_S
+    wait: Wait | None = None
 
     @property
     def final_words(self) -> str:
@@ -86,6 +82,11 @@ class AttemptResult:
             return "failed again as before in the same state, and nothing else is known to try"
         raised = self.record is not None and self.record.status is StepStatus.RAISED
         return "failed, and its code is not run again" if raised else "ended with an undeclared outcome"
+
+    @property
+    def is_transient(self) -> bool:
+        """True if it may be allowed later."""
+        return self.wait is not None
 
     @property
     def is_denied(self) -> bool:

@@ -40,7 +40,7 @@ from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.progress import PlanProgress, StepPath, UnfinishedAttempt
 from aeros.agent.execution.report import StepRole
 from aeros.agent.execution.step_attempt import StepRunner
-from aeros.agent.execution.waiting import MAX_WAIT_S, Wait
+from aeros.agent.execution.waiting import Wait
 from aeros.agent.planning.compositions import chosen_composition
 from aeros.agent.planning.task_graph import Part, PlanStep
 from aeros.agent.world.values import to_json_value
@@ -329,7 +329,7 @@ def _failure_of(step: PlanStep, attempt: AttemptResult, denied: set[str]) -> Pla
         return PlanFailure(
             attempt.reason,
             attempt.ends_run,
-            _wait_of(attempt),
+            attempt.wait,
             attempt.pause_s,
             is_declared=attempt.is_retryable,
         )
@@ -343,12 +343,12 @@ def _failure_of(step: PlanStep, attempt: AttemptResult, denied: set[str]) -> Pla
         ran = attempt.record is not None
         return PlanFailure(
             f"{name} failed: {attempt.reason}",
-            wait=_wait_of(attempt),
+            wait=attempt.wait,
             pause_s=attempt.pause_s,
             is_declared=attempt.is_retryable or not ran,
         )
     if attempt.is_transient:
-        return PlanFailure(f"{name} was denied: {attempt.reason}", wait=_wait_of(attempt))
+        return PlanFailure(f"{name} was denied: {attempt.reason}", wait=attempt.wait)
     inputs = {key: to_json_value(value) for key, value in step.inputs.items()}
     request = json.dumps([step.module, skill, inputs], sort_keys=True)
     if request in denied:
@@ -375,17 +375,11 @@ def _composed_result(end: PlanFailure | None) -> AttemptResult:
         True,
         end.reason,
         is_retryable=end.is_declared,
-        is_transient=end.wait is not None,
         ends_run=end.is_final,
         is_composed=True,
         pause_s=end.pause_s,
-        wait_subject="" if end.wait is None else end.wait.subject,
-        wait_limit_s=MAX_WAIT_S if end.wait is None else end.wait.limit_s,
+        wait=end.wait,
     )
-
-
-def _wait_of(attempt: AttemptResult) -> Wait | None:
-    return Wait(attempt.wait_subject, attempt.wait_limit_s) if attempt.is_transient else None
 
 
 def _resume_branch(branch: _Branch, ended: EndedStep | None) -> None:

@@ -47,7 +47,7 @@ class StepRunner:
         self._failures: list[Cause] = []
         self.records: list[StepRecord] = []
         self.bars = UncertainSteps()
-        self.failures = FailureRules(runtime, memory, self.dispatcher)
+        self.failure_rules = FailureRules(runtime, memory, self.dispatcher)
         self._planned_state: Mapping[str, Any] | None = None
         self._world = self.observe()
 
@@ -240,7 +240,7 @@ class StepRunner:
             denied=result.denied,
         )
         self.records.append(record)
-        return self.failures.after_step(pending, record, result, judgement, self.world, stops=stops)
+        return self.failure_rules.after_step(pending, record, result, judgement, self.world, stops=stops)
 
     def _ends_run(self, result: StepResult) -> bool:
         """Return True if this undeclared outcome ends the run.
@@ -261,4 +261,4 @@ class StepRunner:
         # Where other steps came between plan and step, their chance decides what the next plan comes to.
         state = self.world.predicates
         is_planned = role is StepRole.STEP and state == self._planned_state
-        return self.failures.after_no_start(step, reason, causes, state if is_planned else None)
+        return self.failure_rules.after_no_start(step, reason, causes, state if is_planned else None)

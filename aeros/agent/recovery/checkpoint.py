@@ -23,6 +23,7 @@ from aeros.agent.errors import AgentError
 from aeros.agent.execution.attempt import AttemptResult
 from aeros.agent.execution.progress import AttemptHistory, PlanProgress, StepPath, UnfinishedAttempt
 from aeros.agent.execution.report import RunReport, StepRecord
+from aeros.agent.execution.waiting import Wait
 from aeros.agent.planning.task_graph import TaskGraph
 from aeros.agent.recovery.json_values import ValueSerializer
 from aeros.files import replace_durably
@@ -34,7 +35,7 @@ SCHEMA: Final = CHECKPOINT.version
 _FILE: Final = "checkpoint.json"
 _PREVIOUS_FILE: Final = "checkpoint.previous.json"
 _SERIALIZER: Final = ValueSerializer(
-    (AttemptResult, UnfinishedAttempt, AttemptHistory, RunReport, StepRecord)
+    (AttemptResult, UnfinishedAttempt, AttemptHistory, RunReport, StepRecord, Wait)
 )
 
 

@@ -152,7 +152,6 @@ class PerceivingPlant:
             perceiver.update(now, {**readings, **self._values()}, pictures, least_timeout)
 
     def _evaluate_definitions(self, readings: Readings) -> None:
-        self._follow_configuration()
         self._defined = {}
         pending = {
             name: one

@@ -26,7 +26,7 @@ from aeros.spec.expr.units import TIME, format_number, format_quantity
 from aeros.spec.model.perception import Definition, Perceiver, PerceptionPolicy, PictureRequest, SiteCamera
 from aeros.spec.model.site import Site
 from aeros.spec.model.variables import Declared
-from aeros.spec.text.fields import TextField
+from aeros.spec.text.fields import ExpressionField, TextField
 
 MAX_RATE: Final = 1000
 """Greatest rate at which readings are sampled, 1/s."""
@@ -143,13 +143,14 @@ class ModulePerception:
         self.site = site
         if own or len(visible) < len(site.state):
             self.site = replace(site, state={**visible, **shared, **own, **self._by_full_name(own)})
-        self.definitions = self._definitions(ecm, own)
+        written = {name.value: one.definition for name, one in ecm.state if one.definition is not None}
+        self.definitions = self._definitions(written, own)
         declared_here = dict.fromkeys(name.value for name, _ in ecm.state)
         self.perceivers = {
             name.value: self._perceiver(name, perceiver, declared_here, site)
             for name, perceiver in ecm.perceivers
         }
-        self.state = self._by_full_name(self._with_sensors(ecm, own))
+        self.state = self._by_full_name(self._with_sensors(ecm, own, written))
         self._check_shared(ecm, site)
 
     def _by_full_name(self, own: Mapping[str, Declared]) -> dict[str, Declared]:
@@ -171,11 +172,10 @@ class ModulePerception:
                 own[name.value] = replace(variable, span=name.span)
         return own
 
-    def _definitions(self, ecm: declared_ecm.Ecm, own: Mapping[str, Declared]) -> dict[str, Definition]:
+    def _definitions(
+        self, written: Mapping[str, ExpressionField], own: Mapping[str, Declared]
+    ) -> dict[str, Definition]:
         """Elaborate the definitions, by full name; each may read those above it."""
-        written = {name.value: one.definition for name, one in ecm.state if one.definition is not None}
-        if not written:
-            return {}
         unread = {*written, *(f"{self._module}.{name}" for name in written)}
         definitions: dict[str, Definition] = {}
         for name, expression in written.items():
@@ -254,9 +254,10 @@ class ModulePerception:
         depth = picture.depth is not None and picture.depth.value
         return PictureRequest(camera.value, width, height, depth)
 
-    def _with_sensors(self, ecm: declared_ecm.Ecm, own: Mapping[str, Declared]) -> dict[str, Declared]:
+    def _with_sensors(
+        self, ecm: declared_ecm.Ecm, own: Mapping[str, Declared], defined: Mapping[str, ExpressionField]
+    ) -> dict[str, Declared]:
         """Name the perceiver of each variable; each has exactly one, or a definition."""
-        defined = {name.value: one.definition for name, one in ecm.state if one.definition is not None}
         by_variable: dict[str, tuple[TextField, TextField]] = {}
         for perceiver, declaration in ecm.perceivers:
             for name in declaration.provides:

@@ -118,10 +118,11 @@ _ADDED_IN_6: Final[Mapping[str, Mapping[str, Any]]] = {
 }
 """Fields with their values, by class: until version 5 there was no composition among attempts."""
 
-_ADDED_IN_7: Final[Mapping[str, Mapping[str, Any]]] = {
-    "AttemptResult": {"is_repeated": False, "pause_s": 0.0, "wait_subject": "", "wait_limit_s": 60.0},
+_WAIT_OF_6: Final = {
+    "class": "Wait",
+    "fields": {"subject": "the measured state changes", "limit_s": 60.0},
 }
-"""Fields with their values, by class: until version 6 every wait was of 60 s at most."""
+"""Until version 6 every wait was for measured values, and of 60 s at most."""
 
 _Rewrite = Callable[[str, dict[str, Any]], dict[str, Any]]
 """Returns the fields that an object is to have, by the name of its class and its encoded fields."""
@@ -153,7 +154,10 @@ def _fields_of_6(name: str, held: dict[str, Any]) -> dict[str, Any]:
 
 
 def _fields_of_7(name: str, held: dict[str, Any]) -> dict[str, Any]:
-    return {**held, **_ADDED_IN_7.get(name, {})}
+    if name != "AttemptResult":
+        return held
+    wait = _WAIT_OF_6 if held.pop("is_transient", False) else None
+    return held | {"is_repeated": False, "pause_s": 0.0, "wait": wait}
 
 
 _CLASS_NAMES: Final = {

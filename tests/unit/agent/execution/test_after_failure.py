@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from aeros.agent.execution.repeats import LOOK_AGAIN_PAUSE_S
+from aeros.agent.execution.waiting import Wait
 from aeros.agent.memory.posterior import SuccessRecord
 from aeros.runtime.ports import StepResult, StepStatus
 from aeros.spec.expr.shortfall import UnmetBound
@@ -87,10 +88,10 @@ def test_a_quantity_is_waited_for_and_a_predicate_is_not() -> None:
     part = UnmetBound("fill_level", 0.2, "at least", 0.5)
     low = Cause("precondition", "dumpling.boil", "fill_level >= 0.5", shortfalls=(part,))
     step: tuple[str, str, dict[str, Any]] = ("dumpling", "boil", {})
-    waits = kitchen.runner.failures.after_no_start(step, "too low", (low,), {"cooked": False})
-    assert (waits.is_transient, waits.wait_subject) == (True, "fill_level is at least 0.5")
+    waits = kitchen.runner.failure_rules.after_no_start(step, "too low", (low,), {"cooked": False})
+    assert (waits.is_transient, waits.wait) == (True, Wait("fill_level is at least 0.5"))
     part = UnmetBound("dumpling_wrapped", False, "is", True)
     unwrapped = replace(low, shortfalls=(part,))
     for state, ends in (({"cooked": False}, False), (None, False), ({"cooked": False}, True)):
-        result = kitchen.runner.failures.after_no_start(step, "not yet", (unwrapped,), state)
+        result = kitchen.runner.failure_rules.after_no_start(step, "not yet", (unwrapped,), state)
         assert (result.is_transient, result.ends_run, result.is_repeated) == (False, ends, ends)

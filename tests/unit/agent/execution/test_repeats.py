@@ -8,23 +8,13 @@ import pytest
 
 from aeros.agent.execution.repeats import RepeatedFailures, is_explained_by_chance
 from aeros.runtime.ports import StepStatus
-from aeros.spec.diagnostics.codes import Diagnostics
-from aeros.spec.elaborate.load import load_site
 from aeros.spec.expr.shortfall import UnmetBound
 from aeros.spec.model.cause import Cause
 from aeros.spec.model.site import Site
-from aeros.spec.text.discovery import reference_site_path
 
 STEP = ("m", "boil", {"force": 0.5})
 STATE = {"wrapped": True, "cooked": None}
 LATE = (Cause("timed_out", "m.boil", "took 61.2 s"),)
-
-
-@pytest.fixture(scope="module")
-def cell() -> Site:
-    site = load_site(reference_site_path(), Diagnostics())
-    assert site is not None
-    return site
 
 
 @pytest.mark.parametrize(

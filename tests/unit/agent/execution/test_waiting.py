@@ -14,24 +14,14 @@ from aeros.agent.execution.waiting import (
     wait_after_denial,
     wait_for_condition,
 )
-from aeros.spec.diagnostics.codes import Diagnostics
-from aeros.spec.elaborate.load import load_site
 from aeros.spec.expr.shortfall import UnmetBound
 from aeros.spec.model.cause import Cause
 from aeros.spec.model.site import Site
-from aeros.spec.text.discovery import reference_site_path
 
 PERSON = UnmetBound("human_distance", 0.41, "at least", 0.5, "m")
 HEIGHT = UnmetBound("fill_level", 0.2, "at least", 0.5)
 SILENT = UnmetBound("tool_position", None, "known", True, reason="is missing")
 UNWRAPPED = UnmetBound("dumpling_wrapped", False, "is", True)
-
-
-@pytest.fixture(scope="module")
-def cell() -> Site:
-    site = load_site(reference_site_path(), Diagnostics())
-    assert site is not None
-    return site
 
 
 def test_a_person_is_named_as_one(cell: Site) -> None:

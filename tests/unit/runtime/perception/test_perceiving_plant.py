@@ -319,3 +319,22 @@ def test_a_definition_may_read_another_whichever_comes_first() -> None:
         not {"kettle.near", "kettle.far"}
         & Setting(ecm=replace(both, definitions=circle)).plant.observe().keys()
     )
+
+
+def test_a_tick_evaluates_definitions_and_follows_no_new_configuration() -> None:
+    setting = Setting(ecm=defining("tool_position.x < 0.6 m"))
+    setting.plant.observe()
+    seen: list[Reading] = []
+
+    def look(now: float, values: Mapping[str, Any]) -> None:
+        setting.governor.failing = UserError([Diagnostic("AE965", "asked at a tick")])
+        setting.governor.number += 1
+        seen.append(setting.plant.observe()["kettle.near"])
+
+    setting.plant.begin(act("wait", duration=0.1))
+    setting.plant.advance(look, 0.05)
+    assert seen
+    assert all(one.value is True for one in seen)
+    setting.governor.failing = None
+    setting.governor.change(configuration(defining("tool_position.x > 0.6 m")))
+    assert setting.plant.observe()["kettle.near"].value is False
