@@ -39,7 +39,7 @@ _COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "memory": ("robot.memory", "show, search, export or delete the agent's memory"),
     "bundle": ("robot.modules", "pack a module into one file"),
     "install": ("robot.modules", "install a module on this robot"),
-    "configure": ("robot.modules", "check the dependencies of an installed module"),
+    "configure": ("robot.modules", "bind what an installed module needs, and set its parameters"),
     "activate": ("robot.modules", "activate a module so that its skills can run"),
     "deactivate": ("robot.modules", "deactivate a module so that none of its skills runs"),
     "remove": ("robot.modules", "uninstall a module"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable
 from pathlib import Path
 from typing import Protocol
 
@@ -12,7 +12,7 @@ from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics
 from aeros.spec.diagnostics.errors import UndecidedError, UserError
 from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.model.ecm import Ecm
-from aeros.spec.model.policy import OperatorOverride
+from aeros.spec.model.operator_settings import NO_SETTINGS, OperatorSettings
 from aeros.spec.model.site import Site
 from aeros.spec.obligations.verdicts import Conclusion
 from aeros.spec.text.discovery import NEIGHBOURS, Surroundings
@@ -30,7 +30,7 @@ class ProveConfiguration(Protocol):
         site: Path,
         *,
         certified: bool,
-        blocks: Sequence[OperatorOverride] = (),
+        settings: OperatorSettings = NO_SETTINGS,
         active: Callable[[str], bool] = ...,
         active_folders: Collection[Path] | None = None,
     ) -> tuple[Configuration, Report]:
@@ -42,7 +42,7 @@ def prove_configuration(
     site: Path,
     *,
     certified: bool,
-    blocks: Sequence[OperatorOverride] = (),
+    settings: OperatorSettings = NO_SETTINGS,
     active: Callable[[str], bool] = lambda _: True,
     active_folders: Collection[Path] | None = None,
 ) -> tuple[Configuration, Report]:
@@ -55,7 +55,7 @@ def prove_configuration(
         paths: folders of the modules to prove.
         site: the site file.
         certified: require that each module's `ecm.lock` equals the certificate that results.
-        blocks: operator overrides in addition to those of the site file.
+        settings: settings of the operator, in addition to those of the site file.
         active: predicate on the module name; only modules for which it is true become active.
         active_folders: their folders.  Where they are given, requirements are met by the modules at `paths`
             alone, and else also by modules next to them.
@@ -70,20 +70,22 @@ def prove_configuration(
     """
     paths = tuple(paths)
     with open_default_store() as store:
-        report = verify(paths, site, store=store, blocks=blocks, detail=Detail.BRIEF, active=active_folders)
+        report = verify(
+            paths, site, store=store, settings=settings, detail=Detail.BRIEF, active=active_folders
+        )
     if report.conclusion is not Conclusion.PROVED:
         refusal = UndecidedError if report.conclusion is Conclusion.UNDECIDED else UserError
         raise refusal([problem for subject in report.subjects for problem in subject.diagnostics])
     if certified:
         _require_locks(report)
     surroundings = NEIGHBOURS if active_folders is None else Surroundings(paths, frozenset(active_folders))
-    return configuration_of(report, site, blocks, active, surroundings), report
+    return configuration_of(report, site, settings, active, surroundings), report
 
 
 def configuration_of(
     report: Report,
     site: Path,
-    blocks: Sequence[OperatorOverride] = (),
+    settings: OperatorSettings = NO_SETTINGS,
     active: Callable[[str], bool] = lambda _: True,
     surroundings: Surroundings = NEIGHBOURS,
 ) -> Configuration:
@@ -92,7 +94,7 @@ def configuration_of(
     Args:
         report: a report whose conclusion is PROVED.
         site: the site file.
-        blocks: operator overrides in addition to those of the site file.
+        settings: settings of the operator, in addition to those of the site file.
         active: predicate on the module name; only modules for which it is true become active.
         surroundings: the modules among which each finds those that it requires.
 
@@ -102,7 +104,7 @@ def configuration_of(
     Raises:
         UserError: a file is no longer the one that was proved.
     """
-    policy = _policy(site, blocks)
+    policy = _policy(site, settings)
     proved = [module for module in report.modules if active(module.name)]
     certified = {module.name: _certified(module, policy, surroundings) for module in proved}
     return make_configuration(policy, certified)
@@ -124,11 +126,11 @@ def _require_locks(report: Report) -> None:
         raise UserError(problems)
 
 
-def _policy(path: Path, blocks: Sequence[OperatorOverride]) -> Site:
+def _policy(path: Path, settings: OperatorSettings) -> Site:
     site = load_site(path, Diagnostics())
     if site is None:
         raise _file_changed_error(path)
-    return site.with_overrides(blocks)
+    return settings.applied_to(site)
 
 
 def _certified(report: SubjectReport, policy: Site, surroundings: Surroundings) -> tuple[Ecm, Certificate]:

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
+from types import MappingProxyType
 from typing import Final
 
 from aeros.agent.errors import AgentError
@@ -36,6 +37,7 @@ from aeros.session.bag import BagOutputError
 from aeros.session.plant_factory import PlantSetupError
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.model.configured import ModuleConfiguration
 from aeros.spec.model.ecm import Task
 from aeros.spec.verification.reports import Report
 
@@ -126,7 +128,12 @@ def build_signing(
 
 
 def open_governor(
-    state: Path, modules: Path | None, site: Path | None, *, resumed: bool = False
+    state: Path,
+    modules: Path | None,
+    site: Path | None,
+    *,
+    resumed: bool = False,
+    configurations: Mapping[str, ModuleConfiguration] = MappingProxyType({}),
 ) -> tuple[RegistryGovernor, Configuration, Report]:
     """Prove the configuration and open the governor that follows its changes.
 
@@ -138,6 +145,7 @@ def open_governor(
         modules: The modules to load; None for those active in the registry, or else the folder `ecms`.
         site: The site file; None for the policy in force in the registry, or else the reference site.
         resumed: True if a stop that was commanded before this session still holds.
+        configurations: Settings of modules of a folder, by module.
 
     Returns:
         The governor, a context manager that the caller enters; the configuration in force; its report.
@@ -149,7 +157,12 @@ def open_governor(
     registry = Registry(state)
     source = None
     if modules is not None or site is not None or not uses_installed_modules(registry):
-        source = FolderModules(modules or DEFAULT_MODULES, site, registry)
+        source = FolderModules(modules or DEFAULT_MODULES, site, registry, configurations=configurations)
+    elif configurations:
+        name, settings = next(iter(configurations.items()))
+        help_ = f"`aeros configure {name}` binds and sets those of installed modules"
+        headline = f"the run uses installed modules, so `{settings}` cannot be given to it"
+        raise UserError([Diagnostic("AE960", headline, help=(help_,))])
     governor = RegistryGovernor(registry, source, resumed=resumed)
     configuration = governor.configuration()[1]
     if governor.withheld and not configuration.modules:

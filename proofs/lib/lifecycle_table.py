@@ -66,7 +66,10 @@ def _transition_obligation(code: ModuleSource) -> SymbolicFunction:
             bundle_digest=lambda _: "digest",
             stored_bundle=lambda *_: nullcontext("folder"),
             shown_as=lambda *_: nullcontext(),
-            _load_files=lambda *_: SimpleNamespace(id="m", version="1"),
+            _read_files=lambda *_: (
+                SimpleNamespace(id=SimpleNamespace(value="m"), version=SimpleNamespace(value="1")),
+                "settings",
+            ),
         )
         n = records.InstalledModule("n", "1", "other", _choose_member(ask, "state", lifecycle.ModuleState))
         kept = {"m": records.InstalledModule("m", "1", "digest", state)} if state.value != "absent" else {}
@@ -80,7 +83,7 @@ def _transition_obligation(code: ModuleSource) -> SymbolicFunction:
 
         one = registry.Registry.__new__(registry.Registry)
         one.folder = _FolderStub()
-        one._policy_of = lambda _: None
+        one._site_of = lambda _: None
         one._folders = lambda _: {}
         one._prove_snapshot = lambda *_: (None, None)
         one._transactions = SimpleNamespace(change_lock=changing, commit=lambda _, new, *__: made.append(new))
@@ -158,7 +161,9 @@ def _in_force_obligation(code: ModuleSource) -> TheoremObligation:
             PROVING,
             verify=lambda *_, **__: report,
             open_default_store=nullcontext,
-            load_site=lambda *_: SimpleNamespace(with_overrides=lambda _: "site"),
+            load_site=lambda *_: SimpleNamespace(
+                with_overrides=lambda _: SimpleNamespace(with_configurations=lambda _: "site")
+            ),
             load_ecm=lambda *_: SimpleNamespace(ecm=ecm),
             certificate_for=lambda *_: certificate if ask("as-proved") else "another",
             make_configuration=lambda _, modules: SimpleNamespace(
@@ -170,11 +175,13 @@ def _in_force_obligation(code: ModuleSource) -> TheoremObligation:
             using=(lifecycle, records, proving),
             module_files=lambda _: {},
             bundle_digest=lambda _: "digest" if ask("as-installed") else "other",
+            open_settings=lambda *_: ask("open"),
         )
         one = installed.InstalledModules.__new__(installed.InstalledModules)
         one.folder, one._prove = _FolderStub(), proving.prove_configuration
         one._folders = lambda snapshot: dict.fromkeys(snapshot.modules, _FolderStub())
         one.site_file = lambda _: "site"
+        one._policy_of = one._declared = lambda _: None
         kept = {
             "m": records.InstalledModule("m", "1", "digest", state),
             "n": records.InstalledModule(

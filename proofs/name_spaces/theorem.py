@@ -12,6 +12,7 @@ from aeros.runtime.gate.value_check import value_checkers
 from aeros.runtime.ports import ColumnNames, Reading
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL
+from aeros.spec.model.configured import BoundNames
 from aeros.spec.model.variables import Declared
 from aeros.spec.theorems.module_copies import ModuleSource, Mutant
 from aeros.spec.theorems.smtlib import smt_literal
@@ -305,7 +306,7 @@ def _scope(code: ModuleSource) -> TheoremObligation:
             perceivers=(),
             dependencies=SimpleNamespace(modules=required),
         )
-        return smt_literal(_OWN in perception.ModulePerception(ecm, site, None).site.state)
+        return smt_literal(_OWN in perception.ModulePerception(ecm, site, BoundNames(), None).site.state)
 
     return TheoremObligation(
         "`ModulePerception` lets the conditions of a module name a variable of another exactly where the\n"
@@ -317,13 +318,13 @@ def _scope(code: ModuleSource) -> TheoremObligation:
 
 
 def _observation(code: ModuleSource) -> TheoremObligation:
-    name_for = code.module(_STEP)._name_for
+    names_for = code.module(_STEP)._names_for
 
     def run(ask: DecideBranch) -> str:
         site = SimpleNamespace(perception=SimpleNamespace(shared=frozenset((_OWN,) if ask("shared") else ())))
         required = ("kettle",) if ask("required") else ()
         ecm = SimpleNamespace(id="kettle" if ask("own") else "m", required_modules=required)
-        return smt_literal(bool(name_for(ecm, site, _OWN, None)))
+        return smt_literal(bool(names_for(ecm, site, _OWN, None)))
 
     return TheoremObligation(
         "`ObservationFilter` hands a skill a module's variable exactly where it is its own, or where the\n"
@@ -331,6 +332,33 @@ def _observation(code: ModuleSource) -> TheoremObligation:
         _bools("shared", "required", "own"),
         "(= handed (or own (and shared required)))",
         tables=(SymbolicFunction("handed", "Bool", execute_symbolically(run)),),
+    )
+
+
+def _bound_observation(code: ModuleSource) -> TheoremObligation:
+    names_for = code.module(_STEP)._names_for
+
+    def run(ask: DecideBranch) -> str:
+        bound = {"mine": "near"} if ask("bound") else {}
+        shadowed = {"near": "far"} if ask("shadowed") else {}
+        sensors = frozenset(("scanner",) if ask("permitted") else ())
+        ecm = SimpleNamespace(
+            requested_access=SimpleNamespace(sensors=sensors),
+            names=BoundNames(variables={**bound, **shadowed}),
+        )
+        names = names_for(ecm, None, "near", SimpleNamespace(sensor="scanner"))
+        return f"(handed {smt_literal('mine' in names)} {smt_literal('near' in names)})"
+
+    return TheoremObligation(
+        "`ObservationFilter` hands a skill a variable of the site, under any name, only where its module\n"
+        "may use the sensor; under the module's name exactly where it is bound, and under the site's name\n"
+        "unless the module means another variable by it.",
+        (
+            "(declare-datatypes ((Names 0)) (((handed (as-bound Bool) (as-named Bool)))))",
+            *_bools("bound", "shadowed", "permitted"),
+        ),
+        "(and (= (as-bound seen) (and permitted bound)) (= (as-named seen) (and permitted (not shadowed))))",
+        tables=(SymbolicFunction("seen", "Names", execute_symbolically(run)),),
     )
 
 
@@ -420,6 +448,7 @@ THEOREM = Theorem(
         "monitor": _monitor,
         "scope": _scope,
         "observation": _observation,
+        "bound-observation": _bound_observation,
         "invariants": _invariants,
         "declarations": _declarations,
         "rule-variables": _rule_variables,
@@ -508,6 +537,20 @@ THEOREM = Theorem(
             _STEP,
             "if name in site.perception.shared and module in ecm.required_modules",
             "if module in ecm.required_modules",
+        ),
+        Mutant(
+            "shows-what-is-bound-without-its-sensor",
+            "bound-observation",
+            _STEP,
+            "if declared.sensor not in ecm.requested_access.sensors:",
+            "if declared.sensor not in ecm.requested_access.sensors and not ecm.names.variables:",
+        ),
+        Mutant(
+            "shows-another-variable-of-a-bound-name",
+            "bound-observation",
+            _STEP,
+            "return own if name in ecm.names.variables else (*own, name)",
+            "return (*own, name)",
         ),
         Mutant(
             "lets-invariants-read-all-that-is-shared",

@@ -11,6 +11,7 @@ from aeros.apps.drawings.composition import composition_drawing
 from aeros.apps.drawings.drawing import Diagram, Edge, Node, dot, mermaid, svg
 from aeros.cli.arguments import add_command, existing_path
 from aeros.cli.author.module_argument import read_module, select_declared
+from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.exit_codes import Exit
 from aeros.spec.closed_loop.reachability import ReachableStates, explore_task
 from aeros.spec.closed_loop.transition_system import LoopState as LoopNode
@@ -49,6 +50,7 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument("module", type=existing_path, metavar="MODULE", help="the module")
     parser.add_argument("--task", help="the task (default: the module's first)")
     parser.add_argument("--composition", help="the composition (default: the module's first)")
+    add_module_settings(parser)
     parser.add_argument(
         "--site", type=existing_path, help="the site file (default: the reference site, a Panda cell)"
     )
@@ -60,7 +62,7 @@ def add_to(commands: Subparsers) -> None:
 
 
 def _command(arguments: argparse.Namespace) -> Exit:
-    ecm, site = read_module(arguments.module, arguments.site)
+    ecm, site = read_module(arguments.module, arguments.site, module_configurations(arguments))
     if arguments.kind == "composition":
         composition = select_declared(ecm, "composition", ecm.compositions, arguments.composition)
         drawing = composition_drawing(ecm, composition)

@@ -10,6 +10,7 @@ from aeros.exit_codes import UsageError
 from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean
 from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.model.configured import ModuleConfiguration
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import module_folders, reference_site_path
@@ -17,12 +18,15 @@ from aeros.spec.text.discovery import module_folders, reference_site_path
 _T = TypeVar("_T")
 
 
-def read_module(path: Path, site_path: Path | None) -> tuple[Ecm, Site]:
+def read_module(
+    path: Path, site_path: Path | None, configurations: Mapping[str, ModuleConfiguration]
+) -> tuple[Ecm, Site]:
     """Read a module under a site.
 
     Args:
         path: The module's folder.
         site_path: The site file; None for the reference site.
+        configurations: Settings by module.
 
     Returns:
         The module, and the site with the module's own state variables.
@@ -33,6 +37,8 @@ def read_module(path: Path, site_path: Path | None) -> tuple[Ecm, Site]:
     """
     sink = Diagnostics()
     site = load_site(site_path or reference_site_path(), sink)
+    if site is not None:
+        site = site.with_configurations(configurations)
     folders = [] if site is None else module_folders(path, sink)
     loaded = load_ecm(folders[0], site, sink) if site is not None and len(folders) == 1 else None
     sink.raise_if_errors()

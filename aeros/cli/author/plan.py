@@ -18,6 +18,7 @@ from aeros.agent.planning.task_graph import verify_plan
 from aeros.agent.world.values import to_exact, to_json_value
 from aeros.apps.goal import parse_goal, parse_value
 from aeros.cli.arguments import add_command, existing_path, print_warning
+from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.terminal import print_line
 from aeros.exit_codes import Exit, UsageError
 from aeros.files import make_folder
@@ -86,6 +87,7 @@ def add_to(commands: Subparsers) -> None:
         help="initial value of a state variable, or `unknown` (repeatable)",
     )
     parser.add_argument("--ecms", type=existing_path, help="the modules (default: as for `aeros run`)")
+    add_module_settings(parser)
     parser.add_argument("--site", type=existing_path, help="the site file (default: as for `aeros run`)")
     parser.add_argument(
         "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"
@@ -229,7 +231,10 @@ def _load(
         configuration, _ = registry.configuration()
         return configuration.site, configuration.modules, registry.inactive_modules
     snapshot = registry.snapshot()
-    source = FolderModules(arguments.ecms or DEFAULT_MODULES, arguments.site, registry)
+    configurations = module_configurations(arguments)
+    source = FolderModules(
+        arguments.ecms or DEFAULT_MODULES, arguments.site, registry, configurations=configurations
+    )
     site, modules, withheld = source.load_unproved(snapshot)
     for reason in withheld.values():
         print_warning(f"{reason} on this robot, so it is not planned with")

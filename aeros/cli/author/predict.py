@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from aeros.cli.arguments import add_command, existing_path
 from aeros.cli.author.module_argument import read_module, select_declared
+from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.exit_codes import Exit, UsageError
 from aeros.sim.symbolic.state import initial_values
 from aeros.spec.closed_loop.markov_chain import predict
@@ -81,6 +82,7 @@ def add_to(commands: Subparsers) -> None:
         metavar="SKILL=N",
         help="override the number of retries of steps with this skill (repeatable)",
     )
+    add_module_settings(parser, option="--parameter")  # `--set` meant `--probability` once
     parser.add_argument(
         "--site", type=existing_path, help="the site file (default: the reference site, a Panda cell)"
     )
@@ -119,7 +121,7 @@ def _is_count(text: str) -> bool:
 
 
 def _command(arguments: argparse.Namespace) -> Exit:
-    found, site = read_module(arguments.module, arguments.site)
+    found, site = read_module(arguments.module, arguments.site, module_configurations(arguments))
     chosen = (
         found.tasks.values()
         if arguments.task is None

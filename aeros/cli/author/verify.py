@@ -23,12 +23,14 @@ from aeros.cli.arguments import (
 )
 from aeros.cli.author.reports.result import LocatedDiagnostic, VerifyResult
 from aeros.cli.author.reports.text import as_text
+from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.terminal import print_coloured, print_diagnostics, show_progress
 from aeros.exit_codes import Exit, exit_for
 from aeros.spec.backends.answer_store import open_default_store
 from aeros.spec.diagnostics.codes import Diagnostic, Severity
 from aeros.spec.diagnostics.errors import DisagreementError
 from aeros.spec.diagnostics.render import escape_invisible
+from aeros.spec.model.operator_settings import OperatorSettings
 from aeros.spec.obligations.verdicts import Conclusion
 from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.verification.certificate import LOCK, check_lock, write_lock
@@ -42,6 +44,8 @@ _EXAMPLES = """\
 examples:
   aeros verify ecms/                          every module below, under the reference site
   aeros verify my_module --site cell.yaml     one module under another site
+  aeros verify clean_pot --bind clean_pot.surface=bench --set clean_pot.force="6 N"
+                                              bound and set as given; the certificate names it
   aeros verify ecms/ --format json            for programs; `aeros schema report` prints its schema
   aeros verify ecms/ --format sarif --output verify.sarif
                                               text, and a file for code scanning
@@ -76,6 +80,7 @@ def add_to(commands: Subparsers) -> None:
         "--check", action="store_true", help=f"do not write {LOCK}, but require it to be current"
     )
     parser.add_argument("--no-lock", action="store_true", help=f"neither write nor require {LOCK}")
+    add_module_settings(parser)
     add_solver_limits(parser)
     parser.add_argument("--no-cache", action="store_true", help="do not use cached solver answers")
     parser.add_argument(
@@ -129,6 +134,7 @@ def _verify(arguments: argparse.Namespace) -> Report:
             detail=Detail.BRIEF if arguments.second_solver is None else Detail.FULL,
             jobs=arguments.jobs or available_cpus(),
             seconds=arguments.question_timeout,
+            settings=OperatorSettings(configurations=module_configurations(arguments)),
         )
 
 

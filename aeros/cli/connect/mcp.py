@@ -27,6 +27,7 @@ from aeros.cli.arguments import (
     warn_of_withheld_modules,
 )
 from aeros.cli.latest_run import save_latest_run
+from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.exit_codes import Exit
 from aeros.files import private_umask
 from aeros.runtime.audit.checkpoints import SigningConfiguration
@@ -77,6 +78,7 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument("--plant", choices=PLANTS, default="physics", help="default: physics")
     parser.add_argument("--site", type=existing_path, help="the site file (default: as for `aeros run`)")
     parser.add_argument("--ecms", type=existing_path, help="the modules (default: as for `aeros run`)")
+    add_module_settings(parser)
     parser.add_argument("--out", type=Path, help="a new folder for trace and audit log (default: in runs/)")
     parser.add_argument(
         "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"
@@ -97,7 +99,12 @@ def _command(arguments: argparse.Namespace) -> Exit:
 def _serve(arguments: argparse.Namespace) -> Exit:
     from aeros.apps.mcp.server import serve
 
-    governor, configuration, _ = open_governor(arguments.state, arguments.ecms, arguments.site)
+    governor, configuration, _ = open_governor(
+        arguments.state,
+        arguments.ecms,
+        arguments.site,
+        configurations=module_configurations(arguments),
+    )
     try:
         warn_of_withheld_modules(governor)
         key = None if arguments.unsigned else find_signing_key(arguments.state, arguments.audit_key)

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from aeros.cli.arguments import add_command, add_signature_check, existing_path, writable_path
+from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.records.show import add_filters, explain_record, format_record, matches_filters
 from aeros.cli.terminal import print_line
 from aeros.exit_codes import EXIT_CODES, Exit
@@ -127,6 +128,7 @@ def add_to(commands: Subparsers) -> None:
         type=existing_path,
         help="the modules (default: those active on this robot, or else `ecms`)",
     )
+    add_module_settings(replay)
     replay.add_argument(
         "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"
     )
@@ -331,7 +333,10 @@ def _replay(arguments: argparse.Namespace) -> Exit:
     if arguments.ecms is None and arguments.site is None and uses_installed_modules(registry):
         known = PastConfigurations(registry)
     else:
-        known = FolderConfigurations(arguments.ecms or DEFAULT_MODULES, arguments.site, registry)
+        configurations = module_configurations(arguments)
+        known = FolderConfigurations(
+            arguments.ecms or DEFAULT_MODULES, arguments.site, registry, configurations
+        )
     replay = LogReplay(known, GateMode(arguments.gate))
 
     def take(record: Record, own: str) -> None:

@@ -14,6 +14,12 @@ from aeros.agent.agent import MEMORY_FILE
 from aeros.agent.errors import AgentError
 from aeros.agent.memory.queries import open_memory_reader
 from aeros.cli.arguments import add_command, existing_path, writable_path
+from aeros.cli.module_settings import (
+    add_settings,
+    module_configuration,
+    print_open_settings,
+    print_settings,
+)
 from aeros.cli.robot.module_source import BUNDLE, module_source
 from aeros.cli.terminal import print_line
 from aeros.exit_codes import Exit
@@ -41,7 +47,8 @@ _DESCRIPTIONS: Final = {
     "bundle": "Pack a module's files into one file, to install it elsewhere by its digest.",
     "install": "Install a module on this robot.  It keeps the state of a version that it replaces.  "
     "A version below the installed one needs --allow-downgrade.",
-    "configure": "Check the dependencies of an installed module.",
+    "configure": "Bind what an installed module needs to things of this site, set its parameters, and prove "
+    "it as bound.",
     "activate": "Activate a module, so that its skills can run.",
     "deactivate": "Deactivate a module; when the command returns, none of its skills acts, in any run on "
     "this robot, wherever the run has the module from.",
@@ -62,7 +69,11 @@ _EXAMPLES: Final = {
   aeros install make_dumplings                      from an installed Python distribution with an entry
                                                     point of that name in the group `aeros.ecms`
 """,
-    "configure": "  aeros configure make_dumplings\n",
+    "configure": """\
+  aeros configure make_dumplings                    bind what has one choice, and show all
+  aeros configure clean_pot --bind surface=bench --set force="6 N"
+  aeros configure clean_pot --reset                 forget earlier settings
+""",
     "activate": "  aeros activate make_dumplings\n",
     "deactivate": "  aeros deactivate make_dumplings     also while one of its skills runs\n",
     "remove": "  aeros remove make_dumplings\n",
@@ -101,6 +112,8 @@ def add_to(commands: Subparsers, name: str) -> None:
         parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
     else:
         parser.add_argument("module", help="the module's name")
+        if name == "configure":
+            _add_settings(parser)
     parser.add_argument(
         "--state", type=Path, default=Path(".aeros"), help="the robot's own folder (default: .aeros)"
     )
@@ -128,6 +141,32 @@ def _install(arguments: argparse.Namespace) -> Exit:
         registry = Registry(arguments.state)
         one = registry.install(source, arguments.digest, allows_downgrade=arguments.allow_downgrade)
     print_line(f"{one.name} {one.version} is {one.state.value}; sha256:{one.digest}")
+    print_open_settings(one.name, registry.settings(one.name))
+    _print_blocks(registry.snapshot(), one)
+    return Exit.SUCCESS
+
+
+def _add_settings(parser: argparse.ArgumentParser) -> None:
+    add_settings(parser, "NEED", "NAME")
+    parser.add_argument("--reset", action="store_true", help="forget what was bound and set before")
+    parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
+
+
+def _configure(arguments: argparse.Namespace) -> Exit:
+    registry = Registry(arguments.state)
+    given = module_configuration(arguments.bind, arguments.set)
+    one = registry.configure(arguments.module, given, resets=arguments.reset)
+    settings = registry.settings(one.name)
+    if arguments.format == "json":
+        shown = {one.name: one.value for one in settings}
+        print(
+            json.dumps(
+                {"name": one.name, "version": one.version, "state": one.state.value, "settings": shown}
+            )
+        )
+        return Exit.SUCCESS
+    print_line(f"{one.name} {one.version} is {one.state.value}")
+    print_settings(settings)
     _print_blocks(registry.snapshot(), one)
     return Exit.SUCCESS
 
@@ -247,6 +286,7 @@ def _json(
             "state": one.state.value,
             "digest": f"sha256:{one.digest}",
             "capabilities": list(capable[one.name]),
+            "configuration": one.configuration.to_json(),
             "broken_assumptions": broken.get((one.name, one.version), []),
         }
         for one in shown.values()
@@ -267,5 +307,6 @@ def _json(
 _COMMANDS: Final = {
     "install": _install,
     "list": _list,
-    **{verb: _lifecycle_command(verb) for verb in ("configure", "activate", "deactivate", "remove")},
+    "configure": _configure,
+    **{verb: _lifecycle_command(verb) for verb in ("activate", "deactivate", "remove")},
 }

@@ -27,6 +27,7 @@ from aeros.cli.arguments import (
     video_path,
     warn_of_withheld_modules,
 )
+from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.run.instruction import understand_or_ask
 from aeros.cli.run.planners import LLM_KEY, build_planner
 from aeros.cli.run.run_plant import (
@@ -130,6 +131,7 @@ def add_to(commands: Subparsers) -> None:
         help="the modules to load (default: those that are active on this robot; `ecms` if none was ever "
         "installed)",
     )
+    add_module_settings(parser)
     parser.add_argument(
         "--out", type=Path, help="a new folder for video, trace and audit log (default: in runs/)"
     )
@@ -327,6 +329,7 @@ def _run_agent(arguments: argparse.Namespace) -> Exit:
         arguments.state,
         arguments.ecms,
         arguments.site,
+        configurations=module_configurations(arguments),
         resumed=arguments.resume or arguments.serve_plant,
     )
     try:

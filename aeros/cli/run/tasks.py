@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from aeros.agent.instructions.grammar import InstructionError
 from aeros.cli.arguments import add_command, existing_path, warn_of_withheld_modules
+from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.terminal import print_line
 from aeros.exit_codes import Exit
 from aeros.runtime.gate.configuration import Configuration
@@ -42,6 +43,7 @@ def add_to(commands: Subparsers) -> None:
     parser = add_command(commands, "tasks", __doc__, _EXAMPLES)
     parser.add_argument("instruction", nargs="?", help="an instruction to be understood, and not run")
     parser.add_argument("--ecms", type=existing_path, help="the modules (default: as for `aeros run`)")
+    add_module_settings(parser)
     parser.add_argument("--site", type=existing_path, help="the site file (default: as for `aeros run`)")
     parser.add_argument(
         "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"
@@ -51,7 +53,12 @@ def add_to(commands: Subparsers) -> None:
 
 
 def _command(arguments: argparse.Namespace) -> Exit:
-    governor, configuration, _ = open_governor(arguments.state, arguments.ecms, arguments.site)
+    governor, configuration, _ = open_governor(
+        arguments.state,
+        arguments.ecms,
+        arguments.site,
+        configurations=module_configurations(arguments),
+    )
     with governor:
         warn_of_withheld_modules(governor)
         if arguments.instruction is None:

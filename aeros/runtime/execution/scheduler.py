@@ -31,6 +31,7 @@ from aeros.runtime.records.records import caller_details, format_reasons
 from aeros.runtime.skills.in_process_run import SkillRunResult
 from aeros.skill import Action
 from aeros.spec.diagnostics.errors import MisuseError
+from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.site import Site
 
 MAX_ACTIONS: Final = 100
@@ -141,8 +142,19 @@ class StepControl:
             )
         if isinstance(response, SkillRunResult):
             return check_result_outputs(step.skill, response)
-        step.requested_action = response
+        step.requested_action = self._with_site_names(step.ecm, response)
         return None
+
+    def _with_site_names(self, ecm: Ecm, action: Action) -> Action:
+        """Give an action the site's names for what its module needs; the gate decides only these."""
+        if not ecm.names.kinds and not ecm.names.cameras:
+            return action
+        kind = ecm.names.kinds.get(action.kind, action.kind)
+        declared = self._followed.configuration.site.kinds.get(kind)
+        parameters = action.parameters
+        if declared is not None:
+            parameters = ecm.names.site_values(parameters, declared.parameters)
+        return Action(kind, parameters)
 
     def _check_hold_condition(self, step: ActiveStep) -> SkillRunResult | None:
         """Return how the step ends if its hold-condition is not measured as true now."""

@@ -53,8 +53,8 @@ class ActiveMotion(NamedTuple):
 class ObservationFilter:
     """State that a module may sense under a site, under the names that its conditions use.
 
-    These are fresh values of the sensors that it declares, of its own variables under short names, and of
-    those that the site shares of modules it requires.
+    These are fresh values of the sensors that it declares, also under its names for what it needs; of its own
+    variables under short names; and of those that the site shares of modules it requires.
     """
 
     def __init__(self, ecm: Ecm, site: Site) -> None:
@@ -62,7 +62,8 @@ class ObservationFilter:
         self._sensed = [
             (name, seen_as, declared.max_age)
             for name, declared in site.state.items()
-            if (seen_as := _name_for(ecm, site, name, declared)) and declared.max_age is not None
+            for seen_as in _names_for(ecm, site, name, declared)
+            if declared.max_age is not None
         ]
         # Columns of the latest snapshot: all names, and the module's name and index of each sensed variable.
         self._order: ColumnNames | None = None
@@ -107,14 +108,17 @@ class ObservationFilter:
         return dict(self._values)
 
 
-def _name_for(ecm: Ecm, site: Site, name: str, declared: Declared) -> str:
-    """Return the name under which a module senses a state variable; nothing if it may not."""
+def _names_for(ecm: Ecm, site: Site, name: str, declared: Declared) -> tuple[str, ...]:
+    """Return the names under which a module senses a state variable; none if it may not."""
     module, dot, short = name.partition(".")
     if not dot:
-        return name if declared.sensor in ecm.requested_access.sensors else ""
+        if declared.sensor not in ecm.requested_access.sensors:
+            return ()
+        own = tuple(one for one, bound in ecm.names.variables.items() if bound == name)
+        return own if name in ecm.names.variables else (*own, name)
     if module == ecm.id:
-        return short
-    return name if name in site.perception.shared and module in ecm.required_modules else ""
+        return (short,)
+    return (name,) if name in site.perception.shared and module in ecm.required_modules else ()
 
 
 def _is_recent(time: float, now: float, max_age: Fraction) -> bool:

@@ -64,12 +64,14 @@ class ActivePerceiver:
         self._run: PerceiverRun | None = None
         self._check = PerceivedValueCheck(ecm, perceiver)
         self._sees = ObservationFilter(ecm, site)
-        own = f"{ecm.id}."
-        self._readings = {name.removeprefix(own): name for name in perceiver.readings}
+        self._readings = perceiver.read_as
         # Its module's own variables do not change between two calls.
+        own = f"{ecm.id}."
         self._sampled = [name for name in perceiver.readings if not name.startswith(own)]
         self._samples: dict[str, deque[tuple[float, Any]]] = {
-            name.removeprefix(own): deque(maxlen=MAX_SAMPLES) for name in self._sampled
+            seen_as: deque(maxlen=MAX_SAMPLES)
+            for seen_as, name in self._readings.items()
+            if name in self._sampled
         }
         self._rate = None if perceiver.rate is None else float(perceiver.rate)
         self._last_sample = self._last_call = -inf
@@ -211,5 +213,5 @@ class ActivePerceiver:
             )
             if picture is None or not is_allowed or not (isfinite(picture.time) and picture.time <= now):
                 return None
-            chosen[asked.camera] = picture
+            chosen[asked.name] = picture
         return chosen

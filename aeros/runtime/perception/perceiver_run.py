@@ -118,11 +118,11 @@ class InProcessPerceiver:
         try:
             pictures = []
             for asked in self._perceiver.pictures:
-                picture, size = view.pictures[asked.camera], (asked.width, asked.height)
+                picture, size = view.pictures[asked.name], (asked.width, asked.height)
                 rgb, depth = sample(picture, size, with_depth=asked.depth)
                 full = (picture.width, picture.height)
                 pictures.append(
-                    PictureData(asked.camera, picture.time, size, rgb, depth, *picture.view, full_size=full)
+                    PictureData(asked.name, picture.time, size, rgb, depth, *picture.view, full_size=full)
                 )
             built = build_view(view.time, view.readings, view.samples, pictures)
             if self._body is None:

@@ -41,7 +41,7 @@ class SharedPictures:
             rgb, end = end, _aligned(end + 3 * pixels)
             depth = end if request.depth else None
             end = _aligned(end + 4 * pixels) if request.depth else end
-            slots.append(PictureSlot(request.camera, request.width, request.height, rgb, depth))
+            slots.append(PictureSlot(request.name, request.width, request.height, rgb, depth))
         self.slots = tuple(slots)
         self.size = end
         writable = os.memfd_create("aeros-pictures", os.MFD_CLOEXEC)

@@ -39,6 +39,7 @@ from aeros.runtime.registry.operator_block import OperatorBlock
 from aeros.runtime.registry.store import InstalledModule, RegistrySnapshot
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.model.configured import ModuleConfiguration
 
 LOG: Final = "audit.jsonl"
 _CHANGE: Final = "registry-change"
@@ -87,7 +88,12 @@ def record_change(
         "policy_set": new.is_policy_set,
         "withdrawn": sorted(new.withdrawn),
         "modules": {
-            one.name: {"version": one.version, "digest": one.digest, "state": one.state.value}
+            one.name: {
+                "version": one.version,
+                "digest": one.digest,
+                "state": one.state.value,
+                **({"configuration": one.configuration.to_json()} if one.configuration else {}),
+            }
             for one in new.modules.values()
         },
         "blocks": {
@@ -297,7 +303,13 @@ def recorded_changes(folder: Path) -> list[tuple[str, RegistrySnapshot]]:
 
 def _snapshot(details: Mapping[str, Any]) -> RegistrySnapshot:
     modules = {
-        name: InstalledModule(name, one["version"], one["digest"], ModuleState(one["state"]))
+        name: InstalledModule(
+            name,
+            one["version"],
+            one["digest"],
+            ModuleState(one["state"]),
+            ModuleConfiguration.from_json(one.get("configuration", {})),
+        )
         for name, one in details["modules"].items()
     }
     blocks = {

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Final
 
 from aeros.runtime.gate.configuration import Configuration
@@ -22,7 +23,9 @@ from aeros.runtime.registry.store import RegistrySnapshot
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.errors import InternalError, UserError
 from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.model.configured import ModuleConfiguration
 from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.operator_settings import OperatorSettings
 from aeros.spec.model.site import Site
 from aeros.spec.text.digests import code_digest, text_digest
 from aeros.spec.text.discovery import MANIFEST, module_folders, reference_site_path
@@ -46,6 +49,7 @@ class FolderModules:
         installed: the robot's own modules and policy.
         needs_certificates: each module must have a current certificate when it is first loaded.
         prove: proves a set of modules, as `proving.prove_configuration` does.
+        configurations: settings of the modules, by module.
     """
 
     def __init__(
@@ -56,7 +60,9 @@ class FolderModules:
         *,
         needs_certificates: bool = True,
         prove: ProveConfiguration = prove_configuration,
+        configurations: Mapping[str, ModuleConfiguration] = MappingProxyType({}),
     ) -> None:
+        self._configurations = configurations
         self._folder = folder
         self._site = site
         self._installed = installed
@@ -81,7 +87,7 @@ class FolderModules:
                 [self._folder],
                 site,
                 certified=False,
-                blocks=blocks,
+                settings=OperatorSettings(blocks, self._configurations),
                 active=lambda name: name not in withheld,
             )
             if configuration.site.digest != unblocked.with_overrides(blocks).digest:
@@ -109,6 +115,8 @@ class FolderModules:
         diagnostics = Diagnostics()
         site = load_site(self._site_file(snapshot)[0], diagnostics)
         folders = [] if site is None else module_folders(self._folder, diagnostics)
+        if site is not None:
+            site = site.with_configurations(self._configurations)
         loaded = [load_ecm(one, site, diagnostics) for one in folders if site is not None]
         diagnostics.raise_if_errors()
         if site is None:
@@ -134,7 +142,8 @@ class FolderModules:
         """
         certified = self._needs_certificates and self._contents is None
         try:
-            return self._prove([self._folder], site, certified=certified)
+            settings = OperatorSettings(configurations=self._configurations)
+            return self._prove([self._folder], site, certified=certified, settings=settings)
         except UserError as refused:
             if site == reference_site_path():
                 raise

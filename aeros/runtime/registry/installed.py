@@ -14,10 +14,13 @@ from aeros.runtime.registry.lifecycle import ModuleState
 from aeros.runtime.registry.run_modules import LoadedModules, blocks_in_force
 from aeros.runtime.registry.store import RegistrySnapshot
 from aeros.runtime.registry.transaction import RegistryTransactions
+from aeros.spec.declared import ecm as declared_ecm
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics
 from aeros.spec.diagnostics.errors import UserError
-from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.elaborate.load import decode_manifest, load_ecm, load_site
+from aeros.spec.elaborate.module.needs import ModuleNeeds, Setting, open_settings
 from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.operator_settings import OperatorSettings
 from aeros.spec.model.site import Site
 from aeros.spec.text.digests import file_digest
 from aeros.spec.text.discovery import Surroundings, reference_site_path
@@ -90,10 +93,9 @@ class InstalledModules:
         Raises:
             UserError: a module cannot be read.
         """
-        site, folders = self._policy_of(snapshot), self._folders(snapshot)
         return {
-            name: tuple(sorted(load_module(site, folder, folders.values()).capabilities))
-            for name, folder in folders.items()
+            name: tuple(sorted(one.value for one, _ in self._declared(folder).capabilities))
+            for name, folder in self._folders(snapshot).items()
         }
 
     def skills(self, name: str) -> tuple[str, ...]:
@@ -111,26 +113,56 @@ class InstalledModules:
         snapshot = self.snapshot()
         if name not in snapshot.modules:
             return ()
-        folders = self._folders(snapshot)
-        return tuple(sorted(load_module(self._policy_of(snapshot), folders[name], folders.values()).skills))
+        return tuple(sorted(one.value for one, _ in self._declared(self._folders(snapshot)[name]).skills))
+
+    def settings(self, name: str) -> tuple[Setting, ...]:
+        """List the needs and parameters of an installed module, with what each is bound or set to.
+
+        Args:
+            name: id of the module.
+
+        Returns:
+            The settings in the order of the manifest; none if it is not installed.
+
+        Raises:
+            UserError: it cannot be read.
+        """
+        snapshot = self.snapshot()
+        if name not in snapshot.modules:
+            return ()
+        declared = self._declared(self._folders(snapshot)[name])
+        return ModuleNeeds(declared, self._policy_of(snapshot), Diagnostics()).settings
 
     def inactive_modules(self) -> dict[str, Ecm]:
         """Load the modules that are installed and not active.
 
         Returns:
-            Modules by name, not proved.
+            Modules by name, not proved; without those that wait to be configured.
 
         Raises:
             UserError: a module cannot be read.
         """
         snapshot = self.snapshot()
         site, folders = self._policy_of(snapshot), self._folders(snapshot)
-        idle = [name for name, one in snapshot.modules.items() if one.state is not ModuleState.ACTIVE]
+        unconfigured = self._unconfigured(snapshot)
+        idle = [
+            name
+            for name, one in snapshot.modules.items()
+            if one.state is not ModuleState.ACTIVE and name not in unconfigured
+        ]
         return {name: load_module(site, folders[name], folders.values()) for name in idle}
 
     # Parts.
 
     def _policy_of(self, snapshot: RegistrySnapshot) -> Site:
+        """Load the site in force, with the operator's settings of modules.
+
+        Raises:
+            UserError: the stored policy cannot be read.
+        """
+        return self._site_of(snapshot).with_configurations(snapshot.configurations)
+
+    def _site_of(self, snapshot: RegistrySnapshot) -> Site:
         """Load the site in force.
 
         Raises:
@@ -143,6 +175,21 @@ class InstalledModules:
             raise refusal("AE965", f"the policy `{snapshot.site}` cannot be read")
         return site
 
+    def _declared(self, folder: Path) -> declared_ecm.Ecm:
+        """Read the manifest of an installed module."""
+        declared = decode_manifest(folder)
+        if declared is None:
+            raise refusal("AE965", f"the manifest in `{folder}` cannot be read")
+        return declared
+
+    def _unconfigured(self, snapshot: RegistrySnapshot) -> frozenset[str]:
+        """Return the modules that are not proved yet: they are installed, and a need or parameter is open."""
+        waiting = [name for name, one in snapshot.modules.items() if one.state is ModuleState.INSTALLED]
+        if not waiting:
+            return frozenset()
+        site, folders = self._policy_of(snapshot), self._folders(snapshot)
+        return frozenset(name for name in waiting if open_settings(self._declared(folders[name]), site))
+
     def _prove_snapshot(self, new: RegistrySnapshot) -> tuple[Configuration, Report]:
         """Prove the configuration of `new`, whose files are stored.
 
@@ -153,13 +200,14 @@ class InstalledModules:
         for one in new.modules.values():
             if bundle_digest(module_files(folders[one.name])) != one.digest:
                 raise refusal("AE965", f"the stored files of `{one.name}` differ from the installed ones")
-        blocks = blocks_in_force(new, new.identities)
+        settings = OperatorSettings(blocks_in_force(new, new.identities), new.configurations)
         active = {name for name, one in new.modules.items() if one.state is ModuleState.ACTIVE}
+        unconfigured = self._unconfigured(new)
         configuration, report = self._prove(
-            folders.values(),
+            [folder for name, folder in folders.items() if name not in unconfigured],
             self.site_file(new),
             certified=False,
-            blocks=blocks,
+            settings=settings,
             active=active.__contains__,
             active_folders=[folders[name] for name in active],
         )

@@ -6,8 +6,10 @@ again. The result must have the requested digest, so nothing here has to be trus
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
+from types import MappingProxyType
 
 from aeros.runtime.gate.configuration import Configuration, UnknownConfigurationError
 from aeros.runtime.registry.change_log import LOG, recorded_changes, recorded_configurations
@@ -15,6 +17,7 @@ from aeros.runtime.registry.folder_modules import FolderModules
 from aeros.runtime.registry.registry import Registry
 from aeros.runtime.registry.store import RegistrySnapshot
 from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.model.configured import ModuleConfiguration
 
 
 class PastConfigurations:
@@ -73,10 +76,19 @@ class FolderConfigurations:
         folder: folder of a module or of modules, as the run had it.
         site: site file of the run; None for the policy then in force, or else the reference site.
         registry: the robot's registry; need not exist.
+        configurations: settings of the modules, as the run had them, by module.
     """
 
-    def __init__(self, folder: Path, site: Path | None, registry: Registry) -> None:
-        self._modules = FolderModules(folder, site, registry, needs_certificates=False)
+    def __init__(
+        self,
+        folder: Path,
+        site: Path | None,
+        registry: Registry,
+        configurations: Mapping[str, ModuleConfiguration] = MappingProxyType({}),
+    ) -> None:
+        self._modules = FolderModules(
+            folder, site, registry, needs_certificates=False, configurations=configurations
+        )
         self._found: list[Configuration] = []
         self._untried = [snapshot for _, snapshot in recorded_changes(registry.folder)]
         if self._untried:

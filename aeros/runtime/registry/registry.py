@@ -21,10 +21,12 @@ from aeros.runtime.registry.operator_block import OperatorBlock
 from aeros.runtime.registry.requirements import require_installed
 from aeros.runtime.registry.shown_paths import shown_as
 from aeros.runtime.registry.store import InstalledModule, RegistrySnapshot
+from aeros.spec.declared import ecm as declared_ecm
 from aeros.spec.diagnostics.codes import did_you_mean
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.elaborate.load import decode_manifest
-from aeros.spec.model.ecm import Ecm
+from aeros.spec.elaborate.module.needs import open_settings
+from aeros.spec.model.configured import UNCONFIGURED, ModuleConfiguration
 from aeros.spec.model.site import Site
 from aeros.spec.text.digests import file_digest
 from aeros.spec.text.files import MAX_BYTES
@@ -82,17 +84,19 @@ class Registry(InstalledModules):
             if pinned is not None and pinned.removeprefix("sha256:") != digest:
                 name, found = source.name, f"sha256:{digest}"
                 raise refusal("AE963", f"`{name}` does not have the pinned digest: its digest is {found}")
-            ecm = _load_files(self._policy_of(old), files, source, self._folders(old).values())
-            _require_upgrade(old.modules.get(ecm.id), ecm, digest, allows_downgrade=allows_downgrade)
-            state = self._next_state(old, ecm.id, LifecycleAction.INSTALL)
-            one = InstalledModule(ecm.id, ecm.version, digest, state)
+            declared, settings = _read_files(
+                self._site_of(old), old.configurations, files, source, self._folders(old).values()
+            )
+            id_, version = declared.id.value, declared.version.value
+            kept = old.modules.get(id_)
+            _require_upgrade(kept, id_, version, digest, allows_downgrade=allows_downgrade)
+            state = self._next_state(old, id_, LifecycleAction.INSTALL)
+            one = InstalledModule(id_, version, digest, state, settings)
             new = _with_module(old, one)
-            with stored_bundle(files, self.folder / "modules", ecm.id) as folder:
+            with stored_bundle(files, self.folder / "modules", id_) as folder:
                 with shown_as(folder, source):
                     configuration, _ = self._prove_snapshot(new)
-                self._transactions.commit(
-                    old, new, f"install {ecm.id} {ecm.version} sha256:{digest}", configuration
-                )
+                self._transactions.commit(old, new, f"install {id_} {version} sha256:{digest}", configuration)
             return one
 
     def repair(self) -> RegistrySnapshot | None:
@@ -112,11 +116,19 @@ class Registry(InstalledModules):
             self._transactions.commit(old, old, f"repair to change {old.generation}", configuration)
         return self.snapshot()
 
-    def configure(self, name: str) -> InstalledModule:
-        """Configure a module: check that each of its dependencies is installed.
+    def configure(
+        self,
+        name: str,
+        settings: ModuleConfiguration = UNCONFIGURED,
+        *,
+        resets: bool = False,
+    ) -> InstalledModule:
+        """Configure a module: bind what it needs, set its parameters, and prove it as bound.
 
         Args:
             name: id of the module.
+            settings: bindings and parameters; they replace those of the same names.
+            resets: forget the earlier settings.
 
         Returns:
             The module in its new state.
@@ -124,7 +136,7 @@ class Registry(InstalledModules):
         Raises:
             UserError: unknown module, wrong state, or the change cannot be proved or recorded.
         """
-        return self._change_state(name, LifecycleAction.CONFIGURE)
+        return self._change_state(name, LifecycleAction.CONFIGURE, settings, resets=resets)
 
     def activate(self, name: str) -> InstalledModule:
         """Activate a module, so that its skills can be run. Its dependencies must be active.
@@ -228,15 +240,23 @@ class Registry(InstalledModules):
                 self._transactions.commit(old, new, description, configuration)
             return report
 
-    def _change_state(self, name: str, verb: LifecycleAction) -> InstalledModule:
+    def _change_state(
+        self,
+        name: str,
+        verb: LifecycleAction,
+        settings: ModuleConfiguration = UNCONFIGURED,
+        *,
+        resets: bool = False,
+    ) -> InstalledModule:
         with self._transactions.change_lock() as old:
             if name not in old.modules:
                 cure = f"if a run has it from a folder, `aeros block --module {name}` reaches it there"
                 raise _unknown_name_error("module", name, old.modules, cure)
             state = self._next_state(old, name, verb)
-            one = replace(old.modules[name], state=state)
+            before = UNCONFIGURED if resets else old.modules[name].configuration
+            one = replace(old.modules[name], state=state, configuration=before.updated(settings))
             new = replace(_with_module(old, one), withdrawn=_withdrawn(old.withdrawn, name, verb))
-            self._change(old, new, f"{verb.value} {name}")
+            self._change(old, new, f"{verb.value} {name} {settings}".rstrip())
             return one
 
     def _next_state(self, old: RegistrySnapshot, name: str, verb: LifecycleAction) -> ModuleState:
@@ -268,33 +288,60 @@ def _withdrawn(before: frozenset[str], name: str, verb: LifecycleAction) -> froz
     return before - {name} if verb is LifecycleAction.ACTIVATE else before
 
 
-def _load_files(site: Site, files: Mapping[str, bytes], source: Path, installed: Iterable[Path]) -> Ecm:
-    """Load a module from the bytes that were read of it."""
+def _read_files(
+    site: Site,
+    configurations: Mapping[str, ModuleConfiguration],
+    files: Mapping[str, bytes],
+    source: Path,
+    installed: Iterable[Path],
+) -> tuple[declared_ecm.Ecm, ModuleConfiguration]:
+    """Read a module from the bytes that were read of it, with those settings that it still declares.
+
+    A module that waits to be configured is not resolved yet.
+    """
     with temporary_folder() as made:
         folder = made / (source.resolve().name or "module")
         write_files(files, folder)
         with shown_as(folder, source):
             declared = decode_manifest(folder)
-            if declared is not None:
-                require_installed(declared, installed, source)
-            return load_module(site, folder, installed)
+            if declared is None:
+                load_module(site, folder, installed)
+                raise refusal("AE961", f"`{source}` holds no module")
+            require_installed(declared, installed, source)
+            settings = _still_declared(configurations.get(declared.id.value, UNCONFIGURED), declared)
+            site = site.with_configurations({**configurations, declared.id.value: settings})
+            if not open_settings(declared, site):
+                load_module(site, folder, installed)
+    return declared, settings
 
 
-def _require_upgrade(kept: InstalledModule | None, ecm: Ecm, digest: str, *, allows_downgrade: bool) -> None:
+def _still_declared(settings: ModuleConfiguration, declared: declared_ecm.Ecm) -> ModuleConfiguration:
+    """Return those settings that another version of the module still has."""
+    needs = {name.value for name, _ in declared.needs}
+    parameters = {name.value for name, _ in declared.parameters}
+    return ModuleConfiguration(
+        {name: one for name, one in settings.bindings.items() if name in needs},
+        {name: one for name, one in settings.parameters.items() if name in parameters},
+    )
+
+
+def _require_upgrade(
+    kept: InstalledModule | None, id_: str, version: str, digest: str, *, allows_downgrade: bool
+) -> None:
     """Refuse other contents of the installed version, and a version below it unless that is allowed."""
     if kept is None:
         return
-    version, installed = parse_version(ecm.version), parse_version(kept.version)
-    if version == installed and kept.digest != digest:
+    new, installed = parse_version(version), parse_version(kept.version)
+    if new == installed and kept.digest != digest:
         raise refusal(
             "AE962",
-            f"`{ecm.id}` {ecm.version} is already installed with other contents",
+            f"`{id_}` {version} is already installed with other contents",
             "raise the version of the changed module",
         )
-    if version < installed and not allows_downgrade:
+    if new < installed and not allows_downgrade:
         raise refusal(
             "AE967",
-            f"`{ecm.id}` {ecm.version} is older than the installed {kept.version}",
+            f"`{id_}` {version} is older than the installed {kept.version}",
             "to install it all the same, give --allow-downgrade",
         )
 

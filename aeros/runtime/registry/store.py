@@ -19,27 +19,30 @@ from aeros.runtime.registry.operator_block import ModuleIdentity, OperatorBlock
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.migrations.formats import REGISTRY
+from aeros.spec.model.configured import UNCONFIGURED, ModuleConfiguration
 
 _VERSION: Final = REGISTRY.version
-_UPGRADABLE: Final = 2
 _CURE: Final = "run `aeros repair`, which puts the last recorded change in force again"
 _SCHEMA: Final = (
     "CREATE TABLE policy (only INTEGER PRIMARY KEY CHECK (only = 1), generation INTEGER NOT NULL, "
     "site TEXT NOT NULL, is_set INTEGER NOT NULL, withdrawn TEXT NOT NULL) STRICT",
     "CREATE TABLE modules (name TEXT PRIMARY KEY, version TEXT NOT NULL, digest TEXT NOT NULL, "
-    "folder TEXT NOT NULL, state TEXT NOT NULL) STRICT",
+    "folder TEXT NOT NULL, state TEXT NOT NULL, configuration TEXT NOT NULL) STRICT",
     "CREATE TABLE blocks (id TEXT PRIMARY KEY, reason TEXT NOT NULL, module TEXT, skill TEXT, "
     "action TEXT, version TEXT, digest TEXT) STRICT",
     f"PRAGMA user_version = {_VERSION}",
 )
-_UPGRADE: Final = (
-    "ALTER TABLE policy ADD COLUMN is_set INTEGER NOT NULL DEFAULT 1",
-    "ALTER TABLE policy ADD COLUMN withdrawn TEXT NOT NULL DEFAULT '[]'",
-    "ALTER TABLE blocks ADD COLUMN version TEXT",
-    "ALTER TABLE blocks ADD COLUMN digest TEXT",
-    f"PRAGMA user_version = {_VERSION}",
-)
-"""From version 2, which did not say if a policy was set by the operator: it counts as set."""
+_UPGRADES: Final = {
+    # Version 2 did not say if a policy was set by the operator: it counts as set.
+    2: (
+        "ALTER TABLE policy ADD COLUMN is_set INTEGER NOT NULL DEFAULT 1",
+        "ALTER TABLE policy ADD COLUMN withdrawn TEXT NOT NULL DEFAULT '[]'",
+        "ALTER TABLE blocks ADD COLUMN version TEXT",
+        "ALTER TABLE blocks ADD COLUMN digest TEXT",
+    ),
+    3: ("ALTER TABLE modules ADD COLUMN configuration TEXT NOT NULL DEFAULT '{}'",),
+}
+"""Statements that lead from a version to the next."""
 
 
 @dataclass(frozen=True)
@@ -51,12 +54,14 @@ class InstalledModule:
         version: its version.
         digest: SHA-256 over all its files.
         state: state in its life cycle.
+        configuration: bindings and parameters that the operator set.
     """
 
     name: str
     version: str
     digest: str
     state: ModuleState
+    configuration: ModuleConfiguration = UNCONFIGURED
 
     @property
     def folder(self) -> str:
@@ -89,6 +94,11 @@ class RegistrySnapshot:
         """Version and digest of each installed module, by name."""
         return {name: ModuleIdentity(one.version, one.digest) for name, one in self.modules.items()}
 
+    @property
+    def configurations(self) -> dict[str, ModuleConfiguration]:
+        """Settings of each installed module that has any, by name."""
+        return {name: one.configuration for name, one in self.modules.items() if one.configuration}
+
 
 class RegistryStore:
     """Registry database in a folder."""
@@ -112,14 +122,12 @@ class RegistryStore:
                 "BEGIN"
             )  # a change of another process meanwhile is seen as a whole, or not at all
             policy = database.execute("SELECT * FROM policy").fetchone()
-            modules = database.execute(
-                "SELECT name, version, digest, folder, state FROM modules ORDER BY name"
-            ).fetchall()
+            modules = database.execute("SELECT * FROM modules ORDER BY name").fetchall()
             blocks = database.execute("SELECT * FROM blocks ORDER BY id").fetchall()
         if policy is None:
             raise self._damaged("it holds no policy")
         try:
-            # Version 2 has neither of the last two.
+            # Version 2 has neither of the last two, and version 3 no configuration of a module.
             _, generation, site, is_set, withdrawn = (*policy, 1, "[]")[:5]
             kept = {row[0]: self._module(*row) for row in modules}
             return RegistrySnapshot(
@@ -133,8 +141,11 @@ class RegistryStore:
         except (TypeError, ValueError) as failure:
             raise self._damaged(str(failure)) from failure
 
-    def _module(self, name: str, version: str, digest: str, folder: str, state: str) -> InstalledModule:
-        one = InstalledModule(name, version, digest, ModuleState(state))
+    def _module(
+        self, name: str, version: str, digest: str, folder: str, state: str, configuration: str = "{}"
+    ) -> InstalledModule:
+        settings = ModuleConfiguration.from_json(json.loads(configuration))
+        one = InstalledModule(name, version, digest, ModuleState(state), settings)
         if folder != one.folder:
             raise self._damaged(f"`{name}` is in `{folder}`, and not in `{one.folder}`")
         return one
@@ -155,17 +166,22 @@ class RegistryStore:
             if _is_new(database):
                 for statement in _SCHEMA:
                     database.execute(statement)
-            elif _version_of(database) == _UPGRADABLE:
-                for statement in _UPGRADE:
-                    database.execute(statement)
+            else:
+                for version in range(_version_of(database), _VERSION):
+                    for statement in _UPGRADES[version]:
+                        database.execute(statement)
+                database.execute(f"PRAGMA user_version = {_VERSION}")
             for table in ("policy", "modules", "blocks"):
                 database.execute(f"DELETE FROM {table}")  # noqa: S608
             database.execute(
                 "INSERT INTO policy VALUES (1, ?, ?, ?, ?)",
                 (new.generation, new.site, int(new.is_policy_set), json.dumps(sorted(new.withdrawn))),
             )
-            modules = [(m.name, m.version, m.digest, m.folder, m.state.value) for m in new.modules.values()]
-            database.executemany("INSERT INTO modules VALUES (?, ?, ?, ?, ?)", modules)
+            modules = [
+                (m.name, m.version, m.digest, m.folder, m.state.value, json.dumps(m.configuration.to_json()))
+                for m in new.modules.values()
+            ]
+            database.executemany("INSERT INTO modules VALUES (?, ?, ?, ?, ?, ?)", modules)
             blocks = [astuple(block) for block in new.blocks.values()]
             database.executemany("INSERT INTO blocks VALUES (?, ?, ?, ?, ?, ?, ?)", blocks)
             database.execute("COMMIT")
@@ -188,7 +204,7 @@ class RegistryStore:
             database.execute("PRAGMA synchronous = EXTRA")
             is_new = _is_new(database)  # read first: another process may create the tables meanwhile
             version = _version_of(database)
-            if version not in (_VERSION, _UPGRADABLE, 0) or (version == 0 and not is_new):
+            if version not in (_VERSION, *_UPGRADES, 0) or (version == 0 and not is_new):
                 raise self._other_version(version)
             yield database if create or version != 0 else None
         except sqlite3.Error as failure:

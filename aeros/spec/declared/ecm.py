@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
 from aeros.spec.declared.composition import Composition
+from aeros.spec.declared.configuration import Need, Parameter
 from aeros.spec.declared.field_types import ByVariable, Identifier, Named, Reference, RiskWord, Slug
 from aeros.spec.declared.models import Model, UsedModels
 from aeros.spec.declared.perception import OwnVariable, Perceiver
@@ -105,7 +106,10 @@ class Skill:
     )
     gated: tuple[Slug, ...] = field(
         default=(),
-        metadata={"doc": "invariants that its envelope does not imply; the gate checks them at run time"},
+        metadata={
+            "doc": "invariants that its envelope does not imply; the gate checks them at run time; `[any]` "
+            "for all such invariants of any site"
+        },
     )
 
 
@@ -297,6 +301,20 @@ class Ecm:
     tasks: Named[Task] = field(default=MappingField(), metadata={"doc": "tasks that a person can ask for"})
     models: Named[Model] = field(
         default=MappingField(), metadata={"doc": "networks, tables and files that its skills use"}
+    )
+    needs: Named[Need] = field(
+        default=MappingField(),
+        metadata={
+            "doc": "things of the site that it calls by names of its own, as in "
+            "`needs: {surface: {is: volume, offers: surface}}`"
+        },
+    )
+    parameters: Named[Parameter] = field(
+        default=MappingField(),
+        metadata={
+            "doc": "constants that `aeros configure` sets, as in "
+            "`parameters: {cooking_time: {type: real, unit: s, range: [2, 20], default: 6 s}}`"
+        },
     )
     state: Named[OwnVariable] = field(
         default=MappingField(),

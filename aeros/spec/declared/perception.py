@@ -78,6 +78,13 @@ class Camera:
     height: Pixels = field(
         metadata={"doc": "the most rows that a perceiver may ask for, as in `height: 480`"}
     )
+    sees: tuple[Identifier, ...] = field(
+        default=(), metadata={"doc": "the volumes that its pictures show, as in `sees: [table_area]`"}
+    )
+    offers: tuple[Identifier, ...] = field(
+        default=(),
+        metadata={"doc": "uses that modules may make of it, as in `offers: [surface]`"},
+    )
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
+from aeros.spec.declared.configuration import ModuleSettings
 from aeros.spec.declared.field_types import Identifier, Named, RiskWord, Slug
 from aeros.spec.declared.motion import MotionPolicy
 from aeros.spec.declared.perception import Camera
@@ -38,6 +39,10 @@ class StateVariable(Quantity):
     max_age: TextField = field(
         kw_only=True, metadata={"doc": "older values are unknown, as in `max_age: 100 ms`"}
     )
+    offers: tuple[Identifier, ...] = field(
+        default=(),
+        metadata={"doc": "uses that modules may make of it, as in `offers: [surface]`"},
+    )
 
 
 @dataclass(frozen=True)
@@ -56,6 +61,10 @@ class Constant:
         default=None, metadata={"doc": "one value for each member, in order"}
     )
     source: TextField | None = field(default=None, metadata={"doc": "the source of the number"})
+    offers: tuple[Identifier, ...] = field(
+        default=(),
+        metadata={"doc": "uses that modules may make of it, as in `offers: [surface]`"},
+    )
 
 
 @dataclass(frozen=True)
@@ -74,6 +83,10 @@ class Volume:
         metadata={"doc": "upper corner, as in `upper: [0.8 m, 0.6 m, 0.9 m]`"}
     )
     description: TextField | None = field(default=None, metadata={"doc": "its meaning, for people"})
+    offers: tuple[Identifier, ...] = field(
+        default=(),
+        metadata={"doc": "uses that modules may make of it, as in `offers: [surface]`"},
+    )
 
 
 @dataclass(frozen=True)
@@ -174,5 +187,12 @@ class Site:
         metadata={
             "doc": "the cameras whose pictures perceivers may get, as in "
             "`cameras: {overhead: {sensor: overhead_camera, width: 640, height: 480}}`"
+        },
+    )
+    modules: Named[ModuleSettings] = field(
+        default=MappingField(),
+        metadata={
+            "doc": "bindings and parameters of modules at this site, as in "
+            "`modules: {clean_pot: {bind: {surface: bench}, set: {force: 6 N}}}`"
         },
     )

@@ -11,6 +11,7 @@ from typing import TypeVar
 from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean
 from aeros.spec.expr.parser import KEYWORDS
 from aeros.spec.expr.units import unit_names
+from aeros.spec.model.site import Site
 from aeros.spec.text.fields import TextField
 
 _T = TypeVar("_T")
@@ -87,3 +88,25 @@ def resolve_site_name(
         help_ = f"did you mean `{near}`?" if near else f"the site declares {listed}"
         diagnostics.error("AE122", f"`{name.value}` is not {what}", name.span, help=(help_,))
     return among.get(name.value)
+
+
+def meanings_of_names(site: Site) -> dict[str, str]:
+    """Describe each name that has a meaning in conditions under a site.
+
+    Args:
+        site: the site.
+
+    Returns:
+        Noun phrase of what it means, by name.
+    """
+    used = dict.fromkeys(site.state, "a state variable of this site")
+    used |= dict.fromkeys(site.constants, "a constant of this site")
+    used |= dict.fromkeys(site.volumes, "a volume of this site")
+    used |= {role: "a role of a joint rule" for rule in site.joint_rules for role, _ in rule.roles}
+    for enum in site.enums.values():
+        used |= {enum.name: "an enum of this site"} | dict.fromkeys(
+            enum.members, f"a member of `{enum.name}`"
+        )
+    for kind in site.kinds.values():
+        used |= dict.fromkeys(kind.parameters, f"a parameter of `{kind.name}`")
+    return used

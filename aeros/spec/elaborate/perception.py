@@ -17,12 +17,13 @@ from aeros.spec.declared import perception as declared
 from aeros.spec.declared import site as declared_site
 from aeros.spec.diagnostics.codes import Diagnostics, SpanLabel, did_you_mean
 from aeros.spec.elaborate.expressions import elaborate_expression, elaborate_quantity
-from aeros.spec.elaborate.names import check_name_is_free, resolve_name
+from aeros.spec.elaborate.names import check_name_is_free, meanings_of_names, resolve_name
 from aeros.spec.elaborate.quantities import elaborate_module_variable
 from aeros.spec.elaborate.scopes import state_scope
 from aeros.spec.elaborate.vocabulary import SiteVocabulary
 from aeros.spec.expr.types import BoolType
 from aeros.spec.expr.units import TIME, format_number, format_quantity
+from aeros.spec.model.configured import BoundNames
 from aeros.spec.model.perception import Definition, Perceiver, PerceptionPolicy, PictureRequest, SiteCamera
 from aeros.spec.model.site import Site
 from aeros.spec.model.variables import Declared
@@ -107,8 +108,16 @@ def elaborate_cameras(
     members = {} if enum is None else dict.fromkeys(enum.members)
     for name, _ in site.cameras:
         resolve_name(name, members, "a member of the enum `cameras`", diagnostics)
+    for _, camera in site.cameras:
+        for volume in camera.sees:
+            resolve_name(volume, vocabulary.volumes, "a volume of this site", diagnostics)
     return {
-        name.value: SiteCamera(camera.sensor.value, camera.width.value, camera.height.value)
+        name.value: SiteCamera(
+            camera.sensor.value,
+            camera.width.value,
+            camera.height.value,
+            frozenset(volume.value for volume in camera.sees),
+        )
         for name, camera in site.cameras
     }
 
@@ -118,7 +127,8 @@ class ModulePerception:
 
     Args:
         ecm: the declared module.
-        site: site under which it is elaborated.
+        site: site under which it is elaborated, with the things that it needs under its names.
+        names: the site's names for these.
         diagnostics: receives the faults.
 
     Attributes:
@@ -129,8 +139,11 @@ class ModulePerception:
             the module's by short and by full name, and those that the site shares of modules it requires.
     """
 
-    def __init__(self, ecm: declared_ecm.Ecm, site: Site, diagnostics: Diagnostics) -> None:
+    def __init__(
+        self, ecm: declared_ecm.Ecm, site: Site, names: BoundNames, diagnostics: Diagnostics
+    ) -> None:
         self._diagnostics = diagnostics
+        self._names = names
         self._module = ecm.id.value
         own = self._variables(ecm, site)
         required = {name.value for name, _ in ecm.dependencies.modules}
@@ -159,7 +172,7 @@ class ModulePerception:
     def _variables(self, ecm: declared_ecm.Ecm, site: Site) -> dict[str, Declared]:
         """Elaborate the module's variables, by short name."""
         own: dict[str, Declared] = {}
-        used = _names_of(site)
+        used = meanings_of_names(site)
         if ecm.state:
             check_name_is_free(ecm.id, used, "module", self._diagnostics)
         used |= {name.value: "a module that this one requires" for name, _ in ecm.dependencies.modules}
@@ -230,7 +243,11 @@ class ModulePerception:
             module_name=module,
             function=function,
             pictures=tuple(pictures),
-            readings=tuple(variable.name for variable in read if variable is not None),
+            read_as={
+                reading.value.removeprefix(f"{self._module}."): variable.name
+                for reading, variable in zip(perceiver.readings, read, strict=True)
+                if variable is not None
+            },
             rate=rate,
             provides=tuple(f"{self._module}.{one.value}" for one in perceiver.provides),
             timeout=timeout,
@@ -252,7 +269,8 @@ class ModulePerception:
                 picture.width.span if width > known.width else picture.height.span,
             )
         depth = picture.depth is not None and picture.depth.value
-        return PictureRequest(camera.value, width, height, depth)
+        name = self._names.site_name(camera.value)
+        return PictureRequest(name, width, height, depth, "" if name == camera.value else camera.value)
 
     def _with_sensors(
         self, ecm: declared_ecm.Ecm, own: Mapping[str, Declared], defined: Mapping[str, ExpressionField]
@@ -327,21 +345,6 @@ def _difference(mine: Declared, shared: Declared) -> str:
     if shared.uncertainty is not None and (mine.uncertainty or 0) > shared.uncertainty:
         return f"an uncertainty of at most {format_quantity(shared.uncertainty, shared.unit)}"
     return ""
-
-
-def _names_of(site: Site) -> dict[str, str]:
-    """Describe each name that has a meaning in conditions under a site."""
-    used = dict.fromkeys(site.state, "a state variable of this site")
-    used |= dict.fromkeys(site.constants, "a constant of this site")
-    used |= dict.fromkeys(site.volumes, "a volume of this site")
-    used |= {role: "a role of a joint rule" for rule in site.joint_rules for role, _ in rule.roles}
-    for enum in site.enums.values():
-        used |= {enum.name: "an enum of this site"} | dict.fromkeys(
-            enum.members, f"a member of `{enum.name}`"
-        )
-    for kind in site.kinds.values():
-        used |= dict.fromkeys(kind.parameters, f"a parameter of `{kind.name}`")
-    return used
 
 
 def _memory(text: TextField, diagnostics: Diagnostics) -> int | None:

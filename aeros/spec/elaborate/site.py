@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from aeros.spec.declared import site as declared
+from aeros.spec.declared.configuration import ModuleSettings
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.motion import check_tracking_rules, elaborate_motion
 from aeros.spec.elaborate.perception import (
@@ -22,6 +23,7 @@ from aeros.spec.elaborate.policy import (
 )
 from aeros.spec.elaborate.rules import ElaboratedRules, check_unique_ids, elaborate_rules
 from aeros.spec.elaborate.vocabulary import check_protective_stop, elaborate_vocabulary
+from aeros.spec.model.configured import ModuleConfiguration
 from aeros.spec.model.policy import Durability
 from aeros.spec.model.rules import Risk
 from aeros.spec.model.site import Site
@@ -92,4 +94,21 @@ def elaborate_site(site: declared.Site, digest: str, diagnostics: Diagnostics) -
         stops_on_undeclared_outcome=undeclared is None or undeclared.value == "stop",
         cameras=cameras,
         perception=perception,
+        offers=_offers(site),
+        configurations={name.value: _configuration(one) for name, one in site.modules},
+    )
+
+
+def _offers(site: declared.Site) -> dict[str, frozenset[str]]:
+    """Collect the uses that modules may make of volumes, variables, constants and cameras, by name."""
+    things = (*site.volumes, *site.state, *site.constants, *site.cameras)
+    return {
+        name.value: frozenset(one.value for one in thing.offers) for name, thing in things if thing.offers
+    }
+
+
+def _configuration(settings: ModuleSettings) -> ModuleConfiguration:
+    return ModuleConfiguration(
+        {name.value: bound.value for name, bound in settings.bind},
+        {name.value: expression.value for name, expression in settings.set},
     )

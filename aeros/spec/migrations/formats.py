@@ -188,8 +188,10 @@ REGISTRY: Final = Format(
         Version("the first version"),
         Version("changes are in an audit log of their own, and not in a table"),
         Version("blocks have versions and digests; says which modules the operator withdrew"),
+        Version("modules have bindings and parameters"),
     ),
-    cure="remove the registry's folder and install the modules again; version 2 is read, and migrates itself",
+    cure="remove the registry's folder and install the modules again; versions 2 and 3 are read, and migrate "
+    "themselves",
 )
 AUDIT: Final = Format(
     name="audit",

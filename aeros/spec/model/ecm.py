@@ -13,6 +13,7 @@ from typing import Any
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
 from aeros.spec.model.composition import Composition, Step
+from aeros.spec.model.configured import BoundNames
 from aeros.spec.model.models import ModuleModel
 from aeros.spec.model.perception import Definition, Perceiver
 from aeros.spec.model.policy import Access
@@ -83,6 +84,7 @@ class Skill:
         idempotent: by its author's word, running it twice does no more than running it once.
         hold_condition: condition that must be measured as long as it runs.
         models: names of the models that it receives.
+        leaves_any_to_gate: the manifest does not name the invariants that it leaves to the gate.
     """
 
     id: str
@@ -104,6 +106,7 @@ class Skill:
     idempotent: bool = False
     hold_condition: ActionCondition | None = None
     models: tuple[str, ...] = ()
+    leaves_any_to_gate: bool = False
 
     @property
     def success_outcomes(self) -> tuple[Outcome, ...]:
@@ -275,6 +278,7 @@ class Ecm:
         required_capabilities: capabilities that it needs some module for, by name, with a PEP 440 specifier.
         capability_spans: place of each of these.
         foreign: skills and capabilities of other modules that its steps may name.
+        names: the site's names for what it needs, and the values of its parameters.
     """
 
     id: str
@@ -303,6 +307,12 @@ class Ecm:
     required_capabilities: Mapping[str, str] = field(default_factory=dict)
     capability_spans: Mapping[str, SourceSpan] = field(default_factory=dict)
     foreign: ForeignNames = field(default_factory=ForeignNames)
+    names: BoundNames = field(default_factory=BoundNames)
+
+    @property
+    def configuration(self) -> Mapping[str, str]:
+        """The site's name for everything that it needs, and the value of each parameter, by its own names."""
+        return {**self.names.bindings, **self.names.parameters}
 
     @property
     def callable_skills(self) -> Mapping[str, Skill]:

@@ -23,12 +23,19 @@ class PictureRequest:
         width: number of columns, pixels.
         height: number of rows, pixels.
         depth: the perceiver also gets the distance of each pixel along the optical axis.
+        seen_as: the module's name for the camera; empty if it is the site's.
     """
 
     camera: str
     width: int
     height: int
     depth: bool
+    seen_as: str = ""
+
+    @property
+    def name(self) -> str:
+        """Name of the camera in the perceiver's code."""
+        return self.seen_as or self.camera
 
 
 @dataclass(frozen=True)
@@ -40,7 +47,7 @@ class Perceiver:
         module_name: Python module of its function, relative to the module's folder.
         function: name of the generator function.
         pictures: pictures that it gets; one call for each new set of them.
-        readings: full names of the state variables that it gets with the pictures.
+        read_as: full name of each state variable that it gets with the pictures, by the name in its code.
         rate: frequency at which the readings are also sampled between two calls, 1/s; None for never.
         provides: full names of the module's state variables that only it writes.
         timeout: greatest real time of one call, s.
@@ -53,13 +60,18 @@ class Perceiver:
     module_name: str
     function: str
     pictures: tuple[PictureRequest, ...]
-    readings: tuple[str, ...]
+    read_as: Mapping[str, str]
     rate: Fraction | None
     provides: tuple[str, ...]
     timeout: Fraction
     memory: int
     span: SourceSpan
     entry_span: SourceSpan
+
+    @property
+    def readings(self) -> tuple[str, ...]:
+        """Full names of the state variables that it gets with the pictures."""
+        return tuple(self.read_as.values())
 
 
 @dataclass(frozen=True)
@@ -86,11 +98,13 @@ class SiteCamera:
         sensor: sensor that a module needs for its pictures.
         width: most columns that a perceiver may ask for.
         height: most rows that a perceiver may ask for.
+        sees: names of the volumes that its pictures show.
     """
 
     sensor: str
     width: int
     height: int
+    sees: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import AxisAlignedBox
 from aeros.spec.expr.types import EnumType
+from aeros.spec.model.configured import ModuleConfiguration
 from aeros.spec.model.motion import MotionPolicy
 from aeros.spec.model.perception import PerceptionPolicy, SiteCamera
 from aeros.spec.model.policy import (
@@ -63,6 +64,8 @@ class Site:
             declare; otherwise the agent plans again.
         cameras: cameras whose pictures perceivers may get, by name.
         perception: rights of perceivers, and to what they measure.
+        offers: uses that modules may make of a thing, by its name.
+        configurations: settings of modules, by module.
     """
 
     id: str
@@ -92,6 +95,8 @@ class Site:
     stops_on_undeclared_outcome: bool = True
     cameras: Mapping[str, SiteCamera] = field(default_factory=dict)
     perception: PerceptionPolicy = field(default_factory=PerceptionPolicy)
+    offers: Mapping[str, frozenset[str]] = field(default_factory=dict)
+    configurations: Mapping[str, ModuleConfiguration] = field(default_factory=dict)
 
     @cached_property
     def observed_variables(self) -> Mapping[str, Declared]:
@@ -125,6 +130,24 @@ class Site:
         for module in modules:
             state |= {name: one for name, one in module.state.items() if name not in shared}
         return self if state == self.state else replace(self, state=state)
+
+    def with_configurations(self, configurations: Mapping[str, ModuleConfiguration]) -> Site:
+        """Add the operator's settings of modules, which come before those of the site file.
+
+        Args:
+            configurations: settings by module.
+
+        Returns:
+            The site with them, under the same digest: certificates name what a module is bound to.
+        """
+        given = {name: one for name, one in configurations.items() if one}
+        if not given:
+            return self
+        merged = {
+            name: self.configurations.get(name, ModuleConfiguration()).updated(one)
+            for name, one in given.items()
+        }
+        return replace(self, configurations={**self.configurations, **merged})
 
     def access_of(self, module: str) -> Access:
         """Return everything that a module may be permitted to touch.

@@ -55,6 +55,7 @@ class ModuleSummary:
         capability_versions: as in its model.
         required_capabilities: as in its model.
         capability_spans: as in its model.
+        configuration: as in its model.
     """
 
     id: str
@@ -75,6 +76,7 @@ class ModuleSummary:
     capability_versions: Mapping[str, str] = field(default_factory=dict)
     required_capabilities: Mapping[str, str] = field(default_factory=dict)
     capability_spans: Mapping[str, SourceSpan] = field(default_factory=dict)
+    configuration: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def has_requirements(self) -> bool:
@@ -177,6 +179,7 @@ def summarize_module(ecm: Ecm) -> ModuleSummary:
         dict(ecm.capability_versions),
         dict(ecm.required_capabilities),
         dict(ecm.capability_spans),
+        dict(ecm.configuration),
     )
 
 

@@ -13,6 +13,7 @@ from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel, did_you_mean
+from aeros.spec.model.configured import BoundNames
 from aeros.spec.model.ecm import Ecm, Skill
 from aeros.spec.model.site import Site
 from aeros.spec.obligations.claim_id import ClaimForm
@@ -68,7 +69,7 @@ def skill_code_obligations(
             if path == f"{skill.module_name}.py":
                 yield StaticClaim(
                     ClaimForm.SKILL_ASKS_WITHIN_ENVELOPE(skill.id),
-                    _requests_within_envelope(skill, site, file),
+                    _requests_within_envelope(skill, ecm.names, site, file),
                 )
 
 
@@ -177,14 +178,17 @@ def _unreadable_call(
     )
 
 
-def _requests_within_envelope(skill: Skill, site: Site, file: SkillFile) -> Diagnostic | None:
+def _requests_within_envelope(
+    skill: Skill, names: BoundNames, site: Site, file: SkillFile
+) -> Diagnostic | None:
     """Report the first action that the skill's code asks for and its envelope does not hold."""
     for call in _act_calls(skill.function, file):
         kind = call.args[0] if call.args else None
         if not (isinstance(kind, ast.Constant) and isinstance(kind.value, str)):
             return _unreadable_call(file, call, "the kind of an action is not written out")
-        if kind.value not in skill.envelope:
-            near = did_you_mean(kind.value, skill.envelope)
+        kind_of_site = names.kinds.get(kind.value, kind.value)
+        if kind_of_site not in skill.envelope:
+            near = did_you_mean(kind.value, (*skill.envelope, *names.kinds))
             help_ = f"did you mean `{near}`?" if near else f"declare `{kind.value}` in its `envelope`"
             return Diagnostic(
                 "AE133",
@@ -193,7 +197,7 @@ def _requests_within_envelope(skill: Skill, site: Site, file: SkillFile) -> Diag
                 (SpanLabel(skill.span, "declared here"),),
                 help=(help_,),
             )
-        declared = site.kinds[kind.value].parameters
+        declared = site.kinds[kind_of_site].parameters
         asked = _parameter_names(call)
         if asked is None:
             return _unreadable_call(file, call, "the parameters of an action are not written out")

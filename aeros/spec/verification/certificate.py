@@ -55,6 +55,8 @@ class Certificate:
         obligations: the verdict on each obligation, PROVED or GUARDED.
         engines: what decided an obligation and its version, where it is neither AEROS's own reading nor the
             solver; left out where it is empty.
+        configuration: the site's name for everything that the module needs, and the value of each of its
+            parameters, by the module's name; left out where it is empty.
     """
 
     schema: str
@@ -68,6 +70,7 @@ class Certificate:
     solver: str
     obligations: Mapping[ClaimId, str]
     engines: Mapping[ClaimId, str] = field(default_factory=dict)
+    configuration: Mapping[str, str] = field(default_factory=dict)
 
     @cached_property
     def digest(self) -> str:
@@ -175,6 +178,7 @@ def certificate_for(
         f"z3-solver {z3_version()}",
         dict(obligations),
         dict(engines),
+        dict(ecm.configuration),
     )
 
 
@@ -249,8 +253,8 @@ def _body(certificate: Certificate) -> dict[str, Any]:
     """Return the fields as they are written."""
     body = {field.name: getattr(certificate, field.name) for field in fields(certificate)}
     body["obligations"] = {str(claim_id): one for claim_id, one in certificate.obligations.items()}
-    engines = {str(claim_id): one for claim_id, one in body.pop("engines").items()}
-    return {**body, "engines": engines} if engines else body
+    body["engines"] = {str(claim_id): one for claim_id, one in certificate.engines.items()}
+    return {name: one for name, one in body.items() if one or name not in ("engines", "configuration")}
 
 
 def _dump_json(value: Mapping[str, Any], margin: str) -> str:

@@ -14,7 +14,7 @@ from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, Fix, Severity,
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.elaborate.load import elaborate_source, load_ecm
 from aeros.spec.model.ecm import Ecm
-from aeros.spec.model.policy import OperatorOverride
+from aeros.spec.model.operator_settings import NO_SETTINGS, OperatorSettings
 from aeros.spec.model.site import Site
 from aeros.spec.model.summary import ModuleSummary, summarize_module
 from aeros.spec.obligations.claim_id import ClaimForm
@@ -49,14 +49,14 @@ from aeros.spec.verification.reports import (
 
 
 def examine_site(
-    source: Source, oracle: Oracle, blocks: Sequence[OperatorOverride] = ()
+    source: Source, oracle: Oracle, settings: OperatorSettings = NO_SETTINGS
 ) -> tuple[Site | None, SubjectReport]:
     """Prove the claims about a site.
 
     Args:
         source: text of the site file and its path.
         oracle: solver with its budget.
-        blocks: operator overrides, in addition to those of the site.
+        settings: settings of the operator, in addition to those of the site.
 
     Returns:
         The site, None if the source does not declare one, and the report on it.
@@ -65,7 +65,7 @@ def examine_site(
     site = elaborate_source(source, diagnostics)
     if site is None:
         return None, SubjectReport(str(path), path, Conclusion.REJECTED, tuple(diagnostics))
-    site = site.with_overrides(blocks)
+    site = settings.applied_to(site)
     settled, findings = _discharge_and_explain(
         (*policy_obligations(site), *joint_policy_obligations(site)), site, oracle
     )
@@ -145,7 +145,7 @@ _WORKER_STATE: dict[str, tuple[Site, Oracle, Surroundings]] = {}
 def examine_modules_in_processes(
     folders: Sequence[Path],
     site: Source,
-    blocks: Sequence[OperatorOverride],
+    settings: OperatorSettings,
     rlimit: int,
     jobs: int,
     *,
@@ -157,7 +157,7 @@ def examine_modules_in_processes(
     Args:
         folders: the modules' folders.
         site: text of the site file and its path.
-        blocks: operator overrides, in addition to those of the site.
+        settings: settings of the operator, in addition to those of the site.
         rlimit: the solver's budget for one query, in Z3 resource units.
         jobs: number of processes.
         seconds: time limit for one query, s.
@@ -171,7 +171,7 @@ def examine_modules_in_processes(
     from multiprocessing import get_context
 
     # Spawned and not forked: a fork would copy locks held by threads of the caller.
-    arguments = (site, blocks, rlimit, seconds, surroundings)
+    arguments = (site, settings, rlimit, seconds, surroundings)
     pool = ProcessPoolExecutor(jobs, get_context("spawn"), _init_worker, arguments)
     try:
         yield from pool.map(_verify_in_worker, folders, chunksize=4)
@@ -181,7 +181,7 @@ def examine_modules_in_processes(
 
 def _init_worker(
     source: Source,
-    blocks: Sequence[OperatorOverride],
+    settings: OperatorSettings,
     rlimit: int,
     seconds: float,
     surroundings: Surroundings,
@@ -190,7 +190,7 @@ def _init_worker(
     site = elaborate_source(source, Diagnostics())
     if site is not None:
         _WORKER_STATE["site"] = (
-            site.with_overrides(blocks),
+            settings.applied_to(site),
             Oracle(rlimit, seconds=seconds, max_timeouts=MAX_TIMEOUTS),
             surroundings,
         )
@@ -306,6 +306,8 @@ def _needless_runtime_checks(ecm: Ecm, findings: Iterable[ObligationResult]) -> 
             about = claim_id.name_of("skill"), claim_id.name_of("invariant")
             verdicts.setdefault(about, set()).add(finding.verdict)
     for skill in ecm.skills.values():
+        if skill.leaves_any_to_gate:
+            continue
         for rule, span in skill.runtime_checked.items():
             if verdicts.get((skill.id, rule)) == {Verdict.PROVED}:
                 yield Diagnostic(

@@ -23,13 +23,14 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import aeros
 from aeros.spec.backends.answer_store import AnswerStore
 from aeros.spec.backends.package_versions import package_version
 from aeros.spec.diagnostics.errors import MisuseError, UserError
 from aeros.spec.diagnostics.source import Source
+from aeros.spec.model.operator_settings import NO_SETTINGS, OperatorSettings
 from aeros.spec.model.summary import (
     SiteSummary,
     module_summary_from_json,
@@ -50,9 +51,6 @@ from aeros.spec.text.files import read_source
 from aeros.spec.verification.claim_summary import ClaimCounts, Claims, ClaimSummary
 from aeros.spec.verification.reports import Known, ModuleFindings, Report, SubjectReport
 from aeros.spec.verification.required_modules import RequiredModules
-
-if TYPE_CHECKING:
-    from aeros.spec.model.policy import OperatorOverride
 
 _VERDICT_DISTRIBUTIONS: Final = (
     ("networkx", "networkx"),
@@ -83,7 +81,7 @@ class ProofCache:
         store: store of answers and proofs.
         site: text of the site file and its path.
         rlimit: the solver's budget for one query, in Z3 resource units.
-        blocks: operator overrides, in addition to those of the site.
+        settings: settings of the operator, in addition to those of the site.
         surroundings: the modules among which each finds those that it requires.
     """
 
@@ -92,12 +90,12 @@ class ProofCache:
         store: AnswerStore,
         site: Source,
         rlimit: int,
-        blocks: Sequence[OperatorOverride] = (),
+        settings: OperatorSettings = NO_SETTINGS,
         surroundings: Surroundings = NEIGHBOURS,
     ) -> None:
         self._store = store
         self._site = site
-        self._about = [_program_digest(), rlimit, text_digest(site.text), [one.identity for one in blocks]]
+        self._about = [_program_digest(), rlimit, text_digest(site.text), settings.identity]
         self._new: dict[str, tuple[str, bytes]] = {}
         self._surroundings = surroundings
         self._around = RequiredModules(surroundings)

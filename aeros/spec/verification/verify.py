@@ -19,6 +19,7 @@ from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT, MAX_TIMEOUTS, QUE
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.errors import InternalError, MisuseError, UserError
 from aeros.spec.diagnostics.source import Source
+from aeros.spec.model.operator_settings import NO_SETTINGS, OperatorSettings
 from aeros.spec.model.summary import ModuleSummary, SiteSummary, summarize_site
 from aeros.spec.text.discovery import NEIGHBOURS, Surroundings, module_folders
 from aeros.spec.text.files import read_source
@@ -39,7 +40,6 @@ from aeros.spec.verification.reports import (
 if TYPE_CHECKING:
     from aeros.spec.backends.oracle import Oracle
     from aeros.spec.backends.solver_results import SecondSolver
-    from aeros.spec.model.policy import OperatorOverride
     from aeros.spec.model.site import Site
     from aeros.spec.verification.second_solver import SecondSolverReport
 
@@ -60,7 +60,7 @@ def verify(
     rlimit: int = DEFAULT_RLIMIT,
     progress: Progress = lambda _: None,
     store: AnswerStore | None = None,
-    blocks: Sequence[OperatorOverride] = (),
+    settings: OperatorSettings = NO_SETTINGS,
     second: SecondSolver | None = None,
     *,
     detail: Detail = Detail.FULL,
@@ -76,7 +76,7 @@ def verify(
         rlimit: the solver's budget for one query, in Z3 resource units.
         progress: called with the name of the subject that is proved next.
         store: answers of the solver and, for a brief report, proofs of earlier runs; None to use none.
-        blocks: operator overrides, in addition to those of the site file.
+        settings: settings of the operator, in addition to those of the site file.
         second: a solver that is asked everything again, even if answers were kept.
         detail: amount of detail in the report.
         jobs: number of processes that prove modules for a brief report, where there are many modules.
@@ -104,7 +104,7 @@ def verify(
         return Report(unreadable_site_report(site_path, error), refused, None)
     prover = _LazyProver(
         source,
-        tuple(blocks),
+        settings,
         rlimit,
         store,
         jobs,
@@ -116,7 +116,7 @@ def verify(
     if store is None or detail is Detail.FULL:
         report, _ = _report(folders, refused, prover, Known(), prover.summarize_module, progress)
         return report
-    cache = ProofCache(store, source, rlimit, blocks, surroundings)
+    cache = ProofCache(store, source, rlimit, settings, surroundings)
 
     def summarize(folder: Path) -> ModuleSummary | None:
         found = cache.find_module(folder)
@@ -171,7 +171,7 @@ class _LazyProver:
     def __init__(
         self,
         source: Source,
-        blocks: tuple[OperatorOverride, ...],
+        settings: OperatorSettings,
         rlimit: int,
         store: AnswerStore | None,
         jobs: int,
@@ -184,7 +184,7 @@ class _LazyProver:
         self._seconds = seconds
         self.surroundings = surroundings
         self._source = source
-        self._blocks = blocks
+        self._settings = settings
         self._rlimit = rlimit
         self._store = store
         self._jobs = jobs
@@ -215,7 +215,7 @@ class _LazyProver:
         site = elaborate_source(self._source, Diagnostics())
         if site is None:
             raise InternalError(f"`{self._source.path}` was kept as proved and cannot be read")
-        return site.with_overrides(self._blocks)
+        return self._settings.applied_to(site)
 
     @property
     def site_model(self) -> Site | None:
@@ -226,7 +226,7 @@ class _LazyProver:
         """Prove the site; return its summary, None where it cannot be read, and the report on it."""
         from aeros.spec.verification.examine import examine_site
 
-        site, report = examine_site(self._source, self._oracle, self._blocks)
+        site, report = examine_site(self._source, self._oracle, self._settings)
         if not self._in_full:
             report = replace(report, static_claims=(), findings=())
         if site is None:
@@ -250,7 +250,7 @@ class _LazyProver:
             return examine_modules_in_processes(
                 folders,
                 self._source,
-                self._blocks,
+                self._settings,
                 self._rlimit,
                 self._jobs,
                 seconds=self._seconds,

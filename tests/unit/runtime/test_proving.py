@@ -14,6 +14,7 @@ from aeros.runtime import proving
 from aeros.runtime.proving import prove_configuration
 from aeros.runtime.registry.registry import Registry
 from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.model.operator_settings import OperatorSettings
 from aeros.spec.model.policy import OperatorOverride
 from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.verification.verify import verify
@@ -56,10 +57,12 @@ def test_files_that_change_while_being_proved_are_refused(
 
 def test_earlier_proofs_give_the_same_configuration(examined: list[str], tmp_path: Path) -> None:
     modules = write_modules(tmp_path / "modules", 2)
-    blocks = [OperatorOverride("no_welder", "it is being repaired", "welder", None, None)]
-    cold, _ = prove_configuration(modules, reference_site_path(), certified=False, blocks=blocks)
+    settings = OperatorSettings(
+        (OperatorOverride("no_welder", "it is being repaired", "welder", None, None),)
+    )
+    cold, _ = prove_configuration(modules, reference_site_path(), certified=False, settings=settings)
     assert examined == ["module_0000", "module_0001"]
-    warm, _ = prove_configuration(modules, reference_site_path(), certified=False, blocks=blocks)
+    warm, _ = prove_configuration(modules, reference_site_path(), certified=False, settings=settings)
     assert examined == ["module_0000", "module_0001"]
     assert warm.digest == cold.digest
     assert warm.certificates == cold.certificates

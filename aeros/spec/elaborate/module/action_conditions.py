@@ -56,7 +56,10 @@ def elaborate_action_conditions(
         kind = resolve_name(name, site.kinds, "an action kind of this site", diagnostics)
         if kind is None:
             continue
+        if kind.name in conditions:  # by its own name, and by the module's name for it
+            diagnostics.error("AE120", f"there are two conditions on `{kind.name}`", name.span)
+            continue
         condition = elaborate_action_condition(expression, action_scope(site, kind, inputs), diagnostics)
         if condition is not None:
-            conditions[name.value] = condition
+            conditions[kind.name] = condition
     return conditions

@@ -15,12 +15,15 @@ from aeros.spec.elaborate.module.action_conditions import elaborate_action_condi
 from aeros.spec.elaborate.module.callables import CallableNames, alternative_name, capability_names
 from aeros.spec.elaborate.module.composition import elaborate_compositions, elaborate_sequence
 from aeros.spec.elaborate.module.models import elaborate_models
+from aeros.spec.elaborate.module.needs import ModuleNeeds
 from aeros.spec.elaborate.module.skills import elaborate_skill
 from aeros.spec.elaborate.module.tasks import elaborate_tasks
 from aeros.spec.elaborate.names import resolve_name
 from aeros.spec.elaborate.perception import ModulePerception
 from aeros.spec.elaborate.policy import elaborate_access
+from aeros.spec.model.configured import BoundNames, site_names
 from aeros.spec.model.ecm import Ecm, ForeignNames
+from aeros.spec.model.policy import Access
 from aeros.spec.model.site import Site
 from aeros.spec.text.digests import MAX_MODELS, model_digest
 from aeros.spec.text.fields import TextField
@@ -55,11 +58,17 @@ def elaborate_ecm(
     """
     before = len(diagnostics)
     _check_metadata(ecm, diagnostics)
-    perception = ModulePerception(ecm, site, diagnostics)
+    unbound = len(diagnostics)
+    needs = ModuleNeeds(ecm, site, diagnostics)
+    if len(diagnostics) > unbound:
+        return None  # a name that is not bound would be reported at each of its uses
+    bound = needs.names
+    perception = ModulePerception(ecm, needs.site, bound, diagnostics)
     site = perception.site
     models = elaborate_models(ecm.models, diagnostics)
     skills = {
-        name.value: elaborate_skill(name, skill, site, models, diagnostics) for name, skill in ecm.skills
+        name.value: elaborate_skill(name, skill, site, bound, models, diagnostics)
+        for name, skill in ecm.skills
     }
     capabilities = _capabilities(ecm, diagnostics)
     required = {name.value: specifier.value for name, specifier in ecm.dependencies.capabilities}
@@ -83,7 +92,7 @@ def elaborate_ecm(
         capabilities=capabilities,
         skills=skills,
         tasks=elaborate_tasks(ecm, names, site, diagnostics),
-        requested_access=elaborate_access(ecm.permissions),
+        requested_access=_requested_access(ecm.permissions, bound),
         permitted_actions=elaborate_action_conditions(ecm.permissions.actions, {}, site, diagnostics),
         required_modules=modules,
         requires_spans={name.value: name.span for name, _ in ecm.dependencies.modules},
@@ -103,8 +112,19 @@ def elaborate_ecm(
         state=perception.state,
         perceivers=perception.perceivers,
         definitions=perception.definitions,
+        names=bound,
     )
     return elaborated if len(diagnostics) == before else None
+
+
+def _requested_access(permissions: declared.Permissions, names: BoundNames) -> Access:
+    """Collect the access that a module asks for, by the site's names."""
+    asked = elaborate_access(permissions)
+    return replace(
+        asked,
+        actuators=site_names(asked.actuators, names.actuators),
+        sensors=site_names(asked.sensors, names.sensors),
+    )
 
 
 def _check_metadata(ecm: declared.Ecm, diagnostics: Diagnostics) -> None:

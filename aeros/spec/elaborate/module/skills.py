@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
+from typing import Final
 
 from aeros.spec.declared import ecm as declared
 from aeros.spec.declared.quantity import Quantity
 from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.elaborate.expressions import elaborate_quantity
 from aeros.spec.elaborate.module.action_conditions import (
     elaborate_action_condition,
@@ -21,6 +23,7 @@ from aeros.spec.elaborate.values import elaborate_state_values, elaborate_value
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import FamilyType, VectorType
 from aeros.spec.expr.units import TIME, format_number, parse_quantity
+from aeros.spec.model.configured import BoundNames, site_names
 from aeros.spec.model.ecm import ActionCondition, Outcome, Skill
 from aeros.spec.model.hold_conditions import MAX_COMBINATIONS, count_combinations, start_condition
 from aeros.spec.model.models import ModuleModel
@@ -29,11 +32,15 @@ from aeros.spec.model.site import Site
 from aeros.spec.model.variables import Declared
 from aeros.spec.text.fields import ExpressionField, MappingField, TextField
 
+ANY_RULE: Final = "any"
+"""Word under `gated` for all invariants that an envelope does not imply, whatever the site calls them."""
+
 
 def elaborate_skill(
     name: TextField,
     skill: declared.Skill,
     site: Site,
+    names: BoundNames,
     models: Mapping[str, ModuleModel],
     diagnostics: Diagnostics,
 ) -> Skill:
@@ -43,18 +50,22 @@ def elaborate_skill(
         name: name of the skill.
         skill: the declared skill.
         site: site under which the module is elaborated.
+        names: the site's names for what the module needs.
         models: models of the module by name.
         diagnostics: receives the faults.
 
     Returns:
         The skill, without the parts that have a fault.
     """
-    return _SkillElaborator(site, models, diagnostics).skill(name, skill)
+    return _SkillElaborator(site, names, models, diagnostics).skill(name, skill)
 
 
 class _SkillElaborator:
-    def __init__(self, site: Site, models: Mapping[str, ModuleModel], diagnostics: Diagnostics) -> None:
+    def __init__(
+        self, site: Site, names: BoundNames, models: Mapping[str, ModuleModel], diagnostics: Diagnostics
+    ) -> None:
         self._site = site
+        self._names = names
         self._models = models
         self._diagnostics = diagnostics
 
@@ -63,11 +74,9 @@ class _SkillElaborator:
         precondition = self._state_condition(skill.precondition, inputs)
         hold = self._hold_condition(skill.hold, inputs)
         outputs = self._outputs(skill.outputs)
+        resources = {**self._site.resources, **dict.fromkeys(self._names.resources)}
         for resource in skill.resources:
-            resolve_name(resource, self._site.resources, "a resource of this site", self._diagnostics)
-        rules = {rule.id: None for rule in self._site.rules}
-        for rule in skill.gated:
-            resolve_name(rule, rules, "an invariant of this site", self._diagnostics)
+            resolve_name(resource, resources, "a resource of this site", self._diagnostics)
         if not skill.envelope:
             self._diagnostics.error(
                 "AE503",
@@ -75,6 +84,7 @@ class _SkillElaborator:
                 name.span,
                 help=("declare its `envelope`",),
             )
+        envelope = elaborate_action_conditions(skill.envelope, inputs, self._site, self._diagnostics)
         module, _, function = skill.entry.value.partition(":")
         return Skill(
             id=name.value,
@@ -83,12 +93,13 @@ class _SkillElaborator:
             inputs=inputs,
             precondition=start_condition(precondition, hold),
             outcomes=self._outcomes(name, skill.outcomes),
-            envelope=elaborate_action_conditions(skill.envelope, inputs, self._site, self._diagnostics),
-            actuators=frozenset(actuator.value for actuator in skill.actuators),
-            resources=frozenset(resource.value for resource in skill.resources),
+            envelope=envelope,
+            actuators=site_names((one.value for one in skill.actuators), self._names.actuators),
+            resources=site_names((one.value for one in skill.resources), self._names.resources),
             risk=Risk[skill.risk.value.upper()],
             timeout=self._timeout(skill),
-            runtime_checked={rule.value: rule.span for rule in skill.gated},
+            runtime_checked=self._runtime_checked(skill, envelope),
+            leaves_any_to_gate=any(rule.value == ANY_RULE for rule in skill.gated),
             span=name.span,
             risk_span=skill.risk.span,
             entry_span=skill.entry.span,
@@ -97,6 +108,21 @@ class _SkillElaborator:
             hold_condition=hold,
             models=self._used_models(skill),
         )
+
+    def _runtime_checked(
+        self, skill: declared.Skill, envelope: Mapping[str, ActionCondition]
+    ) -> dict[str, SourceSpan]:
+        """Return the invariants that are left to the gate; for `any`, each that governs an action."""
+        checked: dict[str, SourceSpan] = {}
+        rules = {rule.id: rule for rule in self._site.rules}
+        for name in skill.gated:
+            if name.value == ANY_RULE:
+                governing = (rule for rule in rules.values() if envelope.keys() & rule.terms.keys())
+                checked |= {rule.id: name.span for rule in governing}
+                continue
+            resolve_name(name, rules, "an invariant of this site", self._diagnostics)
+            checked[name.value] = name.span
+        return checked
 
     def _used_models(self, skill: declared.Skill) -> tuple[str, ...]:
         for name in skill.models:

@@ -17,29 +17,29 @@ DECLARED = {"clean_up": 1, "serve": 2}
 
 
 def test_a_module_is_read_under_the_site_that_is_given() -> None:
-    ecm, site = read_module(BASE / "tidy", BASE / "site.yaml")
+    ecm, site = read_module(BASE / "tidy", BASE / "site.yaml", {})
     assert (ecm.id, site.id) == ("tidy", "bench")
 
 
 def test_without_a_site_it_is_the_reference_site() -> None:
-    ecm, site = read_module(ROOT / "ecms" / "clean_table", None)
+    ecm, site = read_module(ROOT / "ecms" / "clean_table", None, {})
     assert (ecm.id, site.id) == ("clean_table", "panda_cell")
 
 
 def test_a_folder_of_several_modules_names_none() -> None:
     with pytest.raises(UsageError, match=r"ecms` holds several modules; name one"):
-        read_module(ROOT / "ecms", None)
+        read_module(ROOT / "ecms", None, {})
 
 
 def test_a_folder_without_a_module_is_refused(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="AE130"):
-        read_module(tmp_path, BASE / "site.yaml")
+        read_module(tmp_path, BASE / "site.yaml", {})
 
 
 def test_a_site_that_cannot_be_read_is_refused_before_the_module(tmp_path: Path) -> None:
     (tmp_path / "site.yaml").write_text("id: x\n")
     with pytest.raises(UserError) as refused:
-        read_module(tmp_path / "nowhere", tmp_path / "site.yaml")
+        read_module(tmp_path / "nowhere", tmp_path / "site.yaml", {})
     assert {problem.code for problem in refused.value.diagnostics} == {"AE102"}
 
 

@@ -35,7 +35,8 @@ def perceiver(
     timeout: Fraction = Fraction(1, 5),
     memory: int = 64 << 20,
 ) -> Perceiver:
-    return Perceiver("eye", "eye", "see", pictures, readings, rate, provides, timeout, memory, _SPAN, _SPAN)
+    read_as = dict(zip(readings, readings, strict=True))
+    return Perceiver("eye", "eye", "see", pictures, read_as, rate, provides, timeout, memory, _SPAN, _SPAN)
 
 
 def code(body: str, top: str = "") -> CertifiedCode:

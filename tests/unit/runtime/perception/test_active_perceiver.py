@@ -107,7 +107,13 @@ def test_a_picture_or_reading_that_the_site_does_not_offer_is_withheld(asked: tu
 
 
 def test_readings_are_shown_while_they_are_fresh_under_the_names_of_the_module() -> None:
-    watched = Watched(readings=("tool_position", "kettle.water_level", "human_distance"))
+    watched = Watched(
+        read_as={
+            "tool_position": "tool_position",
+            "water_level": "kettle.water_level",
+            "human_distance": "human_distance",
+        }
+    )
     readings = {
         "tool_position": Reading(PLACE, 5.0),
         "kettle.water_level": Reading(0.2, 4.0),
@@ -178,7 +184,7 @@ def test_the_newest_samples_are_kept() -> None:
 
 
 def test_sensors_that_the_module_lacks_are_not_sampled() -> None:
-    watched = Watched(rate=Fraction(10), readings=("human_distance",))
+    watched = Watched(rate=Fraction(10), read_as={"human_distance": "human_distance"})
     watched.one.sample(0.0, {"human_distance": 3.0}, dict)
     watched.update(1.0, 1.0)
     assert watched.runs.views[0].samples == {"human_distance": ()}

@@ -66,7 +66,7 @@ def test_a_program_of_today_writes_these_versions() -> None:
         "crashes": 2,
         "plant-log": 2,
         "memory-database": 4,
-        "registry-database": 3,
+        "registry-database": 4,
         "trace": 2,
     }
 

@@ -14,6 +14,7 @@ from aeros.spec.backends.oracle import Oracle
 from aeros.spec.diagnostics.codes import Diagnostics, Fix, Severity, SpanLabel
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.elaborate.load import load_site
+from aeros.spec.model.operator_settings import OperatorSettings
 from aeros.spec.model.policy import OperatorOverride
 from aeros.spec.model.site import Site
 from aeros.spec.obligations.obligation import Obligation
@@ -88,7 +89,7 @@ def test_a_site_that_cannot_be_read_is_rejected_by_its_path() -> None:
 
 def test_overrides_of_an_operator_are_part_of_the_site() -> None:
     stop = OperatorOverride("no-stop", "a test", None, None, "stop")
-    found, report = examine_site(source(), ORACLE, [stop])
+    found, report = examine_site(source(), ORACLE, OperatorSettings((stop,)))
     assert found is not None
     assert stop in found.blocks
     assert [one.code for one in report.diagnostics] == ["AE602"]
@@ -204,7 +205,7 @@ def test_a_worker_process_finds_what_this_one_finds_without_the_model(
     monkeypatch.setattr(examine, "_WORKER_STATE", {})
     block = OperatorOverride("no-grip", "a test", None, None, "grip")
     path = tidy(tmp_path)
-    examine._init_worker(source(), [block], 1_000_000, 10.0, NEIGHBOURS)
+    examine._init_worker(source(), OperatorSettings((block,)), 1_000_000, 10.0, NEIGHBOURS)
     found = examine._verify_in_worker(path)
     assert done == [(signal.SIGINT, signal.SIG_IGN), "no garbage collection"]
     alone = examine_module(path, bench.with_overrides([block]), ORACLE)

@@ -19,6 +19,7 @@ from aeros.spec.backends.oracle import Oracle
 from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
+from aeros.spec.model.operator_settings import OperatorSettings
 from aeros.spec.model.policy import OperatorOverride
 from aeros.spec.obligations.verdicts import Conclusion
 from aeros.spec.text.digests import text_digest
@@ -162,9 +163,10 @@ def test_another_site_budget_override_or_program_is_examined(
     _brief(modules, store, site)
     verify([modules], SITE, 7, store=store, detail=Detail.BRIEF)
     block = OperatorOverride("no_welder", "it is being repaired", "welder", None, None)
-    for blocks in ([block], [replace(block, reason="it was repaired badly")], [block]):
-        report = verify([modules], SITE, store=store, blocks=blocks, detail=Detail.BRIEF)
-        assert _output_of(report) == _output_of(verify([modules], SITE, blocks=blocks))
+    for one in (block, replace(block, reason="it was repaired badly"), block):
+        settings = OperatorSettings((one,))
+        report = verify([modules], SITE, store=store, settings=settings, detail=Detail.BRIEF)
+        assert _output_of(report) == _output_of(verify([modules], SITE, settings=settings))
     found_in_full = 3 * ["tidy", "sweep"]
     assert len(examined) == 8 + len(found_in_full)
     monkeypatch.setattr(proof_cache, "_program_digest", lambda: "another program")

@@ -1,0 +1,194 @@
+"""Modules that are configured on a robot: bound, set, proved as bound, kept and recorded."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from aeros.runtime.registry.lifecycle import ModuleState
+from aeros.runtime.registry.registry import Registry
+from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.model.configured import ModuleConfiguration
+from tests.unit.runtime.registry.conftest import BASE, Author
+
+NEEDS = """\
+needs:
+  surface: {is: volume, description: the surface to wipe}
+  glide: {is: action, parameters: [target, speed]}
+
+parameters:
+  pace: {type: real, unit: m/s, range: [0.01, 1], default: 200 mm/s}
+
+capabilities:
+"""
+BENCH = ModuleConfiguration({"surface": "bench_top"})
+
+
+@pytest.fixture
+def folder(write: Author) -> Path:
+    """The module `tidy`, for any site with a surface and an action that glides."""
+    return portable(write())
+
+
+def portable(made: Path) -> Path:
+    manifest, code = made / "ecm.yaml", made / "skills.py"
+    text = manifest.read_text().replace("capabilities:\n", NEEDS, 1)
+    old = "move: target in bench_top and speed <= 250 mm/s"
+    assert old in text
+    text = text.replace(old, "glide: target in surface and speed <= pace")
+    manifest.write_text(text.replace("    move: target in bench_top", "    glide: target in surface"))
+    assert 'act("move"' in code.read_text()
+    code.write_text(code.read_text().replace('act("move"', 'act("glide"'))
+    return made
+
+
+def changes(registry: Registry) -> list[str]:
+    records = [json.loads(line) for line in (registry.folder / "audit.jsonl").read_text().splitlines()]
+    return [one["details"]["change"] for one in records if one["event"] == "registry-change"]
+
+
+def refusal(change: object, *arguments: object, **options: object) -> list[str]:
+    assert callable(change)
+    with pytest.raises(UserError) as raised:
+        change(*arguments, **options)
+    return [one.code for one in raised.value.diagnostics]
+
+
+def test_a_module_with_a_choice_is_installed_and_waits_to_be_configured(
+    registry: Registry, folder: Path
+) -> None:
+    assert registry.install(folder).state is ModuleState.INSTALLED
+    assert {one.name: one.value for one in registry.settings("tidy")} == {
+        "surface": "",
+        "glide": "move",
+        "pace": "200 mm/s",
+    }
+    assert registry.configuration()[0].modules == {}
+    assert registry.inactive_modules() == {}
+    assert registry.capabilities(registry.snapshot()) == {"tidy": ("tidying",)}
+    assert registry.skills("tidy") == ("pick_cloth", "rest", "wipe")
+    assert refusal(registry.configure, "tidy") == ["AE136"]
+    assert refusal(registry.activate, "tidy") == ["AE960"]
+    assert registry.snapshot().modules["tidy"].state is ModuleState.INSTALLED
+
+
+def test_it_is_proved_as_bound_and_its_certificate_names_that(registry: Registry, folder: Path) -> None:
+    registry.install(folder)
+    registry.configure("tidy", BENCH)
+    registry.activate("tidy")
+    configuration, _ = registry.configuration()
+    assert configuration.certificates["tidy"].configuration == {
+        "surface": "bench_top",
+        "glide": "move",
+        "pace": "200 mm/s",
+    }
+    assert list(configuration.modules["tidy"].skills["wipe"].envelope) == ["move", "wait"]
+    assert changes(registry)[-2:] == ["configure tidy surface=bench_top", "activate tidy"]
+
+
+def test_settings_hold_until_the_next_and_are_forgotten_on_demand(registry: Registry, folder: Path) -> None:
+    registry.install(folder)
+    registry.configure("tidy", BENCH)
+    slow = registry.configure("tidy", ModuleConfiguration(parameters={"pace": "100 mm/s"}))
+    assert slow.configuration == BENCH.updated(ModuleConfiguration(parameters={"pace": "100 mm/s"}))
+    digest = registry.configuration()[0].digest
+    assert Registry(registry.folder.parent).snapshot().modules["tidy"] == slow
+    again = registry.configure("tidy", BENCH, resets=True)
+    assert again.configuration == BENCH
+    assert registry.configuration()[0].digest == digest  # it is not active
+    assert refusal(registry.configure, "tidy", resets=True) == ["AE136"]
+
+
+@pytest.mark.parametrize(
+    ("settings", "codes"),
+    [
+        (ModuleConfiguration({"surface": "largest_cloth"}), ["AE501"]),  # it is not above the bench
+        (ModuleConfiguration({"surface": "nowhere"}), ["AE136"]),
+        (BENCH.updated(ModuleConfiguration(parameters={"pace": "300 mm/s"})), ["AE501"]),
+        (BENCH.updated(ModuleConfiguration(parameters={"pace": "2 m/s"})), ["AE111"]),
+        (BENCH.updated(ModuleConfiguration(parameters={"place": "1 m/s"})), ["AE122"]),
+    ],
+)
+def test_settings_that_cannot_be_proved_are_refused(
+    registry: Registry, folder: Path, settings: ModuleConfiguration, codes: list[str]
+) -> None:
+    registry.install(folder)
+    before = registry.snapshot()
+    assert set(codes) <= set(refusal(registry.configure, "tidy", settings))
+    assert registry.snapshot() == before
+
+
+def test_an_active_module_is_not_configured_under_the_hand_of_a_run(registry: Registry, folder: Path) -> None:
+    registry.install(folder)
+    registry.configure("tidy", BENCH)
+    registry.activate("tidy")
+    assert refusal(registry.configure, "tidy", BENCH) == ["AE960"]
+
+
+def test_an_upgrade_keeps_the_settings_that_it_still_declares(
+    registry: Registry, folder: Path, write: Author
+) -> None:
+    registry.install(folder)
+    registry.configure("tidy", BENCH.updated(ModuleConfiguration(parameters={"pace": "100 mm/s"})))
+    registry.activate("tidy")
+    newer = portable(write("newer", version="1.1.0"))
+    manifest = newer / "ecm.yaml"
+    manifest.write_text(
+        manifest.read_text()
+        .replace("  pace: {type: real, unit: m/s, range: [0.01, 1], default: 200 mm/s}\n", "")
+        .replace("parameters:\n\n", "")
+        .replace("speed <= pace", "speed <= 250 mm/s")
+    )
+    assert registry.install(newer).configuration == BENCH
+    assert registry.snapshot().modules["tidy"].state is ModuleState.ACTIVE
+
+
+def test_an_upgrade_of_an_active_module_leaves_nothing_open(
+    registry: Registry, folder: Path, write: Author
+) -> None:
+    registry.install(folder)
+    registry.configure("tidy", BENCH)
+    registry.activate("tidy")
+    newer = portable(write("newer", version="1.1.0"))
+    manifest = newer / "ecm.yaml"
+    manifest.write_text(manifest.read_text().replace("surface", "area"))
+    assert refusal(registry.install, newer) == ["AE136"]
+    assert registry.snapshot().modules["tidy"].version == "1.0.0"
+
+
+def test_the_same_files_suit_another_site(registry: Registry, folder: Path, tmp_path: Path) -> None:
+    other = tmp_path / "other.yaml"
+    text = (BASE / "site.yaml").read_text()
+    for old, new in (
+        ("bench_top", "counter"),
+        ("  move:", "  travel:"),
+        ("[move", "[travel"),
+        ("{move:", "{travel:"),
+    ):
+        assert old in text
+        text = text.replace(old, new)
+    other.write_text(text.replace("\npolicy:", "\nmodules:\n  tidy: {bind: {surface: counter}}\n\npolicy:"))
+    registry.install(folder)
+    registry.configure("tidy", BENCH)
+    first = registry.snapshot().modules["tidy"]
+    assert "AE136" in refusal(registry.set_policy, other)  # what the operator said is not at this site
+    registry.configure("tidy", ModuleConfiguration({"surface": "bench_top"}))
+    registry.remove("tidy")
+    registry.set_policy(other)
+    second = registry.install(folder)
+    assert (second.digest, second.configuration) == (first.digest, ModuleConfiguration())
+    registry.configure("tidy")
+    registry.activate("tidy")
+    found = registry.configuration()[0].certificates["tidy"].configuration
+    assert (found["surface"], found["glide"]) == ("counter", "travel")
+
+
+def test_a_repair_puts_the_settings_in_force_again(registry: Registry, folder: Path) -> None:
+    registry.install(folder)
+    configured = registry.configure("tidy", BENCH)
+    (registry.folder / "registry.sqlite3").unlink()
+    repaired = registry.repair()
+    assert repaired is not None
+    assert repaired.modules["tidy"] == configured

@@ -1,0 +1,174 @@
+"""Needs and parameters of a module: bound by the operator, by the site, by name, or as the only choice."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.diagnostics.render import render_text
+from aeros.spec.elaborate.load import decode_manifest, load_ecm, load_site
+from aeros.spec.elaborate.module.needs import ModuleNeeds, Setting, open_settings
+from aeros.spec.expr.unparse import unparse
+from aeros.spec.model.configured import ModuleConfiguration
+from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.site import Site
+from tests.unit.spec.elaborate.faults import CORPUS, TABLE
+
+MODULE = "waits_less_than_allowed"
+NEEDS = """\
+needs:
+  surface: {is: volume}
+  top: {is: constant, unit: m/s}
+
+parameters:
+  pause: {type: real, unit: s, range: [1, 20], default: 10 s}
+  number: {type: int, range: [1, 5], default: 2}
+
+capabilities:
+"""
+
+
+@pytest.fixture
+def site() -> Site:
+    found = load_site(TABLE, Diagnostics())
+    assert found is not None
+    return found
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A module that needs one of two volumes, the only speed, and two parameters."""
+    copied = Path(shutil.copytree(CORPUS / "accepted" / MODULE, tmp_path / MODULE))
+    manifest = copied / "ecm.yaml"
+    text = manifest.read_text()
+    assert text.count("capabilities:\n") == 1
+    assert text.count("wait: duration <= 10 s") == 1
+    text = text.replace("capabilities:\n", NEEDS).replace(
+        "wait: duration <= 10 s", "wait: duration <= pause and number < 3"
+    )
+    manifest.write_text(text)
+    return copied
+
+
+def settings(folder: Path, site: Site) -> dict[str, Setting]:
+    declared = decode_manifest(folder)
+    assert declared is not None
+    return {one.name: one for one in ModuleNeeds(declared, site, Diagnostics()).settings}
+
+
+def elaborated(folder: Path, site: Site) -> tuple[Ecm | None, list[str]]:
+    sink = Diagnostics()
+    found = load_ecm(folder, site, sink)
+    return None if found is None else found.ecm, [render_text(one) for one in sink]
+
+
+def bound(site: Site, **bindings: str) -> Site:
+    return site.with_configurations({MODULE: ModuleConfiguration(bindings)})
+
+
+def test_a_need_with_several_choices_is_open(folder: Path, site: Site) -> None:
+    found = settings(folder, site)
+    assert found["surface"] == Setting("surface", "", ("tabletop", "camera_mast"), False, "", "a volume")
+    assert found["surface"].is_open
+    assert (found["top"].value, found["top"].source) == ("slow", "only choice")
+    assert (found["pause"].value, found["pause"].source) == ("10 s", "default")
+    ecm, problems = elaborated(folder, site)
+    assert ecm is None
+    assert len(problems) == 1
+    assert "--bind waits_less_than_allowed.surface=tabletop" in problems[0]
+
+
+def test_the_operator_comes_before_the_site_file(folder: Path, site: Site) -> None:
+    of_file = replace(
+        site, configurations={MODULE: ModuleConfiguration({"surface": "tabletop"}, {"pause": "3 s"})}
+    )
+    ecm, problems = elaborated(folder, of_file)
+    assert problems == []
+    assert ecm is not None
+    assert ecm.configuration == {"surface": "tabletop", "top": "slow", "pause": "3 s", "number": "2"}
+    ecm, _ = elaborated(folder, bound(of_file, surface="camera_mast"))
+    assert ecm is not None
+    assert ecm.configuration["surface"] == "camera_mast"
+    assert ecm.configuration["pause"] == "3 s"
+
+
+def test_a_need_of_the_name_of_a_thing_is_bound_to_it_unless_another_is_chosen(
+    folder: Path, site: Site
+) -> None:
+    manifest = folder / "ecm.yaml"
+    manifest.write_text(manifest.read_text().replace("surface:", "tabletop:"))
+    assert settings(folder, site)["tabletop"].source == "same name"
+    other = bound(site, tabletop="camera_mast")
+    declared = decode_manifest(folder)
+    assert declared is not None
+    needs = ModuleNeeds(declared, other, Diagnostics())
+    assert needs.names.bindings["tabletop"] == "camera_mast"
+    assert needs.site.volumes["tabletop"] == site.volumes["camera_mast"]  # the module's word
+    assert other.volumes == site.volumes  # the site's words stay
+
+
+def test_parameters_are_constants_of_the_module(folder: Path, site: Site) -> None:
+    ecm, problems = elaborated(folder, bound(site, surface="tabletop"))
+    assert problems == []
+    assert ecm is not None
+    assert unparse(ecm.skills["tidy"].envelope["wait"].term) == "(duration <= 10 s) and (2 < 3)"
+
+
+@pytest.mark.parametrize(
+    ("value", "code"),
+    [
+        ("21 s", "AE111"),
+        ("0.5 s", "AE111"),
+        ("3 N", "AE204"),
+        ("3", "AE204"),
+        ("3 s +", "AE201"),
+        ("joint_angle", "AE202"),
+        ("nonsense", "AE202"),
+        ("1e400 s", "AE111"),
+        ("-3 s", "AE111"),
+    ],
+)
+def test_a_value_that_a_parameter_cannot_have_is_shown_where_it_was_given(
+    folder: Path, site: Site, value: str, code: str
+) -> None:
+    given = ModuleConfiguration({"surface": "tabletop"}, {"pause": value})
+    ecm, problems = elaborated(folder, site.with_configurations({MODULE: given}))
+    assert ecm is None
+    assert len(problems) == 1
+    assert f"[{code}" in problems[0]
+    assert "--set pause:1:" in problems[0]
+
+
+def test_a_whole_number_stays_whole(folder: Path, site: Site) -> None:
+    given = ModuleConfiguration({"surface": "tabletop"}, {"number": "2.5"})
+    ecm, problems = elaborated(folder, site.with_configurations({MODULE: given}))
+    assert ecm is None
+    assert "--set number:1:" in problems[0]
+
+
+@pytest.mark.parametrize("value", ["slow", "tools", "panel", "surface", "TABLETOP", "table"])
+def test_a_binding_to_what_does_not_suit_is_refused(folder: Path, site: Site, value: str) -> None:
+    ecm, problems = elaborated(folder, bound(site, surface=value))
+    assert ecm is None
+    assert f"`{value}` is not one" in problems[0]
+
+
+def test_a_setting_that_the_module_does_not_declare_is_refused(folder: Path, site: Site) -> None:
+    given = ModuleConfiguration({"surface": "tabletop", "surfaces": "x"}, {"pauses": "1 s"})
+    ecm, problems = elaborated(folder, site.with_configurations({MODULE: given}))
+    assert ecm is None
+    assert ["did you mean `surface`?" in problems[0], "did you mean `pause`?" in problems[1]] == [True, True]
+
+
+def test_open_settings_are_those_that_an_operator_can_close(folder: Path, site: Site) -> None:
+    declared = decode_manifest(folder)
+    assert declared is not None
+    assert [one.name for one in open_settings(declared, site)] == ["surface"]
+    assert open_settings(declared, bound(site, surface="tabletop")) == ()
+    without = decode_manifest(CORPUS / "accepted" / MODULE)
+    assert without is not None
+    assert open_settings(without, site) == ()
