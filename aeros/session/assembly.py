@@ -40,6 +40,7 @@ from aeros.runtime.perception.perceiver_run import OpenPerceiver
 from aeros.runtime.perception.perceiving_plant import PerceivingPlant
 from aeros.runtime.ports import Plant
 from aeros.runtime.skills.in_process_run import OpenRun
+from aeros.runtime.tools.tool_plant import ToolPlant
 from aeros.session.bag import open_bag
 from aeros.session.setup import AUDIT, open_isolated_skills
 from aeros.session.trace import TRACE, TraceWriter
@@ -157,11 +158,13 @@ def build_executor(
         AuditError: The log cannot be written, or it is to be resumed and belongs to another site.
     """
     on_close: Callable[[], None] | None = None
-    # Only a governor can bring modules later.
+    followed = FixedGovernor(configuration) if governor is None else governor
+    # Only a governor can bring modules and tools later.
+    if governor is not None or any(kind.tool for kind in configuration.site.kinds.values()):
+        plant = ToolPlant(plant, followed, audit.append)
     if governor is not None or any(
         ecm.perceivers or ecm.definitions for ecm in configuration.modules.values()
     ):
-        followed = FixedGovernor(configuration) if governor is None else governor
         plant = perceiving = PerceivingPlant(plant, followed, open_perceiver, audit.append)
         on_close = perceiving.close_perceivers
     return Executor(

@@ -31,10 +31,15 @@ def _begin_obligation(code: ModuleSource) -> TheoremObligation:
             yield ask("in-force")
 
         ecm = SimpleNamespace(
-            id="m", manifest_digest=SymbolicValue("manifest", ask), code_digest=SymbolicValue("code", ask)
+            id="m",
+            manifest_digest=SymbolicValue("manifest", ask),
+            code_digest=SymbolicValue("code", ask),
+            configuration=SymbolicValue("bound", ask),
         )
         now = SimpleNamespace(
-            manifest_digest=SymbolicValue("manifest-now", ask), code_digest=SymbolicValue("code-now", ask)
+            manifest_digest=SymbolicValue("manifest-now", ask),
+            code_digest=SymbolicValue("code-now", ask),
+            configuration=SymbolicValue("bound-now", ask),
         )
         command = governor.OperatorCommand.STOP if ask("stopped") else governor.OperatorCommand.RUN
         followed = governor.FollowedConfiguration.__new__(governor.FollowedConfiguration)
@@ -68,16 +73,16 @@ def _begin_obligation(code: ModuleSource) -> TheoremObligation:
         "unheld",
         "unheld-now",
     )
-    numbers = ("latest", "followed", "manifest", "manifest-now", "code", "code-now")
+    numbers = ("latest", "followed", "manifest", "manifest-now", "code", "code-now", "bound", "bound-now")
     return TheoremObligation(
-        "`StepControl.run_skill` begins an action only where the module is in force with the same manifest\n"
-        "and code, nobody stops it, what it is to be held to is measured, and the configuration followed is\n"
-        "the latest: asked while it holds the lock.",
+        "`StepControl.run_skill` begins an action only where the module is in force with the same manifest,\n"
+        "code and configuration, nobody stops it, what it is to be held to is measured, and the\n"
+        "configuration followed is the latest: asked while it holds the lock.",
         (
             *(f"(declare-const {one} Bool)" for one in flags),
             *(f"(declare-const {one} Int)" for one in numbers),
         ),
-        "(=> begins (and active (= manifest manifest-now) (= code code-now) (not stopped)"
+        "(=> begins (and active (= manifest manifest-now) (= code code-now) (= bound bound-now) (not stopped)"
         " (not unheld) (not unheld-now) (ite moving (= followed latest) in-force)))",
         tables=(SymbolicFunction("begins", "Bool", execute_symbolically(run)),),
     )

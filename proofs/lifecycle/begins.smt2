@@ -1,6 +1,6 @@
-; `StepControl.run_skill` begins an action only where the module is in force with the same manifest
-; and code, nobody stops it, what it is to be held to is measured, and the configuration followed is
-; the latest: asked while it holds the lock.
+; `StepControl.run_skill` begins an action only where the module is in force with the same manifest,
+; code and configuration, nobody stops it, what it is to be held to is measured, and the
+; configuration followed is the latest: asked while it holds the lock.
 ; unsat: proved
 (set-logic ALL)
 (declare-const in-force Bool)
@@ -17,18 +17,21 @@
 (declare-const manifest-now Int)
 (declare-const code Int)
 (declare-const code-now Int)
+(declare-const bound Int)
+(declare-const bound-now Int)
 (define-fun begins.0 () Bool (ite unheld-now false true))
 (define-fun begins.1 () Bool (ite (= followed latest) begins.0 false))
 (define-fun begins.2 () Bool (ite in-force begins.0 false))
 (define-fun begins.3 () Bool (ite moving begins.1 begins.2))
-(define-fun begins.4 () Bool (ite (= code-now code) begins.3 false))
-(define-fun begins.5 () Bool (ite (= manifest-now manifest) begins.4 false))
-(define-fun begins.6 () Bool (ite active begins.5 false))
-(define-fun begins.7 () Bool (ite unheld false begins.6))
-(define-fun begins.8 () Bool (ite held-back false begins.6))
-(define-fun begins.9 () Bool (ite unheld false begins.8))
-(define-fun begins.10 () Bool (ite asked-before begins.7 begins.9))
-(define-fun begins.11 () Bool (ite stopped false begins.10))
-(define-fun begins () Bool begins.11)
-(assert (! (not (=> begins (and active (= manifest manifest-now) (= code code-now) (not stopped) (not unheld) (not unheld-now) (ite moving (= followed latest) in-force)))) :named negated-conclusion))
+(define-fun begins.4 () Bool (ite (= bound-now bound) begins.3 false))
+(define-fun begins.5 () Bool (ite (= code-now code) begins.4 false))
+(define-fun begins.6 () Bool (ite (= manifest-now manifest) begins.5 false))
+(define-fun begins.7 () Bool (ite active begins.6 false))
+(define-fun begins.8 () Bool (ite unheld false begins.7))
+(define-fun begins.9 () Bool (ite held-back false begins.7))
+(define-fun begins.10 () Bool (ite unheld false begins.9))
+(define-fun begins.11 () Bool (ite asked-before begins.8 begins.10))
+(define-fun begins.12 () Bool (ite stopped false begins.11))
+(define-fun begins () Bool begins.12)
+(assert (! (not (=> begins (and active (= manifest manifest-now) (= code code-now) (= bound bound-now) (not stopped) (not unheld) (not unheld-now) (ite moving (= followed latest) in-force)))) :named negated-conclusion))
 (check-sat)

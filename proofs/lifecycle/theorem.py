@@ -57,6 +57,13 @@ THEOREM = Theorem(
             "if action is None:",
         ),
         Mutant(
+            "goes-on-with-what-was-bound-before",
+            "begins",
+            GOVERNOR,
+            "return now is not None and (now.manifest_digest, now.code_digest, now.configuration) == was",
+            "return now is not None and (now.manifest_digest, now.code_digest) == was[:2]",
+        ),
+        Mutant(
             "takes-over-under-what-moves",
             "follows",
             GOVERNOR,

@@ -159,13 +159,13 @@ class FollowedConfiguration:
             ecm: the module as it was when its step started.
 
         Returns:
-            True if the same module, with the same manifest and code, is active now.
+            True if the same module, with the same manifest, code and configuration, is active now.
         """
         now = self.configuration.modules.get(ecm.id)
         if now is ecm:
             return True
-        was = (ecm.manifest_digest, ecm.code_digest)
-        return now is not None and (now.manifest_digest, now.code_digest) == was
+        was = (ecm.manifest_digest, ecm.code_digest, ecm.configuration)
+        return now is not None and (now.manifest_digest, now.code_digest, now.configuration) == was
 
     def hold(self) -> bool:
         """Keep changes of the configuration from completing until `release`.

@@ -31,7 +31,7 @@ from aeros.runtime.ports import (
 from aeros.skill import Action
 from aeros.spec.diagnostics.errors import UserError
 
-_PerceiverKey = tuple[str, str, str, str, str]
+_PerceiverKey = tuple[str, ...]
 
 
 class PerceivingPlant:
@@ -186,7 +186,9 @@ class PerceivingPlant:
                 for name, definition in ecm.definitions.items():
                     definitions[name] = ActiveDefinition(definition, site)
                 for perceiver in ecm.perceivers.values():
-                    key = (ecm.id, perceiver.id, ecm.code_digest, ecm.manifest_digest, site.digest)
+                    bound = tuple(part for one in sorted(ecm.configuration.items()) for part in one)
+                    digests = (ecm.code_digest, ecm.manifest_digest, site.digest)
+                    key = (ecm.id, perceiver.id, *digests, *bound)
                     running = self._perceivers.pop(key) if key in self._perceivers else None
                     found[key] = (
                         ActivePerceiver(site, ecm, perceiver, self._open, self._record)

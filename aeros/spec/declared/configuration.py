@@ -11,7 +11,7 @@ from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.text.fields import ChoiceField, ExpressionField, MappingField, TextField
 
 NeedWord = ChoiceField[
-    Literal["volume", "variable", "constant", "camera", "action", "actuator", "sensor", "resource"]
+    Literal["volume", "variable", "constant", "camera", "action", "tool", "actuator", "sensor", "resource"]
 ]
 """Sort of thing that a module may need of a site."""
 
@@ -27,7 +27,8 @@ class Need:
     span: SourceSpan
     is_: NeedWord = field(
         metadata={
-            "doc": "`volume`, `variable`, `constant`, `camera`, `action`, `actuator`, `sensor` or `resource`"
+            "doc": "`volume`, `variable`, `constant`, `camera`, `action`, `tool`, `actuator`, `sensor` "
+            "or `resource`"
         }
     )
     type: TextField | None = field(
@@ -44,7 +45,7 @@ class Need:
         default=None, metadata={"doc": "the volume that a camera must see, by the module's name for it"}
     )
     parameters: tuple[Identifier, ...] = field(
-        default=(), metadata={"doc": "the parameters that an action must have"}
+        default=(), metadata={"doc": "the parameters that an action or tool must have"}
     )
     description: TextField | None = field(default=None, metadata={"doc": "its meaning, for people"})
 

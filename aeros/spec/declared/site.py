@@ -14,6 +14,7 @@ from aeros.spec.declared.motion import MotionPolicy
 from aeros.spec.declared.perception import Camera
 from aeros.spec.declared.policy import Policy
 from aeros.spec.declared.quantity import Quantity
+from aeros.spec.declared.tools import Tool
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.text.fields import (
     BooleanField,
@@ -107,6 +108,13 @@ class ActionKind:
         default=None, metadata={"doc": "`true` for the protective stop, which every state must allow"}
     )
     parameters: Named[Quantity] = field(default=MappingField(), metadata={"doc": "typed parameters"})
+    tool: Tool | None = field(
+        default=None,
+        metadata={
+            "doc": "the service that carries it out, if it is not the robot, as in "
+            "`tool: {http: http://127.0.0.1:8080/time, timeout: 2 s, answers: [cooking_time]}`"
+        },
+    )
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,7 @@ from aeros.spec.elaborate.policy import (
     policy_spans,
 )
 from aeros.spec.elaborate.rules import ElaboratedRules, check_unique_ids, elaborate_rules
+from aeros.spec.elaborate.tools import check_rules_read_no_answers
 from aeros.spec.elaborate.vocabulary import check_protective_stop, elaborate_vocabulary
 from aeros.spec.model.configured import ModuleConfiguration
 from aeros.spec.model.policy import Durability
@@ -53,6 +54,8 @@ def elaborate_site(site: declared.Site, digest: str, diagnostics: Diagnostics) -
         shared = elaborate_shared_variables(policy.perception, vocabulary, diagnostics)
         cameras = elaborate_cameras(site, vocabulary, diagnostics)
         rules = elaborate_rules(site, vocabulary, diagnostics)
+        tools = {name: kind.tool for name, kind in vocabulary.kinds.items() if kind.tool is not None}
+        check_rules_read_no_answers(tools, rules.rules, rules.joint_rules, rules.histories, diagnostics)
         for access in (policy.access, *(access for _, access in policy.grants)):
             check_access(access, vocabulary, cameras, diagnostics)
     limits = elaborate_limits(policy.limits, diagnostics)

@@ -11,6 +11,7 @@ from aeros.spec.elaborate.expressions import elaborate_number, elaborate_quantit
 from aeros.spec.elaborate.names import check_name_is_free
 from aeros.spec.elaborate.quantities import elaborate_state, elaborate_variable
 from aeros.spec.elaborate.scopes import constant_scope
+from aeros.spec.elaborate.tools import elaborate_tool
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import AxisAlignedBox
 from aeros.spec.expr.types import EnumType, FamilyType, RealType
@@ -199,6 +200,7 @@ class _VocabularyElaborator:
             kind.protective is not None and kind.protective.value,
             parameters,
             name.span,
+            elaborate_tool(name, kind, self.vocabulary.state, self._diagnostics),
         )
 
     def _claim(self, name: TextField, what: str, meaning: str) -> bool:

@@ -8,6 +8,7 @@ from enum import IntEnum
 
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
+from aeros.spec.model.tools import Tool
 from aeros.spec.model.variables import Declared
 
 
@@ -30,6 +31,7 @@ class ActionKind:
         protective: True for the protective stop, which every state must allow.
         parameters: declared parameters by name.
         span: place in the site file.
+        tool: service that carries it out; None if the robot does.
     """
 
     name: str
@@ -38,6 +40,7 @@ class ActionKind:
     protective: bool
     parameters: Mapping[str, Declared]
     span: SourceSpan
+    tool: Tool | None = None
 
 
 @dataclass(frozen=True)

@@ -103,9 +103,8 @@ class ModuleNeeds:
 
     def _bound_names(self, bindings: Mapping[str, str], texts: Mapping[str, str]) -> BoundNames:
         site = self._given
-        variables, cameras, kinds = (
-            self._of_sort(bindings, sort) for sort in ("variable", "camera", "action")
-        )
+        variables, cameras = (self._of_sort(bindings, sort) for sort in ("variable", "camera"))
+        kinds = self._of_sort(bindings, "action", "tool")
         sensors: dict[str, tuple[str, ...]] = {
             name: (one,) for name, one in self._of_sort(bindings, "sensor").items()
         }

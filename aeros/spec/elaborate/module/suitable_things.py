@@ -20,6 +20,7 @@ _FIELDS: Final = {
     "constant": {"unit", "offers"},
     "camera": {"sees", "offers"},
     "action": {"parameters"},
+    "tool": {"parameters"},
     "actuator": set[str](),
     "sensor": set[str](),
     "resource": set[str](),
@@ -70,7 +71,9 @@ def things_of_sort(site: Site, sort: str) -> Mapping[str, object]:
         case "camera":
             return dict.fromkeys(site.enums[CAMERAS].members) if CAMERAS in site.enums else {}
         case "action":
-            return site.kinds
+            return {name: kind for name, kind in site.kinds.items() if kind.tool is None}
+        case "tool":
+            return {name: kind for name, kind in site.kinds.items() if kind.tool is not None}
         case "actuator":
             return dict.fromkeys(sorted(one for kind in site.kinds.values() for one in kind.actuators))
         case "sensor":
@@ -99,7 +102,7 @@ def suitable_things(site: Site, need: declared.Need, seen: str, diagnostics: Dia
     asked = {parameter.value for parameter in need.parameters}
     found = []
     for one in things_of_sort(site, sort):
-        has_parameters = sort != "action" or asked <= site.kinds[one].parameters.keys()
+        has_parameters = sort not in ("action", "tool") or asked <= site.kinds[one].parameters.keys()
         offers = need.offers is None or need.offers.value in site.offers.get(one, ())
         sees = not seen or (one in site.cameras and seen in site.cameras[one].sees)
         if has_parameters and offers and sees and has_type(_type_of(site, sort, one)):

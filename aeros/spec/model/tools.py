@@ -1,0 +1,62 @@
+"""Tools: services that carry out actions of some kinds.  `elaborate` builds them; the runtime calls them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+
+@dataclass(frozen=True)
+class HttpService:
+    """A service that is called with POST, a JSON object each way.
+
+    Attributes:
+        url: its address.
+        token: environment variable that holds a bearer token; None for none.
+    """
+
+    url: str
+    token: str | None = None
+
+
+@dataclass(frozen=True)
+class Program:
+    """A program that is started for each call: JSON on its standard input, and on its standard output.
+
+    Attributes:
+        command: the program and its arguments.
+    """
+
+    command: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class McpService:
+    """A tool of a server of the Model Context Protocol.
+
+    Attributes:
+        tool: name of the tool.
+        command: the program that serves on its standard input and output; empty if it has an address.
+        url: address of a running server; empty if it is started.
+        token: environment variable that holds a bearer token; None for none.
+    """
+
+    tool: str
+    command: tuple[str, ...] = ()
+    url: str = ""
+    token: str | None = None
+
+
+@dataclass(frozen=True)
+class Tool:
+    """The service that carries out actions of one kind.
+
+    Attributes:
+        service: the service, and how it is reached.
+        timeout: greatest real time of one call, s.
+        answers: names of the state variables that an answer may set.
+    """
+
+    service: HttpService | Program | McpService
+    timeout: Fraction
+    answers: tuple[str, ...]

@@ -1,0 +1,116 @@
+"""Tools of a site: services that could be relied on, and answers that no invariant reads."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from pathlib import Path
+
+import pytest
+
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_site
+from aeros.spec.model.tools import HttpService, McpService, Program, Tool
+from tests.unit.spec.elaborate.faults import TABLE, messages_of_site
+
+STATE = (
+    "  fetched: {",
+    "  recipe: {type: real, unit: s, range: [0, 60], sensor: ask, max_age: 9 s}\n  fetched: {",
+)
+HTTP = "{http: http://127.0.0.1:8080/time, timeout: 2 s, answers: [recipe]}"
+RULE = "require: not stop_pressed"
+
+
+def kind(tool: str, more: str = "") -> tuple[str, str]:
+    return (
+        "actions:\n  stop:",
+        f"actions:\n  ask:\n    description: ask\n    risk: low\n    tool: {tool}\n{more}  stop:",
+    )
+
+
+@pytest.mark.parametrize(
+    ("tool", "service"),
+    [
+        (HTTP, HttpService("http://127.0.0.1:8080/time")),
+        (
+            "{http: 'https://cook.example/t', token: COOK, timeout: 2 s, answers: [recipe]}",
+            HttpService("https://cook.example/t", "COOK"),
+        ),
+        (
+            "{program: [/usr/bin/ask, --time], timeout: 2 s, answers: [recipe]}",
+            Program(("/usr/bin/ask", "--time")),
+        ),
+        (
+            "{mcp: {tool: time, command: [cook, serve]}, timeout: 2 s, answers: [recipe]}",
+            McpService("time", ("cook", "serve")),
+        ),
+        (
+            "{mcp: {tool: time, url: 'http://localhost/mcp'}, token: T, timeout: 2 s, answers: [recipe]}",
+            McpService("time", (), "http://localhost/mcp", "T"),
+        ),
+    ],
+)
+def test_a_tool_is_one_service(
+    tmp_path: Path, tool: str, service: HttpService | Program | McpService
+) -> None:
+    text = TABLE.read_text()
+    for old, new in (STATE, kind(tool)):
+        assert text.count(old) == 1
+        text = text.replace(old, new)
+    path = tmp_path / "site.yaml"
+    path.write_text(text)
+    sink = Diagnostics()
+    site = load_site(path, sink)
+    assert list(sink) == []
+    assert site is not None
+    assert site.kinds["ask"].tool == Tool(service, Fraction(2), ("recipe",))
+
+
+@pytest.mark.parametrize(
+    ("tool", "message"),
+    [
+        ("{timeout: 2 s, answers: [recipe]}", "it has one of `http`, `program` and `mcp`"),
+        (
+            "{http: http://127.0.0.1/, program: [ask], timeout: 2 s, answers: [recipe]}",
+            "it has one of `http`, `program` and `mcp`",
+        ),
+        ("{mcp: {tool: t}, timeout: 2 s, answers: [recipe]}", "either `command` or `url`"),
+        (
+            "{mcp: {tool: t, command: [a], url: 'http://localhost'}, timeout: 2 s, answers: [recipe]}",
+            "either `command` or `url`",
+        ),
+        ("{http: 'http://cook.example/t', timeout: 2 s, answers: [recipe]}", "is not on this machine"),
+        ("{mcp: {tool: t, url: 'http://10.0.0.1/'}, timeout: 2 s, answers: [recipe]}", "is not on this"),
+        ("{http: 'ftp://localhost/', timeout: 2 s, answers: [recipe]}", "is not an address of HTTP"),
+        ("{http: 'https://me:pw@localhost/', timeout: 2 s, answers: [recipe]}", "without a password"),
+        ("{http: 'https://local host/', timeout: 2 s, answers: [recipe]}", "is not an address of HTTP"),
+        ("{http: 'https://localhost:99999/', timeout: 2 s, answers: [recipe]}", "is not an address of HTTP"),
+        ("{program: [ask], timeout: 0 s, answers: [recipe]}", "above 0 s and at most 60 s"),
+        ("{program: [ask], timeout: 61 s, answers: [recipe]}", "above 0 s and at most 60 s"),
+        ("{program: [ask], timeout: 2 N, answers: [recipe]}", "error[AE204]"),
+        ("{program: [ask], timeout: 2 s, answers: [recipe, recipes]}", "error[AE122]"),
+        ("{program: [ask], timeout: 2 s, answers: [recipe, load]}", "`load` is measured by `encoders`"),
+        ("{program: [ask], timeout: 2 s, answers: []}", "no answer sets `recipe`"),
+        ("{program: [ask], token: T, timeout: 2 s, answers: [recipe]}", "names an environment variable"),
+        (
+            "{http: 'https://a/', token: t-1, timeout: 2 s, answers: [recipe]}",
+            "names an environment variable",
+        ),
+    ],
+)
+def test_a_tool_that_could_not_be_relied_on_is_refused(tmp_path: Path, tool: str, message: str) -> None:
+    found = messages_of_site(tmp_path, STATE, kind(tool))
+    assert any(message in one for one in found), found
+
+
+def test_a_tool_moves_nothing(tmp_path: Path) -> None:
+    found = messages_of_site(tmp_path, STATE, kind(HTTP, "    actuators: [arm]\n"))
+    assert ["can move no actuator" in one for one in found] == [True]
+
+
+@pytest.mark.parametrize(
+    "condition",
+    ["not stop_pressed and recipe < 50 s", "not stop_pressed and not once within 1 s recipe > 50 s"],
+)
+def test_no_invariant_reads_an_answer(tmp_path: Path, condition: str) -> None:
+    found = messages_of_site(tmp_path, STATE, kind(HTTP), (RULE, f'require: "{condition}"'))
+    assert [one for one in found if "the invariant `stop-button` reads `recipe`" in one], found
