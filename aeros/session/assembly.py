@@ -13,11 +13,11 @@ moving when the audit log closes.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple, TextIO
+from typing import Any, NamedTuple, TextIO
 
 from aeros.agent.agent import MEMORY_FILE, Agent, open_temporary_agent, start_agent
 from aeros.agent.execution.journal import AgentEvent, Observer
@@ -35,10 +35,12 @@ from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.gate import CompiledGate, GateMode
 from aeros.runtime.gate.port import Gate
 from aeros.runtime.isolation.run_factory import SkillRunFactory
+from aeros.runtime.perception.active_perceiver import RecordEvent
 from aeros.runtime.perception.open_perceiver import open_by_policy, open_in_process
 from aeros.runtime.perception.perceiver_run import OpenPerceiver
 from aeros.runtime.perception.perceiving_plant import PerceivingPlant
 from aeros.runtime.ports import Plant
+from aeros.runtime.records.failed_measurements import failure_text
 from aeros.runtime.skills.in_process_run import OpenRun
 from aeros.runtime.tools.tool_plant import ToolPlant
 from aeros.session.bag import open_bag
@@ -136,6 +138,7 @@ def build_executor(
     governor: Governor | None = None,
     listeners: Sequence[MeasurementListener] = (),
     open_perceiver: OpenPerceiver = open_in_process,
+    observe: Observer | None = None,
     is_resumed: bool = False,
 ) -> Executor:
     """Join configuration, gate, plant, audit log, skills and perceivers.
@@ -149,6 +152,7 @@ def build_executor(
         governor: Returns the configuration in force; None to keep `configuration`.
         listeners: Called with measurements, also with those of perceivers.
         open_perceiver: Opens runs of perceivers.
+        observe: Called with each measurement that failed; None for no observer.
         is_resumed: True to continue the session in the audit log.
 
     Returns:
@@ -159,13 +163,14 @@ def build_executor(
     """
     on_close: Callable[[], None] | None = None
     followed = FixedGovernor(configuration) if governor is None else governor
+    record = audit.append if observe is None else _observed_record(audit, plant, observe)
     # Only a governor can bring modules and tools later.
     if governor is not None or any(kind.tool for kind in configuration.site.kinds.values()):
-        plant = ToolPlant(plant, followed, audit.append)
+        plant = ToolPlant(plant, followed, record)
     if governor is not None or any(
         ecm.perceivers or ecm.definitions for ecm in configuration.modules.values()
     ):
-        plant = perceiving = PerceivingPlant(plant, followed, open_perceiver, audit.append)
+        plant = perceiving = PerceivingPlant(plant, followed, open_perceiver, record)
         on_close = perceiving.close_perceivers
     return Executor(
         configuration,
@@ -177,6 +182,18 @@ def build_executor(
         resumed=is_resumed,
         on_close=on_close,
     )
+
+
+def _observed_record(audit: AuditLog, plant: Plant, observe: Observer) -> RecordEvent:
+    """Return the function that records events of perceivers and tools, and shows failures to the observer."""
+
+    def record(event: str, details: Mapping[str, Any]) -> None:
+        audit.append(event, details)
+        text = failure_text(event, details)
+        if text:
+            observe(AgentEvent(event, text, details, plant.now()))
+
+    return record
 
 
 @contextmanager
@@ -240,6 +257,7 @@ def open_agent(setup: SessionSetup, recorded: RecordedPlant, governor: Governor)
         governor=governor,
         listeners=recorded.listeners,
         open_perceiver=open_by_policy(recorded.skills),
+        observe=observe,
         is_resumed=setup.is_resumed,
     ) as executor:
         recorded.audit.append("isolation", recorded.skills.audit_details())

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 from aeros.apps.stop_text import stop_text
+from aeros.apps.why.failed_measurements import failures_before
 from aeros.runtime.audit.check import Record
 from aeros.spec.expr.shortfall import UnmetBound
 from aeros.spec.migrations.renamed_names import current_event
@@ -247,6 +248,9 @@ class RunLog:
         yield CausalLink(step.end_index, text, judged if deeper and step.failed else _causes(details))
         if step.failed:
             yield from deeper
+            module = step.skill.partition(".")[0]
+            for at, failure in failures_before(self._records, step.start_index, step.end_index, module):
+                yield CausalLink(at, failure)
 
     def _last_before(self, place: int, event: str, skill: str) -> int | None:
         return next(

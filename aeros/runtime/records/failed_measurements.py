@@ -1,0 +1,30 @@
+"""Text about measurements that failed: a perceiver or a tool gave no values that could be used."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+PERCEIVER_FAILED: Final = "perceiver-failed"
+TOOL_FAILED: Final = "tool-failed"
+
+
+def failure_text(event: str, details: Mapping[str, Any]) -> str:
+    """Describe a failed measurement in one line.
+
+    Args:
+        event: kind of the event.
+        details: its data.
+
+    Returns:
+        The line; empty for an event of another kind.
+    """
+    if event == PERCEIVER_FAILED:
+        source = f"perceiver `{details.get('module')}.{details.get('perceiver')}`"
+    elif event == TOOL_FAILED:
+        source = f"tool `{details.get('tool')}`"
+    else:
+        return ""
+    names = details.get("unknown")
+    unknown = ", ".join(map(str, names)) if isinstance(names, list) else ""
+    return f"{source} failed: {details.get('reason')}" + (f"; unknown: {unknown}" if unknown else "")
