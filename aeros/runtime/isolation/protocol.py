@@ -19,6 +19,7 @@ from typing import Final
 import msgspec
 
 from aeros.models.interface import ModelPackage
+from aeros.runtime.isolation.limits import MEMORY
 
 MAX_RESPONSE_BYTES: Final = 64 * 1024
 """Limit on the bytes of one response of a worker; an action takes about a hundred."""
@@ -60,6 +61,7 @@ class LoadSkill(WorkerMessage, frozen=True):
         function: name of the generator function.
         inputs: inputs of the skill by name, SI.
         models: the models that the skill declares.
+        memory: greatest memory beyond the zygote's, bytes.
     """
 
     layers: tuple[str, ...]
@@ -70,6 +72,7 @@ class LoadSkill(WorkerMessage, frozen=True):
     function: str
     inputs: dict[str, JsonValue | tuple[JsonValue, ...]]
     models: tuple[ModelPackage, ...] = ()
+    memory: int = MEMORY
 
 
 class ResumeSkill(WorkerMessage, frozen=True):

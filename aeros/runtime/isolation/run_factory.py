@@ -6,6 +6,7 @@ import ast
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import lru_cache
 from importlib.util import find_spec
+from pathlib import Path
 from typing import Any, Final, Self
 
 from aeros.models.load import modules_to_preload
@@ -16,7 +17,7 @@ from aeros.runtime.skills.contract import SkillRefusedError
 from aeros.runtime.skills.in_process_run import SkillRunProtocol, run_in_process
 from aeros.runtime.skills.load import certified_code, certified_files
 from aeros.spec.model.ecm import Ecm, Skill
-from aeros.spec.model.policy import IsolationPolicy
+from aeros.spec.model.policy import IsolationPolicy, WorkerLimits
 from aeros.spec.model.site import Site
 from aeros.spec.obligations.skill_syntax.allowed_names import ALLOWED_MODULES
 
@@ -42,7 +43,7 @@ class SkillRunFactory:
         make_pool: makes a pool of zygotes that have the given Python modules imported.
 
     Raises:
-        SkillRefusedError: a module cannot be isolated here.
+        SkillRefusedError: a module cannot be isolated here, or asks for a device that is not here.
     """
 
     def __init__(
@@ -52,6 +53,9 @@ class SkillRunFactory:
         make_pool: Callable[[Sequence[str]], ZygotePool] | None = None,
     ) -> None:
         self._policy = site.isolation
+        modules = tuple(modules)
+        for ecm in modules:
+            require_devices(site, ecm)
         self._make_pool = make_pool or ZygotePool
         self._pools: dict[tuple[str, ...], ZygotePool] = {}
         self._isolated = [ecm for ecm in modules if ecm.id not in self._policy.trusted_modules]
@@ -68,13 +72,17 @@ class SkillRunFactory:
         """Implement `OpenRun`.
 
         Raises:
-            SkillRefusedError: the host lacks a required isolation layer.
+            SkillRefusedError: the host lacks a required isolation layer, or a device.
         """
+        require_devices(site, ecm)
         if ecm.id in site.isolation.trusted_modules:
             return run_in_process(site, ecm, skill, inputs)
         code = certified_code(ecm, skill)
         pool, layers = self.pool_and_layers(site, ecm, _preload_modules(ecm))
-        return IsolatedRun(pool, layers, code, inputs, float(site.isolation.answer_timeout_s))
+        policy = site.isolation
+        limits = ecm.worker or WorkerLimits(policy.memory, policy.answer_timeout_s)
+        within = float(min(limits.answer_within, policy.answer_timeout_s))
+        return IsolatedRun(pool, layers, code, inputs, within, min(limits.memory, policy.memory))
 
     def pool_and_layers(
         self, site: Site, ecm: Ecm, preload: tuple[str, ...]
@@ -161,6 +169,23 @@ class SkillRunFactory:
         """Return the layers that `policy` requires and this host lacks, each with the reason."""
         why = {layer.value: missing for layer, missing in self._missing.items() if missing is not None}
         return {name: why[name] for name in sorted(policy.required_layers) if name in why}
+
+
+def require_devices(site: Site, ecm: Ecm) -> None:
+    """Require that this computer has every computing device that a module asks for.
+
+    Args:
+        site: the site, which says how a device shows.
+        ecm: the module.
+
+    Raises:
+        SkillRefusedError: the site does not know a device, or its file is missing here.
+    """
+    for name in sorted(ecm.requested_access.compute):
+        file = site.devices.get(name)
+        if file is None or not Path(file).exists():
+            where = "the site declares no such device" if file is None else f"this computer has no `{file}`"
+            raise SkillRefusedError(f"module `{ecm.id}` needs `{name}`, and {where}")
 
 
 def _format_missing_layers(lacking: Mapping[str, str]) -> str:

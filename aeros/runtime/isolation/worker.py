@@ -106,7 +106,7 @@ class _Worker:
 
     def _handle_load(self, load: LoadSkill) -> WorkerResponse:
         try:
-            apply_layers([IsolationLayer(name) for name in load.layers], self._channel)
+            apply_layers([IsolationLayer(name) for name in load.layers], self._channel, load.memory)
         except OSError as failure:
             return SkillRejected(
                 load.token, sanitize_text(f"a layer of isolation cannot be applied: {failure}")

@@ -242,6 +242,26 @@ class Task:
 
 
 @dataclass(frozen=True)
+class WorkerLimits:
+    """Limits on the process of each of its skills, within those of the site.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    memory: TextField | None = field(
+        default=None, metadata={"doc": "the memory that it needs at most, as in `memory: 64 MiB`"}
+    )
+    answer_within: TextField | None = field(
+        default=None,
+        metadata={
+            "doc": "the real time that it needs at most before each action, as in `answer_within: 1 s`"
+        },
+    )
+
+
+@dataclass(frozen=True)
 class Permissions(Access):
     """Permissions (P): the access that the module asks for, and the largest set of its actions."""
 
@@ -250,6 +270,11 @@ class Permissions(Access):
         metadata={
             "doc": "the widest set of actions that its skills may ask for, as in `grip: force <= 15 N`"
         },
+    )
+    worker: WorkerLimits | None = field(
+        default=None,
+        kw_only=True,
+        metadata={"doc": "limits on the processes of its skills; those of the site if absent"},
     )
 
 

@@ -134,6 +134,10 @@ class IsolationPolicy:
         default=None,
         metadata={"doc": "the time limit for skill code before each action, as in `answer_within: 5 s`"},
     )
+    memory: TextField | None = field(
+        default=None,
+        metadata={"doc": "the most memory of the process of a skill; 256 MiB if absent"},
+    )
 
 
 @dataclass(frozen=True)

@@ -204,3 +204,10 @@ class Site:
             "`modules: {clean_pot: {bind: {surface: bench}, set: {force: 6 N}}}`"
         },
     )
+    compute: Named[TextField] = field(
+        default=MappingField(),
+        metadata={
+            "doc": "computing devices that modules may ask for, with the device file that a computer has, "
+            "as in `compute: {gpu: /dev/nvidia0}`"
+        },
+    )

@@ -239,6 +239,10 @@ def _isolation_changes(old: Site, new: Site) -> Iterator[PolicyChange]:
     longer = after.answer_timeout_s > before.answer_timeout_s
     relation = bounds_relation(longer, after.answer_timeout_s < before.answer_timeout_s)
     yield finite_change("policy/isolation/answer_within", relation, headline, *places)
+    shown = [str(one.memory >> 20) for one in (before, after)]
+    headline = f"the process of a skill may have {shown[1]} MiB; the limit was {shown[0]} MiB"
+    relation = bounds_relation(after.memory > before.memory, after.memory < before.memory)
+    yield finite_change("policy/isolation/memory", relation, headline, *places)
 
 
 def _mcp_changes(old: Site, new: Site) -> Iterator[PolicyChange]:

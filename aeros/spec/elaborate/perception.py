@@ -6,7 +6,6 @@ a variable of another if the site shares it and the module requires the other.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
@@ -18,7 +17,7 @@ from aeros.spec.declared import site as declared_site
 from aeros.spec.diagnostics.codes import Diagnostics, SpanLabel, did_you_mean
 from aeros.spec.elaborate.expressions import elaborate_expression, elaborate_quantity
 from aeros.spec.elaborate.names import check_name_is_free, meanings_of_names, resolve_name
-from aeros.spec.elaborate.quantities import elaborate_module_variable
+from aeros.spec.elaborate.quantities import elaborate_memory, elaborate_module_variable
 from aeros.spec.elaborate.scopes import state_scope
 from aeros.spec.elaborate.vocabulary import SiteVocabulary
 from aeros.spec.expr.types import BoolType
@@ -31,8 +30,6 @@ from aeros.spec.text.fields import ExpressionField, TextField
 
 MAX_RATE: Final = 1000
 """Greatest rate at which readings are sampled, 1/s."""
-
-_MEMORY: Final = re.compile(r"([1-9][0-9]{0,5}) ?(MiB|GiB)")
 
 
 def elaborate_shared_variables(
@@ -87,7 +84,11 @@ def elaborate_perception_policy(
         for name, quantity in policy.shared
         if quantity.in_invariants is not None and quantity.in_invariants.value
     )
-    memory = usual.memory if policy.memory is None else _memory(policy.memory, diagnostics) or usual.memory
+    memory = (
+        usual.memory
+        if policy.memory is None
+        else elaborate_memory(policy.memory, diagnostics) or usual.memory
+    )
     return PerceptionPolicy(shared, in_invariants, timeout, memory)
 
 
@@ -212,7 +213,7 @@ class ModulePerception:
         self, name: TextField, perceiver: declared.Perceiver, own: Mapping[str, None], site: Site
     ) -> Perceiver:
         timeout = elaborate_quantity(perceiver.timeout, TIME, self._diagnostics) or Fraction(0)
-        memory = _memory(perceiver.memory, self._diagnostics) or 0
+        memory = elaborate_memory(perceiver.memory, self._diagnostics) or 0
         limits = site.perception
         if not 0 < timeout <= limits.timeout:
             allowed = f"{format_number(limits.timeout)} s"
@@ -345,13 +346,3 @@ def _difference(mine: Declared, shared: Declared) -> str:
     if shared.uncertainty is not None and (mine.uncertainty or 0) > shared.uncertainty:
         return f"an uncertainty of at most {format_quantity(shared.uncertainty, shared.unit)}"
     return ""
-
-
-def _memory(text: TextField, diagnostics: Diagnostics) -> int | None:
-    """Elaborate an amount of memory, bytes."""
-    match = _MEMORY.fullmatch(text.value)
-    if match is None:
-        headline = f"`{text.value}` is not an amount of memory"
-        diagnostics.error("AE207", headline, text.span, help=("write it like `256 MiB` or `1 GiB`",))
-        return None
-    return int(match[1]) << (20 if match[2] == "MiB" else 30)

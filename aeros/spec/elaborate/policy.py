@@ -6,15 +6,17 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from fractions import Fraction
 
+from aeros.spec.declared import ecm as declared_ecm
 from aeros.spec.declared import policy as declared
 from aeros.spec.declared.site import Site
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.elaborate.expressions import elaborate_quantity
 from aeros.spec.elaborate.names import resolve_site_name
+from aeros.spec.elaborate.quantities import elaborate_memory
 from aeros.spec.elaborate.rules import resolve_kinds
 from aeros.spec.elaborate.vocabulary import SiteVocabulary
-from aeros.spec.expr.units import TIME
+from aeros.spec.expr.units import TIME, format_number
 from aeros.spec.model.perception import SiteCamera
 from aeros.spec.model.policy import (
     Access,
@@ -24,6 +26,7 @@ from aeros.spec.model.policy import (
     ModuleLimits,
     OperatorOverride,
     Quota,
+    WorkerLimits,
 )
 from aeros.spec.text.fields import TextField
 
@@ -47,14 +50,16 @@ def check_access(
     access: declared.Access,
     vocabulary: SiteVocabulary,
     cameras: Mapping[str, SiteCamera],
+    devices: Mapping[str, str],
     diagnostics: Diagnostics,
 ) -> None:
-    """Check that an access list names actuators and sensors of the site.
+    """Check that an access list names actuators, sensors and computing devices of the site.
 
     Args:
         access: declared lists of actuators, sensors, channels and computing devices.
         vocabulary: vocabulary of the site, without faults.
         cameras: cameras of the site by name.
+        devices: device files of its computing devices by name.
         diagnostics: receives the faults.
     """
     actuators = {name for kind in vocabulary.kinds.values() for name in kind.actuators}
@@ -66,6 +71,8 @@ def check_access(
     for name in access.sensors:
         known = dict.fromkeys(sensors, True)
         resolve_site_name(name, known, "a sensor of any state variable or camera", diagnostics)
+    for name in access.compute:
+        resolve_site_name(name, devices, "a device under `compute` of the site", diagnostics)
 
 
 def elaborate_limits(limits: declared.ModuleLimits, diagnostics: Diagnostics) -> ModuleLimits:
@@ -181,7 +188,38 @@ def elaborate_isolation(
         isolation.missing is None or isolation.missing.value == "refuse",
         frozenset(name.value for name in isolation.trusted),
         within or usual.answer_timeout_s,
+        usual.memory if isolation.memory is None else elaborate_memory(isolation.memory, diagnostics) or 0,
     )
+
+
+def elaborate_worker_limits(
+    worker: declared_ecm.WorkerLimits | None, isolation: IsolationPolicy, diagnostics: Diagnostics
+) -> WorkerLimits | None:
+    """Elaborate the limits of a module on the processes of its skills.
+
+    Args:
+        worker: declared limits; None for those of the site.
+        isolation: limits of the site, which they may not exceed.
+        diagnostics: receives the faults.
+
+    Returns:
+        The limits; None for those of the site, and after a report.
+    """
+    if worker is None:
+        return None
+    memory, within = isolation.memory, isolation.answer_timeout_s
+    if worker.memory is not None:
+        memory = elaborate_memory(worker.memory, diagnostics) or 0
+        if memory > isolation.memory:
+            headline = f"this site allows the process of a skill at most {isolation.memory >> 20} MiB"
+            diagnostics.error("AE129", headline, worker.memory.span)
+    if worker.answer_within is not None:
+        within = elaborate_quantity(worker.answer_within, TIME, diagnostics) or Fraction(0)
+        if not 0 < within <= isolation.answer_timeout_s:
+            most = format_number(isolation.answer_timeout_s)
+            headline = f"skill code has above 0 s and at most {most} s before each action at this site"
+            diagnostics.error("AE129", headline, worker.answer_within.span)
+    return WorkerLimits(memory, within)
 
 
 def elaborate_mcp(mcp: declared.McpPolicy | None) -> McpPolicy:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
+from typing import Final
 
 from aeros.spec.declared import site as declared
 from aeros.spec.declared.perception import ModuleVariable
@@ -27,6 +29,7 @@ from aeros.spec.model.variables import Declared
 from aeros.spec.text.fields import NumberField, TextField
 
 Enums = Mapping[str, EnumType]
+_MEMORY: Final = re.compile(r"([1-9][0-9]{0,5}) ?(MiB|GiB)")
 _TYPES = ("bool", "int", "real", "vec3")
 
 
@@ -204,3 +207,21 @@ def _range(
         )
         return None
     return numbers[0].value * unit.factor, numbers[1].value * unit.factor
+
+
+def elaborate_memory(text: TextField, diagnostics: Diagnostics) -> int | None:
+    """Elaborate an amount of memory.
+
+    Args:
+        text: the amount, as in `256 MiB`.
+        diagnostics: receives the fault.
+
+    Returns:
+        Bytes; None after reporting that it is none.
+    """
+    match = _MEMORY.fullmatch(text.value)
+    if match is None:
+        headline = f"`{text.value}` is not an amount of memory"
+        diagnostics.error("AE207", headline, text.span, help=("write it like `256 MiB` or `1 GiB`",))
+        return None
+    return int(match[1]) << (20 if match[2] == "MiB" else 30)

@@ -50,6 +50,7 @@ def elaborate_site(site: declared.Site, digest: str, diagnostics: Diagnostics) -
     check_unique_ids(site, diagnostics)
     rules, policy, motion = ElaboratedRules(), site.policy, None
     shared, cameras = {}, {}
+    devices = _devices(site, diagnostics)
     if is_whole:
         shared = elaborate_shared_variables(policy.perception, vocabulary, diagnostics)
         cameras = elaborate_cameras(site, vocabulary, diagnostics)
@@ -57,7 +58,7 @@ def elaborate_site(site: declared.Site, digest: str, diagnostics: Diagnostics) -
         tools = {name: kind.tool for name, kind in vocabulary.kinds.items() if kind.tool is not None}
         check_rules_read_no_answers(tools, rules.rules, rules.joint_rules, rules.histories, diagnostics)
         for access in (policy.access, *(access for _, access in policy.grants)):
-            check_access(access, vocabulary, cameras, diagnostics)
+            check_access(access, vocabulary, cameras, devices, diagnostics)
     limits = elaborate_limits(policy.limits, diagnostics)
     blocks = elaborate_overrides(policy.blocks, vocabulary, diagnostics)
     quotas = elaborate_quotas(policy.quotas, vocabulary, diagnostics)
@@ -99,7 +100,19 @@ def elaborate_site(site: declared.Site, digest: str, diagnostics: Diagnostics) -
         perception=perception,
         offers=_offers(site),
         configurations={name.value: _configuration(one) for name, one in site.modules},
+        devices=devices,
     )
+
+
+def _devices(site: declared.Site, diagnostics: Diagnostics) -> dict[str, str]:
+    """Collect the device file of each computing device; report one that is no absolute path in `/dev`."""
+    for name, path in site.compute:
+        if not path.value.startswith("/dev/") or ".." in path.value:
+            headline = (
+                f"`{path.value}` is not a device file, so no computer could show that it has `{name.value}`"
+            )
+            diagnostics.error("AE112", headline, path.span, help=("as in `gpu: /dev/nvidia0`",))
+    return {name.value: path.value for name, path in site.compute}
 
 
 def _offers(site: declared.Site) -> dict[str, frozenset[str]]:

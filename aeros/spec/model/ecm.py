@@ -16,7 +16,7 @@ from aeros.spec.model.composition import Composition, Step
 from aeros.spec.model.configured import BoundNames
 from aeros.spec.model.models import ModuleModel
 from aeros.spec.model.perception import Definition, Perceiver
-from aeros.spec.model.policy import Access
+from aeros.spec.model.policy import Access, WorkerLimits
 from aeros.spec.model.rules import Conjunct, Risk
 from aeros.spec.model.step_graph import map_graph_steps, steps_of
 from aeros.spec.model.variables import Declared
@@ -279,6 +279,7 @@ class Ecm:
         capability_spans: place of each of these.
         foreign: skills and capabilities of other modules that its steps may name.
         names: the site's names for what it needs, and the values of its parameters.
+        worker: limits on the processes of its skills; None for those of the site.
     """
 
     id: str
@@ -308,6 +309,7 @@ class Ecm:
     capability_spans: Mapping[str, SourceSpan] = field(default_factory=dict)
     foreign: ForeignNames = field(default_factory=ForeignNames)
     names: BoundNames = field(default_factory=BoundNames)
+    worker: WorkerLimits | None = None
 
     @property
     def configuration(self) -> Mapping[str, str]:

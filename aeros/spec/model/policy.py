@@ -133,12 +133,27 @@ class IsolationPolicy:
         refuses_missing: a host that lacks one runs no isolated module; otherwise it only warns.
         trusted_modules: modules whose code runs in the runtime's own process.
         answer_timeout_s: seconds that skill code may compute before each action.
+        memory: bytes that the process of a skill may map, beyond those of its interpreter.
     """
 
     required_layers: frozenset[str] = frozenset(("landlock", "seccomp", "rlimits"))
     refuses_missing: bool = True
     trusted_modules: frozenset[str] = frozenset()
     answer_timeout_s: Fraction = Fraction(5)
+    memory: int = 2**28
+
+
+@dataclass(frozen=True)
+class WorkerLimits:
+    """Limits on the process of a skill.
+
+    Attributes:
+        memory: bytes that it may map, beyond those of its interpreter.
+        answer_within: seconds of real time that it may compute before each action.
+    """
+
+    memory: int
+    answer_within: Fraction
 
 
 class Execute(Enum):

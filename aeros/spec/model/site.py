@@ -66,6 +66,7 @@ class Site:
         perception: rights of perceivers, and to what they measure.
         offers: uses that modules may make of a thing, by its name.
         configurations: settings of modules, by module.
+        devices: device file of each computing device, by its name.
     """
 
     id: str
@@ -97,6 +98,7 @@ class Site:
     perception: PerceptionPolicy = field(default_factory=PerceptionPolicy)
     offers: Mapping[str, frozenset[str]] = field(default_factory=dict)
     configurations: Mapping[str, ModuleConfiguration] = field(default_factory=dict)
+    devices: Mapping[str, str] = field(default_factory=dict)
 
     @cached_property
     def observed_variables(self) -> Mapping[str, Declared]:

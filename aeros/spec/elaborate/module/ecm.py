@@ -20,7 +20,7 @@ from aeros.spec.elaborate.module.skills import elaborate_skill
 from aeros.spec.elaborate.module.tasks import elaborate_tasks
 from aeros.spec.elaborate.names import resolve_name
 from aeros.spec.elaborate.perception import ModulePerception
-from aeros.spec.elaborate.policy import elaborate_access
+from aeros.spec.elaborate.policy import elaborate_access, elaborate_worker_limits
 from aeros.spec.model.configured import BoundNames, site_names
 from aeros.spec.model.ecm import Ecm, ForeignNames
 from aeros.spec.model.policy import Access
@@ -113,6 +113,7 @@ def elaborate_ecm(
         perceivers=perception.perceivers,
         definitions=perception.definitions,
         names=bound,
+        worker=elaborate_worker_limits(ecm.permissions.worker, site.isolation, diagnostics),
     )
     return elaborated if len(diagnostics) == before else None
 

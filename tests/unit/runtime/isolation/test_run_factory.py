@@ -28,7 +28,7 @@ from aeros.runtime.skills.in_process_run import InProcessRun
 from aeros.sim.fake import FakePlant
 from aeros.skill import Action, act
 from aeros.spec.model.ecm import Ecm
-from aeros.spec.model.policy import IsolationPolicy
+from aeros.spec.model.policy import IsolationPolicy, WorkerLimits
 from aeros.spec.model.site import Site
 from tests.host_layers import require_layers
 
@@ -222,3 +222,56 @@ def test_a_module_that_may_not_run_here_is_refused_as_a_step(
     assert result.status is StepStatus.REFUSED
     assert "seccomp: no such call" in result.reason
     assert plant.executed == []
+
+
+HOARD = (
+    "def lift(observed, inputs):\n    kept = bytearray(96 << 20)\n    yield act('move', h=float(len(kept)))\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("of_module", "of_site", "is_enough"),
+    [(256, 256, True), (32, 256, False), (256, 32, False), (None, 32, False), (None, 256, True)],
+)
+def test_a_skill_has_the_memory_of_its_module_within_that_of_the_site(
+    site: Site, make_ecm: Any, nursery: ZygotePool, of_module: int | None, of_site: int, *, is_enough: bool
+) -> None:
+    worker = None if of_module is None else WorkerLimits(of_module << 20, Fraction(5))
+    ecm = replace(make_ecm(f"from aeros.skill import act\n{HOARD}"), worker=worker)
+    limited = replace(site, isolation=IsolationPolicy(memory=of_site << 20))
+    run = SkillRunFactory(limited, [ecm], lambda preload: nursery)(limited, ecm, ecm.skills["lift"], INPUTS)
+    found = run.resume({}, 1.0)
+    run.close()
+    assert isinstance(found, Action) == is_enough
+    if not isinstance(found, Action):
+        assert found.status is StepStatus.RAISED
+        assert "MemoryError" in found.reason
+
+
+def test_a_skill_has_the_time_of_its_module_before_each_action(
+    site: Site, make_ecm: Any, nursery: ZygotePool
+) -> None:
+    ecm = replace(make_ecm(SPIN), worker=WorkerLimits(2**28, Fraction(1, 4)))
+    run = SkillRunFactory(site, [ecm], lambda preload: nursery)(site, ecm, ecm.skills["lift"], INPUTS)
+    found = run.resume({}, 30.0)
+    assert not isinstance(found, Action)
+    assert (found.status, "within 0.25 s" in found.reason) == (StepStatus.TIMED_OUT, True)
+
+
+@pytest.mark.parametrize(
+    ("devices", "reason"),
+    [({}, "the site declares no such device"), ({"gpu": "/dev/no-gpu"}, "has no `/dev/no-gpu`")],
+)
+def test_a_module_that_needs_a_device_runs_only_where_it_is(
+    site: Site, make_ecm: Any, nursery: ZygotePool, devices: dict[str, str], reason: str
+) -> None:
+    ecm = make_ecm(CODE)
+    ecm = replace(ecm, requested_access=replace(ecm.requested_access, compute=frozenset({"gpu"})))
+    here = replace(site, devices={"gpu": "/dev/null"})
+    runs = SkillRunFactory(here, [ecm], lambda preload: nursery)
+    runs(here, ecm, ecm.skills["lift"], INPUTS).close()
+    elsewhere = replace(site, devices=devices)
+    with pytest.raises(SkillRefusedError, match=f"needs `gpu`, and .*{reason}"):
+        runs(elsewhere, ecm, ecm.skills["lift"], INPUTS)
+    with pytest.raises(SkillRefusedError, match="needs `gpu`"):
+        SkillRunFactory(elsewhere, [ecm], lambda preload: nursery)

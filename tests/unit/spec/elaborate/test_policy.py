@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.unit.spec.elaborate.faults import messages_of_site
+from tests.unit.spec.elaborate.faults import messages_of_module, messages_of_site
 
 
 def test_a_limit_beyond_every_double_is_refused(tmp_path: Path) -> None:
@@ -36,3 +36,35 @@ def test_a_planner_has_some_time_and_no_more_than_an_hour(tmp_path: Path, planni
 def test_a_fault_of_the_policy_is_reported(tmp_path: Path, edit: tuple[str, str], message: str) -> None:
     found = messages_of_site(tmp_path, edit)
     assert any(message in line for line in found), found
+
+
+@pytest.mark.parametrize(
+    ("worker", "message"),
+    [
+        ("{memory: 257 MiB}", "this site allows the process of a skill at most 256 MiB"),
+        ("{memory: 64 MB}", "`64 MB` is not an amount of memory"),
+        ("{answer_within: 6 s}", "skill code has above 0 s and at most 5 s before each action"),
+        ("{answer_within: 0 s}", "skill code has above 0 s and at most 5 s before each action"),
+        ("{answer_within: 2 N}", "error[AE204]"),
+    ],
+)
+def test_a_module_asks_for_no_more_than_the_site_allows(tmp_path: Path, worker: str, message: str) -> None:
+    (found,) = messages_of_module(tmp_path, ("permissions:\n", f"permissions:\n  worker: {worker}\n"))
+    assert message in found
+
+
+@pytest.mark.parametrize("worker", ["{}", "{memory: 256 MiB}", "{memory: 64 MiB, answer_within: 500 ms}"])
+def test_a_module_may_ask_for_less(tmp_path: Path, worker: str) -> None:
+    assert messages_of_module(tmp_path, ("permissions:\n", f"permissions:\n  worker: {worker}\n")) == []
+
+
+def test_a_computing_device_has_a_file_by_which_it_shows(tmp_path: Path) -> None:
+    device = "\ncompute: {gpu: PATH}\n\nresources: {"
+    granted = ("actuators: [arm, turntable]", "actuators: [arm, turntable]\n    compute: [gpu]")
+    edit = "\nresources: {"
+    assert messages_of_site(tmp_path, granted, (edit, device.replace("PATH", "/dev/nvidia0"))) == []
+    (unknown,) = messages_of_site(tmp_path, granted)
+    assert "`gpu` is not a device under `compute` of the site" in unknown
+    for path in ("nvidia0", "/dev/../etc/passwd", "/usr/lib/gpu"):
+        (found,) = messages_of_site(tmp_path, granted, (edit, device.replace("PATH", path)))
+        assert "is not a device file" in found

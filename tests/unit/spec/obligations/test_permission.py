@@ -136,7 +136,8 @@ def test_a_sensor_without_permission_is_refused_wherever_a_condition_of_the_modu
 def test_access_to_channels_and_computing_devices_must_be_granted_too() -> None:
     asked = (PERMITTED, f"{PERMITTED}  channels: [announcements]\n  compute: [gpu]\n")
     granted = (GRANTED, f"{GRANTED}    channels: [announcements]\n    compute: [gpu]\n")
-    assert faults(asked, at=(granted,)) == {}
+    device = ("\nresources: {arm: 1", "\ncompute: {gpu: /dev/nvidia0}\n\nresources: {arm: 1")
+    assert faults(asked, at=(granted, device)) == {}
     assert faults(asked) == {"access/channels": "AE404", "access/compute": "AE404"}
 
 
