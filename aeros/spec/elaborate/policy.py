@@ -214,8 +214,9 @@ def elaborate_worker_limits(
             headline = f"this site allows the process of a skill at most {isolation.memory >> 20} MiB"
             diagnostics.error("AE129", headline, worker.memory.span)
     if worker.answer_within is not None:
-        within = elaborate_quantity(worker.answer_within, TIME, diagnostics) or Fraction(0)
-        if not 0 < within <= isolation.answer_timeout_s:
+        asked = elaborate_quantity(worker.answer_within, TIME, diagnostics)
+        within = Fraction(0) if asked is None else asked
+        if asked is not None and not 0 < asked <= isolation.answer_timeout_s:
             most = format_number(isolation.answer_timeout_s)
             headline = f"skill code has above 0 s and at most {most} s before each action at this site"
             diagnostics.error("AE129", headline, worker.answer_within.span)

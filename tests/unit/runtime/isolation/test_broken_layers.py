@@ -66,8 +66,9 @@ _INSTALL = "    process_control(_PR_SET_SECCOMP, _MODE_FILTER, ctypes.byref(prog
 _LIMIT = "        resource.setrlimit(limit, (value, value))"
 _APPLY = """        if layer in requested:
             apply(*arguments.get(layer, ()))"""
-_LAYERED = """            apply_layers([IsolationLayer(name) for name in load.layers], self._channel)
-"""
+_LAYERED = (
+    "            apply_layers([IsolationLayer(name) for name in load.layers], self._channel, load.memory)\n"
+)
 _LOADED = (
     "            self._function = "
     "execute_skill(load.module, load.name, load.source, load.path, load.function)\n"

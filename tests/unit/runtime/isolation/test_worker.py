@@ -45,7 +45,7 @@ def lift(observed, inputs):
 def locked(monkeypatch: pytest.MonkeyPatch) -> list[list[IsolationLayer]]:
     """The layers that workers put on; none is put on this process, whose search path comes back."""
     found: list[list[IsolationLayer]] = []
-    monkeypatch.setattr(module, "apply_layers", lambda layers, _: found.append(layers))
+    monkeypatch.setattr(module, "apply_layers", lambda layers, *_: found.append(layers))
     monkeypatch.setattr(sys, "path", list(sys.path))
     monkeypatch.setattr(sys, "path_importer_cache", dict(sys.path_importer_cache))
     return found
