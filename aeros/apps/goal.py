@@ -8,13 +8,10 @@ from aeros.exit_codes import UsageError
 from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean
 from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.diagnostics.render import escape_invisible
-from aeros.spec.diagnostics.source import Source
-from aeros.spec.elaborate.expressions import elaborate_condition, elaborate_constant
+from aeros.spec.elaborate.expressions import elaborate_condition, elaborate_constant, expression_of_argument
 from aeros.spec.elaborate.scopes import constant_scope, state_scope
 from aeros.spec.model.ecm import ActionCondition
 from aeros.spec.model.site import Site
-from aeros.spec.text.fields import ExpressionField
-from aeros.spec.text.nodes import ScalarNode
 
 
 def parse_goal(text: str, site: Site) -> ActionCondition:
@@ -32,7 +29,7 @@ def parse_goal(text: str, site: Site) -> ActionCondition:
         InternalError: A fault of AEROS: a condition was refused without a diagnostic.
     """
     sink = Diagnostics()
-    expression = _argument("--goal", text)
+    expression = expression_of_argument("--goal", text)
     found = elaborate_condition(expression, state_scope(site), sink)
     sink.raise_if_errors()
     if found is None:
@@ -63,12 +60,7 @@ def parse_value(name: str, text: str, site: Site) -> Any:
     if text == "unknown":
         return None
     sink = Diagnostics()
-    expression = _argument(f"--initial {name}", text)
+    expression = expression_of_argument(f"--initial {name}", text)
     value = elaborate_constant(expression, constant_scope(site), sink, declared.variable.type)
     sink.raise_if_errors()
     return value
-
-
-def _argument(path: str, text: str) -> ExpressionField:
-    span = Source(path, text).span(0, len(text))
-    return ExpressionField(text, span, ScalarNode(text, span))

@@ -35,12 +35,11 @@ from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.gate import CompiledGate, GateMode
 from aeros.runtime.gate.port import Gate
 from aeros.runtime.isolation.run_factory import SkillRunFactory
-from aeros.runtime.perception.active_perceiver import RecordEvent
 from aeros.runtime.perception.open_perceiver import open_by_policy, open_in_process
 from aeros.runtime.perception.perceiver_run import OpenPerceiver
 from aeros.runtime.perception.perceiving_plant import PerceivingPlant
 from aeros.runtime.ports import Plant
-from aeros.runtime.records.failed_measurements import failure_text
+from aeros.runtime.records.failed_measurements import RecordEvent, failure_text
 from aeros.runtime.skills.in_process_run import OpenRun
 from aeros.runtime.tools.tool_plant import ToolPlant
 from aeros.session.bag import open_bag

@@ -16,6 +16,7 @@ from aeros.runtime.perception.perceiver_run import (
 )
 from aeros.runtime.perception.value_check import InvalidValuesError, PerceivedValueCheck
 from aeros.runtime.ports import CameraPicture, Reading, Readings
+from aeros.runtime.records.failed_measurements import RecordEvent
 from aeros.runtime.skills.contract import SkillRefusedError
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.perception import Perceiver
@@ -32,9 +33,6 @@ LAST_BACK_OFF: Final = 30.0
 
 _ROUNDING: Final = 1e-9
 """Share of a period by which a tick may come before a sample is due: ticks are rounded."""
-
-RecordEvent = Callable[[str, Mapping[str, Any]], object]
-"""Writes an event with its details into the audit record."""
 
 
 class ActivePerceiver:

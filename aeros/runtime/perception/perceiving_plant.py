@@ -14,7 +14,7 @@ from typing import Any
 from aeros.runtime.execution.governor import Governor
 from aeros.runtime.isolation.isolated_run import MIN_RESPONSE_TIMEOUT_S
 from aeros.runtime.perception.active_definition import ActiveDefinition
-from aeros.runtime.perception.active_perceiver import ActivePerceiver, RecordEvent
+from aeros.runtime.perception.active_perceiver import ActivePerceiver
 from aeros.runtime.perception.perceiver_run import OpenPerceiver
 from aeros.runtime.ports import (
     CameraPicture,
@@ -28,6 +28,7 @@ from aeros.runtime.ports import (
     announce_stop,
     newest_pictures,
 )
+from aeros.runtime.records.failed_measurements import RecordEvent
 from aeros.skill import Action
 from aeros.spec.diagnostics.errors import UserError
 

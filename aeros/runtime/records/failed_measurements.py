@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, Final
+
+RecordEvent = Callable[[str, Mapping[str, Any]], object]
+"""Writes an event of perceivers or tools, with its details, into the audit record."""
 
 PERCEIVER_FAILED: Final = "perceiver-failed"
 TOOL_FAILED: Final = "tool-failed"

@@ -30,6 +30,7 @@ from aeros.runtime.ports import (
     announce_stop,
     newest_pictures,
 )
+from aeros.runtime.records.failed_measurements import RecordEvent
 from aeros.runtime.tools.answer import check_answer
 from aeros.runtime.tools.exchange import ToolError
 from aeros.runtime.tools.service import ServiceCall, open_service
@@ -42,9 +43,6 @@ POLL_S: Final = 0.02
 """Time between two looks at calls under way, s."""
 
 _DONE: Final = MotionCompletion(completed=True)
-
-RecordEvent = Callable[[str, Mapping[str, Any]], object]
-"""Writes an event with its details into the audit record."""
 
 
 @dataclass
@@ -175,19 +173,18 @@ class ToolPlant:
 
     def _wait(self, monitor: Monitor) -> dict[MotionHandle, MotionCompletion]:
         """Wait until a call ends, while the simulator's clock stands still."""
-        while True:
+        while self._calls:
             ended = self._collect()
             if ended:
                 return ended
             reason = monitor(self._plant.now(), self._plant.observe())
             if reason is not None and reason != BACK_OFF:
-                announce_stop(monitor, reason, self._plant.now())
                 broken = MotionCompletion(completed=False, reason=f"monitor:{reason}")
                 over = dict.fromkeys((*self._calls, *self._under_way), broken)
                 self.stop()
                 return over
-            if self._calls:
-                next(iter(self._calls.values())).ended.wait(POLL_S)
+            next(iter(self._calls.values())).ended.wait(POLL_S)
+        return {}  # everything was stopped meanwhile
 
     def _advance_in_slices(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
         """Let time go on, and look at the calls between two slices of it."""

@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import Any, NamedTuple, TypeVar
 
 from aeros.spec.diagnostics.codes import Diagnostics, SpanLabel
-from aeros.spec.diagnostics.source import SourceSpan
+from aeros.spec.diagnostics.source import Source, SourceSpan
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.doubles import double_problem
 from aeros.spec.expr.parser import ExpressionSyntaxError, parse
@@ -19,9 +19,24 @@ from aeros.spec.expr.types import BOOL, RealType, Type
 from aeros.spec.expr.units import Dimension, Unit, parse_quantity, parse_unit
 from aeros.spec.model.rules import Conjunct
 from aeros.spec.text.fields import ExpressionField, TextField
+from aeros.spec.text.nodes import ScalarNode
 from aeros.spec.text.scalar_positions import sub_span
 
 _T = TypeVar("_T")
+
+
+def expression_of_argument(name: str, text: str) -> ExpressionField:
+    """Make an expression of a text that was given on the command line; faults are underlined in the text.
+
+    Args:
+        name: the option, which messages show in place of a file.
+        text: the text.
+
+    Returns:
+        The expression.
+    """
+    span = Source(name, text).span(0, len(text))
+    return ExpressionField(text, span, ScalarNode(text, span))
 
 
 def elaborate_expression(

@@ -8,13 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from fractions import Fraction
-from typing import Any, cast
+from typing import Any
 
 from aeros.spec.declared import configuration as declared
 from aeros.spec.declared import ecm as declared_ecm
 from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean
-from aeros.spec.diagnostics.source import Source, SourceSpan
+from aeros.spec.elaborate.expressions import expression_of_argument
 from aeros.spec.elaborate.module.suitable_things import suitable_things, things_of_sort, wanted_thing
 from aeros.spec.elaborate.names import check_name_is_free, meanings_of_names
 from aeros.spec.elaborate.quantities import elaborate_variable
@@ -23,15 +22,12 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import (
     IntegerType,
     RealType,
-    ScalarType,
-    Type,
-    VectorType,
 )
 from aeros.spec.expr.units import NUMBER
+from aeros.spec.flow.arguments import constant_term
 from aeros.spec.model.configured import CAMERAS, BoundNames, ModuleConfiguration
 from aeros.spec.model.site import Site
-from aeros.spec.text.fields import ExpressionField, TextField
-from aeros.spec.text.nodes import ScalarNode
+from aeros.spec.text.fields import TextField
 
 
 @dataclass(frozen=True)
@@ -43,7 +39,7 @@ class Setting:
         value: name of a thing of the site, or value of a parameter; empty if it is open.
         choices: names of the things of the site that suit; empty for a parameter.
         is_parameter: True for a parameter.
-        source: the reason for the value: `set`, `site`, `same name`, `only choice` or `default`.
+        source: the reason for the value: `set`, `same name`, `only choice` or `default`.
         description: its meaning; the allowed range for a parameter.
     """
 
@@ -213,7 +209,7 @@ class ModuleNeeds:
             name.value, parameter, t.VariableRole.PARAMETER, self._given.enums, self._diagnostics
         )
         text = configuration.parameters.get(name.value)
-        written = parameter.default if text is None else _setting_expression(name.value, text)
+        written = parameter.default if text is None else expression_of_argument(f"--set {name.value}", text)
         allowed = _range_text(parameter)
         source = "default" if text is None else "set"
         self._settings.append(
@@ -230,7 +226,11 @@ class ModuleNeeds:
         value = elaborate_value(written, quantity, self._given, self._diagnostics)
         if value is None or len(self._diagnostics) > before:
             return written.value, None
-        return written.value, _literal(value, quantity.variable.type)
+        type_ = quantity.variable.type
+        # Expressions read whole numbers as dimensionless reals.
+        return written.value, constant_term(
+            value, RealType(NUMBER) if isinstance(type_, IntegerType) else type_
+        )
 
 
 def _with_names(things: Mapping[str, Any], bound: Mapping[str, str]) -> dict[str, Any]:
@@ -249,22 +249,6 @@ def _range_text(parameter: declared.Parameter) -> str:
         return parameter.type.value
     low, high = (one.span.text for one in parameter.range)
     return f"{low} to {high}" + ("" if parameter.unit is None else f" {parameter.unit.value}")
-
-
-def _setting_expression(name: str, text: str) -> ExpressionField:
-    """Make a setting's text an expression, whose faults are shown in the text itself."""
-    source = Source(f"--set {name}", text)
-    span: SourceSpan = source.span(0, len(text))
-    return ExpressionField(text, span, ScalarNode(text, span))
-
-
-def _literal(value: Any, type_: Type) -> t.Term:
-    if isinstance(type_, VectorType):
-        x, y, z = (t.Literal(Fraction(part), RealType(type_.dimension)) for part in value)
-        return t.Vector(x, y, z)
-    if isinstance(type_, IntegerType):
-        return t.Literal(Fraction(value), RealType(NUMBER))
-    return t.Literal(value, cast("ScalarType", type_))  # a parameter is no family
 
 
 def open_settings(ecm: declared_ecm.Ecm, site: Site) -> tuple[Setting, ...]:

@@ -25,7 +25,7 @@ _FIELDS: Final = {
     "sensor": set[str](),
     "resource": set[str](),
 }
-"""What a need may say of each sort of thing."""
+"""Fields that a need may have, by the sort of thing that it asks for."""
 
 
 def wanted_thing(need: declared.Need) -> str:

@@ -57,13 +57,17 @@ def site_with_tool(timeout: Fraction = Fraction(5)) -> Site:
     return replace(site, kinds={**site.kinds, "wipe": replace(site.kinds["wipe"], tool=tool)})
 
 
+class RealTimePlant(FakePlant):
+    """A plant that does not wait for the monitor."""
+
+    runs_in_real_time = True
+
+
 class Bench:
     """A plant with a tool, and what it recorded."""
 
     def __init__(self, timeout: Fraction = Fraction(5), *, in_real_time: bool = False) -> None:
-        self.inner = FakePlant({"table_tidy": True})
-        if in_real_time:
-            self.inner.runs_in_real_time = True  # type: ignore[attr-defined]
+        self.inner = (RealTimePlant if in_real_time else FakePlant)({"table_tidy": True})
         self.services, self.events = Services(), list[tuple[str, Mapping[str, Any]]]()
         governor = FixedGovernor(make_configuration(site_with_tool(timeout), {}))
         self.plant = ToolPlant(
@@ -159,7 +163,7 @@ def test_the_simulators_clock_stands_still_during_a_call() -> None:
     assert moving in bench.plant.advance(bench.monitor, 100.0)
 
 
-def test_time_goes_on_beside_a_call_in_real_time() -> None:
+def test_motions_continue_during_a_call_in_real_time() -> None:
     bench = Bench(in_real_time=True)
     bench.services.go.clear()
     asking, moving = bench.begin(ASK), bench.begin(MOVE)
@@ -169,7 +173,7 @@ def test_time_goes_on_beside_a_call_in_real_time() -> None:
     assert list(bench.plant.advance(bench.monitor, 100.0)) == [asking]
 
 
-def test_until_is_reached_beside_a_call_in_real_time() -> None:
+def test_advance_returns_at_its_time_limit_during_a_call_in_real_time() -> None:
     bench = Bench(in_real_time=True)
     bench.services.go.clear()
     bench.begin(ASK)

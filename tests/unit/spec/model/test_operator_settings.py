@@ -23,7 +23,7 @@ def test_blocks_change_the_digest_and_configurations_do_not() -> None:
     assert configured.configurations == BOUND
 
 
-def test_the_identity_tells_settings_apart() -> None:
+def test_different_settings_have_different_identities() -> None:
     different = [
         NO_SETTINGS,
         OperatorSettings((BLOCK,)),
