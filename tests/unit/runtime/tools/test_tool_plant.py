@@ -7,6 +7,7 @@ import time
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from fractions import Fraction
+from math import inf
 from typing import Any
 
 import pytest
@@ -85,7 +86,7 @@ class Bench:
 
     def ask(self) -> MotionCompletion:
         handle = self.begin(ASK)
-        return self.plant.advance(self.monitor, 100.0)[handle]
+        return self.plant.advance(self.monitor, inf)[handle]
 
 
 @pytest.fixture(params=[False, True], ids=["simulated", "real-time"])
@@ -160,17 +161,17 @@ def test_the_simulators_clock_stands_still_during_a_call() -> None:
     moving = bench.begin(MOVE)
     bench.ask()
     assert bench.inner.time == 3.0
-    assert moving in bench.plant.advance(bench.monitor, 100.0)
+    assert moving in bench.plant.advance(bench.monitor, inf)
 
 
 def test_motions_continue_during_a_call_in_real_time() -> None:
     bench = Bench(in_real_time=True)
     bench.services.go.clear()
     asking, moving = bench.begin(ASK), bench.begin(MOVE)
-    ended = bench.plant.advance(bench.monitor, 100.0)
+    ended = bench.plant.advance(bench.monitor, inf)
     assert list(ended) == [moving]
     bench.services.go.set()
-    assert list(bench.plant.advance(bench.monitor, 100.0)) == [asking]
+    assert list(bench.plant.advance(bench.monitor, inf)) == [asking]
 
 
 def test_advance_returns_at_its_time_limit_during_a_call_in_real_time() -> None:
@@ -186,7 +187,7 @@ def test_a_rule_ends_a_call_with_everything_else(bench: Bench) -> None:
     bench.services.go.clear()
     asking, moving = bench.begin(ASK), bench.begin(MOVE)
     bench.rule = "stop-button"
-    ended = bench.plant.advance(bench.monitor, 100.0)
+    ended = bench.plant.advance(bench.monitor, inf)
     assert {handle: one.reason for handle, one in ended.items()} == dict.fromkeys(
         (asking, moving), "monitor:stop-button"
     )
@@ -200,7 +201,7 @@ def test_a_halted_call_ends_at_once_and_its_answer_is_dropped(bench: Bench) -> N
     bench.services.go.clear()
     handle = bench.begin(ASK)
     bench.plant.halt(handle)
-    ended = bench.plant.advance(bench.monitor, 100.0)
+    ended = bench.plant.advance(bench.monitor, inf)
     assert (ended[handle].completed, ended[handle].reason) == (False, "the call was halted")
     bench.services.go.set()
     assert "load" not in bench.plant.observe()
@@ -210,7 +211,7 @@ def test_everything_else_is_the_plants(bench: Bench) -> None:
     assert bench.plant.plan(ASK) == NoMotion("a tool is called")
     assert bench.plant.plan(MOVE) == bench.inner.planned
     handle = bench.begin(MOVE)
-    assert bench.plant.advance(bench.monitor, 100.0)[handle].completed
+    assert bench.plant.advance(bench.monitor, inf)[handle].completed
     halted = bench.begin(MOVE)
     bench.plant.halt(halted)
     bench.plant.skill_began("tidy.wipe")
