@@ -130,6 +130,27 @@ def to_world(frame: Pose, point: Vector3) -> Vector3:
     return add(frame.position, _rotated(frame.orientation, point))
 
 
+def compose(outer: Pose, inner: Pose) -> Pose:
+    """Transform a pose from a frame to W.
+
+    Args:
+        outer: pose of the frame in W.
+        inner: pose in `outer`.
+
+    Returns:
+        The pose in W.
+    """
+    x, y, z, w = outer.orientation
+    a, b, c, d = inner.orientation
+    turn = (
+        w * a + x * d + y * c - z * b,
+        w * b - x * c + y * d + z * a,
+        w * c + x * b - y * a + z * d,
+        w * d - x * a - y * b - z * c,
+    )
+    return Pose(to_world(outer, inner.position), turn)
+
+
 def to_frame(frame: Pose, point: Vector3) -> Vector3:
     """Transform a point from W to a frame.
 

@@ -8,11 +8,11 @@ from typing import Final, NamedTuple
 from aeros.sim.bullet.body_factory import Colour, RigidPart
 from aeros.sim.bullet.client import bullet
 from aeros.sim.bullet.world import PhysicsWorld
-from aeros.sim.geometry import Pose, Vector3
+from aeros.sim.geometry import Pose
+from aeros.sim.pictures.solids import basin_boxes
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.model.scene import (
-    BASIN_WALL,
     Basin,
     Box,
     Compound,
@@ -104,27 +104,6 @@ def _parts(body: SceneBody, colour: Colour) -> Iterator[RigidPart]:
                         yield RigidPart(bullet.GEOM_CYLINDER, (radius, height, 0.0), part.position, own)
                     case Sphere(radius):
                         yield RigidPart(bullet.GEOM_SPHERE, (radius, 0.0, 0.0), part.position, own)
-
-
-def basin_boxes(inner: Vector3) -> tuple[tuple[Vector3, Vector3], ...]:
-    """Build a box without a lid from a floor and four walls.
-
-    Args:
-        inner: inner length, width and depth, m.
-
-    Returns:
-        Edges and middle of each of the five boxes, in the frame of the middle of the floor's top, m.
-    """
-    length, width, depth = inner
-    wall = BASIN_WALL
-    across, along = (length + wall) / 2, (width + wall) / 2
-    return (
-        ((length + 2 * wall, width + 2 * wall, wall), (0.0, 0.0, -wall / 2)),
-        ((wall, width + 2 * wall, depth), (-across, 0.0, depth / 2)),
-        ((length, wall, depth), (0.0, -along, depth / 2)),
-        ((wall, width + 2 * wall, depth), (across, 0.0, depth / 2)),
-        ((length, wall, depth), (0.0, along, depth / 2)),
-    )
 
 
 def _names(world: PhysicsWorld, number: int) -> tuple[dict[str, int], dict[str, int]]:

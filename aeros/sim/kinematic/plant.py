@@ -6,15 +6,16 @@ without motors, friction or inertia between a set point and the robot's position
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
-from aeros.runtime.ports import Reading, Readings
+from aeros.runtime.ports import CameraPicture, Reading, Readings
 from aeros.sim.clock import TICK
 from aeros.sim.fixed_step_plant import FixedStepPlant
 from aeros.sim.kinematic.robot import BLOCKING_FORCE, KinematicRobot
 from aeros.sim.kinematic.scenes.declared_scene import DeclaredScene
 from aeros.sim.kinematic.scenes.scene import KinematicScene
+from aeros.sim.pictures.late_picture import LatePicture
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.errors import BlockedError
 from aeros.sim.robot.self_contact import find_self_contact
@@ -39,7 +40,9 @@ class KinematicPlant(FixedStepPlant):
         self._free_posture: tuple[float, ...] = ()  # the latest in which no links were found to meet
         self._arm = KinematicRobot(scene.robot, scene.build(RandomSource(seed)))
         super().__init__(self._arm, scene.cameras)
+        self._pictures: dict[str, LatePicture] = {}
         for camera in scene.initial_cameras:
+            self._pictures[camera] = self._look(camera)
             self._publish_detection(
                 {name: Reading(value, 0.0) for name, value in self._detect(camera).items()}
             )
@@ -58,6 +61,14 @@ class KinematicPlant(FixedStepPlant):
         }
         return {**self._detections, **{name: Reading(value, time) for name, value in values.items()}}
 
+    def pictures(self) -> Mapping[str, CameraPicture]:
+        """Return the newest picture of each camera: those of `look`, and the first ones of the scene.
+
+        Returns:
+            The pictures by camera; a camera that has taken none is absent.
+        """
+        return {name: late.picture() for name, late in self._pictures.items()}
+
     def truth(self) -> Mapping[str, bool]:
         """Judge the goals by what is true in the world, for a referee; nothing that acts may call it.
 
@@ -73,6 +84,14 @@ class KinematicPlant(FixedStepPlant):
 
     def _detect(self, camera: str) -> Mapping[str, Any]:
         return self._scene.detect(camera, self._state, self._robot.tool_command()[1], self.now())
+
+    def _look(self, camera: str) -> LatePicture:
+        return self._scene.see(camera, self._state, self._robot.tool_command()[1], self.now())
+
+    def _camera_motion(self, camera: str) -> Iterator[None]:
+        picture = self._look(camera)
+        yield from super()._camera_motion(camera)
+        self._pictures[camera] = picture
 
     def _step_world(self) -> None:
         self._arm.tick()

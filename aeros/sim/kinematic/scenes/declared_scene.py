@@ -17,6 +17,8 @@ from aeros.sim.layouts.cameras import camera_in_world
 from aeros.sim.layouts.coating import CoatingMap
 from aeros.sim.layouts.conditions import SceneState
 from aeros.sim.layouts.placement import place_things
+from aeros.sim.pictures.late_picture import LatePicture
+from aeros.sim.pictures.scene_solids import SceneSolids, decals_of, robot_solids
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.robot import RobotOptions, RobotState
 from aeros.spec.model.scene import (
@@ -78,6 +80,7 @@ class DeclaredScene:
         self._coatings = {name: CoatingMap(coating) for name, coating in self.scene.coatings.items()}
         self._robot_points = (self.robot.base, self.robot.base)
         self.state = SceneState(self.scene, self._poses, self)
+        self._solids = SceneSolids(self.scene)
         self._detectors: tuple[ExactDetector, ...] = detectors_of(self)
         return self._things
 
@@ -109,6 +112,16 @@ class DeclaredScene:
     def truth(self) -> Mapping[str, bool]:
         """Implement `KinematicScene.truth`."""
         return self.state.truth()
+
+    def see(self, camera: str, state: RobotState, yaw: float, time: float) -> LatePicture:
+        """Implement `KinematicScene.see`: bodies, coatings and the robot.
+
+        Raises:
+            KeyError: there is no such camera.
+        """
+        view = camera_in_world(self.scene.cameras[camera], state.base_position, state.tool_position, yaw)
+        solids = [*self._solids.placed(self), *robot_solids(state.q, state.base_position)]
+        return LatePicture(camera, time, view, solids, decals_of(self._coatings))
 
     def detect(self, camera: str, state: RobotState, yaw: float, time: float) -> Mapping[str, Any]:
         """Implement `KinematicScene.detect`.

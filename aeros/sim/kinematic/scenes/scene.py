@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any, Protocol
 
 from aeros.sim.kinematic.objects import ObjectSet
+from aeros.sim.pictures.late_picture import LatePicture
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.robot import RobotOptions, RobotState
 
@@ -56,6 +57,19 @@ class KinematicScene(Protocol):
 
         Returns:
             The truth of each state variable that the scene defines.
+        """
+
+    def see(self, camera: str, state: RobotState, yaw: float, time: float) -> LatePicture:
+        """Take a picture.
+
+        Args:
+            camera: one of `cameras`.
+            state: the robot's latest readings.
+            yaw: heading of the tool in W, rad.
+            time: now, s.
+
+        Returns:
+            The picture of this moment.
         """
 
     def detect(self, camera: str, state: RobotState, yaw: float, time: float) -> Mapping[str, Any]:

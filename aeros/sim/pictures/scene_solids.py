@@ -1,0 +1,119 @@
+"""What a picture of a scene shows: its bodies with their links, its coatings, and the robot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
+from typing import Final, Protocol
+
+import numpy as np
+
+from aeros.kinematic_chain import frames_of, mounting_of
+from aeros.sim.geometry import Pose, Vector3, add, compose
+from aeros.sim.layouts.coating import CoatingMap
+from aeros.sim.pictures.ray_caster import Decal, PlacedSolid, place
+from aeros.sim.pictures.solids import Solid, hull, solids_of_shape
+from aeros.sim.pictures.urdf_model import UrdfVisuals
+from aeros.sim.robot.body import PANDA_BODY
+from aeros.spec.model.scene import BodyPart, Scene, UrdfModel
+
+_ROBOT_COLOUR: Final = (0.9, 0.9, 0.9)
+
+
+class PosedBodies(Protocol):
+    """Where the bodies of a scene are."""
+
+    def pose_of(self, part: BodyPart) -> Pose:
+        """Read the pose of a body.
+
+        Args:
+            part: the body.
+
+        Returns:
+            The pose of its frame in W.
+        """
+
+    def joint_position(self, joint: BodyPart) -> float:
+        """Read the position of a joint.
+
+        Args:
+            joint: the joint.
+
+        Returns:
+            The position, rad or m.
+        """
+
+
+class SceneSolids:
+    """The solids of a scene's bodies.
+
+    Args:
+        scene: the scene.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self._models = {
+            name: (body.shape, UrdfVisuals(body.shape.path))
+            for name, body in scene.bodies.items()
+            if isinstance(body.shape, UrdfModel)
+        }
+        self._rigid = {
+            name: tuple(solids_of_shape(body.shape, body.colour))
+            for name, body in scene.bodies.items()
+            if not isinstance(body.shape, UrdfModel)
+        }
+
+    def placed(self, world: PosedBodies) -> Iterator[PlacedSolid]:
+        """Yield every solid where it is now.
+
+        Args:
+            world: says where the bodies are.
+
+        Yields:
+            The solids.
+        """
+        for name, solids in self._rigid.items():
+            pose = world.pose_of(BodyPart(name))
+            yield from (place(solid, pose) for solid in solids)
+        for name, (model, visuals) in self._models.items():
+            pose = world.pose_of(BodyPart(name))
+            positions = {joint: world.joint_position(BodyPart(name, joint)) for joint in model.joints}
+            for link, solid in visuals.solids:
+                yield place(solid, compose(pose, visuals.link_pose(link, positions)))
+
+
+def decals_of(coatings: Mapping[str, CoatingMap]) -> tuple[Decal, ...]:
+    """Show coatings as they are now.
+
+    Args:
+        coatings: the coatings by name.
+
+    Returns:
+        A picture of each, on the top of what it covers.
+    """
+    return tuple(Decal(one.coating.low, one.coating.high, 0.0, one.picture()) for one in coatings.values())
+
+
+def robot_solids(joints: Sequence[float], base: Vector3) -> Iterator[PlacedSolid]:
+    """Yield the links of the robot.
+
+    Args:
+        joints: joint positions (7), rad.
+        base: position of the arm's base in W, m; its axes are those of W.
+
+    Yields:
+        The hulls of its links.
+    """
+    frames = frames_of(_MOUNTINGS, joints)
+    for joint, solid in _hulls():
+        frame = frames[joint]
+        middle = add(base, frame.to_base(solid.place.position))
+        yield PlacedSolid(solid, middle, np.array((frame.x, frame.y, frame.z)).T)
+
+
+_MOUNTINGS: Final = tuple(mounting_of(row) for row in PANDA_BODY.dh_rows)
+
+
+@cache
+def _hulls() -> tuple[tuple[int, Solid], ...]:
+    return tuple((one.joint, hull(one.corners, _ROBOT_COLOUR)) for one in PANDA_BODY.hulls)

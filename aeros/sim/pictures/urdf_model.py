@@ -1,0 +1,139 @@
+"""Visible parts of a URDF model, and the poses of its links at given joint positions.
+
+Meshes are not drawn. The file has been checked (`aeros.spec.scenes.urdf`). Units: m, rad.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from math import cos, hypot, sin
+from pathlib import Path
+from typing import NamedTuple
+from xml.etree import ElementTree as Xml
+
+from aeros.sim.geometry import UPRIGHT, Pose, Quaternion, Vector3, compose
+from aeros.sim.pictures.solids import Solid, box, cylinder, sphere
+from aeros.spec.model.scene import GREY, Colour
+
+
+class _Joint(NamedTuple):
+    """A joint: its place in the parent's frame, and how its position moves the child."""
+
+    name: str
+    parent: str
+    place: Pose
+    axis: Vector3
+    slides: bool
+
+
+class UrdfVisuals:
+    """Links, joints and visible parts of a model.
+
+    Args:
+        path: the file.
+
+    Attributes:
+        solids: name of the link and solid, in the link's frame, of each visible part.
+    """
+
+    def __init__(self, path: str) -> None:
+        root = Xml.fromstring(Path(path).read_bytes())  # noqa: S314  checked, as above
+        colours = {
+            material.get("name", ""): _colour(material)
+            for material in root.iter("material")
+            if material.find("color") is not None
+        }
+        self.solids = tuple(
+            (link.get("name", ""), solid)
+            for link in root.iter("link")
+            for visual in link.findall("visual")
+            for solid in _solids(visual, colours)
+        )
+        self._joint_to = {joint.find("child").get("link", ""): _joint(joint) for joint in root.iter("joint")}  # type: ignore[union-attr]
+
+    def link_pose(self, link: str, positions: Mapping[str, float]) -> Pose:
+        """Compute the pose of a link.
+
+        Args:
+            link: its name.
+            positions: position of each movable joint, rad or m; 0 for those that are absent.
+
+        Returns:
+            The pose in the frame of the first link.
+        """
+        joint = self._joint_to.get(link)
+        if joint is None:
+            return Pose((0.0, 0.0, 0.0), UPRIGHT)
+        position = positions.get(joint.name, 0.0)
+        x, y, z = joint.axis
+        if joint.slides:
+            moved = Pose((position * x, position * y, position * z), UPRIGHT)
+        else:
+            s = sin(position / 2.0)
+            moved = Pose((0.0, 0.0, 0.0), (s * x, s * y, s * z, cos(position / 2.0)))
+        return compose(self.link_pose(joint.parent, positions), compose(joint.place, moved))
+
+
+def _joint(joint: Xml.Element) -> _Joint:
+    parent, axis = joint.find("parent"), joint.find("axis")
+    x, y, z = (1.0, 0.0, 0.0) if axis is None else _vector(axis, "xyz")
+    length = hypot(x, y, z)
+    return _Joint(
+        joint.get("name", ""),
+        "" if parent is None else parent.get("link", ""),
+        _origin(joint),
+        (x / length, y / length, z / length),
+        joint.get("type") == "prismatic",
+    )
+
+
+def _solids(visual: Xml.Element, colours: Mapping[str, Colour]) -> Iterator[Solid]:
+    material = visual.find("material")
+    colour = GREY
+    if material is not None:
+        colour = colours.get(material.get("name", ""), GREY)
+        colour = colour if material.find("color") is None else _colour(material)
+    for shape in visual.findall("geometry/*"):
+        for solid in _shape(shape, colour):
+            yield solid._replace(place=_origin(visual))
+
+
+def _shape(shape: Xml.Element, colour: Colour) -> Iterator[Solid]:
+    match shape.tag:
+        case "box":
+            yield box(_vector(shape, "size"), colour)
+        case "cylinder" | "capsule":
+            yield cylinder(float(shape.get("radius", 0)), float(shape.get("length", 0)), colour)
+        case "sphere":
+            yield sphere(float(shape.get("radius", 0)), colour)
+
+
+def _colour(material: Xml.Element) -> Colour:
+    element = material.find("color")
+    if element is None:
+        return GREY
+    red, green, blue, *_ = (float(part) for part in element.get("rgba", "").split())
+    return (red, green, blue)
+
+
+def _origin(element: Xml.Element) -> Pose:
+    origin = element.find("origin")
+    if origin is None:
+        return Pose((0.0, 0.0, 0.0), UPRIGHT)
+    return Pose(_vector(origin, "xyz"), _roll_pitch_yaw(*_vector(origin, "rpy")))
+
+
+def _vector(element: Xml.Element, name: str) -> Vector3:
+    x, y, z = (float(part) for part in element.get(name, "0 0 0").split())
+    return (x, y, z)
+
+
+def _roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> Quaternion:
+    """Return the orientation of URDF's fixed-axis angles: about x, then y, then z."""
+    (sr, cr), (sp, cp), (sy, cy) = ((sin(angle / 2.0), cos(angle / 2.0)) for angle in (roll, pitch, yaw))
+    return (
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+        cr * cp * cy + sr * sp * sy,
+    )
