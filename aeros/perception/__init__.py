@@ -6,7 +6,7 @@ from aeros.perception.components import connected_components, largest_component
 from aeros.perception.cylinders import CylinderPose, locate_cylinder
 from aeros.perception.outliers import inlier_mask
 from aeros.perception.planes import Plane, find_plane, fit_plane, trim_to_plane
-from aeros.perception.points import point_cloud
+from aeros.perception.points import Mask, Points, point_cloud
 from aeros.perception.rectangles import (
     Rectangle,
     has_size,
@@ -21,9 +21,11 @@ __all__ = [
     "Circle",
     "CylinderPose",
     "Estimate",
+    "Mask",
     "Perception",
     "Picture",
     "Plane",
+    "Points",
     "Rectangle",
     "Sample",
     "View",

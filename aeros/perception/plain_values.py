@@ -20,15 +20,15 @@ class NoValuesError(Exception):
     """The perceiver yielded something other than values by name; the message says what."""
 
 
-def plain_values(yielded: object) -> Mapping[str, tuple[Any, Any]]:
+def plain_values(yielded: object) -> Mapping[str, tuple[Any, Any, Any]]:
     """Copy what a perceiver yielded.
 
     Args:
         yielded: the object that it yielded: a dict of values by variable.
 
     Returns:
-        Value and standard uncertainty of each variable that is not None; the uncertainty is None if it gave
-        none. Values are copied; those of foreign types are left as they are.
+        Value, standard uncertainty and time of each variable that is not None; uncertainty and time are None
+        if it gave none. Values are copied; those of foreign types are left as they are.
 
     Raises:
         NoValuesError: it is not a dict of at most `MAX_VALUES` values by name.
@@ -37,16 +37,16 @@ def plain_values(yielded: object) -> Mapping[str, tuple[Any, Any]]:
         raise NoValuesError(f"the perceiver yielded a `{type(yielded).__name__}`, not a dict of values")
     if len(yielded) > MAX_VALUES:
         raise NoValuesError(f"the perceiver yielded {len(yielded)} values; at most {MAX_VALUES} are read")
-    values: dict[str, tuple[Any, Any]] = {}
+    values: dict[str, tuple[Any, Any, Any]] = {}
     for name, value in yielded.items():
         if type(name) is not str:
             raise NoValuesError("the perceiver yielded a value whose name is not a string")
         if value is None:
             continue
         if type(value) is Estimate:
-            values[name] = (_plain(value.value), _plain(value.uncertainty))
+            values[name] = (_plain(value.value), _plain(value.uncertainty), _plain(value.time))
         else:
-            values[name] = (_plain(value), None)
+            values[name] = (_plain(value), None, None)
     return values
 
 

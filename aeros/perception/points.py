@@ -13,6 +13,12 @@ from numpy.typing import NDArray
 
 Vector3 = tuple[float, float, float]
 
+Points = NDArray[np.float64]
+"""Points (..., 3), or (..., 2) in a plane, m."""
+
+Mask = NDArray[np.bool_]
+"""True for the pixels or points that are meant."""
+
 
 def point_cloud(
     depth: NDArray[np.floating],

@@ -25,28 +25,32 @@ from aeros.perception.points import Vector3, point_cloud
 
 
 class Estimate(NamedTuple):
-    """A measured value with its standard uncertainty.
+    """A measured value with its standard uncertainty and its time.
 
     Attributes:
         value: SI; a number, or a tuple of three numbers for a position.
-        uncertainty: standard uncertainty of each number, SI.
+        uncertainty: standard uncertainty of each number, SI; None for a value that has none.
+        time: plant time at which it was true, s; None for that of the oldest picture in the view.
     """
 
     value: Any
-    uncertainty: float
+    uncertainty: float | None
+    time: float | None = None
 
 
-def estimate(value: Any, uncertainty: float) -> Estimate:
-    """Attach the standard uncertainty to a value.
+def estimate(value: Any, uncertainty: float | None = None, *, time: float | None = None) -> Estimate:
+    """Attach the standard uncertainty, or the time, to a value.
 
     Args:
         value: SI; a number, or a tuple or array of three numbers for a position.
-        uncertainty: standard uncertainty of each number, SI.
+        uncertainty: standard uncertainty of each number, SI; None for a bool, a count or an enum member.
+        time: plant time at which it was true, s, as that of the picture that shows it; by default that of
+            the oldest picture in the view, or of the call if there is none.
 
     Returns:
         The estimate. Its value counts as unknown if the module declares a smaller uncertainty.
     """
-    return Estimate(value, uncertainty)
+    return Estimate(value, uncertainty, time)
 
 
 class Sample(NamedTuple):

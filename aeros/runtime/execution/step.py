@@ -111,9 +111,10 @@ class ObservationFilter:
 def _names_for(ecm: Ecm, site: Site, name: str, declared: Declared) -> tuple[str, ...]:
     """Return the names under which a module senses a state variable; none if it may not."""
     module, dot, short = name.partition(".")
+    is_measured = declared.sensor is not None and "." not in declared.sensor
+    if (not dot or is_measured) and declared.sensor not in ecm.requested_access.sensors:
+        return ()
     if not dot:
-        if declared.sensor not in ecm.requested_access.sensors:
-            return ()
         own = tuple(one for one, bound in ecm.names.variables.items() if bound == name)
         return own if name in ecm.names.variables else (*own, name)
     if module == ecm.id:

@@ -122,6 +122,7 @@ class PerceiverWorker:
                 facts.full_size,
             )
             for slot, facts in zip(load.slots, question.pictures, strict=True)
+            if facts is not None
         ]
 
 

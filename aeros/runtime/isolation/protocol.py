@@ -164,13 +164,13 @@ class ResumePerceiver(WorkerMessage, frozen=True):
         time: plant time, s.
         readings: values by the module's name for the variable, SI.
         samples: time and value of each sampled reading, oldest first, by the same names.
-        pictures: facts of the picture in each slot.
+        pictures: facts of the picture in each slot; None where the camera has taken none.
     """
 
     time: float
     readings: dict[str, JsonValue | tuple[JsonValue, ...]]
     samples: dict[str, tuple[tuple[float, JsonValue | tuple[JsonValue, ...]], ...]]
-    pictures: tuple[PictureFacts, ...]
+    pictures: tuple[PictureFacts | None, ...]
 
 
 class SkillLoaded(WorkerMessage, frozen=True):
@@ -235,10 +235,12 @@ class PerceivedValue(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     Attributes:
         value: SI.
         uncertainty: standard uncertainty, SI; None if the perceiver gave none.
+        time: plant time at which it was true, s; None if the perceiver gave none.
     """
 
     value: JsonValue | list[JsonValue]
     uncertainty: JsonValue = None
+    time: JsonValue = None
 
 
 class ValuesPerceived(WorkerMessage, frozen=True):

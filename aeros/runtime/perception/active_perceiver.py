@@ -38,7 +38,8 @@ _ROUNDING: Final = 1e-9
 class ActivePerceiver:
     """A perceiver of an active module.
 
-    Its values are those of its latest answer, with the time of the oldest picture that it was computed from.
+    Its values are those of its latest answer, each with the time that it states, or else that of the oldest
+    picture in the view.
     A failure leaves all of them unknown until the next answer. It is called again for a new picture after a
     time that doubles with each failure, so that nothing depends on the speed of this machine but its timeout.
 
@@ -142,7 +143,7 @@ class ActivePerceiver:
         )
         for samples in self._samples.values():
             samples.clear()
-        self._call(view, min(times.values(), default=now), least_timeout)
+        self._call(view, (min(times.values(), default=now), max(times.values(), default=now)), least_timeout)
 
     def close(self) -> None:
         """End its run and forget its values; safe to call twice."""
@@ -151,11 +152,13 @@ class ActivePerceiver:
             self._run.close()
             self._run = None
 
-    def _call(self, view: ViewInput, time: float, least_timeout: float) -> None:
+    def _call(self, view: ViewInput, times: tuple[float, float], least_timeout: float) -> None:
+        """Call it; `times` are those of the oldest and of the newest picture, s."""
         try:
             if self._run is None:
                 self._run = self._open(self._site, self._ecm, self._perceiver)
-            values = self._check(self._run.perceive(view, max(float(self._perceiver.timeout), least_timeout)))
+            perceived = self._run.perceive(view, max(float(self._perceiver.timeout), least_timeout))
+            values = self._check(perceived, *times)
         except (PerceiverError, SkillRefusedError) as failure:
             self.close()
             self._note_failure(view.time, str(failure))
@@ -163,7 +166,7 @@ class ActivePerceiver:
             self.values = {}
             self._note_failure(view.time, str(failure))
         else:
-            self.values = {name: Reading(value, time) for name, value in values.items()}
+            self.values = values
             if self._failures:
                 self._record("perceiver-recovered", {**self._identity(), "after_failures": self._failures})
                 self._failures = 0
@@ -199,10 +202,12 @@ class ActivePerceiver:
     def _chosen_pictures(
         self, now: float, pictures: Mapping[str, CameraPicture]
     ) -> dict[str, CameraPicture] | None:
-        """Return the pictures that it asks for and may get; None if one is missing."""
+        """Return the pictures that it asks for and may get; None if one that it needs is missing."""
         chosen: dict[str, CameraPicture] = {}
         for asked in self._perceiver.pictures:
             picture, camera = pictures.get(asked.camera), self._site.cameras.get(asked.camera)
+            if picture is None and asked.optional:
+                continue
             is_allowed = (
                 camera is not None
                 and camera.sensor in self._ecm.requested_access.sensors
@@ -212,4 +217,4 @@ class ActivePerceiver:
             if picture is None or not is_allowed or not (isfinite(picture.time) and picture.time <= now):
                 return None
             chosen[asked.name] = picture
-        return chosen
+        return None if self.needs_pictures and not chosen else chosen

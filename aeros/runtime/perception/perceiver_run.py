@@ -118,6 +118,8 @@ class InProcessPerceiver:
         try:
             pictures = []
             for asked in self._perceiver.pictures:
+                if asked.name not in view.pictures:
+                    continue
                 picture, size = view.pictures[asked.name], (asked.width, asked.height)
                 rgb, depth = sample(picture, size, with_depth=asked.depth)
                 full = (picture.width, picture.height)

@@ -38,8 +38,8 @@ _PerceiverKey = tuple[str, ...]
 class PerceivingPlant:
     """Plant that behaves as `plant` and measures what the modules in force perceive or define, too.
 
-    A plant that measures a module's variables itself, as the symbolic one, is believed: the module's
-    perceivers do not run, and its definitions are not evaluated.
+    A plant that measures itself what a module perceives or defines, as the symbolic one, is believed: the
+    module's perceivers do not run, and its definitions are not evaluated.
 
     Args:
         plant: the wrapped plant; closed with this one.
@@ -61,6 +61,7 @@ class PerceivingPlant:
         self._in_invariants: frozenset[str] = frozenset()
         self._is_advancing = False
         self._under_way: set[MotionHandle] = set()
+        self._perceived: set[str] = set()
         self._modelled: set[str] = set()
         # A plant stays what it is, and a hosted one would be asked over its socket.
         self.runs_in_real_time = bool(getattr(plant, "runs_in_real_time", False))
@@ -72,8 +73,9 @@ class PerceivingPlant:
     def observe(self) -> Readings:
         """Implements `Plant.observe`: calls perceivers for which there is something new."""
         readings = self._plant.observe()
-        self._modelled.update(name.partition(".")[0] for name in readings if "." in name)
         if not self._is_advancing and not (self.runs_in_real_time and self._under_way):
+            self._follow_configuration()
+            self._modelled.update(name.partition(".")[0] for name in readings.keys() & self._perceived)
             self._update(readings)
         self._evaluate_definitions(readings)
         values = self._values()
@@ -141,7 +143,6 @@ class PerceivingPlant:
         self._perceivers, self._generation = {}, None
 
     def _update(self, readings: Readings) -> None:
-        self._follow_configuration()
         active = self._active()
         if not active:
             return
@@ -178,6 +179,7 @@ class PerceivingPlant:
             return
         definitions: dict[str, ActiveDefinition] = {}
         found: dict[_PerceiverKey, ActivePerceiver] = {}
+        provided: set[str] = set()
         # Without a configuration nothing is measured: what needs it is denied.
         with suppress(UserError):
             self._generation, configuration = self._governor.configuration()
@@ -187,6 +189,7 @@ class PerceivingPlant:
                 for name, definition in ecm.definitions.items():
                     definitions[name] = ActiveDefinition(definition, site)
                 for perceiver in ecm.perceivers.values():
+                    provided.update(perceiver.provides)
                     bound = tuple(part for one in sorted(ecm.configuration.items()) for part in one)
                     digests = (ecm.code_digest, ecm.manifest_digest, site.digest)
                     key = (ecm.id, perceiver.id, *digests, *bound)
@@ -199,6 +202,7 @@ class PerceivingPlant:
         for ended in self._perceivers.values():
             ended.close()
         self._perceivers, self._definitions = found, definitions
+        self._perceived = {*definitions, *provided}
 
     def _active(self) -> list[ActivePerceiver]:
         return [one for key, one in self._perceivers.items() if key[0] not in self._modelled]

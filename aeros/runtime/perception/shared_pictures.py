@@ -52,21 +52,24 @@ class SharedPictures:
         finally:
             os.close(writable)
 
-    def write(self, pictures: Mapping[str, CameraPicture]) -> tuple[PictureFacts, ...]:
+    def write(self, pictures: Mapping[str, CameraPicture]) -> tuple[PictureFacts | None, ...]:
         """Write the newest picture of each slot.
 
         Args:
-            pictures: pictures by camera, at least those of the slots.
+            pictures: pictures by camera.
 
         Returns:
-            Time and place of each picture, in the order of the slots.
+            Time and place of each picture, in the order of the slots; None where there is none.
 
         Raises:
             UnfitPictureError: a picture is smaller than its slot, or lacks a depth that was asked for.
         """
-        facts = []
+        facts: list[PictureFacts | None] = []
         for slot in self.slots:
-            picture = pictures[slot.camera]
+            picture = pictures.get(slot.camera)
+            if picture is None:
+                facts.append(None)
+                continue
             rgb, depth = sample(picture, (slot.width, slot.height), with_depth=slot.depth is not None)
             self._memory[slot.rgb : slot.rgb + len(rgb)] = rgb
             if slot.depth is not None and depth is not None:

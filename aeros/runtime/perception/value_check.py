@@ -8,6 +8,7 @@ from typing import Any
 
 from aeros.runtime.gate.value_check import Scalars, ValueChecker
 from aeros.runtime.isolation.protocol import PerceivedValue
+from aeros.runtime.ports import Reading
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.perception import Perceiver
 
@@ -29,21 +30,25 @@ class PerceivedValueCheck:
             name.partition(".")[2]: ValueChecker(ecm.state[name]) for name in perceiver.provides
         }
 
-    def __call__(self, perceived: Mapping[str, PerceivedValue]) -> dict[str, Any]:
+    def __call__(
+        self, perceived: Mapping[str, PerceivedValue], oldest: float, newest: float
+    ) -> dict[str, Reading]:
         """Check an answer.
 
         Args:
             perceived: values by short name.
+            oldest: plant time of the oldest picture in the view, or of the call, s: that of values that
+                state none.
+            newest: plant time of the newest picture, or of the call, s: no value can be newer.
 
         Returns:
-            Values (SI) by full name, in the types of readings. Those that are absent, or less certain than
-            declared, are absent.
+            Readings (SI) by full name. Those that are absent, or less certain than declared, are absent.
 
         Raises:
-            InvalidValuesError: a name, type, range or uncertainty is not as declared, so that nothing of the
-                answer can be relied on.
+            InvalidValuesError: a name, type, range, uncertainty or time is not as it can be, so that nothing
+                of the answer can be relied on.
         """
-        values: dict[str, Any] = {}
+        values: dict[str, Reading] = {}
         for name, one in perceived.items():
             checker = self._checkers.get(name)
             if checker is None:
@@ -55,8 +60,24 @@ class PerceivedValueCheck:
             if _is_certain(checker, one.uncertainty):
                 parts = tuple(scalars[scalar] for scalar in checker.names)
                 is_compound = type(one.value) in (list, tuple)
-                values[checker.declared.name] = parts if is_compound else parts[0]
+                time = _checked_time(name, one.time, oldest, newest)
+                values[checker.declared.name] = Reading(parts if is_compound else parts[0], time)
         return values
+
+
+def _checked_time(name: str, time: Any, oldest: float, newest: float) -> float:
+    """Return the time of a value.
+
+    Raises:
+        InvalidValuesError: it is no time, or later than what the perceiver saw.
+    """
+    if time is None:
+        return oldest
+    if type(time) not in (int, float) or not isfinite(time):
+        raise InvalidValuesError(f"the time of `{name}` is not a number")
+    if time > newest:
+        raise InvalidValuesError(f"`{name}` has a time after that of the newest picture")
+    return float(time)
 
 
 def _is_certain(checker: ValueChecker, uncertainty: Any) -> bool:

@@ -11,11 +11,10 @@ from math import dist
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from aeros.sim.detected_object import DetectedObject
-from aeros.sim.layouts import fetch, table
+from aeros.sim.layouts import table
 from aeros.sim.layouts.dumpling_bench import DumplingTracker, WrapperDetection
-from aeros.sim.layouts.fetch import LastDetection
 from aeros.sim.perception.bench_detection import detect_bench, is_filling_visible
-from aeros.sim.perception.detection import MIN_PIXELS, detect_red_cylinder
+from aeros.sim.perception.detection import MIN_PIXELS
 from aeros.sim.perception.inspection import inspect_table
 from aeros.sim.perception.table_detection import detect_table
 from aeros.sim.scenes.scene import DetectionFilter
@@ -60,38 +59,6 @@ def detectors_of(scene: PhysicsScene) -> tuple[Detector, ...]:
     """
     parts = [part for part in scene.scene.parts if part.name in _DETECTORS]
     return tuple(_DETECTORS[part.name](scene, part.prefix) for part in parts)
-
-
-class _FetchDetector:
-    """The can in pictures of the mast's and of the hand's camera."""
-
-    def __init__(self, scene: PhysicsScene, prefix: str) -> None:
-        self._scene = scene
-        self._prefix = prefix
-        self.seen: LastDetection | None = None
-
-    def tick(self) -> None:
-        """Forget where the can was seen once it is held."""
-        if self.seen is not None and self._scene.is_holding() and self._is_held():
-            self.seen = None
-
-    def measure(self) -> Mapping[str, Any]:
-        """Implement `Detector.measure`; see `room_measurements`."""
-        station = self._scene.state.value(f"{self._prefix}station_position")
-        base, _ = self._scene.robot_points()
-        return fetch.room_measurements(station, base, self._is_held(), self.seen, self._scene.time)
-
-    def detect(self, camera: str, through: DetectionFilter) -> Mapping[str, Any]:
-        """Implement `Detector.detect`: find the can by colour and depth."""
-        if camera.removeprefix(self._prefix) not in ("mast", "hand"):
-            return {}
-        found = through(detect_red_cylinder(*self._scene.picture(camera), fetch.CAN_SIZE))
-        self.seen = None if found is None else LastDetection(found.position, self._scene.time)
-        delivery = self._scene.state.value(f"{self._prefix}delivery_position")
-        return fetch.camera_measurements(camera.removeprefix(self._prefix), found, delivery)
-
-    def _is_held(self) -> bool:
-        return self._scene.is_held(f"{self._prefix}can")
 
 
 class _TableDetector:
@@ -176,7 +143,6 @@ def _filtered(through: DetectionFilter, wrapper: WrapperDetection | None) -> Wra
 
 
 _DETECTORS: Final[Mapping[str, Callable[[PhysicsScene, str], Detector]]] = {
-    "fetch": _FetchDetector,
     "table": _TableDetector,
     "dumpling_bench": _BenchDetector,
 }

@@ -79,7 +79,7 @@ class PhysicsScene:
 
     def measure(self) -> Mapping[str, Any]:
         """Implement `PhysicalScene.measure`: surveyed places and instruments."""
-        values = {name: self.state.value(name) for name in (*self.scene.places, *self.scene.instruments)}
+        values = {variable: self.state.value(name) for variable, name in self.scene.measured()}
         for detector in self._detectors:
             values |= detector.measure()
         return values

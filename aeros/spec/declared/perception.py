@@ -40,13 +40,23 @@ class ModuleVariable(Quantity):
 
 @dataclass(frozen=True)
 class OwnVariable(ModuleVariable):
-    """A variable as its module declares it: a perceiver measures it, or a definition says when it is true."""
+    """A variable as its module declares it.
+
+    A perceiver measures it, a sensor of the site does, or a definition says when it is true.
+    """
 
     definition: ExpressionField | None = field(
         default=None,
         metadata={
             "doc": "the condition under which a `bool` is true, in place of a perceiver, as in "
-            "`definition: sponge_position.y >= 390 mm`"
+            "`definition: block_position.y >= 390 mm`"
+        },
+    )
+    sensor: Identifier | None = field(
+        default=None,
+        metadata={
+            "doc": "the sensor of the site that measures it, in place of a perceiver, as in "
+            "`sensor: load_cell`"
         },
     )
 
@@ -100,6 +110,13 @@ class PictureRequest:
     height: Pixels = field(metadata={"doc": "number of rows, as in `height: 240`"})
     depth: BooleanField | None = field(
         default=None, metadata={"doc": "`true` to get the distance of each pixel, too"}
+    )
+    optional: BooleanField | None = field(
+        default=None,
+        metadata={
+            "doc": "`true` if the perceiver is called without this picture, too, as long as the camera has "
+            "taken none"
+        },
     )
 
 

@@ -449,6 +449,13 @@ class Scene:
     include: Annotated[tuple[Include, ...], LengthBounds(0, 16)] = field(
         default=(), metadata={"doc": "scenes that this one is put together from"}
     )
+    module: Identifier | None = field(
+        default=None,
+        metadata={
+            "doc": "the module whose variables its places, instruments and `truth` are; the site's if "
+            "absent, as in `module: kettle`"
+        },
+    )
     robot: Robot | None = field(
         default=None,
         metadata={

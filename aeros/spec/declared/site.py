@@ -190,6 +190,13 @@ class Site:
     motion: MotionPolicy | None = field(
         default=None, metadata={"doc": "limits for whole motions; if absent, motions are not checked"}
     )
+    sensors: Named[TextField] = field(
+        default=MappingField(),
+        metadata={
+            "doc": "sensors whose quantities modules declare, with what each measures, as in "
+            "`sensors: {load_cell: force on the press}`"
+        },
+    )
     cameras: Named[Camera] = field(
         default=MappingField(),
         metadata={

@@ -181,10 +181,26 @@ class ModulePerception:
         for name, quantity in ecm.state:
             is_free = check_name_is_free(name, used, "state variable", self._diagnostics)
             full = f"{self._module}.{name.value}"
-            variable = elaborate_module_variable(full, quantity, site.enums, self._diagnostics)
+            sensor = self._sensor(quantity, site)
+            variable = elaborate_module_variable(full, quantity, site.enums, self._diagnostics, sensor)
             if is_free and variable is not None:
                 own[name.value] = replace(variable, span=name.span)
         return own
+
+    def _sensor(self, quantity: declared.OwnVariable, site: Site) -> str | None:
+        """Return the site's name of the sensor that measures a variable; None if a perceiver does."""
+        if quantity.sensor is None:
+            return None
+        if quantity.definition is not None:
+            self._diagnostics.error(
+                "AE120",
+                f"`{quantity.sensor.value}` cannot measure what a definition says",
+                quantity.sensor.span,
+                help=("keep `sensor` or `definition`",),
+            )
+        known = dict.fromkeys(site.sensor_names, True)
+        resolve_name(quantity.sensor, known, "a sensor of this site", self._diagnostics)
+        return self._names.site_name(quantity.sensor.value)
 
     def _definitions(
         self, written: Mapping[str, ExpressionField], own: Mapping[str, Declared]
@@ -271,7 +287,9 @@ class ModulePerception:
             )
         depth = picture.depth is not None and picture.depth.value
         name = self._names.site_name(camera.value)
-        return PictureRequest(name, width, height, depth, "" if name == camera.value else camera.value)
+        is_optional = picture.optional is not None and picture.optional.value
+        seen_as = "" if name == camera.value else camera.value
+        return PictureRequest(name, width, height, depth, seen_as, is_optional)
 
     def _with_sensors(
         self, ecm: declared_ecm.Ecm, own: Mapping[str, Declared], defined: Mapping[str, ExpressionField]
@@ -280,6 +298,9 @@ class ModulePerception:
         by_variable: dict[str, tuple[TextField, TextField]] = {}
         for perceiver, declaration in ecm.perceivers:
             for name in declaration.provides:
+                if name.value in own and (sensor := own[name.value].sensor) is not None:
+                    headline = f"`{sensor}` measures `{name.value}`, and `{perceiver.value}` provides it, too"
+                    self._diagnostics.error("AE120", headline, name.span, help=("keep one of them",))
                 if name.value in defined:
                     self._diagnostics.error(
                         "AE120",
@@ -300,13 +321,16 @@ class ModulePerception:
                 by_variable.setdefault(name.value, (perceiver, name))
         measured: dict[str, Declared] = {}
         for short, one in own.items():
+            if one.sensor is not None:
+                measured[short] = one
+                continue
             if short in defined:
                 measured[short] = replace(one, sensor=f"{self._module}.{short}")
                 continue
             if short in by_variable:
                 measured[short] = replace(one, sensor=f"{self._module}.{by_variable[short][0].value}")
                 continue
-            help_ = "add it to `provides` of a perceiver, or give it a `definition`"
+            help_ = "add it to `provides` of a perceiver, or give it a `definition` or a `sensor`"
             self._diagnostics.error("AE122", f"no perceiver provides `{short}`", one.span, help=(help_,))
         return measured
 

@@ -49,6 +49,7 @@ def elaborate_access(access: declared.Access) -> Access:
 def check_access(
     access: declared.Access,
     vocabulary: SiteVocabulary,
+    sensors: Iterable[str],
     cameras: Mapping[str, SiteCamera],
     devices: Mapping[str, str],
     diagnostics: Diagnostics,
@@ -58,19 +59,20 @@ def check_access(
     Args:
         access: declared lists of actuators, sensors, channels and computing devices.
         vocabulary: vocabulary of the site, without faults.
+        sensors: sensors that only modules read.
         cameras: cameras of the site by name.
         devices: device files of its computing devices by name.
         diagnostics: receives the faults.
     """
     actuators = {name for kind in vocabulary.kinds.values() for name in kind.actuators}
-    sensors = {one.sensor: None for one in vocabulary.state.values() if one.sensor is not None}
-    sensors |= {camera.sensor: None for camera in cameras.values()}
+    known_sensors = dict.fromkeys(sensors, True)
+    known_sensors |= {one.sensor: True for one in vocabulary.state.values() if one.sensor is not None}
+    known_sensors |= {camera.sensor: True for camera in cameras.values()}
     for name in access.actuators:
         known = dict.fromkeys(sorted(actuators), True)
         resolve_site_name(name, known, "an actuator of any action kind", diagnostics)
     for name in access.sensors:
-        known = dict.fromkeys(sensors, True)
-        resolve_site_name(name, known, "a sensor of any state variable or camera", diagnostics)
+        resolve_site_name(name, known_sensors, "a sensor of any state variable or camera", diagnostics)
     for name in access.compute:
         resolve_site_name(name, devices, "a device under `compute` of the site", diagnostics)
 

@@ -111,18 +111,22 @@ def elaborate_state(
 
 
 def elaborate_module_variable(
-    name: str, quantity: ModuleVariable, enums: Enums, diagnostics: Diagnostics
+    name: str, quantity: ModuleVariable, enums: Enums, diagnostics: Diagnostics, sensor: str | None = None
 ) -> Declared | None:
-    """Elaborate a state variable of a module.  A number or vector needs an uncertainty; a count needs none.
+    """Elaborate a state variable of a module.
+
+    A number or vector that a perceiver computes needs an uncertainty; a count needs none, and a sensor's
+    value has none.
 
     Args:
         name: full name of the variable, as in `kettle.water_hot`.
         quantity: declared quantity, greatest age and uncertainty.
         enums: enumerations of the site by name.
         diagnostics: receives the faults.
+        sensor: sensor of the site that measures it; None if a perceiver or a definition does.
 
     Returns:
-        The variable, without its sensor, with bounds, greatest age and uncertainty in SI units; None after
+        The variable with bounds, greatest age and uncertainty in SI units; None after
         reporting the fault.
     """
     base = elaborate_variable(name, quantity, t.VariableRole.STATE, enums, diagnostics)
@@ -132,7 +136,7 @@ def elaborate_module_variable(
     type_, stated = base.variable.type, quantity.uncertainty
     is_number = isinstance(type_, RealType | VectorType) and not isinstance(type_, IntegerType)
     if stated is None:
-        if is_number:
+        if is_number and sensor is None:
             diagnostics.error(
                 "AE208",
                 "a measured number needs an uncertainty: a perceiver's less certain values are unknown",
@@ -140,7 +144,11 @@ def elaborate_module_variable(
                 help=("add `uncertainty`, with its unit, as in `uncertainty: 5 mm`",),
             )
             return None
-        return replace(base, span=quantity.span, max_age=age)
+        return replace(base, span=quantity.span, max_age=age, sensor=sensor)
+    if sensor is not None:
+        headline = "an uncertainty is of what a perceiver computes; a sensor does not tell its own"
+        diagnostics.error("AE208", headline, stated.span, help=("remove `uncertainty`",))
+        return None
     if not isinstance(type_, RealType | VectorType) or isinstance(type_, IntegerType):
         diagnostics.error("AE208", f"a {type_} has no uncertainty", stated.span)
         return None

@@ -58,7 +58,8 @@ def elaborate_site(site: declared.Site, digest: str, diagnostics: Diagnostics) -
         tools = {name: kind.tool for name, kind in vocabulary.kinds.items() if kind.tool is not None}
         check_rules_read_no_answers(tools, rules.rules, rules.joint_rules, rules.histories, diagnostics)
         for access in (policy.access, *(access for _, access in policy.grants)):
-            check_access(access, vocabulary, cameras, devices, diagnostics)
+            sensors = [name.value for name, _ in site.sensors]
+            check_access(access, vocabulary, sensors, cameras, devices, diagnostics)
     limits = elaborate_limits(policy.limits, diagnostics)
     blocks = elaborate_overrides(policy.blocks, vocabulary, diagnostics)
     quotas = elaborate_quotas(policy.quotas, vocabulary, diagnostics)
@@ -101,6 +102,7 @@ def elaborate_site(site: declared.Site, digest: str, diagnostics: Diagnostics) -
         offers=_offers(site),
         configurations={name.value: _configuration(one) for name, one in site.modules},
         devices=devices,
+        sensors={name.value: purpose.value for name, purpose in site.sensors},
     )
 
 

@@ -24,6 +24,7 @@ class PictureRequest:
         height: number of rows, pixels.
         depth: the perceiver also gets the distance of each pixel along the optical axis.
         seen_as: the module's name for the camera; empty if it is the site's.
+        optional: the perceiver is called without it, too, as long as the camera has taken none.
     """
 
     camera: str
@@ -31,6 +32,7 @@ class PictureRequest:
     height: int
     depth: bool
     seen_as: str = ""
+    optional: bool = False
 
     @property
     def name(self) -> str:

@@ -434,7 +434,8 @@ class Scene:
         seals: joints that become stiff, by name.
         timers: conditions whose time is measured, by name.
         presses: lids with a handle, by name.
-        truth: condition under which each state variable of a goal is true.
+        truth: condition under which each state variable of a goal is true; a module's by its full name.
+        owners: module of each place and instrument that is a variable of one, by the thing's name.
         parts: the files that it is made of, its own first.
     """
 
@@ -454,6 +455,16 @@ class Scene:
     presses: Mapping[str, Press]
     truth: Mapping[str, SceneCondition]
     parts: tuple[ScenePart, ...] = field(default=())
+    owners: Mapping[str, str] = field(default_factory=dict)
+
+    def measured(self) -> Iterator[tuple[str, str]]:
+        """Yield what is surveyed and measured.
+
+        Yields:
+            Name of the state variable, and of the place or instrument that gives its value.
+        """
+        for name in (*self.places, *self.instruments):
+            yield (f"{self.owners[name]}.{name}" if name in self.owners else name), name
 
     def placements(self) -> Iterator[tuple[str, Placement]]:
         """Yield the placement of each place and body.

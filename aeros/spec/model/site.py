@@ -67,6 +67,7 @@ class Site:
         offers: uses that modules may make of a thing, by its name.
         configurations: settings of modules, by module.
         devices: device file of each computing device, by its name.
+        sensors: sensors that only modules read: their purpose by name.
     """
 
     id: str
@@ -99,11 +100,18 @@ class Site:
     offers: Mapping[str, frozenset[str]] = field(default_factory=dict)
     configurations: Mapping[str, ModuleConfiguration] = field(default_factory=dict)
     devices: Mapping[str, str] = field(default_factory=dict)
+    sensors: Mapping[str, str] = field(default_factory=dict)
 
     @cached_property
     def observed_variables(self) -> Mapping[str, Declared]:
         """Variables of the state that conditions may read: measured ones and histories of them."""
         return {**self.state, **{history.declared.name: history.declared for history in self.histories}}
+
+    @cached_property
+    def sensor_names(self) -> frozenset[str]:
+        """Names of the sensors: of its state variables, of its cameras, and those that only modules read."""
+        state = {one.sensor for name, one in self.state.items() if one.sensor and "." not in name}
+        return frozenset({*state, *self.sensors, *(camera.sensor for camera in self.cameras.values())})
 
     @cached_property
     def module_variables(self) -> frozenset[str]:

@@ -214,14 +214,14 @@ def _reads_permitted(
 ) -> StaticClaim:
     """Claim that every state variable that is read comes from a sensor the module may use.
 
-    Its own variables come from its perceivers and definitions, whose sensors are claimed apart.  It can read
-    variables of other modules only if the site shares them.
+    The sensors of its perceivers and definitions are claimed apart.  It can read variables of other modules
+    only if the site shares them.
     """
     for term, span in read:
         for name, variable in t.variables_of(term).items():
-            is_measured = variable.role is t.VariableRole.STATE and "." not in name
+            is_measured = variable.role is t.VariableRole.STATE and name in site.state
             sensor = site.state[name].sensor if is_measured else None
-            if sensor is not None and sensor not in ecm.requested_access.sensors:
+            if sensor is not None and "." not in sensor and sensor not in ecm.requested_access.sensors:
                 diagnostic = Diagnostic(
                     "AE405",
                     f"`{name}` is measured by `{sensor}`, which `{ecm.id}` has no permission to read",
@@ -236,8 +236,8 @@ def _perceiver_sensors_permitted(ecm: Ecm, site: Site, perceiver: Perceiver) -> 
     """Claim that a perceiver's pictures and readings come from sensors that the module may use."""
     used = [(f"pictures of `{one.camera}`", site.cameras[one.camera].sensor) for one in perceiver.pictures]
     for name in perceiver.readings:
-        sensor = None if "." in name else site.state[name].sensor
-        used += [] if sensor is None else [(f"`{name}`", sensor)]
+        sensor = site.state[name].sensor
+        used += [] if sensor is None or "." in sensor else [(f"`{name}`", sensor)]
     excess = next((one for one in used if one[1] not in ecm.requested_access.sensors), None)
     what, sensor = excess or ("", "")
     return _static_claim(

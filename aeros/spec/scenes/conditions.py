@@ -74,18 +74,18 @@ class SceneScope:
         self._diagnostics = diagnostics
         self._types = dict(_types(scene))
         self._regions = region_names(scene)
-        self._conditions = dict.fromkeys([*scene.conditions, *scene.seals], BOOL)
-        self._conditions |= dict.fromkeys(scene.truth, BOOL)
+        self._conditions = {name: name for name in (*scene.conditions, *scene.seals, *scene.truth)}
         for timer in scene.timers:
             self.add_timer(timer)
 
-    def add_condition(self, name: str) -> None:
+    def add_condition(self, name: str, full_name: str = "") -> None:
         """Make a condition known to those after it.
 
         Args:
-            name: of a condition, or of a seal, which is true once it is sealed.
+            name: of a condition, of a seal, which is true once it is sealed, or of a truth.
+            full_name: of the truth of a module's variable, as in `kettle.water_hot`; empty if it has none.
         """
-        self._conditions[name] = BOOL
+        self._conditions[name] = full_name or name
 
     def add_timer(self, name: str) -> None:
         """Make a timer known to the conditions after it.
@@ -104,11 +104,11 @@ class SceneScope:
         Returns:
             The condition; None after reporting its fault.
         """
-        types: dict[str, Type] = {**self._types, **self._conditions}
+        types: dict[str, Type] = {**self._types, **dict.fromkeys(self._conditions, BOOL)}
         points = [name for name, type_ in types.items() if type_ == _POINT]
         memberships = {f"{point}{_IN}{region}": BOOL for point in points for region in self._regions}
         variables = {
-            name: t.Variable(name, type_, t.VariableRole.STATE)
+            name: t.Variable(self._conditions.get(name, name), type_, t.VariableRole.STATE)
             for name, type_ in {**types, **memberships}.items()
         }
         names = _DottedNames(types, self._regions)

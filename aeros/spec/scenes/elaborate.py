@@ -86,6 +86,9 @@ class _SceneElaborator:
         for name, body in scene.bodies:
             known = (*self._found.places, *self._found.bodies)
             self._add("bodies", {name.value: self._bodies.body(name.value, body, known)})
+        if scene.module is not None:
+            measured = [name.value for name, _ in (*scene.places, *scene.instruments)]
+            self._add("owners", dict.fromkeys(measured, scene.module.value))
         self._add("cameras", _each(scene.cameras, self._camera))
         self._add("instruments", _each(scene.instruments, self._instrument))
         self._add("regions", _each(scene.regions, self._region))
@@ -204,8 +207,9 @@ class _SceneElaborator:
             self._add("timers", {name.value: scope.condition(timer.while_)})
             scope.add_timer(name.value)
         for name, text in scene.truth:
-            self._add("truth", {name.value: scope.condition(text)})
-            scope.add_condition(name.value)
+            full = name.value if scene.module is None else f"{scene.module.value}.{name.value}"
+            self._add("truth", {full: scope.condition(text)})
+            scope.add_condition(name.value, full)
 
     def _seal(self, seal: declared.Seal, scope: SceneScope) -> Seal | None:
         joint, when = self._part(seal.joint, "joint"), scope.condition(seal.when)

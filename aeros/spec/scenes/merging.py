@@ -102,7 +102,8 @@ def merge(first: Scene, second: Scene, at: SourceSpan | None, diagnostics: Diagn
             help=("write `robot` in the scene that includes both",) if at else ("remove its `robot`",),
         )
     joined: dict[str, Any] = {
-        field: {**getattr(first, field), **getattr(second, field)} for field in (*NAMED, "cameras", "truth")
+        field: {**getattr(first, field), **getattr(second, field)}
+        for field in (*NAMED, "cameras", "truth", "owners")
     }
     return replace(
         first,
@@ -128,10 +129,11 @@ class _Move:
     def __init__(self, prefix: str, offset: Vector) -> None:
         self._prefix = prefix
         self._offset = offset
+        self._truth: Mapping[str, SceneCondition] = {}
 
     def scene(self, scene: Scene) -> Scene:
         """Rename and move everything."""
-        robot = scene.robot
+        robot, self._truth = scene.robot, scene.truth
         return replace(
             scene,
             robot=None if robot is None else robot._replace(base=self._point(robot.base)),
@@ -146,7 +148,8 @@ class _Move:
             seals=self._all(scene.seals, self._seal),
             timers=self._all(scene.timers, self._condition),
             presses=self._all(scene.presses, self._press),
-            truth=self._all(scene.truth, self._condition),
+            truth={self._full_name(name): self._condition(one) for name, one in scene.truth.items()},
+            owners=self._all(scene.owners, str),
             parts=tuple(part._replace(prefix=self._prefix + part.prefix) for part in scene.parts),
         )
 
@@ -155,6 +158,11 @@ class _Move:
 
     def _name(self, name: str) -> str:
         return self._prefix + name
+
+    def _full_name(self, name: str) -> str:
+        """Rename a state variable, which may be a module's."""
+        module, dot, short = name.rpartition(".")
+        return f"{module}{dot}{self._name(short)}"
 
     def _point(self, point: Vector) -> Vector:
         x, y, z = (part + by for part, by in zip(point, self._offset, strict=True))
@@ -240,4 +248,6 @@ class _Move:
         if is_membership(name):
             point, region = membership(name)
             return f"{self._variable(point)} in {self._name(region)}"
+        if name in self._truth:
+            return self._full_name(name)
         return name if name.startswith("robot.") else self._name(name)

@@ -104,7 +104,7 @@ class DeclaredScene:
 
     def measure(self, state: RobotState, time: float) -> Mapping[str, Any]:
         """Implement `KinematicScene.measure`: surveyed places and instruments."""
-        values = {name: self.state.value(name) for name in (*self.scene.places, *self.scene.instruments)}
+        values = {variable: self.state.value(name) for variable, name in self.scene.measured()}
         for detector in self._detectors:
             values |= detector.measure(state, time)
         return values

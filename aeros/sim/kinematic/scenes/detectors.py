@@ -11,10 +11,9 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from aeros.sim.detected_object import DetectedObject
-from aeros.sim.geometry import Camera, Vector3, add, is_in_view, to_world, yaw_of
-from aeros.sim.layouts import dumpling_bench, fetch, table
+from aeros.sim.geometry import Camera, Vector3, to_world, yaw_of
+from aeros.sim.layouts import dumpling_bench, table
 from aeros.sim.layouts.dumpling_bench import DumplingTracker, WrapperDetection
-from aeros.sim.layouts.fetch import LastDetection
 from aeros.sim.robot.robot import RobotState
 from aeros.spec.model.scene import BodyPart
 
@@ -63,37 +62,6 @@ def detectors_of(scene: DeclaredScene) -> tuple[ExactDetector, ...]:
     """
     parts = [part for part in scene.scene.parts if part.name in _DETECTORS]
     return tuple(_DETECTORS[part.name](scene, part.prefix) for part in parts)
-
-
-class _FetchDetector:
-    """The can, if the middle of its top is in the picture."""
-
-    def __init__(self, scene: DeclaredScene, prefix: str) -> None:
-        self._scene = scene
-        self._prefix = prefix
-        self._seen: LastDetection | None = None
-
-    def tick(self) -> None:
-        """Forget where the can was seen once it is held."""
-        if self._scene.is_carried(f"{self._prefix}can"):
-            self._seen = None
-
-    def measure(self, state: RobotState, time: float) -> Mapping[str, Any]:
-        """Implement `ExactDetector.measure`; see `room_measurements`."""
-        held = self._scene.is_held(f"{self._prefix}can")
-        station = self._scene.state.value(f"{self._prefix}station_position")
-        return fetch.room_measurements(station, state.base_position, held, self._seen, time)
-
-    def detect(self, camera: str, view: Camera, time: float) -> Mapping[str, Any]:
-        """Implement `ExactDetector.detect`: the can's middle."""
-        if camera.removeprefix(self._prefix) not in ("mast", "hand"):
-            return {}
-        middle = self._scene.pose_of(BodyPart(f"{self._prefix}can")).position
-        seen = is_in_view(view, add(middle, (0.0, 0.0, fetch.CAN_SIZE[1] / 2)))
-        self._seen = LastDetection(middle, time) if seen else None
-        delivery: Vector3 = self._scene.state.value(f"{self._prefix}delivery_position")
-        found = DetectedObject(middle) if seen else None
-        return fetch.camera_measurements(camera.removeprefix(self._prefix), found, delivery)
 
 
 class _TableDetector:
@@ -182,7 +150,6 @@ class _BenchDetector:
 
 
 _DETECTORS: Final[Mapping[str, Callable[[DeclaredScene, str], ExactDetector]]] = {
-    "fetch": _FetchDetector,
     "table": _TableDetector,
     "dumpling_bench": _BenchDetector,
 }

@@ -77,8 +77,7 @@ def things_of_sort(site: Site, sort: str) -> Mapping[str, object]:
         case "actuator":
             return dict.fromkeys(sorted(one for kind in site.kinds.values() for one in kind.actuators))
         case "sensor":
-            sensors = [one.sensor for one in site.state.values() if one.sensor and "." not in one.sensor]
-            return dict.fromkeys((*sensors, *(one.sensor for one in site.cameras.values())))
+            return dict.fromkeys(sorted(site.sensor_names))
         case _:
             return site.resources
 

@@ -21,7 +21,7 @@ from aeros.spec.obligations.skill_syntax.allowed_names import (
 PERCEPTION_INTERFACE: Final = "aeros.perception"
 
 INTERFACE_MEMBERS: Final = split_names(
-    "Circle CylinderPose Estimate Perception Picture Plane "
+    "Circle CylinderPose Estimate Mask Perception Picture Plane Points "
     "Rectangle Sample View connected_components estimate find_plane "
     "fit_circle fit_plane has_dominant_colour has_hsv_colour "
     "has_red_ratios has_size inlier_mask largest_component "
