@@ -85,7 +85,7 @@ class Demonstration:
         if action.kind == "grip":
             self._grips += 1
             if self._grips == 1:  # the hand opens, and the demonstration begins
-                x, y, z = observation["sponge_position"]
+                x, y, z = observation["clean_table.sponge_position"]
                 self.grasp = (x, y, z + SPONGE_GRASP)
                 self.corners = [observation["tool_position"]]
         elif action.kind == "move_tool" and self._grips == 1:

@@ -105,7 +105,9 @@ def surroundings_of(configuration: Configuration, scene: Scene) -> FaultContext:
     from aeros.sim.faults.faults_file import FaultContext
 
     skills = [f"{ecm.id}.{skill}" for ecm in configuration.modules.values() for skill in ecm.skills]
-    return FaultContext(configuration.site.state, skills, scene.movable, tuple(scene.cameras))
+    state = configuration.site.state
+    measured = {name: one for name, one in state.items() if one.sensor is not None and "." not in one.sensor}
+    return FaultContext(measured, skills, scene.movable, tuple(scene.cameras))
 
 
 def load_run_scene(

@@ -16,13 +16,12 @@ from typing import Any, Final
 
 from aeros.runtime.ports import (
     BACK_OFF,
+    CameraPicture,
     Monitor,
     MotionCompletion,
     MotionHandle,
     NoMotion,
     PlannedMotion,
-    Reading,
-    Readings,
     Trajectory,
     announce_stop,
 )
@@ -58,6 +57,9 @@ _BACK_OFF_SPEED: Final = 0.1
 CAMERA_TICKS: Final = 24
 """Exposure and read-out of a camera, ticks (0.1 s)."""
 
+
+TakenPicture = Callable[[], CameraPicture]
+"""Returns a picture of the moment at which it was taken, whenever it is called."""
 
 _PLANNERS: Final[dict[str, Callable[[Robot, ActionParameters, Trajectory | None], PreparedMotion]]] = {
     "stop": plan_stop,
@@ -101,7 +103,7 @@ class FixedStepPlant(ABC):
     def __init__(self, robot: Robot, cameras: Collection[str]) -> None:
         self._robot = robot
         self._cameras = cameras
-        self._detections: dict[str, Reading] = {}
+        self._pictures: dict[str, TakenPicture] = {}
         self._state = robot.read_sensors()
         self._torque_rate = (0.0,) * len(self._state.torque)
         self._planned: tuple[float, PreparedMotion] | None = None
@@ -118,12 +120,20 @@ class FixedStepPlant(ABC):
         """Advance the world around the robot by one tick."""
 
     @abstractmethod
-    def _detect(self, camera: str) -> Mapping[str, Any]:
-        """Return what `camera` detects now, by vocabulary name."""
+    def _look(self, camera: str) -> TakenPicture:
+        """Take a picture with `camera` now."""
 
     @abstractmethod
     def _check_tracking(self) -> None:
         """Raise `BlockedError` if something holds arm or carriage back."""
+
+    def pictures(self) -> Mapping[str, CameraPicture]:
+        """Return the newest picture of each camera: those of `look`, and the first ones of the scene.
+
+        Returns:
+            The pictures by camera; a camera that has taken none is absent.
+        """
+        return {name: taken() for name, taken in self._pictures.items()}
 
     def plan(self, action: Action) -> PlannedMotion:
         """Implement `Plant.plan` for the current state."""
@@ -288,17 +298,11 @@ class FixedStepPlant(ABC):
         return next((plan for plan in plans if isinstance(plan, Trajectory)), None)
 
     def _camera_motion(self, camera: str) -> Iterator[None]:
-        """Take a picture; publish its detections after exposure and read-out."""
-        detections, picture_time = self._detect(camera), self.now()
+        """Take a picture; publish it after exposure and read-out."""
+        picture = self._look(camera)
         for _ in range(CAMERA_TICKS):
             yield
-        self._publish_detection({name: Reading(value, picture_time) for name, value in detections.items()})
-
-    def _publish_detection(self, picture: Readings) -> None:
-        """Make detections observable; a value of None removes the earlier detection of that name."""
-        self._detections.update(picture)
-        for name in [name for name, reading in picture.items() if reading.value is None]:
-            del self._detections[name]
+        self._pictures[camera] = picture
 
     def _tick(self, *, stopping: bool = False) -> None:
         self._step_world()

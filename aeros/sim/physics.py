@@ -17,12 +17,12 @@ from aeros.runtime.ports import CameraPicture, CameraView, Readings
 from aeros.sim.bullet.panda import Panda
 from aeros.sim.bullet.people import People, Person
 from aeros.sim.bullet.world import PhysicsWorld
-from aeros.sim.fixed_step_plant import CAMERA_TICKS, FixedStepPlant
+from aeros.sim.fixed_step_plant import CAMERA_TICKS, FixedStepPlant, TakenPicture
 from aeros.sim.geometry import Camera, Vector3
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.errors import BlockedError
 from aeros.sim.scenes.physics_scene import PhysicsScene
-from aeros.sim.scenes.scene import DetectionFilter, PhysicalScene, unfiltered
+from aeros.sim.scenes.scene import PhysicalScene
 from aeros.sim.sensors import SCANNER_RANGE, GroundTruth, SensorModel, Sensors
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.model.scene import Scene
@@ -87,16 +87,16 @@ class NoDisturbance:
     def before_tick(self) -> None:
         """Act on the world; called in each tick after the motors are set and before the world steps."""
 
-    def detection_filter(self, camera: str) -> DetectionFilter:
-        """Return the filter for all detections in the picture that a camera takes now.
+    def disturb_picture(self, picture: CameraPicture) -> CameraPicture:
+        """Disturb a picture that has just been taken.
 
         Args:
-            camera: name of the camera.
+            picture: the picture.
 
         Returns:
-            A function that changes or drops one detection.
+            What the camera delivers.
         """
-        return unfiltered
+        return picture
 
     def skill_began(self, skill: str) -> None:
         """Note that a skill begins.
@@ -168,26 +168,17 @@ class PhysicsPlant(FixedStepPlant):
         super().__init__(robot, scene.cameras)
         self._truth = GroundTruth(0, self._fast_values())
         self.sensors.sample(self._truth)
-        self._pictures: dict[str, CameraPicture] = {}
         for camera in scene.initial_cameras:
             # Taken before the clock starts, and so without faults.
-            self._publish_look(*self._look(camera, scene.detect))
+            self._publish(self._picture(camera))
 
     def now(self) -> float:
         """Implement `Plant.now`: simulated seconds since the scene settled."""
         return self._world.time
 
     def observe(self) -> Readings:
-        """Implement `Plant.observe`: current readings, and the latest detection of each camera."""
-        return {**self._detections, **self.sensors.read(self._ground_truth())}
-
-    def pictures(self) -> Mapping[str, CameraPicture]:
-        """Return the newest picture of each camera: those of `look`, and the first ones of the scene.
-
-        Returns:
-            The pictures by camera; a camera that has taken none is absent.
-        """
-        return dict(self._pictures)
+        """Implement `Plant.observe`: current readings."""
+        return self.sensors.read(self._ground_truth())
 
     def truth(self) -> Mapping[str, bool]:
         """Judge the goals by what is true in the world, for a referee; nothing that acts may call it.
@@ -214,26 +205,22 @@ class PhysicsPlant(FixedStepPlant):
 
     # Internals.
 
-    def _detect(self, camera: str) -> Mapping[str, Any]:
-        return self._scene.detect(camera, self._disturbance.detection_filter(camera))
+    def _look(self, camera: str) -> TakenPicture:
+        picture = self._disturbance.disturb_picture(self._picture(camera))
+        return lambda: picture
 
     def _camera_motion(self, camera: str) -> Iterator[None]:
-        detections, picture = self._look(camera, self._detect)
-        for _ in range(CAMERA_TICKS + self.sensors.delay(detections.values)):
+        """Take a picture; a camera with a sensor model may deliver it late, noisy or never."""
+        picture = self.sensors.deliver(self._look(camera)(), self._world.ticks)
+        for _ in range(CAMERA_TICKS + self.sensors.delay(camera)):
             yield
-        self._publish_look(detections, picture)
+        if picture is not None:
+            self._publish(picture)
 
-    def _look(
-        self, name: str, detect: Callable[[str], Mapping[str, Any]]
-    ) -> tuple[GroundTruth, CameraPicture]:
-        """Take a picture: what the scene detects in it, and the picture itself."""
-        renderer = self._world.renderer
-        renderer.forget_latest()
-        values = detect(name)
+    def _picture(self, name: str) -> CameraPicture:
         camera = self._scene.camera(name)
-        # The scene renders most pictures itself; some it does not need.
-        image = renderer.render_unless_latest(camera)
-        picture = CameraPicture(
+        image = self._world.renderer.render(camera)
+        return CameraPicture(
             name,
             self._world.time,
             camera.width,
@@ -242,11 +229,9 @@ class PhysicsPlant(FixedStepPlant):
             image.depth.astype(np.float32).tobytes(),
             CameraView(camera.eye, camera.target, camera.up, camera.field_of_view),
         )
-        return GroundTruth(self._world.ticks, values), picture
 
-    def _publish_look(self, detections: GroundTruth, picture: CameraPicture) -> None:
-        self._publish_detection(self.sensors.read_camera(detections))
-        self._pictures[picture.camera] = picture
+    def _publish(self, picture: CameraPicture) -> None:
+        self._pictures[picture.camera] = lambda: picture
 
     def _step_world(self) -> None:
         self._disturbance.before_tick()

@@ -12,9 +12,10 @@ from dataclasses import dataclass, field, replace
 from math import ceil, inf
 from typing import Any, Final
 
+import numpy as np
 from numpy.random import Generator
 
-from aeros.runtime.ports import Reading, Readings
+from aeros.runtime.ports import CameraPicture, Reading, Readings
 from aeros.sim.clock import TICK
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.limits import SCANNER_RANGE as SCANNER_RANGE
@@ -28,8 +29,6 @@ _SENSOR_RANGES: Final[Mapping[str, tuple[float, float]]] = {
     "contact_force": (0.0, inf),
     "finger_gap": (0.0, inf),
     "grip_force": (0.0, inf),
-    "press_force": (0.0, inf),
-    "wiped_fraction": (0.0, 1.0),
 }
 """Range of readings of an instrument, whatever its noise: a range finder shows no negative distance."""
 
@@ -112,11 +111,11 @@ class Sensors:
 
     Args:
         seed: of noise and dropout.
-        models: sensor models by vocabulary name.
+        models: sensor models by name of the state variable or camera.
 
     Attributes:
-        models: sensor models by vocabulary name. Faults change it at any time; readings already under way
-            still arrive, after the latency of the new model.
+        models: sensor models by name of the state variable or camera. Faults change it at any time; readings
+            already under way still arrive, after the latency of the new model.
     """
 
     def __init__(self, seed: int, models: Mapping[str, SensorModel] | None = None) -> None:
@@ -193,33 +192,39 @@ class Sensors:
                 values[name] = reading.value if reading.time == now else reading
         return values
 
-    def read_camera(self, truth: GroundTruth) -> Readings:
-        """Measure what a single picture shows, with noise and dropout; `delay` gives the latency.
+    def deliver(self, picture: CameraPicture, tick: int) -> CameraPicture | None:
+        """Pass a picture through its camera's sensor model: noise is of depth, m, along the optical axis.
 
         Args:
-            truth: detections by vocabulary name, at the tick of the picture.
+            picture: what the camera saw.
+            tick: number of the tick.
 
         Returns:
-            The readings that were not dropped, with the time of the picture.
+            The picture that arrives; None if it is lost.
         """
-        readings = {}
-        for name, value in truth.values.items():
-            model = self.models.get(name)
-            seen = value if model is None else self._measure(name, model, truth.tick, value)
-            if seen is not _NO_READING:
-                readings[name] = Reading(seen, truth.time)
-        return readings
+        model = self.models.get(picture.camera)
+        if model is None or (model.dropout == 0.0 and model.noise == 0.0):
+            return picture
+        draw = self._chance.generator(f"camera {picture.camera}", tick)
+        if draw.random() < model.dropout:
+            return None
+        if model.noise == 0.0 or picture.depth is None:
+            return picture
+        depth = np.frombuffer(picture.depth, np.float32)
+        noise = draw.normal(0.0, model.noise, len(depth)).astype(np.float32)
+        return replace(picture, depth=(depth + noise).tobytes())
 
-    def delay(self, names: Iterable[str]) -> int:
-        """Compute the time until a picture of these quantities has arrived.
+    def delay(self, camera: str) -> int:
+        """Return the time by which a camera's picture arrives late.
 
         Args:
-            names: quantities in the picture.
+            camera: name of the camera.
 
         Returns:
-            The longest latency among them, ticks.
+            The latency, ticks.
         """
-        return max((self.models[name].latency_ticks for name in names if name in self.models), default=0)
+        model = self.models.get(camera)
+        return 0 if model is None else model.latency_ticks
 
     def _sample(self, name: str, model: SensorModel, truth: GroundTruth) -> None:
         line = self._lines.get(name)

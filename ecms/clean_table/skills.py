@@ -103,7 +103,7 @@ DROPS = (-0.045, 0.045)
 
 
 def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
-    """Take the sponge, sweep it over the area in overlapping strokes and put it back."""
+    """Take the sponge, sweep it over the area in overlapping strokes, put it back and look."""
     observed = yield from _overlook(observed)
     observed = yield from _bin_what_is_held(observed)
     if not observed["holding"]:
@@ -116,7 +116,8 @@ def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
         yield act("slide", target=(x, end, height), force=WIPE_FORCE, speed=WIPE_SPEED)
         observed = yield act("move_tool", target=(x, end, height + HOVER), yaw=0.0, speed=NEAR_SPEED)
         start, end = end, start
-    yield from _return_sponge(observed)
+    observed = yield from _return_sponge(observed)
+    yield from _overlook(observed)
 
 
 def organize(observed: Observation, inputs: Inputs) -> SkillBody:

@@ -37,7 +37,7 @@ PATIENCE = 40
 def glance(observed: Observation, inputs: Inputs) -> SkillBody:
     """Look from above, and say how high the arm has to be to hide nothing."""
     observed = yield act("look", camera="overhead")
-    empty = observed.get("clutter_on_table") is False
+    empty = observed.get("clean_table.clutter_on_table") is False
     return {"height": LOW if empty else HIGH}
 
 

@@ -119,7 +119,8 @@ def _names_for(ecm: Ecm, site: Site, name: str, declared: Declared) -> tuple[str
         return own if name in ecm.names.variables else (*own, name)
     if module == ecm.id:
         return (short,)
-    return (name,) if name in site.perception.shared and module in ecm.required_modules else ()
+    is_readable = name in site.perception.shared or (site.perception.public and declared.is_public)
+    return (name,) if is_readable and module in ecm.required_modules else ()
 
 
 def _is_recent(time: float, now: float, max_age: Fraction) -> bool:

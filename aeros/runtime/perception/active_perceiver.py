@@ -64,9 +64,9 @@ class ActivePerceiver:
         self._check = PerceivedValueCheck(ecm, perceiver)
         self._sees = ObservationFilter(ecm, site)
         self._readings = perceiver.read_as
-        # Its module's own variables do not change between two calls.
-        own = f"{ecm.id}."
-        self._sampled = [name for name in perceiver.readings if not name.startswith(own)]
+        # What its module perceives or defines does not change between two calls.
+        own = {name for name, one in ecm.state.items() if one.sensor is None or "." in one.sensor}
+        self._sampled = [name for name in perceiver.readings if name not in own]
         self._samples: dict[str, deque[tuple[float, Any]]] = {
             seen_as: deque(maxlen=MAX_SAMPLES)
             for seen_as, name in self._readings.items()

@@ -34,7 +34,6 @@ class Renderer:
 
     def __init__(self, client: int) -> None:
         self.client = client
-        self._latest: tuple[Camera, Image] | None = None
         # Pictures to apply at the next rendering: a sponge changes one at every tick.
         self._unpainted: dict[int, NDArray[np.uint8]] = {}
 
@@ -88,23 +87,4 @@ class Renderer:
         rgb = np.reshape(np.asarray(pixels, dtype=np.uint8), (*shape, 4))[:, :, :3]
         z = np.reshape(np.asarray(depth, dtype=np.float64), shape)
         metres = camera.far * camera.near / (camera.far - (camera.far - camera.near) * z)
-        image = Image(np.ascontiguousarray(rgb), metres)
-        self._latest = (camera, image)
-        return image
-
-    def forget_latest(self) -> None:
-        """Forget the latest picture: what comes after it may look different."""
-        self._latest = None
-
-    def render_unless_latest(self, camera: Camera) -> Image:
-        """Return the latest picture if it is of this camera and not forgotten, else render one.
-
-        Args:
-            camera: in W.
-
-        Returns:
-            Colours and depth.
-        """
-        if self._latest is not None and self._latest[0] == camera:
-            return self._latest[1]
-        return self.render(camera)
+        return Image(np.ascontiguousarray(rgb), metres)

@@ -1,4 +1,4 @@
-"""Effects of each kind of fault: physical effects tick by tick, and filters of camera detections.
+"""Effects of each kind of fault: physical effects tick by tick, and disturbances of pictures.
 
 A physical effect is an iterator, like a motion: each tick it pushes a body or yields a degradation of the
 robot's parts.
@@ -6,30 +6,39 @@ robot's parts.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from itertools import repeat
 from math import cos, pi, sin
+from typing import Final
 
+import numpy as np
 from numpy.random import Generator
 
+from aeros.runtime.ports import CameraPicture
 from aeros.sim.clock import TICK
 from aeros.sim.faults.degradation import NO_DEGRADATION, Degradation
-from aeros.sim.faults.model import DetectionFault, PersonEntersFault, PhysicalFault
+from aeros.sim.faults.model import PersonEntersFault, PhysicalFault, PictureFault
 from aeros.sim.geometry import Vector3, add
 from aeros.sim.physics import PlantParts
-from aeros.sim.scenes.scene import DetectionFilter
 from aeros.sim.sensors import SensorModel
 from aeros.spec.declared.faults import (
     CommandDelayFault,
-    DisplacedDetectionFault,
     GripForceFault,
     ImpulseFault,
-    MissedDetectionFault,
+    MisplacedPictureFault,
+    MissedPictureFault,
     PadFrictionFault,
     SensorFault,
     TorqueFault,
 )
+
+PictureEffect = Callable[[CameraPicture], CameraPicture]
+"""Changes a picture."""
+
+_FAR: Final = 5.0
+"""Depth of a pixel that shows nothing near, m."""
 
 
 def physical_effect(
@@ -74,24 +83,34 @@ def _bump(bump: ImpulseFault, source: Generator, parts: PlantParts) -> Iterator[
         yield NO_DEGRADATION
 
 
-def detection_effect(kind: DetectionFault, source: Generator) -> DetectionFilter:
-    """Make the effect of a fault on all detections in one picture.
+def picture_effect(kind: PictureFault, source: Generator) -> PictureEffect:
+    """Make the effect of a fault on one picture.
 
     Args:
         kind: the fault.
         source: random numbers of this occurrence.
 
     Returns:
-        A filter that drops every detection, or moves all by the same displacement.
+        A function that dazzles the camera, so that it sees white and nothing near; or that moves the place
+        from which it says that it took the picture.
     """
     match kind:
-        case DisplacedDetectionFault(by, direction):
+        case MisplacedPictureFault(by, direction):
             x, y, z = _random_horizontal(source) if direction is None else direction
-            return lambda found: (
-                found and found._replace(position=add(found.position, (by * x, by * y, by * z)))
-            )
-        case MissedDetectionFault():
-            return lambda _: None
+            return partial(_misplaced, by=(by * x, by * y, by * z))
+        case MissedPictureFault():
+            return _dazzled
+
+
+def _dazzled(picture: CameraPicture) -> CameraPicture:
+    pixels = picture.width * picture.height
+    depth = None if picture.depth is None else np.full(pixels, _FAR, np.float32).tobytes()
+    return replace(picture, rgb=b"\xff" * (3 * pixels), depth=depth)
+
+
+def _misplaced(picture: CameraPicture, by: Vector3) -> CameraPicture:
+    view = picture.view
+    return replace(picture, view=view._replace(eye=add(view.eye, by), target=add(view.target, by)))
 
 
 def _random_horizontal(source: Generator) -> Vector3:

@@ -14,11 +14,11 @@ from aeros.sim.bullet.people_file import parse_person
 from aeros.sim.clock import TICK
 from aeros.sim.faults.model import (
     CameraOpportunity,
-    DetectionFault,
     Fault,
     Opportunity,
     PersonEntersFault,
     PhysicalFault,
+    PictureFault,
     SkillOpportunity,
     TimedOpportunity,
 )
@@ -32,11 +32,11 @@ from aeros.spec.declared.faults import (
     Amount,
     Deviation,
     Direction,
-    DisplacedDetectionFault,
     Duration,
     Known,
     Mark,
-    MissedDetectionFault,
+    MisplacedPictureFault,
+    MissedPictureFault,
     SensorFault,
     Share,
     marks_of,
@@ -46,7 +46,7 @@ from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean
 from aeros.spec.diagnostics.source import Source, SourceSpan
 from aeros.spec.elaborate.expressions import elaborate_quantity
 from aeros.spec.expr.types import FamilyType, RealType, VectorType
-from aeros.spec.expr.units import TIME, Dimension
+from aeros.spec.expr.units import LENGTH, TIME, Dimension
 from aeros.spec.model.variables import Declared
 from aeros.spec.text.fields import NumberField, TextField
 from aeros.spec.text.files import read_source
@@ -60,7 +60,7 @@ class FaultContext:
     """Names that a faults file may use.
 
     Attributes:
-        quantities: state variables of the site that are measured, by name.
+        quantities: state variables that the plant measures, by name; none of those that perceivers compute.
         skills: as `MODULE.SKILL`.
         things: objects of the scene that can be pushed.
         cameras: of the scene.
@@ -70,6 +70,11 @@ class FaultContext:
     skills: Collection[str]
     things: Collection[str]
     cameras: Collection[str]
+
+    @property
+    def measured(self) -> Collection[str]:
+        """Names of quantities and cameras."""
+        return (*self.quantities, *self.cameras)
 
 
 def shipped_faults() -> dict[str, Path]:
@@ -132,13 +137,9 @@ def _fault(
     kind = None if word is None else _kind(name, word, getattr(declaration, word), context, diagnostics)
     if at is None or process is None or word is None or kind is None:
         return None
-    if isinstance(kind, MissedDetectionFault | DisplacedDetectionFault) is not isinstance(
-        at, CameraOpportunity
-    ):
+    if isinstance(kind, MissedPictureFault | MisplacedPictureFault) is not isinstance(at, CameraOpportunity):
         allowed = (
-            "`look`"
-            if isinstance(kind, MissedDetectionFault | DisplacedDetectionFault)
-            else "`skill` or `every`"
+            "`look`" if isinstance(kind, MissedPictureFault | MisplacedPictureFault) else "`skill` or `every`"
         )
         diagnostics.error(
             "AE208",
@@ -240,7 +241,7 @@ def _process(declaration: declared.Fault, diagnostics: Diagnostics) -> GilbertEl
 
 def _kind(
     name: str, word: str, declaration: Any, context: FaultContext, diagnostics: Diagnostics
-) -> PhysicalFault | DetectionFault | None:
+) -> PhysicalFault | PictureFault | None:
     if isinstance(declaration, Person):
         return PersonEntersFault(parse_person(name, declaration, diagnostics))
     kind, values = KINDS[word], dict[str, object]()
@@ -253,7 +254,7 @@ def _kind(
     if kind is SensorFault and values.keys() == {"of", "lasts"}:
         diagnostics.error("AE208", "`misread` needs `noise`, `latency` or `dropout`", declaration.span)
         return None
-    fault: PhysicalFault | DetectionFault | None = None if None in values.values() else kind(**values)
+    fault: PhysicalFault | PictureFault | None = None if None in values.values() else kind(**values)
     return fault
 
 
@@ -279,7 +280,9 @@ def _value(
 def _deviation(
     text: TextField, of: TextField, context: FaultContext, diagnostics: Diagnostics
 ) -> float | None:
-    """Return a standard deviation of the known quantity `of`; None where it is wrong and reported."""
+    """Return a standard deviation of the known quantity `of`, or of a camera's depth; None where it is wrong."""
+    if of.value in context.cameras:
+        return _quantity(text, LENGTH, 1000, diagnostics)
     type_ = context.quantities[of.value].variable.type
     element = type_.element if isinstance(type_, FamilyType) else type_
     if isinstance(element, RealType | VectorType):

@@ -14,14 +14,14 @@ from typing import NamedTuple
 
 from numpy.random import Generator
 
+from aeros.runtime.ports import CameraPicture
 from aeros.sim.faults.degradation import NO_DEGRADATION, Degradation, DegradationApplier
-from aeros.sim.faults.effects import detection_effect, physical_effect
+from aeros.sim.faults.effects import physical_effect, picture_effect
 from aeros.sim.faults.model import CameraOpportunity, Fault, Opportunity, SkillOpportunity, TimedOpportunity
 from aeros.sim.faults.opportunities import OpportunitySampler
 from aeros.sim.physics import NoDisturbance, PlantParts
 from aeros.sim.randomness import RandomSource
-from aeros.sim.scenes.scene import DetectionFilter, OptionalDetection
-from aeros.spec.declared.faults import DisplacedDetectionFault, MissedDetectionFault
+from aeros.spec.declared.faults import MisplacedPictureFault, MissedPictureFault
 from aeros.spec.diagnostics.errors import MisuseError
 
 
@@ -137,28 +137,18 @@ class FaultInjector(NoDisturbance):
                 self._emit("fault-ended", active.fault, active.opportunity, "is over")
         self._applier.apply(now)
 
-    def detection_filter(self, camera: str) -> DetectionFilter:
-        """Implement `NoDisturbance.detection_filter`: each fault on this camera has an opportunity.
-
-        A missed detection hides an object whatever the other faults made of it.
-        """
-        effects = []
+    def disturb_picture(self, picture: CameraPicture) -> CameraPicture:
+        """Implement `NoDisturbance.disturb_picture`: each fault on this camera has an opportunity."""
         for fault in self._faults:
             kind = fault.kind
-            if isinstance(kind, MissedDetectionFault | DisplacedDetectionFault) and self._is_opportunity(
-                fault.opportunity, camera
+            if isinstance(kind, MissedPictureFault | MisplacedPictureFault) and self._is_opportunity(
+                fault.opportunity, picture.camera
             ):
                 rng = self._draws[fault.name].next()
                 if rng is not None:
                     self._emit("fault-started", fault, self._last_opportunity(fault), "happens")
-                    effects.append(detection_effect(kind, rng))
-
-        def through(found: OptionalDetection) -> OptionalDetection:
-            for effect in effects:
-                found = effect(found)
-            return found
-
-        return through
+                    picture = picture_effect(kind, rng)(picture)
+        return picture
 
     # Internals.
 
@@ -197,7 +187,7 @@ class FaultInjector(NoDisturbance):
             self._begin(pending.fault, pending.opportunity, pending.rng)
 
     def _begin(self, fault: Fault, opportunity: int, rng: Generator) -> None:
-        if isinstance(fault.kind, MissedDetectionFault | DisplacedDetectionFault):
+        if isinstance(fault.kind, MissedPictureFault | MisplacedPictureFault):
             raise MisuseError(f"`{fault.name}` is a detection fault and needs `at: look`")
         name = f"{fault.name} {opportunity}"
         ticks = physical_effect(fault.kind, rng, name, self._parts)

@@ -8,10 +8,10 @@ from aeros.sim.bullet.people import Person
 from aeros.sim.gilbert_elliott import GilbertElliottProcess
 from aeros.spec.declared.faults import (
     CommandDelayFault,
-    DisplacedDetectionFault,
     GripForceFault,
     ImpulseFault,
-    MissedDetectionFault,
+    MisplacedPictureFault,
+    MissedPictureFault,
     PadFrictionFault,
     SensorFault,
     TorqueFault,
@@ -85,7 +85,7 @@ PhysicalFault = (
 )
 """Faults of bodies, motors and sensors, which act tick by tick."""
 
-DetectionFault = MissedDetectionFault | DisplacedDetectionFault
+PictureFault = MissedPictureFault | MisplacedPictureFault
 """Faults of camera detections, which act on single pictures."""
 
 
@@ -106,5 +106,5 @@ class Fault:
     name: str
     opportunity: Opportunity
     process: GilbertElliottProcess
-    kind: PhysicalFault | DetectionFault
+    kind: PhysicalFault | PictureFault
     max_count: int | None = None

@@ -6,16 +6,15 @@ without motors, friction or inertia between a set point and the robot's position
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Any, Final
+from collections.abc import Mapping
+from typing import Final
 
-from aeros.runtime.ports import CameraPicture, Reading, Readings
+from aeros.runtime.ports import Reading, Readings
 from aeros.sim.clock import TICK
-from aeros.sim.fixed_step_plant import FixedStepPlant
+from aeros.sim.fixed_step_plant import FixedStepPlant, TakenPicture
 from aeros.sim.kinematic.robot import BLOCKING_FORCE, KinematicRobot
 from aeros.sim.kinematic.scenes.declared_scene import DeclaredScene
 from aeros.sim.kinematic.scenes.scene import KinematicScene
-from aeros.sim.pictures.late_picture import LatePicture
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.errors import BlockedError
 from aeros.sim.robot.self_contact import find_self_contact
@@ -40,34 +39,22 @@ class KinematicPlant(FixedStepPlant):
         self._free_posture: tuple[float, ...] = ()  # the latest in which no links were found to meet
         self._arm = KinematicRobot(scene.robot, scene.build(RandomSource(seed)))
         super().__init__(self._arm, scene.cameras)
-        self._pictures: dict[str, LatePicture] = {}
         for camera in scene.initial_cameras:
             self._pictures[camera] = self._look(camera)
-            self._publish_detection(
-                {name: Reading(value, 0.0) for name, value in self._detect(camera).items()}
-            )
 
     def now(self) -> float:
         """Implement `Plant.now`: simulated seconds since the scene was laid out."""
         return self._ticks * TICK
 
     def observe(self) -> Readings:
-        """Implement `Plant.observe`: robot and scene now, and the latest detection of each camera."""
+        """Implement `Plant.observe`: robot and scene now."""
         time = self.now()
         values = {
             **self._fast_values(),
             "holding": self._robot.is_holding(),
-            **self._scene.measure(self._state, time),
+            **self._scene.measure(),
         }
-        return {**self._detections, **{name: Reading(value, time) for name, value in values.items()}}
-
-    def pictures(self) -> Mapping[str, CameraPicture]:
-        """Return the newest picture of each camera: those of `look`, and the first ones of the scene.
-
-        Returns:
-            The pictures by camera; a camera that has taken none is absent.
-        """
-        return {name: late.picture() for name, late in self._pictures.items()}
+        return {name: Reading(value, time) for name, value in values.items()}
 
     def truth(self) -> Mapping[str, bool]:
         """Judge the goals by what is true in the world, for a referee; nothing that acts may call it.
@@ -82,16 +69,8 @@ class KinematicPlant(FixedStepPlant):
 
     # Internals.
 
-    def _detect(self, camera: str) -> Mapping[str, Any]:
-        return self._scene.detect(camera, self._state, self._robot.tool_command()[1], self.now())
-
-    def _look(self, camera: str) -> LatePicture:
-        return self._scene.see(camera, self._state, self._robot.tool_command()[1], self.now())
-
-    def _camera_motion(self, camera: str) -> Iterator[None]:
-        picture = self._look(camera)
-        yield from super()._camera_motion(camera)
-        self._pictures[camera] = picture
+    def _look(self, camera: str) -> TakenPicture:
+        return self._scene.see(camera, self._state, self._robot.tool_command()[1], self.now()).picture
 
     def _step_world(self) -> None:
         self._arm.tick()

@@ -7,7 +7,6 @@ from typing import Any, Final
 
 from aeros.sim.bullet.bodies import PlacedBody, add_body, check_overlaps
 from aeros.sim.bullet.panda import Panda
-from aeros.sim.bullet.renderer import Image
 from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.geometry import Camera, Pose, Vector3
 from aeros.sim.layouts.cameras import camera_in_world, fixed_camera
@@ -16,8 +15,6 @@ from aeros.sim.layouts.conditions import SceneState
 from aeros.sim.layouts.placement import place_things
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.robot import RobotOptions
-from aeros.sim.scenes.detectors import Detector, detectors_of
-from aeros.sim.scenes.scene import DetectionFilter, unfiltered
 from aeros.spec.model.scene import BodyPart, Scene
 from aeros.spec.scenes.load import require_robot
 
@@ -67,22 +64,16 @@ class PhysicsScene:
         for name in self._coatings:
             self._paint(name)
         self.state = SceneState(self.scene, self._poses, self)
-        self._detectors: tuple[Detector, ...] = detectors_of(self)
 
     def tick(self) -> None:
         """Implement `PhysicalScene.tick`: wipe what is pressed on, and judge seals and timers."""
         for name, coating in self._coatings.items():
             self._wipe(name, coating)
         self.state.tick()
-        for detector in self._detectors:
-            detector.tick()
 
     def measure(self) -> Mapping[str, Any]:
         """Implement `PhysicalScene.measure`: surveyed places and instruments."""
-        values = {variable: self.state.value(name) for variable, name in self.scene.measured()}
-        for detector in self._detectors:
-            values |= detector.measure()
-        return values
+        return {variable: self.state.value(name) for variable, name in self.scene.measured()}
 
     def body(self, name: str) -> int:
         """Implement `PhysicalScene.body`, for every body of the scene.
@@ -106,46 +97,6 @@ class PhysicsScene:
     def truth(self) -> Mapping[str, bool]:
         """Implement `PhysicalScene.truth`."""
         return self.state.truth()
-
-    def detect(self, camera: str, through: DetectionFilter = unfiltered) -> Mapping[str, Any]:
-        """Implement `PhysicalScene.detect`.
-
-        Raises:
-            KeyError: there is no such camera.
-        """
-        if camera not in self.scene.cameras:
-            raise KeyError(camera)
-        seen: dict[str, Any] = {}
-        for detector in self._detectors:
-            seen |= detector.detect(camera, through)
-        return seen
-
-    # What detectors use.
-
-    @property
-    def time(self) -> float:
-        """Simulated time, s."""
-        return self._world.time
-
-    def picture(self, name: str) -> tuple[Image, Camera]:
-        """Take a picture.
-
-        Args:
-            name: name of the camera.
-
-        Returns:
-            The picture and the camera that took it, in W.
-        """
-        camera = self.camera(name)
-        return self._world.renderer.render(camera), camera
-
-    def is_holding(self) -> bool:
-        """Say if both fingers press on something.
-
-        Returns:
-            True if they do.
-        """
-        return self._robot.is_holding()
 
     # Implement `SimulatedWorld`.
 

@@ -2,33 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, Protocol
 
 from aeros.sim.bullet.panda import Panda
 from aeros.sim.bullet.world import PhysicsWorld
-from aeros.sim.detected_object import DetectedObject
 from aeros.sim.geometry import Camera
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.robot import RobotOptions
-
-OptionalDetection = DetectedObject | None
-"""Detection of an object in a picture; None if it is not found."""
-
-DetectionFilter = Callable[[OptionalDetection], OptionalDetection]
-"""Changes or drops one detection; faults act on detections through it."""
-
-
-def unfiltered(found: OptionalDetection) -> OptionalDetection:
-    """Return a detection unchanged, as a working camera does.
-
-    Args:
-        found: the detection; None if the object was not found.
-
-    Returns:
-        The same.
-    """
-    return found
 
 
 class PhysicalScene(Protocol):
@@ -38,7 +19,7 @@ class PhysicalScene(Protocol):
         robot: options to build the robot with.
         view: camera for videos.
         pushable_objects: names of the objects that can be pushed.
-        cameras: names of the cameras that `detect` knows.
+        cameras: names of the cameras that `camera` knows.
         initial_cameras: those that have taken a picture when the clock starts.
     """
 
@@ -64,10 +45,10 @@ class PhysicalScene(Protocol):
         """Update after a tick: dwell times, peak forces, modelled changes of material."""
 
     def measure(self) -> Mapping[str, Any]:
-        """Measure what is surveyed, felt and counted; camera detections come from `detect`.
+        """Measure surveyed places and instruments.
 
         Returns:
-            Values by vocabulary name, SI, positions in W.
+            Values by name of the state variable, SI, positions in W.
         """
 
     def body(self, name: str) -> int:
@@ -101,15 +82,4 @@ class PhysicalScene(Protocol):
 
         Returns:
             The truth of each state variable that the scene defines.
-        """
-
-    def detect(self, camera: str, through: DetectionFilter = unfiltered) -> Mapping[str, Any]:
-        """Take a picture and evaluate it.
-
-        Args:
-            camera: one of `cameras`.
-            through: filter of each detection, with which faults act.
-
-        Returns:
-            Detections by vocabulary name, SI, positions in W; None for what is no longer known.
         """

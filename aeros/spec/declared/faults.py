@@ -218,13 +218,13 @@ class CommandDelayFault:
 
 
 @dataclass(frozen=True, slots=True)
-class MissedDetectionFault:
-    """A picture is evaluated as if it showed no object."""
+class MissedPictureFault:
+    """A camera is dazzled: its picture is white and shows nothing near."""
 
 
 @dataclass(frozen=True, slots=True)
-class DisplacedDetectionFault:
-    """All objects in a picture are detected with the same displacement.
+class MisplacedPictureFault:
+    """A camera says that it took a picture elsewhere, so that all that it shows is displaced alike.
 
     Attributes:
         by: length of the displacement, m.
@@ -237,10 +237,10 @@ class DisplacedDetectionFault:
 
 @dataclass(frozen=True, slots=True)
 class SensorFault:
-    """One measured quantity is noisy, late or interrupted for a while.
+    """One measured quantity, or the depth of a camera, is noisy, late or interrupted for a while.
 
     Attributes:
-        of: name of the measured quantity.
+        of: name of the measured quantity or of the camera.
         lasts: duration in ticks.
         noise: standard deviation of each of its numbers, SI.
         latency: additional latency, s.
@@ -249,7 +249,7 @@ class SensorFault:
 
     of: Annotated[
         str,
-        Known("the affected quantity, as in `of: tool_position`", "quantities", "quantity of the site"),
+        Known("the affected quantity or camera, as in `of: tool_position`", "measured", "quantity or camera"),
     ]
     lasts: Annotated[int, Duration("duration of the fault, as in `lasts: 2 s`")]
     noise: Annotated[float, Deviation("standard deviation of each number, as in `noise: 5 mm`")] = 0.0
@@ -265,8 +265,8 @@ KINDS: Final[dict[str, type[Any]]] = {
     "delay": CommandDelayFault,
     "misread": SensorFault,
     "enter": Person,
-    "miss": MissedDetectionFault,
-    "misplace": DisplacedDetectionFault,
+    "miss": MissedPictureFault,
+    "misplace": MisplacedPictureFault,
 }
 """The kinds by the field of `Fault` that declares them; who enters is declared as in a people file."""
 
@@ -369,11 +369,11 @@ class Fault:
     enter: Person | None = field(
         default=None, metadata={"doc": "a person comes, declared as in a people file"}
     )
-    miss: Written[MissedDetectionFault] | None = field(
-        default=None, metadata={"doc": "with `look`: nothing is detected"}
+    miss: Written[MissedPictureFault] | None = field(
+        default=None, metadata={"doc": "with `look`: the camera is dazzled, and shows nothing"}
     )
-    misplace: Written[DisplacedDetectionFault] | None = field(
-        default=None, metadata={"doc": "with `look`: the detected position is wrong"}
+    misplace: Written[MisplacedPictureFault] | None = field(
+        default=None, metadata={"doc": "with `look`: all that the picture shows is elsewhere"}
     )
 
 

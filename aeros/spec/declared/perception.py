@@ -59,6 +59,13 @@ class OwnVariable(ModuleVariable):
             "`sensor: load_cell`"
         },
     )
+    public: BooleanField | None = field(
+        default=None,
+        metadata={
+            "doc": "`true` if modules that require this one may read it, where the site allows that, as in "
+            "`public: true`"
+        },
+    )
 
 
 @dataclass(frozen=True)
@@ -166,6 +173,13 @@ class PerceptionPolicy:
         metadata={
             "doc": "the variables of modules that other modules may read, as in "
             "`shared: {kettle.water_hot: {type: bool, max_age: 10 s}}`"
+        },
+    )
+    public: BooleanField | None = field(
+        default=None,
+        metadata={
+            "doc": "`true` if modules may read what the modules that they require declare as `public`; "
+            "`false` if absent"
         },
     )
     timeout: TextField | None = field(

@@ -90,6 +90,9 @@ def site_perception_changes(old: Site, new: Site) -> Iterator[PolicyChange]:
         headline = describe_set_change(words, then, now)
         subject = f"policy/perception/{what}"
         yield finite_change(subject, sets_relation(then, now), headline, old.span, new.span)
+    public = bounds_relation(other.public and not one.public, one.public and not other.public)
+    headline = f"modules {'may' if other.public else 'may not'} read what others declare as public"
+    yield finite_change("policy/perception/public", public, headline, old.span, new.span)
     yield from _limit_changes(
         "policy/perception", "of a perceiver", one.timeout, other.timeout, one.memory, other.memory
     )

@@ -89,7 +89,8 @@ def elaborate_perception_policy(
         if policy.memory is None
         else elaborate_memory(policy.memory, diagnostics) or usual.memory
     )
-    return PerceptionPolicy(shared, in_invariants, timeout, memory)
+    public = policy.public is not None and policy.public.value
+    return PerceptionPolicy(shared, in_invariants, timeout, memory, public)
 
 
 def elaborate_cameras(
@@ -131,17 +132,23 @@ class ModulePerception:
         site: site under which it is elaborated, with the things that it needs under its names.
         names: the site's names for these.
         diagnostics: receives the faults.
+        public: what the modules that it requires declare as public, by full name.
 
     Attributes:
         state: its own variables by full name.
         perceivers: its perceivers by id.
         definitions: conditions of its predicates that have one, by full name.
         site: the site with the state variables by the names that the module's conditions use: the site's own,
-            the module's by short and by full name, and those that the site shares of modules it requires.
+            the module's by short and by full name, and those that it may read of modules it requires.
     """
 
     def __init__(
-        self, ecm: declared_ecm.Ecm, site: Site, names: BoundNames, diagnostics: Diagnostics
+        self,
+        ecm: declared_ecm.Ecm,
+        site: Site,
+        names: BoundNames,
+        diagnostics: Diagnostics,
+        public: Mapping[str, Declared],
     ) -> None:
         self._diagnostics = diagnostics
         self._names = names
@@ -153,9 +160,11 @@ class ModulePerception:
             for name, one in site.perception.shared.items()
             if name.partition(".")[0] in required - {self._module}
         }
+        if site.perception.public:
+            shared = {**public, **shared}
         visible = {name: one for name, one in site.state.items() if "." not in name}
         self.site = site
-        if own or len(visible) < len(site.state):
+        if own or shared or len(visible) < len(site.state):
             self.site = replace(site, state={**visible, **shared, **own, **self._by_full_name(own)})
         written = {name.value: one.definition for name, one in ecm.state if one.definition is not None}
         self.definitions = self._definitions(written, own)
@@ -184,7 +193,8 @@ class ModulePerception:
             sensor = self._sensor(quantity, site)
             variable = elaborate_module_variable(full, quantity, site.enums, self._diagnostics, sensor)
             if is_free and variable is not None:
-                own[name.value] = replace(variable, span=name.span)
+                is_public = quantity.public is not None and quantity.public.value
+                own[name.value] = replace(variable, span=name.span, is_public=is_public)
         return own
 
     def _sensor(self, quantity: declared.OwnVariable, site: Site) -> str | None:

@@ -245,6 +245,12 @@ class ForeignNames:
     skills: Mapping[str, Skill] = field(default_factory=dict)
     capabilities: Mapping[str, tuple[Alternative, ...]] = field(default_factory=dict)
 
+    @property
+    def public_variables(self) -> dict[str, Declared]:
+        """What the required modules let others read, by full name."""
+        found = (variables for one in self.modules.values() for variables in one.state.items())
+        return {name: declared for name, declared in found if declared.is_public}
+
 
 @dataclass(frozen=True)
 class Ecm:

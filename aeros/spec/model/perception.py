@@ -118,9 +118,11 @@ class PerceptionPolicy:
         in_invariants: those of them that the invariants Φ may read.
         timeout: greatest timeout of a perceiver, s.
         memory: greatest memory of a perceiver, bytes.
+        public: True if modules may read what modules that they require declare as public.
     """
 
     shared: Mapping[str, Declared] = field(default_factory=dict)
     in_invariants: frozenset[str] = frozenset()
     timeout: Fraction = Fraction(1)
     memory: int = 2**30
+    public: bool = False

@@ -39,6 +39,7 @@ class Declared:
         known_facts: conditions that hold of it in every state, in addition to its range.
         uncertainty: greatest standard uncertainty (SI) of a value that a perceiver measured; a less certain
             value is unknown. None if values have none, and for variables of a site.
+        is_public: its module lets those that require it read it.
     """
 
     variable: t.Variable
@@ -51,6 +52,7 @@ class Declared:
     range_span: SourceSpan | None = None
     known_facts: tuple[t.Term, ...] = ()
     uncertainty: Fraction | None = None
+    is_public: bool = False
 
     @property
     def name(self) -> str:

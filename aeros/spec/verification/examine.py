@@ -93,7 +93,7 @@ def examine_module(
     if loaded is None:
         return ModuleFindings(None, tuple(diagnostics))
     ecm = loaded.ecm
-    site = site.with_modules((ecm,))
+    site = site.with_modules((ecm, *ecm.foreign.modules.values()))
     presence, files = summarize_module(ecm), read_skill_files(ecm.folder, loaded.code)
     before = (
         *entry_point_obligations(ecm, files),

@@ -9,9 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from aeros.sim.geometry import Camera, Pose, Vector3, to_world, yaw_of
+from aeros.sim.geometry import Pose, Vector3, to_world, yaw_of
 from aeros.sim.kinematic.objects import CylindricalObject, GraspableObject, ObjectSet, Surface, slab
-from aeros.sim.kinematic.scenes.detectors import ExactDetector, detectors_of
 from aeros.sim.kinematic.scenes.press import FoldingPress
 from aeros.sim.layouts.cameras import camera_in_world
 from aeros.sim.layouts.coating import CoatingMap
@@ -81,7 +80,6 @@ class DeclaredScene:
         self._robot_points = (self.robot.base, self.robot.base)
         self.state = SceneState(self.scene, self._poses, self)
         self._solids = SceneSolids(self.scene)
-        self._detectors: tuple[ExactDetector, ...] = detectors_of(self)
         return self._things
 
     def tick(self, state: RobotState) -> None:
@@ -99,15 +97,10 @@ class DeclaredScene:
                 is_sealed=self.state.sealed[press.press.seal],
             )
         self.state.tick()
-        for detector in self._detectors:
-            detector.tick()
 
-    def measure(self, state: RobotState, time: float) -> Mapping[str, Any]:
+    def measure(self) -> Mapping[str, Any]:
         """Implement `KinematicScene.measure`: surveyed places and instruments."""
-        values = {variable: self.state.value(name) for variable, name in self.scene.measured()}
-        for detector in self._detectors:
-            values |= detector.measure(state, time)
-        return values
+        return {variable: self.state.value(name) for variable, name in self.scene.measured()}
 
     def truth(self) -> Mapping[str, bool]:
         """Implement `KinematicScene.truth`."""
@@ -122,19 +115,6 @@ class DeclaredScene:
         view = camera_in_world(self.scene.cameras[camera], state.base_position, state.tool_position, yaw)
         solids = [*self._solids.placed(self), *robot_solids(state.q, state.base_position)]
         return LatePicture(camera, time, view, solids, decals_of(self._coatings))
-
-    def detect(self, camera: str, state: RobotState, yaw: float, time: float) -> Mapping[str, Any]:
-        """Implement `KinematicScene.detect`.
-
-        Raises:
-            KeyError: there is no such camera.
-        """
-        declared = self.scene.cameras[camera]
-        view: Camera = camera_in_world(declared, state.base_position, state.tool_position, yaw)
-        seen: dict[str, Any] = {}
-        for detector in self._detectors:
-            seen |= detector.detect(camera, view, time)
-        return seen
 
     def is_carried(self, body: str) -> bool:
         """Say if a body moves with the hand, lifted or not.

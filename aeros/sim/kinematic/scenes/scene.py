@@ -16,7 +16,7 @@ class KinematicScene(Protocol):
 
     Attributes:
         robot: options to build the robot with.
-        cameras: names of the cameras that `detect` knows.
+        cameras: names of the cameras that `see` knows.
         initial_cameras: those that have taken a picture when the clock starts.
     """
 
@@ -41,15 +41,11 @@ class KinematicScene(Protocol):
             state: the robot's latest readings.
         """
 
-    def measure(self, state: RobotState, time: float) -> Mapping[str, Any]:
-        """Measure positions and predicates.
-
-        Args:
-            state: the robot's latest readings.
-            time: now, s.
+    def measure(self) -> Mapping[str, Any]:
+        """Measure surveyed places and instruments.
 
         Returns:
-            Values by vocabulary name, SI, positions in W.
+            Values by name of the state variable, SI, positions in W.
         """
 
     def truth(self) -> Mapping[str, bool]:
@@ -70,17 +66,4 @@ class KinematicScene(Protocol):
 
         Returns:
             The picture of this moment.
-        """
-
-    def detect(self, camera: str, state: RobotState, yaw: float, time: float) -> Mapping[str, Any]:
-        """Take a picture and evaluate it.
-
-        Args:
-            camera: one of `cameras`.
-            state: the robot's latest readings.
-            yaw: heading of the tool in W, rad.
-            time: now, s.
-
-        Returns:
-            Detections by vocabulary name, SI, positions in W; None for what is no longer known.
         """

@@ -114,8 +114,8 @@ def _check_base_is_known(node: s.Attribute, base: str, text: str, scope: Scope, 
         f"`{base}.{text}` is not declared here",
         node.extent,
         cure=cure
-        or "another module's variable can be read if the site shares it under `policy.perception.shared` "
-        "and this module requires the other",
+        or "another module's variable can be read if that module declares it `public`, or the site shares it "
+        "under `policy.perception.shared`, and this module requires the other",
     )
 
 

@@ -20,10 +20,10 @@ from aeros.sim.physics import PlantParts
 from aeros.sim.sensors import SensorModel
 from aeros.spec.declared.faults import (
     CommandDelayFault,
-    DisplacedDetectionFault,
+    MisplacedPictureFault,
     GripForceFault,
     ImpulseFault,
-    MissedDetectionFault,
+    MissedPictureFault,
     PadFrictionFault,
     SensorFault,
     TorqueFault,
@@ -31,7 +31,7 @@ from aeros.spec.declared.faults import (
 
 
 def test_a_displacement_is_the_same_for_all_objects_in_a_picture() -> None:
-    away = detection_effect(DisplacedDetectionFault(0.06, None), np.random.default_rng(1))
+    away = detection_effect(MisplacedPictureFault(0.06, None), np.random.default_rng(1))
     first, second = away(DetectedObject((0.0, 0.0, 0.0))), away(DetectedObject((1.0, 2.0, 3.0)))
     assert first is not None
     assert second is not None
@@ -109,10 +109,10 @@ def test_a_person_enters_at_once_under_the_occurrences_name() -> None:
 
 def test_a_missed_detection_is_dropped_and_a_displaced_one_keeps_its_direction() -> None:
     found = DetectedObject((1.0, 2.0, 3.0))
-    missed = detection_effect(MissedDetectionFault(), np.random.default_rng(1))
+    missed = detection_effect(MissedPictureFault(), np.random.default_rng(1))
     assert missed(found) is None
     assert missed(None) is None
-    away = detection_effect(DisplacedDetectionFault(0.5, (0.0, 0.6, 0.8)), np.random.default_rng(1))
+    away = detection_effect(MisplacedPictureFault(0.5, (0.0, 0.6, 0.8)), np.random.default_rng(1))
     moved = away(found)
     assert moved is not None
     assert moved.position == pytest.approx((1.0, 2.3, 3.4))

@@ -8,10 +8,10 @@ from aeros.sim.faults.faults_file import FaultContext, parse_faults, read_faults
 from aeros.sim.faults.model import CameraOpportunity, PersonEntersFault, SkillOpportunity, TimedOpportunity
 from aeros.spec.declared.faults import (
     CommandDelayFault,
-    DisplacedDetectionFault,
+    MisplacedPictureFault,
     GripForceFault,
     ImpulseFault,
-    MissedDetectionFault,
+    MissedPictureFault,
     PadFrictionFault,
     SensorFault,
     TorqueFault,
@@ -73,10 +73,10 @@ def test_every_kind_is_read_into_si_and_ticks() -> None:
     assert found["misread"].kind == SensorFault("tool_position", 240, noise=0.005, dropout=0.1)
     assert isinstance(found["visited"].kind, PersonEntersFault)
     assert found["missed"].opportunity == CameraOpportunity("mast")
-    assert found["missed"].kind == MissedDetectionFault()
+    assert found["missed"].kind == MissedPictureFault()
     assert found["missed"].process.bad_to_good == pytest.approx(0.25)
     assert found["missed"].process.rate == pytest.approx(0.2)
-    assert found["wrong"].kind == DisplacedDetectionFault(0.06, None)
+    assert found["wrong"].kind == MisplacedPictureFault(0.06, None)
 
 
 @pytest.mark.parametrize(

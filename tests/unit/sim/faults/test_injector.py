@@ -13,7 +13,7 @@ from aeros.sim.detected_object import DetectedObject
 from aeros.sim.faults.injector import FaultEvent, FaultInjector
 from aeros.sim.faults.model import (
     CameraOpportunity,
-    DetectionFault,
+    PictureFault,
     Fault,
     Opportunity,
     PhysicalFault,
@@ -23,9 +23,9 @@ from aeros.sim.faults.model import (
 from aeros.sim.gilbert_elliott import GilbertElliottProcess
 from aeros.sim.physics import PlantParts
 from aeros.spec.declared.faults import (
-    DisplacedDetectionFault,
+    MisplacedPictureFault,
     GripForceFault,
-    MissedDetectionFault,
+    MissedPictureFault,
     PadFrictionFault,
 )
 from aeros.spec.diagnostics.errors import MisuseError
@@ -35,7 +35,7 @@ FOUND = DetectedObject((1.0, 2.0, 3.0))
 
 
 def fault(
-    kind: PhysicalFault | DetectionFault, on: Opportunity, name: str = "it", rate: float = 1.0
+    kind: PhysicalFault | PictureFault, on: Opportunity, name: str = "it", rate: float = 1.0
 ) -> Fault:
     return Fault(name, on, GilbertElliottProcess(0.0, 0.0, 1.0, 1.0, rate), kind)
 
@@ -180,7 +180,7 @@ def test_faults_act_together_and_the_worst_counts() -> None:
 
 
 def test_a_picture_of_its_camera_is_an_opportunity_of_a_detection_fault() -> None:
-    run = Run(fault(MissedDetectionFault(), CameraOpportunity("mast")))
+    run = Run(fault(MissedPictureFault(), CameraOpportunity("mast")))
     assert run.injector.detection_filter("hand")(FOUND) == FOUND
     assert run.reported() == []
     run.ticks(5)
@@ -190,7 +190,7 @@ def test_a_picture_of_its_camera_is_an_opportunity_of_a_detection_fault() -> Non
 
 
 def test_an_opportunity_may_last_as_long_as_its_skill() -> None:
-    run = Run(fault(MissedDetectionFault(), CameraOpportunity("mast", SKILL)))
+    run = Run(fault(MissedPictureFault(), CameraOpportunity("mast", SKILL)))
 
     def sees() -> bool:
         return run.injector.detection_filter("mast")(FOUND) is not None
@@ -206,9 +206,9 @@ def test_an_opportunity_may_last_as_long_as_its_skill() -> None:
 
 
 def test_displacements_add_up_and_a_missed_detection_stays_missed() -> None:
-    x = fault(DisplacedDetectionFault(0.5, (1.0, 0.0, 0.0)), CameraOpportunity("mast"), "x")
-    z = fault(DisplacedDetectionFault(0.25, (0.0, 0.0, 1.0)), CameraOpportunity("mast"), "z")
-    missed = fault(MissedDetectionFault(), CameraOpportunity("mast"), "missed")
+    x = fault(MisplacedPictureFault(0.5, (1.0, 0.0, 0.0)), CameraOpportunity("mast"), "x")
+    z = fault(MisplacedPictureFault(0.25, (0.0, 0.0, 1.0)), CameraOpportunity("mast"), "z")
+    missed = fault(MissedPictureFault(), CameraOpportunity("mast"), "missed")
     both = Run(x, z).injector.detection_filter("mast")(FOUND)
     assert both is not None
     assert both.position == (1.5, 2.0, 3.25)
@@ -217,7 +217,7 @@ def test_displacements_add_up_and_a_missed_detection_stays_missed() -> None:
 
 
 def test_a_detection_fault_needs_a_camera() -> None:
-    run = Run(fault(MissedDetectionFault(), on_skill()))
+    run = Run(fault(MissedPictureFault(), on_skill()))
     run.injector.skill_began(SKILL)
     with pytest.raises(MisuseError, match="`it` is a detection fault and needs `at: look`"):
         run.ticks(1)

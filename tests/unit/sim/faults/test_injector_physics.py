@@ -17,7 +17,7 @@ from aeros.sim.detected_object import DetectedObject
 from aeros.sim.faults.injector import FaultEvent, FaultInjector
 from aeros.sim.faults.model import (
     CameraOpportunity,
-    DetectionFault,
+    PictureFault,
     Fault,
     Opportunity,
     PersonEntersFault,
@@ -32,10 +32,10 @@ from aeros.sim.scenes.scene import OptionalDetection
 from aeros.skill import act
 from aeros.spec.declared.faults import (
     CommandDelayFault,
-    DisplacedDetectionFault,
+    MisplacedPictureFault,
     GripForceFault,
     ImpulseFault,
-    MissedDetectionFault,
+    MissedPictureFault,
     PadFrictionFault,
     SensorFault,
     TorqueFault,
@@ -110,7 +110,7 @@ def faulty_plant() -> Iterator[Make]:
 
 
 def fault(
-    kind: PhysicalFault | DetectionFault,
+    kind: PhysicalFault | PictureFault,
     on: Opportunity | None = None,
     name: str = "it",
     process: GilbertElliottProcess = ALWAYS,
@@ -222,7 +222,7 @@ def test_somebody_enters_when_the_fault_begins(faulty_plant: Make) -> None:
     assert one.value("human_distance") == pytest.approx(far - 1.0, abs=0.1)
 
 
-def _looked(kind: DetectionFault | None) -> Mapping[str, Any]:
+def _looked(kind: PictureFault | None) -> Mapping[str, Any]:
     faults = () if kind is None else (fault(kind, CameraOpportunity("mast")),)
     plant = make_plant(shipped_scene("fetch"), 1, disturbance=FaultInjector(faults, 1, lambda one: None))
     station = plant.observe()["station_position"].value
@@ -240,17 +240,17 @@ def _looked(kind: DetectionFault | None) -> Mapping[str, Any]:
 def test_a_missed_or_displaced_detection_changes_what_the_camera_reports() -> None:
     seen = _looked(None)
     assert seen["object_detected"]
-    missed = _looked(MissedDetectionFault())
+    missed = _looked(MissedPictureFault())
     assert not missed["object_detected"]
     assert "object_position" not in missed
-    misplaced = _looked(DisplacedDetectionFault(0.06, None))
+    misplaced = _looked(MisplacedPictureFault(0.06, None))
     assert misplaced["object_detected"]
     assert dist(misplaced["object_position"], seen["object_position"]) == pytest.approx(0.06)
 
 
 def test_a_look_is_an_opportunity_while_the_skill_that_is_named_runs() -> None:
     injector = FaultInjector(
-        (fault(MissedDetectionFault(), CameraOpportunity("mast", SKILL)),), 1, lambda one: None
+        (fault(MissedPictureFault(), CameraOpportunity("mast", SKILL)),), 1, lambda one: None
     )
     plant = PhysicsPlant(Cube(), 1, disturbance=injector)
     found = DetectedObject((1.0, 2.0, 3.0))
@@ -264,7 +264,7 @@ def test_a_look_is_an_opportunity_while_the_skill_that_is_named_runs() -> None:
 
 
 def test_a_picture_is_one_opportunity_however_much_it_shows() -> None:
-    once = replace(fault(MissedDetectionFault(), CameraOpportunity("overhead")), max_count=1)
+    once = replace(fault(MissedPictureFault(), CameraOpportunity("overhead")), max_count=1)
     happened: list[FaultEvent] = []
     plant = make_plant(shipped_scene("table"), 0, disturbance=FaultInjector((once,), 0, happened.append))
     shown = []

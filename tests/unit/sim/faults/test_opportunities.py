@@ -11,14 +11,14 @@ from aeros.sim.faults.model import CameraOpportunity, Fault
 from aeros.sim.faults.opportunities import OpportunitySampler
 from aeros.sim.gilbert_elliott import GilbertElliottProcess
 from aeros.sim.randomness import RandomSource
-from aeros.spec.declared.faults import MissedDetectionFault
+from aeros.spec.declared.faults import MissedPictureFault
 
 DRAWS = 20_000
 
 
 def taken(process: GilbertElliottProcess, name: str = "one", seed: int = 0, count: int = DRAWS) -> list[bool]:
     draws = OpportunitySampler(
-        Fault(name, CameraOpportunity("mast"), process, MissedDetectionFault()), RandomSource(seed)
+        Fault(name, CameraOpportunity("mast"), process, MissedPictureFault()), RandomSource(seed)
     )
     return [draws.next() is not None for _ in range(count)]
 
@@ -71,7 +71,7 @@ def test_the_first_opportunity_is_taken_as_often_as_any_other() -> None:
 def test_bursts_of_another_length_that_it_says_are_alike_are_and_none_beyond() -> None:
     def drawn(length: float, seed: int) -> tuple[list[bool], tuple[float, float]]:
         draws = OpportunitySampler(
-            Fault("one", CameraOpportunity("mast"), bursts(0.3, length), MissedDetectionFault()),
+            Fault("one", CameraOpportunity("mast"), bursts(0.3, length), MissedPictureFault()),
             RandomSource(seed),
         )
         return [draws.next() is not None for _ in range(6)], draws.equivalent_rates
@@ -103,6 +103,6 @@ def test_faults_of_other_names_and_seeds_are_drawn_by_themselves() -> None:
 
 
 def test_a_fault_that_has_happened_as_often_as_it_may_does_not_happen_again() -> None:
-    fault = Fault("one", CameraOpportunity("mast"), independent(0.5), MissedDetectionFault(), max_count=2)
+    fault = Fault("one", CameraOpportunity("mast"), independent(0.5), MissedPictureFault(), max_count=2)
     draws = OpportunitySampler(fault, RandomSource(0))
     assert sum(draws.next() is not None for _ in range(100)) == 2

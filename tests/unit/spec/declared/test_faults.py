@@ -13,13 +13,13 @@ from aeros.spec.declared.faults import (
     Amount,
     CommandDelayFault,
     Direction,
-    DisplacedDetectionFault,
+    MisplacedPictureFault,
     Duration,
     Fault,
     Faults,
     ImpulseFault,
     Known,
-    MissedDetectionFault,
+    MissedPictureFault,
     SensorFault,
     Share,
     Written,
@@ -57,12 +57,12 @@ def test_the_mark_of_a_field_is_found_where_it_may_be_absent_too() -> None:
 
 
 def test_a_kind_without_fields_has_no_marks() -> None:
-    assert marks_of(MissedDetectionFault) == {}
-    assert [one.name for one in fields(written_form(MissedDetectionFault))] == ["span"]
+    assert marks_of(MissedPictureFault) == {}
+    assert [one.name for one in fields(written_form(MissedPictureFault))] == ["span"]
 
 
 def test_a_distance_is_at_most_ten_metres() -> None:
-    mark = marks_of(DisplacedDetectionFault)["by"]
+    mark = marks_of(MisplacedPictureFault)["by"]
     assert mark == Amount("the error of the position, as in `by: 60 mm`", LENGTH, 10)
 
 
@@ -103,7 +103,7 @@ def test_a_share_is_from_none_to_all(rate: str, is_read: bool) -> None:
     ("direction", "is_read"), [("[0, 1, 0]", True), ("[0, 1]", False), ("[0, 1, 0, 0]", False)]
 )
 def test_a_direction_is_three_numbers(direction: str, is_read: bool) -> None:
-    found, _ = _messages_of(f"by: 60 mm\ndirection: {direction}\n", written_form(DisplacedDetectionFault))
+    found, _ = _messages_of(f"by: 60 mm\ndirection: {direction}\n", written_form(MisplacedPictureFault))
     assert (found is not None) is is_read
 
 

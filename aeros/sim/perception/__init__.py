@@ -1,1 +1,0 @@
-"""Perception: objects and surfaces found in rendered images."""
