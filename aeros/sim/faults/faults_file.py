@@ -280,7 +280,7 @@ def _value(
 def _deviation(
     text: TextField, of: TextField, context: FaultContext, diagnostics: Diagnostics
 ) -> float | None:
-    """Return a standard deviation of the known quantity `of`, or of a camera's depth; None where it is wrong."""
+    """Return a standard deviation of the known quantity `of`, or of a camera; None where wrong."""
     if of.value in context.cameras:
         return _quantity(text, LENGTH, 1000, diagnostics)
     type_ = context.quantities[of.value].variable.type

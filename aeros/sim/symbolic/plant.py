@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final, NamedTuple
 
 from aeros.runtime.ports import (
@@ -90,7 +90,8 @@ class SymbolicPlant:
         initial: Mapping[str, Any] | None = None,
         bursts: Mapping[str, BurstOutcomes] | None = None,
     ) -> None:
-        self._site = site
+        own = {name: one for ecm in modules.values() for name, one in ecm.state.items()}
+        self._site = site = replace(site, state={**own, **site.state})
         # What a site shares of a module that is not there, nobody measures.
         self._names = ColumnNames(
             [name for name in site.state if "." not in name or name.partition(".")[0] in modules]

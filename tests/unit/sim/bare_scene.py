@@ -10,7 +10,6 @@ from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.geometry import Camera
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.robot import RobotOptions
-from aeros.sim.scenes.scene import DetectionFilter, unfiltered
 
 
 class BareScene:
@@ -52,11 +51,3 @@ class BareScene:
     def truth(self) -> Mapping[str, bool]:
         """Implement `PhysicalScene.truth`: nothing is defined."""
         return {}
-
-    def detect(self, camera: str, through: DetectionFilter = unfiltered) -> Mapping[str, Any]:
-        """Implement `PhysicalScene.detect`: there is no camera.
-
-        Raises:
-            KeyError: always, as there is no camera.
-        """
-        raise KeyError(camera)

@@ -40,7 +40,7 @@ class BenchLayout(NamedTuple):
 
 def room_layout(seed: int) -> RoomLayout:
     poses = place_things(shipped_scene("fetch"), RandomSource(seed))
-    names = "station_position", "can", "decoy", "delivery_position"
+    names = "station_survey", "can", "decoy", "delivery_position"
     station, can, decoy, delivery = (poses[name].position for name in names)
     return RoomLayout(
         station, can, decoy, delivery, (poses["stand"].position, poses["delivery_stand"].position)

@@ -8,9 +8,18 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.ports import MotionCompletion, MotionHandle, NoMotion, Reading, Readings, Trajectory
+from aeros.runtime.ports import (
+    CameraPicture,
+    CameraView,
+    MotionCompletion,
+    MotionHandle,
+    NoMotion,
+    Reading,
+    Readings,
+    Trajectory,
+)
 from aeros.sim.clock import TICK
-from aeros.sim.fixed_step_plant import CAMERA_TICKS, FixedStepPlant
+from aeros.sim.fixed_step_plant import CAMERA_TICKS, FixedStepPlant, TakenPicture
 from aeros.sim.kinematic.objects import ObjectSet
 from aeros.sim.kinematic.robot import KinematicRobot
 from aeros.sim.robot.errors import BlockedError
@@ -23,6 +32,7 @@ TURN = act("move_joints", **JOINTS, speed=0.5)
 DRIVE = act("move_base", x=0.5, y=0.0, speed=0.5)
 WAIT = act("wait", duration=0.1)
 DONE = MotionCompletion(True)
+VIEW = CameraView((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), 50.0)
 
 
 class Bench(FixedStepPlant):
@@ -30,7 +40,7 @@ class Bench(FixedStepPlant):
 
     def __init__(self) -> None:
         self.ticks = 0
-        self.sees: dict[str, Any] = {"cup": 1.0}
+        self.sees = b"cup"
         self.blocked_at = inf
         self.arm = Pressed(RobotOptions(carriage=True), ObjectSet((), ()))
         super().__init__(self.arm, ("mast",))
@@ -39,15 +49,15 @@ class Bench(FixedStepPlant):
         return self.ticks * TICK
 
     def observe(self) -> Readings:
-        values = {name: Reading(value, self.now()) for name, value in self._fast_values().items()}
-        return {**self._detections, **values}
+        return {name: Reading(value, self.now()) for name, value in self._fast_values().items()}
 
     def _step_world(self) -> None:
         self.ticks += 1
         self.arm.tick()
 
-    def _detect(self, camera: str) -> Mapping[str, Any]:
-        return dict(self.sees)
+    def _look(self, camera: str) -> TakenPicture:
+        picture = CameraPicture(camera, self.now(), 1, 1, self.sees, None, VIEW)
+        return lambda: picture
 
     def _check_tracking(self) -> None:
         if self.ticks >= self.blocked_at:
@@ -291,23 +301,12 @@ def test_a_picture_is_observable_after_exposure_with_the_time_it_was_taken() -> 
     plan = plant._under_way[look].plan
     assert plan == NoMotion("look: nothing moves")
     plant.advance(allow, plant.now() + (CAMERA_TICKS - 1) * TICK)
-    plant.sees = {"cup": 9.0}
-    assert "cup" not in plant.observe()
+    plant.sees = b"can"
+    assert plant.pictures() == {}
     assert plant.advance(allow, inf) == {look: DONE}
     assert plant.ticks == 6 + CAMERA_TICKS
-    assert plant.observe()["cup"] == Reading(1.0, 6 * TICK)
-
-
-def test_an_object_that_is_not_seen_any_more_is_forgotten() -> None:
-    plant = Bench()
-    plant.sees = {"cup": 1.0, "can": 2.0}
-    for sees in (plant.sees, {"cup": None}):
-        plant.sees = sees
-        begin(plant, act("look", camera="mast"))
-        plant.advance(allow, inf)
-    seen = plant.observe()
-    assert "cup" not in seen
-    assert seen["can"].value == 2.0
+    picture = plant.pictures()["mast"]
+    assert (picture.rgb, picture.time) == (b"cup", 6 * TICK)
 
 
 # Measured values.

@@ -18,7 +18,9 @@ from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.limits import Q_MAX, Q_MIN, QD_MAX, QDD_MAX, TAU_MAX
 from aeros.sim.robot.robot import RobotOptions
+from aeros.sim.scenes.physics_scene import PhysicsScene
 from aeros.skill import Action, act
+from aeros.spec.model.scene import BodyPart
 from tests.shipped_scenes import shipped_scene
 from tests.unit.sim.acting import allow, execute, recording
 from tests.unit.sim.bare_scene import BareScene
@@ -201,7 +203,8 @@ def test_the_same_seed_repeats_bit_for_bit_and_another_does_not() -> None:
     def digest(seed: int) -> str:
         plant = make_plant(shipped_scene("dumpling_bench"), seed)
         values = hashlib.sha256()
-        x, y, _ = plant.observe()["wrapper_position"].value
+        assert isinstance(plant._scene, PhysicsScene)
+        x, y, _ = plant._scene.pose_of(BodyPart("wrapper")).position
         for action in (move(x, y, 0.2), move(x, y, 0.063), act("grip", width=0.046, force=5.0)):
             execute(plant, action, allow, FOREVER)
             readings = {name: reading.value for name, reading in plant.observe().items()}

@@ -24,16 +24,16 @@ def judged(goal: str, believed: bool = True, **truth: bool) -> GoalJudgement:
 @pytest.mark.parametrize(
     ("goal", "truth", "expected"),
     [
-        ("table_wiped", {"table_wiped": True}, True),
-        ("table_wiped", {"table_wiped": False}, False),
-        ("table_wiped", {}, None),
-        ("not table_wiped", {"table_wiped": False}, True),
-        ("table_wiped and table_organized", {"table_wiped": True, "table_organized": True}, True),
-        ("table_wiped and table_organized", {"table_wiped": True}, None),
-        ("table_wiped and table_organized", {"table_organized": False}, False),
-        ("table_wiped or table_organized", {"table_wiped": True}, None),
-        ("table_wiped and wiped_fraction >= 0.9", {"table_wiped": True}, None),
-        ("table_wiped and wiped_fraction >= 0.9", {"table_wiped": False}, False),
+        ("estop_pressed", {"estop_pressed": True}, True),
+        ("estop_pressed", {"estop_pressed": False}, False),
+        ("estop_pressed", {}, None),
+        ("not estop_pressed", {"estop_pressed": False}, True),
+        ("estop_pressed and holding", {"estop_pressed": True, "holding": True}, True),
+        ("estop_pressed and holding", {"estop_pressed": True}, None),
+        ("estop_pressed and holding", {"holding": False}, False),
+        ("estop_pressed or holding", {"estop_pressed": True}, None),
+        ("estop_pressed and finger_gap >= 50 mm", {"estop_pressed": True}, None),
+        ("estop_pressed and finger_gap >= 50 mm", {"estop_pressed": False}, False),
     ],
 )
 def test_a_goal_is_judged_as_far_as_its_truth_is_defined(
@@ -46,24 +46,24 @@ def test_a_goal_is_judged_as_far_as_its_truth_is_defined(
 
 def test_a_scene_names_a_modules_own_predicate_by_its_short_name() -> None:
     site, module = full_site(), "kettle"
-    goal = parse_goal("kettle.water_hot and not table_wiped", site).term
-    truth = {"water_hot": False, "table_wiped": False}
+    goal = parse_goal("kettle.water_hot and not estop_pressed", site).term
+    truth = {"water_hot": False, "estop_pressed": False}
     found = judge_goal(goal, True, truth, module)
     assert found.is_false_claim
-    assert found.values == {"kettle.water_hot": False, "table_wiped": False}
+    assert found.values == {"kettle.water_hot": False, "estop_pressed": False}
     assert judge_goal(goal, True, truth, "pot").true is None
 
 
 @pytest.mark.parametrize(
     ("believed", "truth", "text", "false_claim"),
     [
-        (True, {"table_wiped": True}, "goal reached: believed true, true in the simulator", False),
-        (False, {"table_wiped": True}, "goal reached: believed false, true in the simulator", False),
-        (False, {"table_wiped": False}, "goal reached: believed false, false in the simulator", False),
+        (True, {"estop_pressed": True}, "goal reached: believed true, true in the simulator", False),
+        (False, {"estop_pressed": True}, "goal reached: believed false, true in the simulator", False),
+        (False, {"estop_pressed": False}, "goal reached: believed false, false in the simulator", False),
         (
             True,
-            {"table_wiped": False},
-            "goal reached: believed true, false in the simulator: table_wiped = false",
+            {"estop_pressed": False},
+            "goal reached: believed true, false in the simulator: estop_pressed = false",
             True,
         ),
         (
@@ -77,14 +77,14 @@ def test_a_scene_names_a_modules_own_predicate_by_its_short_name() -> None:
 def test_belief_and_truth_stand_side_by_side(
     believed: bool, truth: dict[str, bool], text: str, false_claim: bool
 ) -> None:
-    found = judged("table_wiped", believed, **truth)
+    found = judged("estop_pressed", believed, **truth)
     assert (str(found), found.is_false_claim) == (text, false_claim)
     assert found.record() == {"believed": believed, "true": found.true, "values": truth}
 
 
 def test_a_plant_tells_the_truth_of_its_scene_or_none() -> None:
     assert truth_of(make_plant(shipped_scene("fetch"), 0)) == {
-        "object_grasped": False,
-        "object_delivered": False,
+        "fetch_object.object_grasped": False,
+        "fetch_object.object_delivered": False,
     }
     assert truth_of(object()) == {}

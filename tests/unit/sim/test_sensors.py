@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from math import inf, nan
 from statistics import fmean, pstdev
 from typing import Any
 
+import numpy as np
 import pytest
 
-from aeros.runtime.ports import Reading
+from aeros.runtime.ports import CameraPicture, CameraView, Reading
 from aeros.sim.clock import TICK
 from aeros.sim.physics import make_plant
 from aeros.sim.sensors import GroundTruth, SensorModel, Sensors
@@ -124,15 +126,23 @@ def test_readings_depend_on_the_seed_and_not_on_how_often_they_are_read() -> Non
     assert looked != followed(model, 200, seed=6)
 
 
-def test_a_picture_is_blurred_or_lost_and_says_when_it_was_taken() -> None:
-    picture = GroundTruth(24, {"object_position": (1.0, 0.0, 0.4)})
-    sensors = Sensors(0, {"object_position": SensorModel(noise=0.01, latency=0.1)})
-    (reading,) = sensors.read_camera(picture).values()
-    assert reading.time == picture.time
-    assert 0.0 < abs(reading.value[0] - 1.0) < 0.1
-    assert sensors.delay(picture.values) == 24
-    sensors.models["object_position"] = SensorModel(dropout=1.0)
-    assert sensors.read_camera(picture) == {}
+def test_a_cameras_depth_is_noisy_and_its_pictures_come_late_or_never() -> None:
+    view = CameraView((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), 50.0)
+    depth = np.full(100, 1.0, np.float32)
+    picture = CameraPicture("mast", 0.1, 10, 10, b"\x80" * 300, depth.tobytes(), view)
+    sensors = Sensors(0, {"mast": SensorModel(noise=0.01, latency=0.1)})
+    seen = sensors.deliver(picture, 24)
+    assert seen is not None
+    assert (seen.time, seen.rgb, seen.view) == (picture.time, picture.rgb, view)
+    errors = np.frombuffer(seen.depth or b"", np.float32) - depth
+    assert 0.005 < errors.std() < 0.015
+    assert seen == sensors.deliver(picture, 24) != sensors.deliver(picture, 25)
+    assert (sensors.delay("mast"), sensors.delay("hand")) == (24, 0)
+    assert sensors.deliver(replace(picture, camera="hand"), 24) == replace(picture, camera="hand")
+    without = replace(picture, depth=None)
+    assert sensors.deliver(without, 24) == without
+    sensors.models["mast"] = SensorModel(dropout=1.0)
+    assert sensors.deliver(picture, 24) is None
 
 
 @pytest.mark.parametrize(
@@ -161,9 +171,11 @@ def test_no_truth_goes_past_the_sensors(scene: str) -> None:
 
 @pytest.mark.physics
 def test_a_late_load_cell_is_late_however_seldom_it_is_asked() -> None:
-    plant = make_plant(shipped_scene("dumpling_bench"), 0, sensors={"press_force": SensorModel(latency=0.1)})
+    plant = make_plant(
+        shipped_scene("dumpling_bench"), 0, sensors={"make_dumplings.press_force": SensorModel(latency=0.1)}
+    )
     execute(plant, act("wait", duration=0.5), allow, 9.0)
-    reading = plant.observe()["press_force"]
+    reading = plant.observe()["make_dumplings.press_force"]
     assert plant.now() - reading.time == pytest.approx(0.1)
     plant.close()
 

@@ -11,19 +11,38 @@ from hypothesis import strategies as st
 
 from aeros.runtime.isolation.protocol import PerceivedValue
 from aeros.runtime.perception.value_check import InvalidValuesError, PerceivedValueCheck
+from aeros.runtime.ports import Reading
 from tests.unit.runtime.perception.kettle import kettle
 
 
 def checked(**values: Any) -> dict[str, Any]:
-    """Check values; a tuple is a value with its uncertainty."""
+    """Check values of a view from 3 s to 5 s; a tuple is a value with its uncertainty and its time."""
     ecm = kettle()
     check = PerceivedValueCheck(ecm, ecm.perceivers["kettle_view"])
-    return check(
-        {
-            name: PerceivedValue(*value) if type(value) is tuple else PerceivedValue(value)
-            for name, value in values.items()
-        }
-    )
+    perceived = {
+        name: PerceivedValue(*value) if type(value) is tuple else PerceivedValue(value)
+        for name, value in values.items()
+    }
+    return {name: reading.value for name, reading in check(perceived, 3.0, 5.0).items()}
+
+
+@pytest.mark.parametrize(("time", "read_at"), [(None, 3.0), (4, 4.0), (5.0, 5.0), (-1.0, -1.0)])
+def test_a_value_has_the_time_that_it_states_or_that_of_the_oldest_picture(
+    time: float | None, read_at: float
+) -> None:
+    ecm = kettle()
+    check = PerceivedValueCheck(ecm, ecm.perceivers["kettle_view"])
+    readings = check({"filled": PerceivedValue(True, None, time)}, 3.0, 5.0)
+    assert readings == {"kettle.filled": Reading(True, read_at)}
+
+
+@pytest.mark.parametrize(
+    ("time", "why"),
+    [(5.001, "after that of the newest picture"), (nan, "not a number"), ("now", "not a number")],
+)
+def test_a_time_that_cannot_be_makes_the_answer_unusable(time: Any, why: str) -> None:
+    with pytest.raises(InvalidValuesError, match=why):
+        checked(filled=(True, None, time))
 
 
 def test_values_as_declared_get_their_full_names() -> None:

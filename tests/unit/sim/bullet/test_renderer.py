@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -35,14 +34,3 @@ def test_a_rectangle_shows_the_picture_that_was_painted_last(world: PhysicsWorld
         world.renderer.paint(rectangle, np.full((4, 4, 3), colour, dtype=np.uint8))
     red, _, blue = world.renderer.render(_ABOVE).rgb[_ABOVE.height // 2, _ABOVE.width // 2]
     assert blue > 2 * red
-
-
-def test_the_latest_picture_of_a_camera_is_rendered_once_until_it_is_forgotten(world: PhysicsWorld) -> None:
-    small, other = replace(_ABOVE, width=8, height=6), replace(_ABOVE, width=4, height=3)
-    first = world.renderer.render(small)
-    assert world.renderer.render_unless_latest(small) is first
-    assert world.renderer.render_unless_latest(other) is not first
-    assert world.renderer.render_unless_latest(small) is not first
-    again = world.renderer.render_unless_latest(small)
-    world.renderer.forget_latest()
-    assert world.renderer.render_unless_latest(small) is not again

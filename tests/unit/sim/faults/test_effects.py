@@ -8,10 +8,10 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from aeros.runtime.ports import CameraPicture, CameraView
 from aeros.sim.bullet.people import Person, Waypoint
-from aeros.sim.detected_object import DetectedObject
 from aeros.sim.faults.degradation import NO_DEGRADATION, Degradation
-from aeros.sim.faults.effects import detection_effect, physical_effect
+from aeros.sim.faults.effects import physical_effect, picture_effect
 from aeros.sim.faults.model import (
     PersonEntersFault,
     PhysicalFault,
@@ -20,9 +20,9 @@ from aeros.sim.physics import PlantParts
 from aeros.sim.sensors import SensorModel
 from aeros.spec.declared.faults import (
     CommandDelayFault,
-    MisplacedPictureFault,
     GripForceFault,
     ImpulseFault,
+    MisplacedPictureFault,
     MissedPictureFault,
     PadFrictionFault,
     SensorFault,
@@ -30,16 +30,23 @@ from aeros.spec.declared.faults import (
 )
 
 
-def test_a_displacement_is_the_same_for_all_objects_in_a_picture() -> None:
-    away = detection_effect(MisplacedPictureFault(0.06, None), np.random.default_rng(1))
-    first, second = away(DetectedObject((0.0, 0.0, 0.0))), away(DetectedObject((1.0, 2.0, 3.0)))
-    assert first is not None
-    assert second is not None
-    assert dist(first.position, (0.0, 0.0, 0.0)) == pytest.approx(0.06)
-    assert second.position == pytest.approx(
-        [a + b for a, b in zip(first.position, (1.0, 2.0, 3.0), strict=True)]
-    )
-    assert away(None) is None
+def picture(camera: str = "mast") -> CameraPicture:
+    """A grey picture of 2 x 2 pixels, 1 m deep."""
+    depth = np.full(4, 1.0, np.float32).tobytes()
+    return CameraPicture(camera, 0.0, 2, 2, b"\x80" * 12, depth, VIEW)
+
+
+VIEW = CameraView((1.0, 2.0, 3.0), (1.0, 2.0, 0.0), (1.0, 0.0, 0.0), 50.0)
+
+
+def test_a_displacement_moves_the_place_of_the_camera_level() -> None:
+    effect = picture_effect(MisplacedPictureFault(0.06, None), np.random.default_rng(1))
+    moved = effect(picture())
+    assert dist(moved.view.eye, VIEW.eye) == pytest.approx(0.06)
+    assert moved.view.eye[2] == VIEW.eye[2]
+    shift = [a - b for a, b in zip(moved.view.eye, VIEW.eye, strict=True)]
+    assert [a - b for a, b in zip(moved.view.target, VIEW.target, strict=True)] == pytest.approx(shift)
+    assert (moved.rgb, moved.depth) == (picture().rgb, picture().depth)
 
 
 def parts(**more: Any) -> PlantParts:
@@ -107,12 +114,14 @@ def test_a_person_enters_at_once_under_the_occurrences_name() -> None:
     assert entered == [replace(person, name="it 1")]
 
 
-def test_a_missed_detection_is_dropped_and_a_displaced_one_keeps_its_direction() -> None:
-    found = DetectedObject((1.0, 2.0, 3.0))
-    missed = detection_effect(MissedPictureFault(), np.random.default_rng(1))
-    assert missed(found) is None
-    assert missed(None) is None
-    away = detection_effect(MisplacedPictureFault(0.5, (0.0, 0.6, 0.8)), np.random.default_rng(1))
-    moved = away(found)
-    assert moved is not None
-    assert moved.position == pytest.approx((1.0, 2.3, 3.4))
+def test_a_dazzled_camera_sees_white_and_nothing_near() -> None:
+    missed = picture_effect(MissedPictureFault(), np.random.default_rng(1))
+    seen = missed(picture())
+    assert seen.rgb == b"\xff" * 12
+    assert np.frombuffer(seen.depth or b"", np.float32).tolist() == [5.0] * 4
+    assert missed(replace(picture(), depth=None)).depth is None
+
+
+def test_a_declared_displacement_keeps_its_direction() -> None:
+    away = picture_effect(MisplacedPictureFault(0.5, (0.0, 0.6, 0.8)), np.random.default_rng(1))
+    assert away(picture()).view.eye == pytest.approx((1.0, 2.3, 3.4))

@@ -8,9 +8,9 @@ from aeros.sim.faults.faults_file import FaultContext, parse_faults, read_faults
 from aeros.sim.faults.model import CameraOpportunity, PersonEntersFault, SkillOpportunity, TimedOpportunity
 from aeros.spec.declared.faults import (
     CommandDelayFault,
-    MisplacedPictureFault,
     GripForceFault,
     ImpulseFault,
+    MisplacedPictureFault,
     MissedPictureFault,
     PadFrictionFault,
     SensorFault,

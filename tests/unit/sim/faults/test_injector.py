@@ -6,37 +6,44 @@ from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
+import numpy as np
 import pytest
 
+from aeros.runtime.ports import CameraPicture, CameraView
 from aeros.sim.clock import TICK
-from aeros.sim.detected_object import DetectedObject
 from aeros.sim.faults.injector import FaultEvent, FaultInjector
 from aeros.sim.faults.model import (
     CameraOpportunity,
-    PictureFault,
     Fault,
     Opportunity,
     PhysicalFault,
+    PictureFault,
     SkillOpportunity,
     TimedOpportunity,
 )
 from aeros.sim.gilbert_elliott import GilbertElliottProcess
 from aeros.sim.physics import PlantParts
 from aeros.spec.declared.faults import (
-    MisplacedPictureFault,
     GripForceFault,
+    MisplacedPictureFault,
     MissedPictureFault,
     PadFrictionFault,
 )
 from aeros.spec.diagnostics.errors import MisuseError
 
 SKILL = "test.carry"
-FOUND = DetectedObject((1.0, 2.0, 3.0))
 
 
-def fault(
-    kind: PhysicalFault | PictureFault, on: Opportunity, name: str = "it", rate: float = 1.0
-) -> Fault:
+def picture(camera: str = "mast") -> CameraPicture:
+    """A grey picture of 2 x 2 pixels, 1 m deep."""
+    depth = np.full(4, 1.0, np.float32).tobytes()
+    return CameraPicture(camera, 0.0, 2, 2, b"\x80" * 12, depth, VIEW)
+
+
+VIEW = CameraView((1.0, 2.0, 3.0), (1.0, 2.0, 0.0), (1.0, 0.0, 0.0), 50.0)
+
+
+def fault(kind: PhysicalFault | PictureFault, on: Opportunity, name: str = "it", rate: float = 1.0) -> Fault:
     return Fault(name, on, GilbertElliottProcess(0.0, 0.0, 1.0, 1.0, rate), kind)
 
 
@@ -176,15 +183,15 @@ def test_faults_act_together_and_the_worst_counts() -> None:
     assert run.grips == [7.0, 20.0]
 
 
-# Detections.
+# Pictures.
 
 
-def test_a_picture_of_its_camera_is_an_opportunity_of_a_detection_fault() -> None:
+def test_a_picture_of_its_camera_is_an_opportunity_of_a_picture_fault() -> None:
     run = Run(fault(MissedPictureFault(), CameraOpportunity("mast")))
-    assert run.injector.detection_filter("hand")(FOUND) == FOUND
+    assert run.injector.disturb_picture(picture("hand")) == picture("hand")
     assert run.reported() == []
     run.ticks(5)
-    assert run.injector.detection_filter("mast")(FOUND) is None
+    assert run.injector.disturb_picture(picture()).rgb == b"\xff" * 12
     assert run.reported() == [(5, "fault-started", "it", 1)]
     assert run.events[0].text == "fault `it` happens (opportunity 1)"
 
@@ -193,7 +200,7 @@ def test_an_opportunity_may_last_as_long_as_its_skill() -> None:
     run = Run(fault(MissedPictureFault(), CameraOpportunity("mast", SKILL)))
 
     def sees() -> bool:
-        return run.injector.detection_filter("mast")(FOUND) is not None
+        return run.injector.disturb_picture(picture()) == picture()
 
     assert sees()
     run.injector.skill_began(SKILL)
@@ -205,15 +212,15 @@ def test_an_opportunity_may_last_as_long_as_its_skill() -> None:
     assert sees()
 
 
-def test_displacements_add_up_and_a_missed_detection_stays_missed() -> None:
+def test_displacements_add_up_and_a_dazzled_camera_stays_dazzled() -> None:
     x = fault(MisplacedPictureFault(0.5, (1.0, 0.0, 0.0)), CameraOpportunity("mast"), "x")
     z = fault(MisplacedPictureFault(0.25, (0.0, 0.0, 1.0)), CameraOpportunity("mast"), "z")
     missed = fault(MissedPictureFault(), CameraOpportunity("mast"), "missed")
-    both = Run(x, z).injector.detection_filter("mast")(FOUND)
-    assert both is not None
-    assert both.position == (1.5, 2.0, 3.25)
-    for faults in ((missed, x), (x, missed)):
-        assert Run(*faults).injector.detection_filter("mast")(FOUND) is None
+    both = Run(x, z).injector.disturb_picture(picture()).view
+    assert (both.eye, both.target) == ((1.5, 2.0, 3.25), (1.5, 2.0, 0.25))
+    one, other = (Run(*faults).injector.disturb_picture(picture()) for faults in ((missed, x), (x, missed)))
+    assert one == other
+    assert one.rgb == b"\xff" * 12
 
 
 def test_a_detection_fault_needs_a_camera() -> None:

@@ -3,38 +3,37 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import closing
 from dataclasses import replace
 from math import dist, inf, sqrt
 from typing import Any
 
 import pytest
 
-from aeros.runtime.ports import MotionCompletion
+from aeros.runtime.ports import CameraPicture, CameraView, MotionCompletion
 from aeros.sim.bullet.panda import Panda
 from aeros.sim.bullet.people import Person, Waypoint
 from aeros.sim.bullet.world import PhysicsWorld
-from aeros.sim.detected_object import DetectedObject
 from aeros.sim.faults.injector import FaultEvent, FaultInjector
 from aeros.sim.faults.model import (
     CameraOpportunity,
-    PictureFault,
     Fault,
     Opportunity,
     PersonEntersFault,
     PhysicalFault,
+    PictureFault,
     SkillOpportunity,
     TimedOpportunity,
 )
 from aeros.sim.gilbert_elliott import GilbertElliottProcess
 from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.randomness import RandomSource
-from aeros.sim.scenes.scene import OptionalDetection
 from aeros.skill import act
 from aeros.spec.declared.faults import (
     CommandDelayFault,
-    MisplacedPictureFault,
     GripForceFault,
     ImpulseFault,
+    MisplacedPictureFault,
     MissedPictureFault,
     PadFrictionFault,
     SensorFault,
@@ -222,30 +221,29 @@ def test_somebody_enters_when_the_fault_begins(faulty_plant: Make) -> None:
     assert one.value("human_distance") == pytest.approx(far - 1.0, abs=0.1)
 
 
-def _looked(kind: PictureFault | None) -> Mapping[str, Any]:
-    faults = () if kind is None else (fault(kind, CameraOpportunity("mast")),)
-    plant = make_plant(shipped_scene("fetch"), 1, disturbance=FaultInjector(faults, 1, lambda one: None))
-    station = plant.observe()["station_position"].value
-    for action in (
-        act("move_base", x=station[0], y=station[1], speed=0.4),
-        act("move_tool", target=(station[0] + 0.30, station[1] - 0.4, 0.7), yaw=0.0, speed=0.25),
-        act("look", camera="mast"),
-    ):
-        assert execute(plant, action, lambda now, values: None, inf).completed
-    seen = {name: reading.value for name, reading in plant.observe().items()}
-    plant.close()
-    return seen
+def _looked(*kinds: PictureFault, looks: int = 1) -> tuple[list[CameraPicture], list[FaultEvent]]:
+    faults = [
+        replace(fault(kind, CameraOpportunity("overhead")), name=f"it {number}", max_count=1)
+        for number, kind in enumerate(kinds)
+    ]
+    happened: list[FaultEvent] = []
+    pictures = []
+    injector = FaultInjector(faults, 1, happened.append)
+    with closing(make_plant(shipped_scene("table"), 1, disturbance=injector)) as plant:
+        for _ in range(looks):
+            look = plant.begin(act("look", camera="overhead"))
+            assert not isinstance(look, MotionCompletion)
+            assert plant.advance(allow, inf) == {look: MotionCompletion(True)}
+            pictures.append(plant.pictures()["overhead"])
+    return pictures, happened
 
 
-def test_a_missed_or_displaced_detection_changes_what_the_camera_reports() -> None:
-    seen = _looked(None)
-    assert seen["object_detected"]
-    missed = _looked(MissedPictureFault())
-    assert not missed["object_detected"]
-    assert "object_position" not in missed
-    misplaced = _looked(MisplacedPictureFault(0.06, None))
-    assert misplaced["object_detected"]
-    assert dist(misplaced["object_position"], seen["object_position"]) == pytest.approx(0.06)
+def test_a_dazzled_or_displaced_camera_delivers_another_picture() -> None:
+    ((seen,), _), ((dazzled,), _) = _looked(), _looked(MissedPictureFault())
+    assert set(dazzled.rgb) == {255} != set(seen.rgb)
+    ((displaced,), _) = _looked(MisplacedPictureFault(0.06, None))
+    assert dist(displaced.view.eye, seen.view.eye) == pytest.approx(0.06)
+    assert (displaced.rgb, displaced.depth) == (seen.rgb, seen.depth)
 
 
 def test_a_look_is_an_opportunity_while_the_skill_that_is_named_runs() -> None:
@@ -253,38 +251,23 @@ def test_a_look_is_an_opportunity_while_the_skill_that_is_named_runs() -> None:
         (fault(MissedPictureFault(), CameraOpportunity("mast", SKILL)),), 1, lambda one: None
     )
     plant = PhysicsPlant(Cube(), 1, disturbance=injector)
-    found = DetectedObject((1.0, 2.0, 3.0))
-    assert injector.detection_filter("mast")(found) == found
+    mast, hand = (
+        CameraPicture(name, 0.0, 1, 1, b"abc", None, CameraView(*((0.0,) * 3,) * 3, 50.0))
+        for name in ("mast", "hand")
+    )
+    assert injector.disturb_picture(mast) == mast
     plant.skill_began(SKILL)
-    assert injector.detection_filter("mast")(found) is None
-    assert injector.detection_filter("hand")(found) == found
+    assert injector.disturb_picture(mast).rgb == b"\xff" * 3
+    assert injector.disturb_picture(hand) == hand
     plant.skill_ended(SKILL, finished=True)
-    assert injector.detection_filter("mast")(found) == found
+    assert injector.disturb_picture(mast) == mast
     plant.close()
 
 
 def test_a_picture_is_one_opportunity_however_much_it_shows() -> None:
-    once = replace(fault(MissedPictureFault(), CameraOpportunity("overhead")), max_count=1)
-    happened: list[FaultEvent] = []
-    plant = make_plant(shipped_scene("table"), 0, disturbance=FaultInjector((once,), 0, happened.append))
-    shown = []
-    for _ in range(2):
-        look = plant.begin(act("look", camera="overhead"))
-        assert not isinstance(look, MotionCompletion)
-        assert plant.advance(allow, inf) == {look: MotionCompletion(True)}
-        values = plant.observe()
-        shown.append((values["sponge_seen"].value, values["clutter_on_table"].value))
-    plant.close()
+    (first, second), happened = _looked(MissedPictureFault(), looks=2)
     assert len(happened) == 1
-    assert shown == [(False, False), (True, True)]
-
-
-def test_the_camera_at_the_press_can_miss_too() -> None:
-    plant = make_plant(shipped_scene("dumpling_bench"), 0)
-    asked: list[OptionalDetection] = []
-    plant._scene.detect("side", lambda found: asked.append(found))
-    plant.close()
-    assert [type(one) for one in asked] == [DetectedObject]
+    assert set(first.rgb) == {255} != set(second.rgb)
 
 
 def test_a_fault_waits_for_something_held_and_passes_with_its_skill(faulty_plant: Make) -> None:

@@ -1,10 +1,10 @@
-"""The kinematic plant: the three modules' skills succeed on it unchanged, and geometry alone decides."""
+"""The kinematic plant: geometry alone decides."""
 
 from __future__ import annotations
 
 import subprocess
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from math import dist, inf
 from typing import Any
 
@@ -21,14 +21,6 @@ from aeros.sim.randomness import RandomSource
 from aeros.skill import Action, act
 from tests.shipped_scenes import SHIPPED, shipped_scene
 from tests.unit.sim.acting import allow, execute, recording
-
-RunSkill = Callable[..., str | None]
-
-TASKS = (
-    ("make_dumplings", "dumpling_bench", ("prepare", "wrap", "boil"), "dumpling_cooked"),
-    ("clean_table", "table", ("wipe", "organize", "verify"), "table_verified"),
-    ("fetch_object", "fetch", ("navigate", "detect", "grasp", "deliver"), "object_delivered"),
-)
 
 
 class CubeOnBlock(DeclaredScene):
@@ -51,7 +43,7 @@ class CubeOnBlock(DeclaredScene):
             (self.cube, self.lid), (slab(0.4, 0.0, 0.0, 1.4, 1.6), slab(0.5, 0.1, 0.05, 0.1, 0.03))
         )
 
-    def measure(self, state: object, time: float) -> Mapping[str, Any]:
+    def measure(self) -> Mapping[str, Any]:
         return {"cube": self.cube.pose.position, "lid": self.lid.pose.position}
 
 
@@ -61,18 +53,6 @@ def observed(plant: Plant) -> dict[str, Any]:
 
 def move(x: float, y: float, z: float, yaw: float = 0.0, speed: float = 0.25) -> Action:
     return act("move_tool", target=(x, y, z), yaw=yaw, speed=speed)
-
-
-@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.deep) for seed in (1, 2))])
-@pytest.mark.parametrize(("ecm", "scene", "skills", "goal"), TASKS, ids=[task[0] for task in TASKS])
-def test_the_skills_of_each_module_reach_its_goal(
-    ecm: str, scene: str, skills: tuple[str, ...], goal: str, seed: int, run_skill: RunSkill
-) -> None:
-    plant = make_plant(shipped_scene(scene), seed)
-    assert not observed(plant).get(goal, False)
-    for skill in skills:
-        assert run_skill(plant, ecm, skill) is None
-    assert observed(plant)[goal]
 
 
 def test_a_gripped_object_moves_with_the_tool_and_a_released_one_falls_and_stays() -> None:
@@ -152,15 +132,17 @@ def test_a_slide_holds_the_asked_force_and_the_torques_are_those_that_hold_it() 
 
 def test_planning_a_look_sees_nothing() -> None:
     plant = make_plant(shipped_scene("fetch"), 0)
-    before = observed(plant)
-    plant.plan(act("look", camera="mast"))
-    assert observed(plant) == before
+    before = observed(plant), plant.pictures()
+    plant.plan(act("look", camera="hand"))
+    assert (observed(plant), plant.pictures()) == before
+    execute(plant, act("look", camera="hand"), allow, inf)
+    assert plant.pictures().keys() == {"mast", "hand"}
 
 
-def test_the_same_seed_repeats_and_another_does_not(run_skill: RunSkill) -> None:
+def test_the_same_seed_repeats_and_another_does_not() -> None:
     def after(seed: int) -> dict[str, Any]:
         plant = make_plant(shipped_scene("table"), seed)
-        assert run_skill(plant, "clean_table", "wipe", actions=8) is None
+        assert execute(plant, move(0.5, 0.2, 0.3), allow, inf).completed
         return observed(plant)
 
     assert after(3) == after(3)

@@ -71,7 +71,7 @@ def test_a_seal_closes_once_in_the_tick_in_which_its_condition_holds() -> None:
     world.force = 0.0
     state.tick()
     assert world.sealed == [(BodyPart("wrapper", "fold"), 0.5)]
-    assert state.truth() == {"dumpling_wrapped": True, "dumpling_cooked": False}
+    assert state.truth() == {"make_dumplings.dumpling_wrapped": True, "make_dumplings.dumpling_cooked": False}
 
 
 def test_a_timer_counts_ticks_without_a_break_and_keeps_the_longest() -> None:
@@ -88,9 +88,9 @@ def test_a_timer_counts_ticks_without_a_break_and_keeps_the_longest() -> None:
     state.tick()
     assert (state.value("cooking"), state.value("cooking.longest")) == (TICK, 1.0)
     for _ in range(5 * 240 - 1):
-        assert not state.truth()["dumpling_cooked"]
+        assert not state.truth()["make_dumplings.dumpling_cooked"]
         state.tick()
-    assert state.truth()["dumpling_cooked"]
+    assert state.truth()["make_dumplings.dumpling_cooked"]
 
 
 @pytest.mark.parametrize(
@@ -126,7 +126,10 @@ def test_a_can_is_delivered_if_it_stands_or_lies_there_and_is_let_go(
     x, y, z = world.poses["delivery_position"].position
     world.poses["can"] = Pose((x + off[0], y + off[1], z + off[2]), UPRIGHT)
     world.held = is_held
-    assert state.truth() == {"object_grasped": is_held, "object_delivered": is_delivered}
+    assert state.truth() == {
+        "fetch_object.object_grasped": is_held,
+        "fetch_object.object_delivered": is_delivered,
+    }
 
 
 def test_variables_are_read_by_their_names() -> None:

@@ -9,10 +9,13 @@ import pytest
 from aeros.runtime.gate.decision import Decision, DecisionKind
 from aeros.runtime.motion.trajectory import MotionDecider
 from aeros.runtime.ports import Trajectory
+from aeros.sim.geometry import yaw_of
 from aeros.sim.physics import PhysicsPlant, make_plant
+from aeros.sim.scenes.physics_scene import PhysicsScene
 from aeros.skill import Action, act
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
+from aeros.spec.model.scene import BodyPart
 from aeros.spec.text.discovery import reference_site_path
 from tests.shipped_scenes import shipped_scene
 from tests.unit.sim.acting import allow, execute
@@ -26,8 +29,9 @@ FOREVER = 1e9
 def holding() -> Iterator[PhysicsPlant]:
     """The robot at the table, with the sponge in its hand 0.2 m above."""
     plant = make_plant(shipped_scene("table"), 0)
-    x, y, z = plant.observe()["sponge_position"].value
-    yaw = plant.observe()["sponge_yaw"].value
+    assert isinstance(plant._scene, PhysicsScene)
+    pose = plant._scene.pose_of(BodyPart("sponge"))
+    (x, y, z), yaw = pose.position, yaw_of(pose.orientation)
     for action in (
         act("move_tool", target=(x, y, 0.2), yaw=yaw, speed=0.3),
         act("move_tool", target=(x, y, z + 0.032), yaw=yaw, speed=0.1),

@@ -113,9 +113,9 @@ def test_an_empty_table_supports_the_hand_and_has_no_camera() -> None:
     assert things.load == pytest.approx(10.0)
     things.tick(Pose((1.11, 0.0, 0.008), STRAIGHT), 0.0)
     assert things.load == 0.0
-    assert dict(scene.measure(SOMEWHERE, 0.0)) == {}
+    assert dict(scene.measure()) == {}
     with pytest.raises(KeyError, match="mast"):
-        scene.detect("mast", SOMEWHERE, 0.0, 0.0)
+        scene.see("mast", SOMEWHERE, 0.0, 0.0)
 
 
 def test_a_scene_without_a_robot_is_refused() -> None:

@@ -2,59 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from math import asin, atan, inf, pi
-from typing import Any, cast
+from math import asin, atan, pi
 
 import pytest
 
-from aeros.runtime.ports import Plant
 from aeros.sim.geometry import Pose, add, to_world, yaw_orientation
 from aeros.sim.kinematic.objects import ObjectSet
-from aeros.sim.kinematic.plant import make_plant
 from aeros.sim.kinematic.scenes.declared_scene import DeclaredScene
 from aeros.sim.kinematic.scenes.press import FoldingPress, Handle
-from aeros.sim.layouts.dumpling_bench import ALIGNED_POSITION
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.robot import RobotState
-from aeros.skill import act
+from aeros.spec.model.scene import BodyPart
 from tests.shipped_scenes import shipped_scene
-from tests.unit.sim.acting import allow, execute
 from tests.unit.sim.start_layouts import BenchLayout, bench_layout
 
-RunSkill = Callable[..., str | None]
-
-
-def observed(plant: Plant) -> dict[str, Any]:
-    return {name: reading.value for name, reading in plant.observe().items()}
-
-
-def test_a_dumpling_moved_on_the_press_takes_its_filling_along(run_skill: RunSkill) -> None:
-    plant = make_plant(shipped_scene("dumpling_bench"), 0)
-    for skill in ("prepare", "recover"):
-        assert run_skill(plant, "make_dumplings", skill) is None
-        assert observed(plant)["filling_on_workspace"]
-        assert observed(plant)["wrapper_aligned"]
-
-
-def test_a_wrapper_without_its_filling_is_folded_but_never_wrapped(run_skill: RunSkill) -> None:
-    plant = make_plant(shipped_scene("dumpling_bench"), 0)
-    # As many actions as lay the wrapper out: the filling stays on its stand.
-    assert run_skill(plant, "make_dumplings", "prepare", actions=15) is None
-    assert execute(plant, act("look", camera="overhead"), allow, inf).completed
-    assert observed(plant)["wrapper_aligned"]
-    assert run_skill(plant, "make_dumplings", "wrap") is None
-    after = observed(plant)
-    assert after["wrapper_fold"] == pytest.approx(pi)
-    assert not after["dumpling_wrapped"]
-
-
 SEED = 3
-NOBODY = cast("Any", None)
 SOMEWHERE = RobotState((0.0,) * 7, (0.0,) * 7, (0.0,) * 7, (9.0,) * 3, 0.0, 0.08, 0.0, (0.0,) * 3, (0.0,) * 3)
 STRAIGHT = yaw_orientation(0.0)
 HINGE = (0.50, 0.0, 0.094)
 """Of the press, whose handle is 75 mm from it."""
+
+ALIGNED_POSITION = (0.50, 0.0, 0.083)
+"""Where the wrapper's hinge belongs."""
 
 
 def _handle() -> Handle:
@@ -112,10 +81,6 @@ def _press(scene: DeclaredScene) -> FoldingPress:
     return scene.presses["folding_press"]
 
 
-def _look(scene: DeclaredScene, time: float = 0.0) -> dict[str, Any]:
-    return dict(scene.detect("overhead", SOMEWHERE, 0.0, time))
-
-
 def _lay(scene: DeclaredScene, *, filled: bool, off: float = 0.0) -> None:
     """Lay the wrapper on the press, and the filling on it."""
     x, y, z = ALIGNED_POSITION
@@ -131,17 +96,13 @@ def _turn(scene: DeclaredScene, angle: float, force: float = 0.0) -> None:
 
 def test_everything_lies_on_its_support() -> None:
     scene, _, laid = _bench()
-    seen = _look(scene)
-    assert seen["wrapper_position"][2] == pytest.approx(0.06 + 0.003)
-    assert seen["filling_position"] == pytest.approx((*laid.filling.position[:2], 0.05 + 0.0085))
-    assert (seen["wrapper_fold"], seen["filling_on_workspace"], seen["dumpling_wrapped"]) == (
-        0.0,
-        False,
-        False,
-    )
-    measured = scene.measure(NOBODY, 0.0)
-    assert measured["press_handle_position"] == pytest.approx((0.425, 0.0, 0.094))
-    assert measured["press_force"] == 0.0
+    assert scene.pose_of(BodyPart("wrapper")).position[2] == pytest.approx(0.06 + 0.003)
+    filling = scene.pose_of(BodyPart("filling")).position
+    assert filling == pytest.approx((*laid.filling.position[:2], 0.05 + 0.0085))
+    assert scene.joint_position(BodyPart("wrapper", "fold")) == 0.0
+    measured = scene.measure()
+    assert measured["make_dumplings.press_handle_position"] == pytest.approx((0.425, 0.0, 0.094))
+    assert measured["make_dumplings.press_force"] == 0.0
 
 
 def test_objects_are_as_wide_as_they_are() -> None:
@@ -170,14 +131,13 @@ def test_a_filling_is_carried_by_the_wrapper_under_it() -> None:
     _lay(scene, filled=True)
     things.grip(Pose(add(ALIGNED_POSITION, (0.022, 0.0, 0.0)), STRAIGHT))
     assert things.holds(scene._objects["filling"])
-    assert (_look(scene)["wrapper_position"], _look(scene)["filling_position"]) == (None, None)
 
 
 def test_the_lid_folds_an_aligned_wrapper_up_to_its_filling() -> None:
     scene, _, _ = _bench()
     _lay(scene, filled=True)
     _turn(scene, 1.0)
-    assert _look(scene)["wrapper_fold"] == 1.0
+    assert _press(scene).fold == 1.0
     # The filling of 17 mm is 1 mm higher than the gap of 16 mm between the plates.
     assert _press(scene).handle.stop_angle == pytest.approx(pi - asin(0.001 / 0.022))
     empty, _, _ = _bench()
@@ -193,7 +153,7 @@ def test_only_a_wrapper_within_8_mm_is_folded(off: float, folds: bool) -> None:
     scene, _, _ = _bench()
     _lay(scene, filled=True, off=off)
     _turn(scene, 1.0)
-    assert _look(scene)["wrapper_fold"] == (1.0 if folds else 0.0)
+    assert _press(scene).fold == (1.0 if folds else 0.0)
     assert (_press(scene).handle.stop_angle == 3.25) is not folds
 
 
@@ -219,13 +179,11 @@ def test_a_pressed_dumpling_is_sealed_and_wrapped() -> None:
     closed = pi - asin(0.001 / 0.022)
     # The lever from the handle to the plate is 75 mm to 22 mm: 0.3 N there are 1.02 N here.
     _turn(scene, closed, 0.2)
-    assert scene.measure(NOBODY, 0.0)["press_force"] == pytest.approx(0.2 * 75 / 22)
+    assert scene.measure()["make_dumplings.press_force"] == pytest.approx(0.2 * 75 / 22)
     sealed = [scene.state.sealed["dough"]]
     _turn(scene, closed, 0.3)
     assert [*sealed, scene.state.sealed["dough"]] == [False, True]
-    seen = _look(scene)
-    assert (seen["filling_position"], seen["filling_on_workspace"]) == (None, True)
-    assert scene.detect("side", SOMEWHERE, 0.0, 0.0) == {"dumpling_wrapped": True}
+    assert scene.truth()["make_dumplings.dumpling_wrapped"]
 
 
 def test_force_on_an_open_or_an_empty_wrapper_seals_nothing() -> None:
@@ -237,8 +195,8 @@ def test_force_on_an_open_or_an_empty_wrapper_seals_nothing() -> None:
     _lay(empty, filled=False)
     _turn(empty, pi, 5.0)
     assert not empty.state.sealed["dough"]
-    assert empty.measure(NOBODY, 0.0)["press_force"] == 0.0
-    assert empty.detect("side", SOMEWHERE, 0.0, 0.0) == {"dumpling_wrapped": False}
+    assert empty.measure()["make_dumplings.press_force"] == 0.0
+    assert not empty.truth()["make_dumplings.dumpling_wrapped"]
 
 
 def test_a_sealed_dumpling_does_not_open_with_the_lid() -> None:

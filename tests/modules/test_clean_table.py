@@ -1,0 +1,226 @@
+"""Perceivers of `clean_table`: what is clean, what lies about, and where the sponge is."""
+
+from __future__ import annotations
+
+from math import dist, pi
+from typing import Any
+
+import pytest
+
+from aeros.sim.geometry import Camera, Pose, Vector3, yaw_of, yaw_orientation
+from aeros.sim.layouts.cameras import fixed_camera
+from tests.modules.looking import Put, Top, Watched, draw
+from tests.shipped_scenes import shipped_scene
+
+DIRT, FOAM, BLUE, GREEN = (90, 80, 70), (220, 190, 60), (40, 60, 200), (60, 180, 70)
+BIN = (0.45, -0.50, 0.085)
+REST = (0.45, 0.34, 0.015)
+SPONGE = Top(0.45, 0.34, 0.03, (0.05, 0.035), FOAM)
+OVERHEAD = fixed_camera(shipped_scene("table").cameras["overhead"])
+PLACES = {"bin_position": BIN, "sponge_rest_position": REST}
+
+
+def seen(*tops: Top, camera: Camera = OVERHEAD) -> dict[str, Any]:
+    found: dict[str, Any] = Watched("clean_table", "see_table", PLACES).see(0.0, draw(camera, tops))
+    return found
+
+
+def verified(*tops: Top) -> bool:
+    picture = draw(OVERHEAD, tops, name="mast")
+    found: bool = Watched("clean_table", "check_table", PLACES).see(0.0, picture)["table_verified"]
+    return found
+
+
+@pytest.mark.parametrize(
+    ("tops", "clean"),
+    [
+        ([], 1.0),
+        # The area is 0.3 m by 0.3 m around (0.5, 0).
+        ([Top(0.425, 0.0, 0.0005, (0.075, 0.15), DIRT)], 0.5),
+        ([Top(0.5, 0.0, 0.0005, (0.15, 0.15), DIRT)], 0.0),
+        ([Top(0.5, 0.0, 0.0005, (0.03, 0.03), DIRT)], 1.0 - 0.04),
+        # Dirt elsewhere does not count.
+        ([Top(0.5, 0.3, 0.0005, (0.1, 0.05), DIRT)], 1.0),
+        # As bright as 0.7 of the table around the area, and a little less.
+        ([Top(0.5, 0.0, 0.0005, (0.15, 0.15), (145, 145, 145))], 1.0),
+        ([Top(0.5, 0.0, 0.0005, (0.15, 0.15), (139, 139, 139))], 0.0),
+        # What something hides is not clean.
+        ([Top(0.425, 0.0, 0.1, (0.075, 0.15), BLUE)], 0.5),
+        # Without a table around the area nothing is.
+        ([Top(0.5, 0.0, 0.4, (0.9, 0.9), BLUE)], 0.0),
+    ],
+)
+def test_the_clean_share_is_that_of_the_areas_cells(tops: list[Top], clean: float) -> None:
+    found = seen(*tops)
+    assert found["wiped_fraction"] == pytest.approx(clean, abs=0.05)
+    assert found["table_wiped"] is (found["wiped_fraction"] >= 0.95)
+
+
+NEAR = Camera(
+    eye=(0.5, 0.12, 1.0),
+    target=(0.5, 0.12, 0.0),
+    up=(1.0, 0.0, 0.0),
+    field_of_view=6.0,
+    width=100,
+    height=100,
+)
+"""Some hundred cells of 1 cm at the edge of the area, and table beyond it; 1 mm a pixel."""
+
+
+@pytest.mark.parametrize(("dirty", "is_clean"), [(0.0038, True), (0.0062, False)])
+def test_most_of_a_cells_pixels_decide(dirty: float, is_clean: bool) -> None:
+    bars = [Top(0.5, 0.005 + 0.01 * row, 0.0005, (0.2, dirty / 2.0), DIRT) for row in range(15)]
+    # Of the 900 cells the picture shows 9 rows of 12, some of them in part.
+    found = seen(*bars, camera=NEAR)["wiped_fraction"]
+    assert found == pytest.approx(108 / 900 if is_clean else 0.0, abs=0.015)
+
+
+def test_a_sponge_is_yellow_on_the_table_and_large_enough() -> None:
+    found = seen(SPONGE)
+    assert found["sponge_position"] == pytest.approx(REST, abs=0.003)
+    for top in (
+        SPONGE._replace(colour=BLUE),
+        SPONGE._replace(z=0.13),
+        SPONGE._replace(z=0.011),
+        SPONGE._replace(half=(0.005, 0.005)),
+    ):
+        other = seen(top)
+        assert other["sponge_seen"] is False
+        assert other.keys().isdisjoint({"sponge_position", "sponge_yaw"})
+
+
+@pytest.mark.parametrize(
+    ("colour", "is_yellow"),
+    [
+        ((200, 150, 50), True),
+        ((200, 121, 99), True),
+        ((200, 119, 50), False),
+        ((200, 150, 101), False),
+        ((60, 60, 0), False),
+        ((61, 60, 0), True),
+    ],
+)
+def test_a_pixel_is_as_yellow_as_a_sponge(colour: tuple[int, int, int], is_yellow: bool) -> None:
+    assert seen(SPONGE._replace(colour=colour))["sponge_seen"] is is_yellow
+
+
+@pytest.mark.parametrize(("off", "is_there"), [(0.024, True), (0.036, False)])
+def test_a_sponge_is_at_its_rest_within_3_cm(off: float, is_there: bool) -> None:
+    assert seen(SPONGE._replace(x=0.45 + off))["table_organized"] is is_there
+    assert verified(SPONGE._replace(x=0.45 + off)) is is_there
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "z", "in_bin"),
+    [
+        (0.45, -0.50, 0.04, True),
+        (0.45 + 0.085, -0.50, 0.04, True),
+        (0.45 + 0.095, -0.50, 0.04, False),
+        (0.45, -0.50 + 0.075, 0.04, True),
+        (0.45, -0.50 + 0.085, 0.04, False),
+        # A piece's middle is at half its height.
+        (0.45, -0.50, 0.118, True),
+    ],
+)
+def test_a_piece_in_the_bin_is_no_clutter(x: float, y: float, z: float, in_bin: bool) -> None:
+    found = seen(SPONGE, Top(x, y, z, (0.02, 0.02), BLUE))
+    assert (found["clutter_on_table"], found["table_organized"]) == (not in_bin, in_bin)
+
+
+def test_the_first_piece_outside_the_bin_is_the_next_one() -> None:
+    blue, green = Top(0.38, -0.25, 0.04, (0.02, 0.02), BLUE), Top(0.56, -0.25, 0.05, (0.02, 0.02), GREEN)
+    assert seen(blue, green)["clutter_position"] == pytest.approx((0.38, -0.25, 0.02), abs=0.003)
+    binned = blue._replace(x=0.45, y=-0.5)
+    assert seen(binned, green)["clutter_position"] == pytest.approx((0.56, -0.25, 0.025), abs=0.003)
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "is_clear"),
+    [(0.5, 0.0, False), (0.295, 0.0, False), (0.285, 0.0, True), (0.5, -0.205, False), (0.5, -0.215, True)],
+)
+def test_a_piece_within_6_cm_of_the_area_is_in_the_way(x: float, y: float, is_clear: bool) -> None:
+    assert seen(Top(x, y, 0.04, (0.02, 0.02), BLUE))["wiping_area_clear"] is is_clear
+
+
+@pytest.mark.parametrize(
+    ("top", "counts"),
+    [
+        (Top(0.5, 0.0, 0.04, (0.02, 0.02), BLUE), True),
+        (Top(0.3, -0.3, 0.29, (0.02, 0.02), BLUE), True),
+        (Top(0.3, -0.3, 0.011, (0.02, 0.02), BLUE), False),
+        (Top(0.3, -0.3, 0.31, (0.02, 0.02), BLUE), False),
+        # In the bin, and at its walls.
+        (Top(BIN[0], BIN[1], 0.04, (0.08, 0.07), BLUE), False),
+        (Top(BIN[0] + 0.15, BIN[1], 0.04, (0.02, 0.02), BLUE), True),
+        # Where the arm does not work.
+        (Top(0.18, 0.0, 0.04, (0.02, 0.02), BLUE), False),
+        (Top(0.80, 0.0, 0.04, (0.02, 0.02), BLUE), False),
+        # Next to the sponge it belongs to it.
+        (Top(0.45, 0.41, 0.02, (0.005, 0.005), BLUE), False),
+        (Top(0.45, 0.44, 0.02, (0.01, 0.01), BLUE), True),
+    ],
+)
+def test_a_table_with_anything_else_on_it_is_not_verified(top: Top, counts: bool) -> None:
+    assert verified(SPONGE, top) is not counts
+
+
+def test_a_table_without_its_sponge_is_not_verified() -> None:
+    assert verified(SPONGE)
+    assert not verified()
+    assert not verified(SPONGE._replace(z=0.31))
+
+
+def test_without_surveyed_places_nothing_is_said_of_them() -> None:
+    picture = draw(OVERHEAD, [SPONGE])
+    found = Watched("clean_table", "see_table").see(0.0, picture)
+    assert found.keys() == {"sponge_seen", "sponge_position", "sponge_yaw", "wiped_fraction", "table_wiped"}
+    mast = draw(OVERHEAD, [SPONGE], name="mast")
+    assert Watched("clean_table", "check_table").see(0.0, mast) == {"table_verified": None}
+
+
+# Pictures of the scene.
+
+
+def apart(a: float, b: float, period: float) -> float:
+    """Between two headings of what looks alike when turned by `period`."""
+    return abs((a - b + period / 2.0) % period - period / 2.0)
+
+
+def table(seed: int = 3) -> tuple[Put, Vector3]:
+    scene = Put("table", seed)
+    return scene, scene.poses["sponge_rest_position"].position
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_sponge_and_clutter_are_seen_where_they_are(seed: int) -> None:
+    scene, rest = table(seed)
+    watched = Watched("clean_table", "see_table", {"bin_position": BIN, "sponge_rest_position": rest})
+    found = watched.see(0.0, scene.look("overhead"))
+    sponge, cube = scene.poses["sponge"], scene.poses["cube"]
+    assert dist(found["sponge_position"][:2], sponge.position[:2]) < 0.003
+    assert apart(found["sponge_yaw"], yaw_of(sponge.orientation), pi) < 0.08
+    assert dist(found["clutter_position"], cube.position) < 0.003
+    assert apart(found["clutter_yaw"], yaw_of(cube.orientation), pi / 2.0) < 0.1
+    assert (found["clutter_on_table"], found["table_organized"], found["table_wiped"]) == (True, False, False)
+    scene.remove("cube", "can")
+    found = watched.see(1.0, scene.look("overhead", 1.0))
+    assert (found["clutter_on_table"], found["table_organized"]) == (False, True)
+
+
+def test_the_mast_verifies_a_clean_table_with_its_sponge_and_nothing_else() -> None:
+    scene, rest = table()
+    watched = Watched("clean_table", "check_table", {"bin_position": BIN, "sponge_rest_position": rest})
+
+    def is_verified() -> bool:
+        found: bool = watched.see(0.0, scene.look("mast"))["table_verified"]
+        return found
+
+    assert not is_verified()
+    scene.coatings["dirt"].wiped[:] = True
+    assert not is_verified(), "clutter is seen"
+    for body, x in (("cube", 0.42), ("can", 0.48)):
+        scene.put(body, x, -0.5, 0.03)
+    assert is_verified()
+    at = scene.poses["sponge"].position
+    scene.poses["sponge"] = Pose((at[0], at[1] - 0.05, at[2]), yaw_orientation(0.2))
+    assert not is_verified()

@@ -1,0 +1,294 @@
+"""Perceivers of `fetch_object`: where the can is, how it lies, where a hand has room, and if it is held."""
+
+from __future__ import annotations
+
+from math import copysign, cos, dist, pi, sin
+from typing import Any
+
+import numpy as np
+import pytest
+
+from aeros.perception import Picture
+from aeros.sim.geometry import Camera, Vector3
+from tests.modules.looking import GREY, Put, Top, Watched, as_picture, draw
+
+ABOVE = Camera(eye=(0.5, 0.1, 1.5), target=(0.5, 0.1, 0.0), up=(1.0, 0.0, 0.0), field_of_view=40.0)
+"""Its picture is 1.09 m high (x) and 1.46 m wide (y), 4.5 mm a pixel."""
+
+RED = (200, 30, 40)
+STANDING = Top(0.6, 0.2, 0.08, (0.022, 0.0), RED, is_round=True)
+DELIVERY = (1.7, -1.1, 0.44)
+
+
+def lying(heading: float) -> Top:
+    """The upper side of a can on its side: a strip as long as it."""
+    return Top(0.6, 0.2, 0.044, (0.04, 0.008), RED, heading)
+
+
+def seen(picture: Picture, delivery: Vector3 = DELIVERY) -> dict[str, Any]:
+    found: dict[str, Any] = Watched("fetch_object", "find_can", {"delivery_position": delivery}).see(
+        0.0, picture
+    )
+    return found
+
+
+def from_mast(*tops: Top) -> dict[str, Any]:
+    return seen(draw(ABOVE, tops, name="mast"))
+
+
+def wall(u: float, v: float, heading: float, half: tuple[float, float] = (0.01, 0.3)) -> Top:
+    """A high wall at (u, v) along and across a heading from the can's middle."""
+    x = 0.6 + u * cos(heading) - v * sin(heading)
+    y = 0.2 + u * sin(heading) + v * cos(heading)
+    return Top(x, y, 0.3, half, GREY, heading)
+
+
+def test_a_standing_can_is_a_disc_and_can_be_gripped_at_any_heading() -> None:
+    found = from_mast(STANDING)
+    assert found["object_position"] == pytest.approx((0.6, 0.2, 0.04), abs=0.004)
+    assert (found["object_lying"], found["object_yaw"], found["object_free"]) == (False, 0.0, True)
+    assert found["object_push_start"] is None
+
+
+@pytest.mark.parametrize("heading", [0.0, 0.6, -0.6, 1.5])
+def test_a_lying_can_is_a_strip_and_is_gripped_across_its_axis(heading: float) -> None:
+    found = from_mast(lying(heading))
+    assert found["object_position"] == pytest.approx((0.6, 0.2, 0.022), abs=0.004)
+    assert found["object_yaw"] == pytest.approx(heading, abs=0.1)
+    assert (found["object_lying"], found["object_free"], found["object_push_way"]) == (True, True, None)
+
+
+def test_a_heading_is_from_minus_a_quarter_turn_on() -> None:
+    assert from_mast(lying(pi - 0.6))["object_yaw"] == pytest.approx(-0.6, abs=0.1)
+    assert from_mast(lying(-pi + 0.6))["object_yaw"] == pytest.approx(0.6, abs=0.1)
+
+
+def test_without_enough_red_there_is_no_can() -> None:
+    blue, dark = STANDING._replace(colour=(40, 30, 200)), STANDING._replace(colour=(55, 5, 5))
+    pink, small = STANDING._replace(colour=(200, 30, 105)), STANDING._replace(half=(0.008, 0.0))
+    for tops in ([], [blue], [dark], [pink], [small]):
+        assert from_mast(*tops) == {"object_seen": False, "object_delivered": False}
+
+
+def test_a_standing_can_next_to_a_wall_is_gripped_at_the_other_heading() -> None:
+    # The hand needs 0.06 m along its x and 0.115 m across; 2 cm above the can is room for anything.
+    assert from_mast(STANDING, wall(0.08, 0.0, 0.0))["object_free"] is True
+    assert from_mast(STANDING, wall(0.05, 0.0, 0.0))["object_free"] is False
+    beside = Top(0.6, 0.3, 0.3, (0.02, 0.01), GREY)
+    assert from_mast(STANDING, beside)["object_yaw"] == pytest.approx(pi / 2.0)
+    assert from_mast(STANDING, beside._replace(z=0.095))["object_yaw"] == 0.0
+
+
+def test_a_standing_can_without_room_is_not_pushed() -> None:
+    found = from_mast(STANDING, wall(0.05, 0.0, 0.0))
+    assert (found["object_free"], found["object_push_start"]) == (False, None)
+
+
+@pytest.mark.parametrize("heading", [0.0, 0.6])
+def test_a_lying_can_beside_a_short_wall_is_pushed_along_its_axis_past_the_nearer_end(heading: float) -> None:
+    # Beside the can, 8 cm across its axis, from 20 cm behind its middle to 7 cm ahead.
+    found = from_mast(lying(heading), wall(-0.065, 0.08, heading, (0.135, 0.01)))
+    assert found["object_free"] is False
+    axis, way, (x, y, z) = found["object_yaw"], found["object_push_way"], found["object_push_start"]
+    assert 0.12 <= way[0] * cos(axis) + way[1] * sin(axis) <= 0.16
+    assert way[1] * cos(axis) - way[0] * sin(axis) == pytest.approx(0.0, abs=1e-9)
+    # The fingers come down 8 cm behind the middle, at most 27 mm off the axis and away from the wall.
+    assert (x - 0.6) * cos(axis) + (y - 0.2) * sin(axis) == pytest.approx(-0.08, abs=0.005)
+    assert -0.032 < (y - 0.2) * cos(axis) - (x - 0.6) * sin(axis) < 0.005
+    assert z == found["object_position"][2]
+
+
+def test_between_long_walls_nothing_can_be_pushed() -> None:
+    # 10 cm high, so that the picture shows as much of them as of the table.
+    walls = [wall(0.0, side, 0.0, (0.9, 0.01))._replace(z=0.1) for side in (-0.07, 0.07)]
+    found = from_mast(lying(0.0), *walls)
+    assert (found["object_free"], found["object_push_start"]) == (False, None)
+
+
+OBLIQUE = Camera((0.0, 0.2, 0.8), (0.6, 0.0, 0.0))
+
+
+def room(can: Vector3, axis: float | None = None) -> Put:
+    """The scene `fetch` with everything but the can and the decoy out of sight, on its floor."""
+    scene = Put("fetch")
+    scene.remove("stand", "delivery_stand", "decoy")
+    half = ((axis or 0.0) / 2, pi / 4)
+    lying = (-sin(half[0]) * sin(half[1]), cos(half[0]) * sin(half[1]), sin(half[0]) * cos(half[1]),
+             cos(half[0]) * cos(half[1]))  # fmt: skip
+    scene.put("can", *can, *(() if axis is None else (lying,)))
+    return scene
+
+
+@pytest.mark.parametrize("place", [(0.6, 0.0), (0.5, 0.15), (0.7, -0.1)])
+@pytest.mark.parametrize("axis", [None, 0.0, 0.8, -1.3])
+def test_a_red_can_is_found_within_5_mm_and_a_blue_box_is_not(
+    place: tuple[float, float], axis: float | None
+) -> None:
+    x, y = place
+    middle = (x, y, 0.04 if axis is None else 0.022)
+    scene = room(middle, axis)
+    scene.put("decoy", x, y - 0.15, 0.025)
+    found = seen(scene.look("mast", camera=OBLIQUE))
+    assert dist(found["object_position"], middle) < 0.005
+    assert found["object_lying"] is (axis is not None)
+    assert found["object_yaw"] == pytest.approx(axis or 0.0, abs=0.12)
+    scene.remove("can")
+    assert seen(scene.look("mast", camera=OBLIQUE))["object_seen"] is False
+
+
+@pytest.mark.parametrize(("at", "way"), [(0.0, -0.24), (0.15, 0.20)])
+def test_a_can_lying_at_a_wall_is_pushed_along_it_past_its_nearer_end(at: float, way: float) -> None:
+    # The delivery's stand, 26 cm by 50 cm, with its side 8 mm behind the can and its middle at y = 0.06.
+    scene = room((0.6, at, 0.022), pi / 2)
+    scene.put("delivery_stand", 0.6 + 0.022 + 0.008 + 0.13, 0.06, 0.2)
+    found = seen(scene.look("mast", camera=OBLIQUE))
+    assert found["object_free"] is False
+    assert dist(found["object_push_way"], (0.0, way, 0.0)) < 0.06
+    # From behind, and off the wall.
+    x, y, _ = found["object_push_start"]
+    assert y == pytest.approx(at - copysign(0.08, way), abs=0.01)
+    assert 0.57 < x < 0.59
+
+
+def test_a_few_red_pixels_are_not_an_object() -> None:
+    rgb = np.full((240, 320, 3), 128, dtype=np.uint8)
+    for rows, is_seen in ((104, False), (110, True)):
+        rgb[100:rows, 100:106] = (200, 10, 10)
+        picture = as_picture(ABOVE, rgb.copy(), np.ones((240, 320)), "mast")
+        assert seen(picture)["object_seen"] is is_seen
+
+
+@pytest.mark.parametrize(
+    ("off", "is_lying", "is_delivered"),
+    [
+        ((0.0, 0.0, 0.0), False, True),
+        ((0.018, 0.018, 0.0), False, True),
+        ((0.025, 0.025, 0.0), False, False),
+        ((0.0, 0.0, 0.006), False, True),
+        ((0.0, 0.0, 0.014), False, False),
+        # A can that lies is 18 mm lower: its radius is 22 mm, half its height 40 mm.
+        ((0.0, 0.0, 0.0), True, True),
+        ((0.0, 0.0, 0.014), True, False),
+    ],
+)
+def test_a_can_is_delivered_within_3_cm_and_at_its_height(
+    off: Vector3, is_lying: bool, is_delivered: bool
+) -> None:
+    delivery = (0.6 - off[0], 0.2 - off[1], 0.04 - off[2])
+    found = seen(draw(ABOVE, [lying(0.3) if is_lying else STANDING], name="mast"), delivery)
+    assert found["object_delivered"] is is_delivered
+
+
+def test_the_hand_sees_where_the_can_is_and_how_it_lies() -> None:
+    assert seen(draw(ABOVE, [], name="hand")) == {"object_seen": False}
+    standing = seen(draw(ABOVE, [STANDING], name="hand"))
+    assert standing.keys() == {"object_seen", "object_seen_time", "object_position", "object_lying"}
+    assert seen(draw(ABOVE, [lying(0.5)], name="hand"))["object_yaw"] == pytest.approx(0.5, abs=0.1)
+
+
+def test_what_a_later_picture_does_not_show_keeps_its_value_and_its_time() -> None:
+    watched = Watched("fetch_object", "find_can", {"delivery_position": DELIVERY})
+    watched.see(1.0, draw(ABOVE, [lying(0.0), wall(-0.065, 0.08, 0.0, (0.135, 0.01))], name="mast", time=1.0))
+    found = watched.see(2.0, draw(ABOVE, [], name="hand", time=2.0))
+    assert (found["object_seen"], found["object_free"]) == (False, False)
+    assert (watched.answer["object_seen"].time, watched.answer["object_free"].time) == (2.0, 1.0)
+    # A picture without a possible push removes the earlier one.
+    assert found["object_push_start"] is not None
+    assert watched.see(3.0, draw(ABOVE, [lying(0.0)], name="mast", time=3.0))["object_push_start"] is None
+
+
+# What is felt, and where to drive.
+
+STATION = (1.25, 0.2, 0.3)
+CAN = (1.83, 0.2, 0.441)
+EMPTY = {"holding": False, "finger_gap": 0.08, "base_position": (0.0, 0.0, 0.3), "station_survey": STATION}
+
+
+def tracked(time: float, **readings: Any) -> dict[str, Any]:
+    found: dict[str, Any] = Watched("fetch_object", "track", {**EMPTY, **readings}).see(time)
+    return found
+
+
+@pytest.mark.parametrize(
+    ("holding", "gap", "is_held"),
+    [(True, 0.044, True), (True, 0.040, False), (True, 0.049, False), (False, 0.044, False)],
+)
+def test_a_can_is_held_between_fingers_as_far_apart_as_it_is_wide(
+    holding: bool, gap: float, is_held: bool
+) -> None:
+    assert tracked(0.0, holding=holding, finger_gap=gap)["object_grasped"] is is_held
+
+
+def test_without_a_gripper_nothing_is_known_of_the_hand() -> None:
+    watched = Watched("fetch_object", "track", {"station_survey": STATION, "base_position": STATION})
+    found = watched.see(0.0)
+    assert (found["object_grasped"], found["object_detected"]) == (None, None)
+    assert found["robot_at_target"] is True
+    assert Watched("fetch_object", "track").see(0.0).keys() == {"object_grasped", "object_detected"}
+
+
+@pytest.mark.parametrize(
+    ("seen_at", "held", "time", "is_detected"),
+    [
+        (None, False, 0.0, False),
+        (None, True, 0.0, True),
+        (5.0, False, 35.0, True),
+        (5.0, False, 35.01, False),
+    ],
+)
+def test_a_picture_counts_for_half_a_minute_and_a_grip_while_it_lasts(
+    seen_at: float | None, held: bool, time: float, is_detected: bool
+) -> None:
+    of_picture = {} if seen_at is None else {
+        "object_seen": True, "object_seen_time": seen_at, "object_position": CAN,
+    }  # fmt: skip
+    gap = {"holding": True, "finger_gap": 0.044} if held else {}
+    found = tracked(time, **of_picture, **gap)
+    assert (found["object_detected"], found["object_grasped"]) == (is_detected, held)
+    assert found["station_position"] == STATION
+
+
+def test_a_picture_from_before_the_can_was_held_no_longer_counts() -> None:
+    watched = Watched("fetch_object", "track", {**EMPTY, "object_seen": True, "object_seen_time": 1.0})
+    assert watched.see(2.0)["object_detected"] is True
+    watched.readings |= {"holding": True, "finger_gap": 0.044}
+    assert watched.see(3.0)["object_detected"] is True
+    watched.readings |= {"holding": False}
+    assert watched.see(4.0)["object_detected"] is False
+    watched.readings |= {"object_seen_time": 5.0}
+    assert watched.see(5.0)["object_detected"] is True
+
+
+@pytest.mark.parametrize(
+    ("place", "before_it"),
+    [
+        ((1.75, 0.30, 0.0), False),
+        ((1.75, 0.36, 0.0), True),
+        ((1.60, 0.20, 0.0), True),
+        ((1.96, 0.20, 0.0), True),
+    ],
+)
+def test_the_station_moves_to_a_can_seen_out_of_reach_or_far_to_the_side(
+    place: Vector3, before_it: bool
+) -> None:
+    station = (1.17, 0.20, 0.3)
+    found = tracked(
+        1.0, station_survey=station, object_seen=True, object_seen_time=1.0, object_position=place
+    )
+    there = pytest.approx((place[0] - 0.58, place[1], 0.3))
+    assert found["station_position"] == (there if before_it else station)
+
+
+def test_the_robot_does_not_leave_the_floor_to_reach_a_can() -> None:
+    seen_now = {"object_seen": True, "object_seen_time": 1.0}
+    for place, station in (((9.0, 9.0, 0.0), (1.6, 0.6, 0.3)), ((-9.0, -9.0, 0.0), (-0.5, -1.4, 0.3))):
+        assert tracked(1.0, **seen_now, object_position=place)["station_position"] == station
+    old = tracked(31.1, **seen_now, object_position=(9.0, 9.0, 0.0))
+    assert old["station_position"] == STATION
+
+
+@pytest.mark.parametrize(
+    ("base", "is_there"), [((1.25, 0.229, 0.3), True), ((1.25, 0.231, 0.3), False), ((1.25, 0.2, 9.0), True)]
+)
+def test_the_robot_is_at_its_station_within_3_cm(base: Vector3, is_there: bool) -> None:
+    assert tracked(0.0, base_position=base)["robot_at_target"] is is_there

@@ -1,0 +1,387 @@
+"""The perceiver of `make_dumplings`: wrapper and filling in pictures, and what becomes of them."""
+
+from __future__ import annotations
+
+from math import cos, dist, pi, sin
+from typing import Any
+
+import numpy as np
+import pytest
+
+from aeros.perception import Picture
+from aeros.perception.points import point_cloud
+from aeros.sim.geometry import Camera, Pose, Vector3, to_world, yaw_of, yaw_orientation
+from tests.modules.looking import Put, Top, Watched, as_picture, code_of, draw
+
+CODE: Any = code_of("make_dumplings")
+HINGE_TO_PLATE, PLATE_HALF, CLOSED_HEIGHT = CODE.HINGE_TO_PLATE, CODE.PLATE_HALF, CODE.CLOSED_HEIGHT
+PRESS, POT = (0.5, 0.0, 0.083), (0.55, 0.33, 0.055)
+CAMERA = Camera(eye=(0.5, 0.0, 1.0), target=(0.5, 0.0, 0.0), up=(1.0, 0.0, 0.0), field_of_view=16.0)
+"""1.2 mm a pixel."""
+
+DOUGH, GLAZE, GREEN = (220, 200, 80), (200, 115, 60), (60, 180, 70)
+HINGE = (0.48, 0.03, 0.063)
+"""Of a wrapper whose plates are 3 mm thick to each side of it."""
+
+
+def plate(along: float, colour: tuple[int, int, int], yaw: float, **more: Any) -> Top:
+    """A plate with its middle this far from the hinge along the wrapper's heading."""
+    x, y = HINGE[0] + along * cos(yaw), HINGE[1] + along * sin(yaw)
+    return Top(x, y, HINGE[2] + PLATE_HALF[2], PLATE_HALF[:2], colour, yaw)._replace(**more)
+
+
+def opened(yaw: float) -> list[Top]:
+    return [plate(HINGE_TO_PLATE, DOUGH, yaw), plate(-HINGE_TO_PLATE, GLAZE, yaw)]
+
+
+def seen(*tops: Top) -> tuple[Any, Vector3 | None]:
+    """Wrapper and filling in a drawn picture."""
+    found: tuple[Any, Vector3 | None] = CODE._look_from_above(draw(CAMERA, tops))
+    return found
+
+
+def wrapper(*tops: Top) -> Any:
+    found = seen(*tops)[0]
+    assert found is not None
+    return found
+
+
+def test_an_empty_bench_shows_nothing() -> None:
+    assert seen() == (None, None)
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.4, -0.8, 1.6, 3.0, -2.5])
+def test_an_open_wrapper_is_located_by_its_hinge_and_heading(yaw: float) -> None:
+    found = wrapper(*opened(yaw))
+    assert found.hinge == pytest.approx(HINGE, abs=0.002)
+    assert (cos(found.yaw), sin(found.yaw)) == pytest.approx((cos(yaw), sin(yaw)), abs=0.04)
+    assert -pi <= found.yaw <= pi
+    assert found.fold == pytest.approx(0.0, abs=0.05)
+    assert not found.is_closed
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.5, -0.9])
+def test_a_closed_wrapper_shows_its_upper_plate(yaw: float) -> None:
+    # The outside of plate B is 25 mm above the middle of plate A.
+    upper = plate(HINGE_TO_PLATE, GLAZE, yaw, z=HINGE[2] + CLOSED_HEIGHT)
+    found = wrapper(upper)
+    assert found.hinge == pytest.approx(HINGE, abs=0.003)
+    assert found.yaw == pytest.approx(yaw, abs=0.04)
+    assert found.fold == pytest.approx(pi, abs=0.05)
+    assert found.is_closed
+    # An edge of plate A that looks out from under it changes nothing.
+    edge = plate(HINGE_TO_PLATE + 0.002, DOUGH, yaw)
+    assert wrapper(upper, edge).hinge == pytest.approx(HINGE, abs=0.003)
+
+
+def test_a_wrapper_with_a_hidden_upper_plate_is_found_by_the_lower_one() -> None:
+    found = wrapper(plate(HINGE_TO_PLATE, DOUGH, 0.3))
+    assert found.hinge == pytest.approx(HINGE, abs=0.003)
+    assert found.yaw == pytest.approx(0.3, abs=0.04)
+    assert found.fold == 0.0
+
+
+def test_a_single_plate_is_taken_to_point_away_from_the_robot() -> None:
+    assert wrapper(plate(HINGE_TO_PLATE, DOUGH, 0.3 + pi)).yaw == pytest.approx(0.3, abs=0.04)
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_half_hidden_plate_does_not_shift_the_wrapper(side: float) -> None:
+    # The arm over one half of plate A, seen 0.93/0.79 as far from the picture's middle.
+    arm = Top(0.515, (0.0254, 0.0254 + 0.06)[side > 0] - 0.03, 0.21, (0.03, 0.03), (40, 40, 40))
+    found = wrapper(*opened(0.0), arm)
+    assert found.hinge == pytest.approx(HINGE, abs=0.003)
+    assert found.yaw == pytest.approx(0.0, abs=0.05)
+
+
+def test_a_folded_plate_is_seen_by_its_slope() -> None:
+    # Plate B is folded up by 0.5 rad: its middle is nearer to the hinge and higher, and it looks shorter.
+    fold = 0.5
+    b = plate(
+        -HINGE_TO_PLATE * cos(fold),
+        GLAZE,
+        0.0,
+        z=HINGE[2] + HINGE_TO_PLATE * sin(fold) + PLATE_HALF[2] * cos(fold),
+        half=(PLATE_HALF[0] * cos(fold), PLATE_HALF[1]),
+        slope=float(np.tan(fold)),
+    )
+    found = wrapper(plate(HINGE_TO_PLATE, DOUGH, 0.0), b)
+    assert found.fold == pytest.approx(fold, abs=0.06)
+    assert found.yaw == pytest.approx(0.0, abs=0.05)
+
+
+def test_a_wrapper_on_its_edge_has_no_fold_and_half_its_height() -> None:
+    narrow = {"half": (0.006, PLATE_HALF[1]), "z": 0.05}
+    a, b = plate(0.008, DOUGH, 0.0, **narrow), plate(-0.008, GLAZE, 0.0, **narrow)
+    found = wrapper(a, b)
+    assert found.fold is None
+    assert found.hinge == pytest.approx((HINGE[0], HINGE[1], 0.025), abs=0.002)
+    assert found.yaw == pytest.approx(0.0, abs=0.05)
+    alone = wrapper(a)
+    assert alone.fold is None
+    assert alone.hinge == pytest.approx((HINGE[0] + 0.008, HINGE[1], 0.025), abs=0.002)
+    assert abs(cos(alone.yaw)) == pytest.approx(1.0, abs=0.01)
+
+
+def test_a_filling_is_green_and_located_by_its_top() -> None:
+    found = seen(*opened(0.0), Top(0.55, -0.06, 0.067, (0.011, 0.011), GREEN, 0.3))[1]
+    assert found == pytest.approx((0.55, -0.06, 0.067 - 0.017 / 2.0), abs=0.002)
+    assert seen(*opened(0.0))[1] is None
+
+
+def test_points_higher_than_20_cm_belong_to_the_arm() -> None:
+    high = [top._replace(z=0.21) for top in (*opened(0.0), Top(0.55, -0.06, 0.067, (0.011, 0.011), GREEN))]
+    assert seen(*high) == (None, None)
+
+
+def test_a_few_pixels_are_no_plate() -> None:
+    assert seen(plate(HINGE_TO_PLATE, DOUGH, 0.0, half=(0.002, 0.002)))[0] is None
+
+
+# From the side.
+
+SIDE = Camera(eye=(0.6, 0.0, 0.1), target=(0.5, 0.0, 0.1), field_of_view=60.0, width=100, height=100)
+CLOSED = CODE.Wrapper((0.45, 0.0, 0.09), 0.0, pi)
+"""Its plates reach from x = 0.451 to 0.493, and from z = 0.09 to 0.115."""
+
+
+def filled(x: float, y: tuple[float, float], z: tuple[float, float], wrapper: Any = CLOSED) -> bool:
+    """A side picture in which all is grey but a green patch at depth 0.6 - x."""
+    depth = np.full((100, 100), 0.6 - x)
+    points = point_cloud(depth, SIDE.eye, SIDE.target, SIDE.up, SIDE.field_of_view)
+    green = (points[:, :, 1] > y[0]) & (points[:, :, 1] < y[1])
+    green &= (points[:, :, 2] > z[0]) & (points[:, :, 2] < z[1])
+    rgb = np.full((100, 100, 3), 128, np.uint8)
+    rgb[green] = GREEN
+    shows: bool = CODE._shows_filling(as_picture(SIDE, rgb, depth, "side"), wrapper)
+    return shows
+
+
+def test_filling_shows_between_the_plates_and_none_outside() -> None:
+    between, inside = (0.095, 0.11), (-0.01, 0.01)
+    assert filled(0.47, inside, between)
+    assert not filled(0.47, inside, (0.116, 0.13))
+    assert not filled(0.47, inside, (0.07, 0.089))
+    assert not filled(0.47, (0.0, 0.001), (0.1, 0.101))
+    # Beyond the plates' sides and edges, up to 1 cm: it sticks out.
+    assert not filled(0.47, (-0.01, 0.033), between)
+    assert not filled(0.494, inside, between)
+    # Farther off it is another filling.
+    assert not filled(0.43, inside, between)
+
+
+def test_the_wrapper_may_be_turned() -> None:
+    turned = CODE.Wrapper((0.47, -0.02, 0.09), pi / 2.0, pi)
+    assert filled(0.47, (-0.01, 0.01), (0.095, 0.11), turned)
+    assert not filled(0.47, (-0.01, 0.01), (0.095, 0.11), turned._replace(hinge=(0.47, 0.03, 0.09)))
+
+
+# What a wrapper and a filling are.
+
+
+@pytest.mark.parametrize(
+    ("fold", "is_closed"), [(None, True), (0.0, False), (2.79, False), (2.80, True), (pi, True)]
+)
+def test_a_wrapper_is_closed_from_160_degrees_on_or_on_its_edge(fold: float | None, is_closed: bool) -> None:
+    assert CLOSED._replace(fold=fold).is_closed is is_closed
+
+
+# Over the middle of a plate at (1.022, 2, 3), a filling of 17 mm rests at 3 + 3 mm + 8.5 mm.
+@pytest.mark.parametrize(
+    ("filling", "is_carried"),
+    [
+        ((1.022, 2.0, 3.0115), True),
+        ((1.042, 2.0, 3.0115), True),
+        ((1.044, 2.0, 3.0115), False),
+        ((1.000, 2.0, 3.0115), False),
+        ((1.022, 2.027, 3.0115), True),
+        ((1.022, 2.029, 3.0115), False),
+        ((1.022, 2.0, 3.017), True),
+        ((1.022, 2.0, 3.018), False),
+        ((1.022, 2.0, 3.005), False),
+    ],
+)
+def test_a_plate_carries_a_filling_that_lies_over_it(filling: Vector3, is_carried: bool) -> None:
+    assert CODE.Wrapper((1.0, 2.0, 3.0), 0.0, 0.0).carries(filling) is is_carried
+    turned = CODE.Wrapper((1.0, 2.0, 3.0), pi / 2, 0.0)
+    x, y, z = filling
+    assert turned.carries((1.0 - (y - 2.0), 2.0 + (x - 1.0), z)) is is_carried
+
+
+# Scenes, in which the wrapper is put and folded.
+
+
+class Bench:
+    """The scene `dumpling_bench`, and the perceiver that looks at it."""
+
+    def __init__(self, seed: int = 3) -> None:
+        self.scene = Put("dumpling_bench", seed)
+        self.watched = Watched(
+            "make_dumplings", "see_dumpling", {"press_position": PRESS, "pot_position": POT}
+        )
+
+    def put(
+        self, hinge: Vector3, fold: float, yaw: float = 0.0, filling: Vector3 | None = (9.0, 9.0, 9.0)
+    ) -> None:
+        """Put the wrapper's hinge somewhere, and the filling on plate A, or somewhere."""
+        turn = yaw_orientation(yaw)
+        self.scene.poses["wrapper"] = Pose(to_world(Pose(hinge, turn), (HINGE_TO_PLATE, 0.0, 0.0)), turn)
+        self.scene.joints["wrapper.fold"] = fold
+        on_plate = to_world(self.scene.poses["wrapper"], (0.0, 0.0, PLATE_HALF[2] + 0.0085))
+        self.scene.poses["filling"] = Pose(on_plate if filling is None else filling, turn)
+
+    def look(self, time: float, camera: str = "overhead", force: float = 0.0) -> dict[str, Any]:
+        found: dict[str, Any] = self.watched.see(
+            time, self.scene.look(camera, time), samples={"press_force": [force, 0.0]}
+        )
+        return found
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_wrapper_and_filling_are_seen_where_they_are(seed: int) -> None:
+    bench = Bench(seed)
+    found, poses = bench.look(0.0), bench.scene.poses
+    hinge = to_world(poses["wrapper"], (-HINGE_TO_PLATE, 0.0, 0.0))
+    assert dist(found["wrapper_position"], hinge) < 0.003
+    assert found["wrapper_yaw"] == pytest.approx(yaw_of(poses["wrapper"].orientation), abs=0.05)
+    assert found["wrapper_fold"] == pytest.approx(0.0, abs=0.02)
+    assert dist(found["filling_position"], poses["filling"].position) < 0.003
+    assert (found["dough_on_workspace"], found["filling_on_workspace"], found["wrapper_aligned"]) == (
+        False,
+    ) * 3
+
+
+@pytest.mark.parametrize(
+    ("off", "yaw", "is_aligned", "is_dough_there"),
+    [
+        ((0.0, 0.0, 0.0), 0.0, True, True),
+        ((0.006, 0.008, 0.0), 0.10, True, True),
+        ((-0.011, 0.0, 0.0), 0.0, False, True),
+        ((0.0, -0.013, 0.0), 0.0, False, True),
+        ((0.0, 0.0, -0.009), 0.0, False, True),
+        ((0.0, 0.0, 0.0), -0.18, False, True),
+        ((0.0, 0.037, 0.012), 0.0, False, True),
+        ((0.033, 0.033, 0.0), 0.0, False, False),
+        ((0.0, 0.0, 0.019), 0.0, False, False),
+    ],
+)
+def test_a_wrapper_is_aligned_with_the_press_or_only_on_it(
+    off: Vector3, yaw: float, is_aligned: bool, is_dough_there: bool
+) -> None:
+    bench = Bench()
+    bench.scene.remove("press")
+    bench.put(tuple(a + b for a, b in zip(PRESS, off, strict=True)), 0.0, yaw)  # type: ignore[arg-type]
+    found = bench.look(0.0)
+    assert (found["wrapper_aligned"], found["dough_on_workspace"]) == (is_aligned, is_dough_there)
+    assert found["filling_position"] is None
+
+
+def closed_dumpling(force: float = 1.5) -> Bench:
+    """A filled wrapper that was closed and pressed, and looked at from above and from the side."""
+    bench = Bench()
+    bench.put(PRESS, 0.0, filling=None)
+    assert bench.look(0.0)["filling_on_workspace"] is True
+    bench.put(PRESS, pi, filling=None)
+    assert bench.look(1.0, force=force)["filling_on_workspace"] is True
+    bench.look(2.0, "side")
+    return bench
+
+
+def test_an_open_wrapper_shows_if_there_is_a_filling_on_it() -> None:
+    for filling, is_there in ((None, True), ((0.36, 0.24, 0.0595), False), ((9.0, 9.0, 9.0), False)):
+        bench = Bench()
+        bench.put(PRESS, 0.0, filling=filling)
+        assert bench.look(0.0)["filling_on_workspace"] is is_there
+
+
+def test_a_picture_without_a_wrapper_says_nothing_of_it() -> None:
+    bench = Bench()
+    bench.put(PRESS, 0.0, filling=(0.36, 0.24, 0.0595))
+    bench.look(0.0)
+    bench.scene.remove("wrapper")
+    found = bench.look(1.0)
+    assert found["filling_position"] is not None
+    for name in CODE.UNSEEN[1:]:
+        assert found[name] is None
+    assert (found["dumpling_wrapped"], bench.watched.answer["dumpling_wrapped"].time) == (False, 0.0)
+
+
+@pytest.mark.parametrize(("force", "is_wrapped"), [(1.5, True), (1.0, False)])
+def test_a_dumpling_is_wrapped_if_it_is_closed_filled_and_was_pressed(force: float, is_wrapped: bool) -> None:
+    assert closed_dumpling(force).watched.answer["dumpling_wrapped"].value is is_wrapped
+
+
+def test_an_empty_or_open_wrapper_is_no_dumpling() -> None:
+    for fold, filling in ((pi, (9.0, 9.0, 9.0)), (0.0, None)):
+        bench = Bench()
+        bench.put(PRESS, fold, filling=filling)
+        bench.look(0.0, force=1.5)
+        assert bench.look(1.0, "side")["dumpling_wrapped"] is False
+
+
+def test_a_dumpling_that_opens_is_no_longer_wrapped_and_was_not_pressed() -> None:
+    bench = closed_dumpling()
+    assert bench.look(3.0)["dumpling_wrapped"] is True
+    bench.put(PRESS, 0.0, filling=None)
+    assert bench.look(4.0)["dumpling_wrapped"] is False
+    bench.put(PRESS, pi, filling=None)
+    bench.look(5.0)
+    assert bench.look(6.0, "side")["dumpling_wrapped"] is False
+
+
+def test_a_wrapped_dumpling_is_supplied_wherever_it_is() -> None:
+    bench = closed_dumpling()
+    bench.put((0.4, -0.1, 0.003), pi, filling=None)
+    assert bench.look(3.0)["dough_on_workspace"] is True
+    fresh = Bench()
+    fresh.put((0.4, -0.1, 0.003), pi, filling=None)
+    assert fresh.look(0.0)["dough_on_workspace"] is False
+
+
+IN_POT = (0.528, 0.33, 0.009)
+
+
+def test_a_wrapped_dumpling_is_cooked_after_5_s_in_the_pot() -> None:
+    bench = closed_dumpling()
+    bench.put(IN_POT, pi, filling=None)
+    assert [bench.look(at)["dumpling_cooked"] for at in (10.0, 14.9, 15.0)] == [False, False, True]
+    bench.put(PRESS, pi, filling=None)
+    assert bench.look(16.0)["dumpling_cooked"] is True
+    raw = Bench()
+    raw.put(IN_POT, pi, filling=None)
+    assert [raw.look(at)["dumpling_cooked"] for at in (10.0, 20.0)] == [False, False]
+
+
+def test_cooking_starts_anew_after_a_look_outside_the_pot() -> None:
+    bench = closed_dumpling()
+    cooked = []
+    for at, hinge in ((10.0, IN_POT), (12.0, PRESS), (13.0, IN_POT), (17.0, IN_POT), (18.0, IN_POT)):
+        bench.put(hinge, pi, filling=None)
+        cooked.append(bench.look(at)["dumpling_cooked"])
+    assert cooked == [False, False, False, False, True]
+
+
+@pytest.mark.parametrize(
+    ("place", "is_inside"),
+    [
+        ((0.55, 0.33, 0.02), True),
+        ((0.629, 0.33, 0.02), True),
+        ((0.631, 0.33, 0.02), False),
+        ((0.55, 0.414, 0.02), True),
+        ((0.55, 0.416, 0.02), False),
+        ((0.55, 0.33, 0.054), True),
+        ((0.55, 0.33, 0.056), False),
+        ((0.55, 0.33, 0.004), False),
+    ],
+)
+def test_the_pot_is_from_its_floor_to_its_opening(place: Vector3, is_inside: bool) -> None:
+    assert CODE._is_in_pot(place, POT) is is_inside
+    assert CODE._is_in_pot(place, None) is False
+
+
+def test_each_value_has_the_time_of_the_picture_that_shows_it() -> None:
+    bench = closed_dumpling()
+    times = {name: one.time for name, one in bench.watched.answer.items() if one is not None}
+    assert times.pop("dumpling_wrapped") == 2.0
+    assert set(times.values()) == {1.0}
+    assert isinstance(bench.watched.pictures["side"], Picture)
