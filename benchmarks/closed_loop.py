@@ -39,7 +39,7 @@ def build_loop(steps: int) -> tuple[Ecm, Task, Site]:
         raise SystemExit("the reference site or `ecms/clean_table` cannot be read")
     ecm = loaded.ecm
     skill, task = ecm.skills["wipe"], ecm.tasks["clean_table"]
-    measured = site.state["table_wiped"]
+    measured = ecm.state["clean_table.table_wiped"]
     done = [t.Variable(f"done_{index}", BOOL, t.VariableRole.STATE) for index in range(steps)]
     skills, rules = {}, []
     for index, variable in enumerate(done):

@@ -74,7 +74,13 @@ def judge_goal(goal: t.Term, believed: bool, truth: Mapping[str, bool], module: 
     Returns:
         The judgement: false if a conjunct is false, true if all are known and true, else not refereed.
     """
-    truth = {**{f"{module}.{name}": value for name, value in truth.items()}, **truth}
+    # Of its own module a scene may say what is the site's, as `holding`, and the other way round.
+    own = f"{module}."
+    truth = {
+        **{f"{own}{name}": value for name, value in truth.items()},
+        **{name.removeprefix(own): value for name, value in truth.items()},
+        **truth,
+    }
     names = {name for part in _conjuncts(goal) for name in t.variables_of(part)}
     values = {name: truth[name] for name in sorted(names & truth.keys())}
     judged = [_judge(part, values) for part in _conjuncts(goal)]

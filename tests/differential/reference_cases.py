@@ -33,7 +33,9 @@ def reference(name: str, replans: int) -> Case:
     ecm = with_skill_probabilities(loaded.ecm, chances)
     (pursued,) = ecm.tasks.values()
     start = {name: pursued.initial[name] for name in variables(ecm, pursued)}
-    return Case(ecm, pursued, replace(cell, limits=replace(cell.limits, replans=replans)), start)
+    return Case(
+        ecm, pursued, replace(cell, limits=replace(cell.limits, replans=replans)).with_modules([ecm]), start
+    )
 
 
 def in_small(case: Case) -> Case:

@@ -22,7 +22,7 @@ from typing import Any, Final
 from aeros.agent.planning.task_graph import MAX_DEPTH, MAX_STEPS, PLAN_SPAN, Part, PlanStep, TaskGraph
 from aeros.agent.world.values import to_json_value
 from aeros.spec.diagnostics.errors import InternalError
-from aeros.spec.elaborate.scopes import state_scope
+from aeros.spec.elaborate.scopes import argument_scope
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.parser import ExpressionSyntaxError, parse
 from aeros.spec.expr.scope import ExpressionTypeError
@@ -122,7 +122,7 @@ class _PlanReader:
     """Reader of one plan with a bounded number of parts."""
 
     def __init__(self, site: Site) -> None:
-        self._scope = state_scope(site)
+        self._scope = argument_scope(site)
         self._left = 2 * MAX_STEPS
 
     def parts(self, form: Any, place: str, level: int) -> tuple[Part, ...]:

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
 _EXAMPLES = """\
-The module picks up a piece of clutter.  Its folder holds the manifest ecm.yaml, the code skills.py
+The module picks up a block.  Its folder holds the manifest ecm.yaml, the code skills.py and perceivers.py,
 and a scene for simulation.  Its tests are in test_NAME.py next to the folder.
 Continue with docs/tutorial.md.
 
@@ -167,6 +167,7 @@ def _files(name: str, words: str, place: Path, site: Path | None) -> dict[str, s
     names = {
         MANIFEST: f"{name}/{MANIFEST}",
         "skills.py": f"{name}/skills.py",
+        "perceivers.py": f"{name}/perceivers.py",
         "scene.yaml": f"{name}/{_SCENE}",
         "test.py": f"test_{name}.py",
     }
@@ -217,6 +218,7 @@ def _next_steps(name: str, words: str, place: Path, site: Path | None) -> str:
         (
             f"{place / name / MANIFEST}: what it may do",
             f"{place / name / 'skills.py'}: how it does it",
+            f"{place / name / 'perceivers.py'}: how it sees",
             f"{place / name / _SCENE}: what stands about in simulation",
             f"{place / f'test_{name}.py'}: its tests",
             "",

@@ -252,11 +252,11 @@ def _start(site: Site, task: Task | None, given: Mapping[str, str]) -> dict[str,
     initial = {} if task is None else to_doubles(task.initial)
     known = {name: to_exact(site.state[name], value) for name, value in initial_values(site, initial).items()}
     for name, text in given.items():
-        value = parse_value(name, text, site)
+        full, value = parse_value(name, text, site)
         if value is None:
-            known.pop(name)
+            known.pop(full, None)
         else:
-            known[name] = to_exact(site.state[name], value)
+            known[full] = to_exact(site.state[full], value)
     return known
 
 

@@ -11,7 +11,8 @@ from pathlib import Path
 
 SKILLS = 10
 
-_PREDICATES = ("table_wiped", "table_organized", "dumpling_wrapped", "dumpling_cooked", "wrapper_aligned")
+_PREDICATES = ("open", "shut", "narrow", "wide", "still")
+"""Names of the predicates of each module, which are defined by the gap between the fingers."""
 
 
 def write_modules(folder: Path, count: int, skills: int = SKILLS) -> list[Path]:
@@ -67,11 +68,12 @@ capabilities:
   capability_{number:04}:
     description: what module {number} makes the robot able to do
     provided_by: [{provided}]
-skills:
+state:
+{_state()}skills:
 {declared}{_task(number) if number % 4 == 0 else ""}permissions:
   actuators: [arm, gripper]
   sensors:
-    [joint_encoders, gripper, cell_survey, wheel_odometry, contact_sensors, overhead_camera, side_camera]
+    [joint_encoders, gripper, cell_survey, wheel_odometry, overhead_camera, side_camera]
   actions:
     move_tool: target in table_area and speed <= 250 mm/s
     grip: width <= 81 mm and force <= 15 N
@@ -80,6 +82,14 @@ skills:
 dependencies:
   aeros: ">=0.1,<0.2"{depends}
 """
+
+
+def _state() -> str:
+    """Declare the predicates."""
+    return "".join(
+        f"  {name}: {{type: bool, max_age: 1 s, definition: finger_gap >= {10 * index} mm}}\n"
+        for index, name in enumerate(_PREDICATES, 1)
+    )
 
 
 def _skill(number: int, index: int) -> str:

@@ -10,6 +10,7 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import AxisAlignedBox, Scope
 from aeros.spec.expr.types import EnumType
 from aeros.spec.model.rules import ActionKind
+from aeros.spec.model.site import Site
 from aeros.spec.model.variables import Declared
 
 
@@ -46,6 +47,21 @@ def constant_scope(site: Vocabulary) -> Scope:
         The scope.
     """
     return Scope({}, {}, site.constants, site.enums)
+
+
+def argument_scope(site: Site) -> Scope:
+    """Make the scope of a condition that a person gives.
+
+    A module's variable may stand without its module, where no other has the same name.
+
+    Args:
+        site: the site, with the variables of the modules.
+
+    Returns:
+        The scope.
+    """
+    short = {name: site.state[full] for name, full in site.short_names.items()}
+    return state_scope(replace(site, state={**site.state, **short}))
 
 
 def state_scope(site: Vocabulary, inputs: Mapping[str, Declared] = _NONE) -> Scope:

@@ -108,10 +108,21 @@ class Site:
         return {**self.state, **{history.declared.name: history.declared for history in self.histories}}
 
     @cached_property
-    def sensor_names(self) -> frozenset[str]:
+    def short_names(self) -> Mapping[str, str]:
+        """Full name of each module's variable that is known by its own name alone, by that name."""
+        meant: dict[str, list[str]] = {}
+        for name in self.module_variables:
+            meant.setdefault(name.partition(".")[2], []).append(name)
+        return {
+            short: names[0] for short, names in meant.items() if len(names) == 1 and short not in self.state
+        }
+
+    @cached_property
+    def sensor_names(self) -> tuple[str, ...]:
         """Names of the sensors: of its state variables, of its cameras, and those that only modules read."""
-        state = {one.sensor for name, one in self.state.items() if one.sensor and "." not in name}
-        return frozenset({*state, *self.sensors, *(camera.sensor for camera in self.cameras.values())})
+        state = [one.sensor for name, one in self.state.items() if one.sensor and "." not in name]
+        cameras = [camera.sensor for camera in self.cameras.values()]
+        return tuple(dict.fromkeys((*state, *cameras, *self.sensors)))
 
     @cached_property
     def module_variables(self) -> frozenset[str]:

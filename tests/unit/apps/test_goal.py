@@ -68,7 +68,7 @@ def test_a_text_that_is_no_goal_is_refused_with_its_place(
     ],
 )
 def test_a_value_is_exact_or_unknown(site: Site, name: str, text: str, value: Any) -> None:
-    assert parse_value(name, text, site) == value
+    assert parse_value(name, text, site) == (name, value)
 
 
 @pytest.mark.parametrize(

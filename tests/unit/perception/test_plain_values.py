@@ -27,14 +27,19 @@ from aeros.perception.view import Estimate, estimate
 )
 def test_numbers_of_numpy_become_pythons_own(given: Any, plain: Any) -> None:
     for yielded, uncertainty in ((given, None), (estimate(given, np.float64(0.25)), 0.25)):
-        value, found = plain_values({"a": yielded})["a"]
+        value, found, time = plain_values({"a": yielded})["a"]
+        assert time is None
         parts = value if type(value) is list else [value]
         assert (value, found) == (plain, uncertainty)
         assert {type(part) for part in parts} <= {bool, int, float, str}
 
 
 def test_none_and_an_estimate_without_a_value_are_unknown() -> None:
-    assert plain_values({"a": None, "b": estimate(None, 0.1)}) == {"b": (None, 0.1)}
+    assert plain_values({"a": None, "b": estimate(None, 0.1)}) == {"b": (None, 0.1, None)}
+
+
+def test_a_value_may_state_its_time() -> None:
+    assert plain_values({"a": estimate(True, time=np.float32(1.5))}) == {"a": (True, None, 1.5)}
 
 
 def test_a_copy_is_made() -> None:
@@ -43,7 +48,7 @@ def test_a_copy_is_made() -> None:
     values = plain_values(yielded)
     array[0] = 9.0
     yielded["b"] = array
-    assert values == {"a": ([1.0, 2.0], None)}
+    assert values == {"a": ([1.0, 2.0], None, None)}
 
 
 @pytest.mark.parametrize(

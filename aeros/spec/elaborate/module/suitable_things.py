@@ -77,7 +77,7 @@ def things_of_sort(site: Site, sort: str) -> Mapping[str, object]:
         case "actuator":
             return dict.fromkeys(sorted(one for kind in site.kinds.values() for one in kind.actuators))
         case "sensor":
-            return dict.fromkeys(sorted(site.sensor_names))
+            return dict.fromkeys(site.sensor_names)
         case _:
             return site.resources
 

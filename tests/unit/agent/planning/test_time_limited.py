@@ -24,8 +24,11 @@ from aeros.agent.planning.time_limited import (
 )
 from aeros.runtime.audit.log import AuditLog
 from aeros.runtime.execution.executor import Executor
+from aeros.runtime.execution.governor import FixedGovernor
 from aeros.runtime.gate.configuration import make_configuration
 from aeros.runtime.gate.gate import CompiledGate, GateMode
+from aeros.runtime.perception.open_perceiver import open_in_process
+from aeros.runtime.perception.perceiving_plant import PerceivingPlant
 from aeros.runtime.ports import EndedStep, Monitor, MotionCompletion, MotionHandle, StepRequest, StepStatus
 from aeros.runtime.skills.in_process_run import run_in_process
 from aeros.sim.kinematic.plant import KinematicPlant
@@ -205,8 +208,9 @@ def busy() -> Iterator[tuple[Executor, Visited]]:
     log: AuditLog = Unwritten()
     assert case.task.scene is not None
     plant = Visited(DeclaredScene(shipped_scene(case.task.scene)), 0)
+    perceiving = PerceivingPlant(plant, FixedGovernor(configuration), open_in_process, lambda *_: None)
     with Executor(
-        configuration, CompiledGate(configuration, GateMode.COMPILED), plant, log, run_in_process
+        configuration, CompiledGate(configuration, GateMode.COMPILED), perceiving, log, run_in_process
     ) as one:
         one.start(StepRequest(case.ecm.id, "prepare", {}))
         yield one, plant

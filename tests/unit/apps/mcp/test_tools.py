@@ -152,7 +152,11 @@ def test_skills_are_listed_with_what_a_plan_needs(usual: Cell) -> None:
     assert found["task"]["goal"] == "dumpling_cooked"
     (wrap,) = (one for one in found["skills"] if one["skill"] == "make_dumplings.wrap")
     assert wrap["precondition"] == "wrapper_aligned and filling_on_workspace"
-    assert {"outcome": "wrapped", "failure": False, "then": {"dumpling_wrapped": True}} in wrap["outcomes"]
+    assert {
+        "outcome": "wrapped",
+        "failure": False,
+        "then": {"make_dumplings.dumpling_wrapped": True},
+    } in wrap["outcomes"]
     json.dumps(found)
 
 

@@ -14,7 +14,15 @@ from aeros.spec.text.discovery import reference_site_path
 
 REPOSITORY = Path(__file__).parents[4]
 OTHER_SITE = REPOSITORY / "tests" / "corpus" / "site" / "table.yaml"
-FILES = ["test_tidy.py", "tidy", "tidy/ecm.yaml", "tidy/scenes", "tidy/scenes/table.yaml", "tidy/skills.py"]
+FILES = [
+    "test_tidy.py",
+    "tidy",
+    "tidy/ecm.yaml",
+    "tidy/perceivers.py",
+    "tidy/scenes",
+    "tidy/scenes/table.yaml",
+    "tidy/skills.py",
+]
 
 
 def _new(folder: Path, *arguments: str, name: str = "tidy") -> int:

@@ -62,7 +62,7 @@ def loaded() -> tuple[Ecm, Site]:
     assert found is not None
     skill = found.ecm.skills["wipe"]
     envelope = {**skill.envelope, "wait": skill.envelope["grip"]}
-    return replace(found.ecm, skills={"wipe": replace(skill, envelope=envelope)}), site
+    return replace(found.ecm, skills={"wipe": replace(skill, envelope=envelope)}, perceivers={}), site
 
 
 def judge(loaded: tuple[Ecm, Site], text: str) -> list[Diagnostic]:

@@ -76,13 +76,13 @@ def fetching(at: Site, ecm: Ecm, start: Mapping[str, Any], goal: t.Term) -> tupl
 
 def test_no_plan_needs_what_the_site_would_always_deny() -> None:
     case = reference("fetch_object", 3)
-    blind = t.Not(case.site.state["object_detected"].variable)
+    blind = t.Not(case.site.state["fetch_object.object_detected"].variable)
     rule = Rule("blind-grip", "", "", "", {"grip": blind}, {}, SPAN, SPAN)
     assert fetching(case.site, case.ecm, case.start, case.task.goal) == (True, "")
     forbidding = replace(case.site, rules=(*case.site.rules, rule))
     solved, why = fetching(forbidding, case.ecm, case.start, case.task.goal)
     assert not solved
-    assert "deny every `grip` of `fetch_object.grasp` where `object_detected`" in why
+    assert "deny every `grip` of `fetch_object.grasp` where `fetch_object.object_detected`" in why
     blocked = case.site.with_overrides([OperatorOverride("maintenance", "hand is worn", None, None, "grip")])
     solved, why = fetching(blocked, case.ecm, case.start, case.task.goal)
     assert not solved

@@ -13,7 +13,7 @@ from tests.shipped_scenes import shipped_scene
 def test_robot_places_and_cameras() -> None:
     scene = shipped_scene("fetch")
     assert scene.robot == RobotMount(True, (0.0, 0.0, 0.3))
-    assert scene.places["station_position"] == Placement(
+    assert scene.places["station_survey"] == Placement(
         None, (1.25, 0.2, 0.3), 0.0, (0.08, 0.08, 0.0), 0.0, "station"
     )
     assert scene.cameras["mast"] == SceneCamera(

@@ -36,8 +36,12 @@ def test_everything_is_renamed_and_moved(name: str) -> None:
         shift = OFFSET if declared.frame == "cell" else (0.0, 0.0, 0.0)
         assert other.cameras[f"left_{camera}"].eye == pytest.approx(add(declared.eye, shift))
     for one, condition in other.truth.items():
-        assert one.startswith("left_")
-        assert all(variable.startswith("left_") for variable in variables_of(condition.term))
+        assert one.rpartition(".")[2].startswith("left_")
+        assert all("left_" in variable for variable in variables_of(condition.term))
+    assert {name for name, _ in other.measured()} == {
+        ".".join((*owner, f"left_{short}"))
+        for *owner, short in (name.split(".") for name, _ in scene.measured())
+    }
 
 
 def test_parts_and_regions_keep_their_bodies() -> None:
