@@ -43,6 +43,10 @@ class RecordingPlant:
         self.calls.append(("observe", ()))
         return self._plant.observe()
 
+    def pictures(self) -> Mapping[str, CameraPicture]:
+        """Return the newest pictures of the plant."""
+        return newest_pictures(self._plant)
+
     def plan(self, action: Action) -> PlannedMotion:
         """Implement `Plant.plan`."""
         self.calls.append(("plan", (action,)))

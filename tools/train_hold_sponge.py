@@ -26,11 +26,11 @@ from aeros.experiments.open_gate import OpenGate, without_policy
 from aeros.files import temporary_folder
 from aeros.models.onnx_writer import Layer, write_onnx
 from aeros.runtime.audit.log import AuditLog
-from aeros.runtime.execution.executor import Executor
 from aeros.runtime.gate.gate import CompiledGate, GateMode
 from aeros.runtime.ports import StepRequest, StepResult, StepStatus
 from aeros.runtime.proving import prove_configuration
 from aeros.runtime.skills.in_process_run import SkillRunProtocol, SkillRunResult, run_in_process
+from aeros.session.assembly import build_executor
 from aeros.sim.kinematic.plant import KinematicPlant
 from aeros.sim.kinematic.scenes.declared_scene import DeclaredScene
 from aeros.skill import Action, Observation
@@ -85,7 +85,7 @@ class Demonstration:
         if action.kind == "grip":
             self._grips += 1
             if self._grips == 1:  # the hand opens, and the demonstration begins
-                x, y, z = observation["clean_table.sponge_position"]
+                x, y, z = observation["sponge_position"]
                 self.grasp = (x, y, z + SPONGE_GRASP)
                 self.corners = [observation["tool_position"]]
         elif action.kind == "move_tool" and self._grips == 1:
@@ -125,8 +125,11 @@ def run_skill(
     else:
         configuration = without_policy(configuration)
         gate = OpenGate(configuration)
-    with temporary_folder() as folder, AuditLog(folder / "a.jsonl") as log:
-        executor = Executor(configuration, gate, plant, log, open_run)
+    with (
+        temporary_folder() as folder,
+        AuditLog(folder / "a.jsonl") as log,
+        build_executor(configuration, plant, log, open_run, gate=gate) as executor,
+    ):
         result = executor.run_step(StepRequest(module.name, skill, {}))
     return result, plant, scene
 

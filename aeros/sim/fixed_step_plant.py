@@ -58,7 +58,7 @@ CAMERA_TICKS: Final = 24
 """Exposure and read-out of a camera, ticks (0.1 s)."""
 
 
-TakenPicture = Callable[[], CameraPicture]
+PictureSource = Callable[[], CameraPicture]
 """Returns a picture of the moment at which it was taken, whenever it is called."""
 
 _PLANNERS: Final[dict[str, Callable[[Robot, ActionParameters, Trajectory | None], PreparedMotion]]] = {
@@ -103,7 +103,7 @@ class FixedStepPlant(ABC):
     def __init__(self, robot: Robot, cameras: Collection[str]) -> None:
         self._robot = robot
         self._cameras = cameras
-        self._pictures: dict[str, TakenPicture] = {}
+        self._pictures: dict[str, PictureSource] = {}
         self._state = robot.read_sensors()
         self._torque_rate = (0.0,) * len(self._state.torque)
         self._planned: tuple[float, PreparedMotion] | None = None
@@ -120,7 +120,7 @@ class FixedStepPlant(ABC):
         """Advance the world around the robot by one tick."""
 
     @abstractmethod
-    def _look(self, camera: str) -> TakenPicture:
+    def _look(self, camera: str) -> PictureSource:
         """Take a picture with `camera` now."""
 
     @abstractmethod
@@ -133,7 +133,7 @@ class FixedStepPlant(ABC):
         Returns:
             The pictures by camera; a camera that has taken none is absent.
         """
-        return {name: taken() for name, taken in self._pictures.items()}
+        return {name: source() for name, source in self._pictures.items()}
 
     def plan(self, action: Action) -> PlannedMotion:
         """Implement `Plant.plan` for the current state."""

@@ -17,7 +17,7 @@ from aeros.runtime.ports import CameraPicture, CameraView, Readings
 from aeros.sim.bullet.panda import Panda
 from aeros.sim.bullet.people import People, Person
 from aeros.sim.bullet.world import PhysicsWorld
-from aeros.sim.fixed_step_plant import CAMERA_TICKS, FixedStepPlant, TakenPicture
+from aeros.sim.fixed_step_plant import CAMERA_TICKS, FixedStepPlant, PictureSource
 from aeros.sim.geometry import Camera, Vector3
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.errors import BlockedError
@@ -205,7 +205,7 @@ class PhysicsPlant(FixedStepPlant):
 
     # Internals.
 
-    def _look(self, camera: str) -> TakenPicture:
+    def _look(self, camera: str) -> PictureSource:
         picture = self._disturbance.disturb_picture(self._picture(camera))
         return lambda: picture
 

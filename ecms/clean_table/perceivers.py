@@ -1,4 +1,4 @@
-"""What lies on the table and what is dirty: sponge and clutter by colour and depth, dirt by brightness.
+"""Perceivers of a table: sponge and clutter by colour and depth, dirt by brightness.
 
 All lengths in metres, in the world frame; the table's top is z = 0. An object lies on its largest face: the
 rectangle of least area around its top gives middle and heading, as its sides are straight.

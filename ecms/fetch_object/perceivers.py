@@ -1,4 +1,4 @@
-"""Where the object is: a red can of known size, found by colour and depth, and felt in the hand.
+"""Perceivers of fetch_object: a red can of known size, found by colour and depth, and felt in the hand.
 
 All lengths in metres, in the world frame; headings are of a hand at yaw 0, whose fingers close along y.
 """

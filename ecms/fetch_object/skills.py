@@ -79,7 +79,7 @@ PUSHES = 3
 """Number of pushes before the next grasp."""
 
 LOOKS = 5
-"""Number of looks of the hand camera for an object that its picture does not show."""
+"""Number of further looks for an object that a picture does not show."""
 
 
 def navigate(observed: Observation, inputs: Inputs) -> SkillBody:
@@ -138,7 +138,11 @@ def deliver(observed: Observation, inputs: Inputs) -> SkillBody:
     yield act("move_tool", target=(x, y, grip + 0.001), yaw=0.0, speed=NEAR_SPEED)
     yield act("grip", width=OPEN, force=GRIP_FORCE)
     observed = yield act("move_tool", target=(x, y, z + LOOK_HEIGHT), yaw=0.0, speed=SPEED)
-    yield from _look(observed)
+    observed = yield from _look(observed)
+    for _ in range(LOOKS):
+        if observed.get("object_delivered") is True:
+            break
+        observed = yield act("look", camera="mast")
 
 
 def recover(observed: Observation, inputs: Inputs) -> SkillBody:

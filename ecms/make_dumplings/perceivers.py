@@ -56,7 +56,7 @@ ALIGNED_YAW = 8.0 * pi / 180.0
 """Greatest heading of an aligned wrapper, rad."""
 
 POT_HALF, POT_DEPTH = (0.08, 0.085), 0.05
-"""Half of the pot's inner length and width, m, and from its floor to its opening, whose middle is surveyed."""
+"""Half of the pot's inner length and width, m, and from its floor to its surveyed opening."""
 
 COOKING_TIME = 5.0
 """Time in the pot after which a dumpling is cooked, s."""

@@ -1,4 +1,4 @@
-"""Where the sponge lies, by its colour and its top, in a picture from above.
+"""Place of the sponge, by its colour and its top, in a picture from above.
 
 All lengths in metres, in the world frame; the table's top is z = 0.
 """

@@ -87,7 +87,7 @@ class Top(NamedTuple):
 def draw(
     camera: Camera, tops: Iterable[Top], *, name: str = "overhead", time: float = 0.0, ground: Colour = TABLE
 ) -> Picture:
-    """What a camera that looks straight down sees of these tops over the ground at z = 0; the highest one."""
+    """Draw these tops over the ground at z = 0 as a camera sees them that looks straight down."""
     height = camera.eye[2]
     ones = np.ones((camera.height, camera.width))
     rays = point_cloud(ones, camera.eye, camera.target, camera.up, camera.field_of_view) - np.array(

@@ -170,7 +170,7 @@ def test_a_table_without_its_sponge_is_not_verified() -> None:
     assert not verified(SPONGE._replace(z=0.31))
 
 
-def test_without_surveyed_places_nothing_is_said_of_them() -> None:
+def test_without_surveyed_places_no_verdict_is_given() -> None:
     picture = draw(OVERHEAD, [SPONGE])
     found = Watched("clean_table", "see_table").see(0.0, picture)
     assert found.keys() == {"sponge_seen", "sponge_position", "sponge_yaw", "wiped_fraction", "table_wiped"}

@@ -186,7 +186,7 @@ def test_the_hand_sees_where_the_can_is_and_how_it_lies() -> None:
     assert seen(draw(ABOVE, [lying(0.5)], name="hand"))["object_yaw"] == pytest.approx(0.5, abs=0.1)
 
 
-def test_what_a_later_picture_does_not_show_keeps_its_value_and_its_time() -> None:
+def test_a_value_that_a_later_picture_does_not_show_keeps_its_time() -> None:
     watched = Watched("fetch_object", "find_can", {"delivery_position": DELIVERY})
     watched.see(1.0, draw(ABOVE, [lying(0.0), wall(-0.065, 0.08, 0.0, (0.135, 0.01))], name="mast", time=1.0))
     found = watched.see(2.0, draw(ABOVE, [], name="hand", time=2.0))

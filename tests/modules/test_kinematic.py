@@ -81,7 +81,7 @@ def test_a_camera_sees_the_can_where_it_is_in_the_picture_and_only_there() -> No
 
 
 @pytest.mark.parametrize(("thing", "is_can"), [("can", True), ("decoy", False)])
-def test_the_can_is_told_from_the_decoy_by_its_width(thing: str, is_can: bool) -> None:
+def test_the_can_and_the_decoy_differ_in_width(thing: str, is_can: bool) -> None:
     one = robot("fetch_object", "fetch", SEED)
     for skill in ("navigate", "detect"):
         assert one.run(skill) is None

@@ -46,4 +46,5 @@ def test_skill_code_sees_nothing_of_aeros_but_its_interface() -> None:
                 [node.module or ""] if isinstance(node, ast.ImportFrom) else [a.name for a in node.names]
             )
         }
-        assert {name for name in names if name.split(".")[0] == "aeros"} <= {"aeros.skill"}, path
+        interface = "aeros.perception" if path.name == "perceivers.py" else "aeros.skill"
+        assert {name for name in names if name.split(".")[0] == "aeros"} <= {interface}, path

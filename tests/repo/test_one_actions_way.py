@@ -18,11 +18,11 @@ from typing import Any, Final
 import pytest
 
 from aeros.runtime.audit.log import AuditLog
-from aeros.runtime.execution.executor import Executor
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.gate import CompiledGate
 from aeros.runtime.ports import StepRequest, StepStatus
 from aeros.runtime.skills.in_process_run import SkillRunProtocol, SkillRunResult, run_in_process
+from aeros.session.assembly import build_executor
 from aeros.sim.physics import make_plant
 from aeros.skill import Action, Observation
 from aeros.spec.diagnostics.codes import Diagnostics
@@ -35,19 +35,26 @@ from tests.shipped_scenes import shipped_scene
 
 pytestmark = pytest.mark.physics
 
-MOST_FILES: Final = 35
-"""Greatest number of files on the way of one action; it was 45."""
+MOST_FILES: Final = 38
+"""Greatest number of files on the way of one action; three of them lead pictures to perceivers."""
 
 _SURROUNDINGS: Final = (
     "aeros/perception/",
     "aeros/sim/bullet/renderer.py",
     "aeros/sim/geometry.py",
+    "aeros/runtime/gate/value_check.py",
+    "aeros/runtime/perception/active_perceiver.py",
+    "aeros/runtime/perception/perceiver_run.py",
+    "aeros/runtime/perception/shared_pictures.py",
+    "aeros/runtime/perception/value_check.py",
     "aeros/sim/layouts/",
-    "aeros/sim/perception/",
+    "ecms/clean_table/perceivers.py",
+    "ecms/fetch_object/perceivers.py",
+    "ecms/make_dumplings/perceivers.py",
     "aeros/sim/scenes/",
     "aeros/spec/scenes/",
 )
-"""Objects and their frames, coatings, instruments, pictures, and the detections in them."""
+"""Objects and their frames, coatings, instruments, pictures, and what perceivers make of them."""
 
 Way = tuple[str, set[str]]
 """An action's kind, and the files on its way."""
@@ -119,7 +126,7 @@ def _run(
     plant = make_plant(shipped_scene(scene), 0)
     with (
         AuditLog(log) as audit,
-        Executor(configuration, gate, plant, audit, open_run) as executor,
+        build_executor(configuration, plant, audit, open_run, gate=gate) as executor,
         _traced(files),
     ):
         result = executor.run_step(request)

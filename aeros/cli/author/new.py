@@ -22,6 +22,7 @@ from aeros.files import temporary_folder
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.expr.parser import KEYWORDS
 from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import MANIFEST, reference_site_path
 from aeros.spec.text.fields import PATTERNS
@@ -41,8 +42,8 @@ examples:
   aeros new ecm tidy --site cell.yaml         for a site of your own
 """
 
-_RESERVED: Final = frozenset({"aeros", "null"})
-"""Names that no module may have under any site: the name of AEROS, and `null` of YAML."""
+_RESERVED: Final = frozenset({"aeros", "null", "true", "false"}) | KEYWORDS
+"""Names that no module may have under any site: the name of AEROS, and words of YAML and of conditions."""
 
 _WORDS: Final = re.compile(r"[^\W_][\w-]*( [\w-]+)*")
 """Trigger phrases: words with single blanks between them."""

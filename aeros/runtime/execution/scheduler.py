@@ -90,6 +90,8 @@ class StepControl:
         lost = self._check_hold_condition(step)
         if lost is not None:
             return lost
+        if not self._followed.is_active(step.ecm):
+            return _revoked(step)  # before its code sees a world that lacks what its module measured
         if step.requested_action is None:
             ending = self._resume_skill(step)
             if ending is not None or self.actions_are_paused():
@@ -97,9 +99,7 @@ class StepControl:
         if self._governor.command is OperatorCommand.STOP:
             return HALTED
         if not self._followed.is_active(step.ecm):
-            return SkillRunResult(
-                StepStatus.STOPPED, f"revoked: `{step.ecm.id}` is no longer active, or was changed"
-            )
+            return _revoked(step)
         in_force = self._followed.hold()
         try:
             action = step.requested_action
@@ -184,6 +184,10 @@ class StepControl:
         step.active_motion = ActiveMotion(motion, active_action, plan)
         self._pipeline.monitors.add(active_action, plan)
         return None
+
+
+def _revoked(step: ActiveStep) -> SkillRunResult:
+    return SkillRunResult(StepStatus.STOPPED, f"revoked: `{step.ecm.id}` is no longer active, or was changed")
 
 
 class TickMonitor:

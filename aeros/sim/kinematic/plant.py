@@ -11,7 +11,7 @@ from typing import Final
 
 from aeros.runtime.ports import Reading, Readings
 from aeros.sim.clock import TICK
-from aeros.sim.fixed_step_plant import FixedStepPlant, TakenPicture
+from aeros.sim.fixed_step_plant import FixedStepPlant, PictureSource
 from aeros.sim.kinematic.robot import BLOCKING_FORCE, KinematicRobot
 from aeros.sim.kinematic.scenes.declared_scene import DeclaredScene
 from aeros.sim.kinematic.scenes.scene import KinematicScene
@@ -69,7 +69,7 @@ class KinematicPlant(FixedStepPlant):
 
     # Internals.
 
-    def _look(self, camera: str) -> TakenPicture:
+    def _look(self, camera: str) -> PictureSource:
         return self._scene.see(camera, self._state, self._robot.tool_command()[1], self.now()).picture
 
     def _step_world(self) -> None:

@@ -1,4 +1,4 @@
-"""What a picture of a scene shows: its bodies with their links, its coatings, and the robot."""
+"""Solids of a scene: its bodies with their links, its coatings, and the robot."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _ROBOT_COLOUR: Final = (0.9, 0.9, 0.9)
 
 
 class PosedBodies(Protocol):
-    """Where the bodies of a scene are."""
+    """The poses of the bodies of a scene."""
 
     def pose_of(self, part: BodyPart) -> Pose:
         """Read the pose of a body.

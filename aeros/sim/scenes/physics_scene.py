@@ -37,6 +37,7 @@ class PhysicsScene:
         assert scene.robot is not None  # noqa: S101  for the type checker
         assert scene.view is not None  # noqa: S101  for the type checker
         self.scene = scene
+        self._measured = tuple(scene.measured())
         self.robot = RobotOptions(carriage=scene.robot.carriage, base=scene.robot.base)
         self.view = fixed_camera(scene.view)
         self.pushable_objects = scene.movable
@@ -73,7 +74,7 @@ class PhysicsScene:
 
     def measure(self) -> Mapping[str, Any]:
         """Implement `PhysicalScene.measure`: surveyed places and instruments."""
-        return {variable: self.state.value(name) for variable, name in self.scene.measured()}
+        return {variable: self.state.value(name) for variable, name in self._measured}
 
     def body(self, name: str) -> int:
         """Implement `PhysicalScene.body`, for every body of the scene.

@@ -57,9 +57,9 @@ class Known(_Mark):
         noun: noun for such an object in messages.
     """
 
-    among: Literal["things", "quantities"]
+    among: Literal["things", "measured"]
     noun: str
-    form = Identifier
+    form = Annotated[TextField, Pattern("dotted")]
 
 
 @dataclass(frozen=True)

@@ -247,7 +247,7 @@ class ForeignNames:
 
     @property
     def public_variables(self) -> dict[str, Declared]:
-        """What the required modules let others read, by full name."""
+        """Variables that the required modules let others read, by full name."""
         found = (variables for one in self.modules.values() for variables in one.state.items())
         return {name: declared for name, declared in found if declared.is_public}
 

@@ -110,11 +110,13 @@ class Site:
     @cached_property
     def short_names(self) -> Mapping[str, str]:
         """Full name of each module's variable that is known by its own name alone, by that name."""
-        meant: dict[str, list[str]] = {}
+        candidates: dict[str, list[str]] = {}
         for name in self.module_variables:
-            meant.setdefault(name.partition(".")[2], []).append(name)
+            candidates.setdefault(name.partition(".")[2], []).append(name)
         return {
-            short: names[0] for short, names in meant.items() if len(names) == 1 and short not in self.state
+            short: names[0]
+            for short, names in candidates.items()
+            if len(names) == 1 and short not in self.state
         }
 
     @cached_property

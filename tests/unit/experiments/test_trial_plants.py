@@ -69,7 +69,7 @@ def test_on_physics_declared_faults_happen_at_their_rate_and_are_counted() -> No
     text = (
         "schema: aeros/faults/1\nfaults:\n"
         "  taken: {at: {skill: fetch_object.detect}, rate: 0, at_most: 1,"
-        " misread: {of: station_position, dropout: 1, lasts: 500 ms}}\n"
+        " misread: {of: fetch_object.station_survey, dropout: 1, lasts: 500 ms}}\n"
     )
     ready = physics_plants(configuration, shipped_scene("fetch"), text, {"taken": independent_process(1.0)})
     with ready(0) as one:

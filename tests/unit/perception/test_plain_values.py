@@ -39,7 +39,7 @@ def test_none_and_an_estimate_without_a_value_are_unknown() -> None:
 
 
 def test_a_value_may_state_its_time() -> None:
-    assert plain_values({"a": estimate(True, time=np.float32(1.5))}) == {"a": (True, None, 1.5)}
+    assert plain_values({"a": estimate(True, time=float(np.float32(1.5)))}) == {"a": (True, None, 1.5)}
 
 
 def test_a_copy_is_made() -> None:

@@ -35,7 +35,7 @@ def site(folder: Path, answer: str = ANSWER, **more: str) -> Path:
     edits = {
         "\nactions:\n": "\n" + TOOL.replace("PROGRAM", program),
         "  body_regions: [": "  fillings: [pork, cabbage]\n  body_regions: [",
-        "overhead_camera, side_camera]": "overhead_camera, side_camera, ask_cookbook]",
+        "side_camera, hand_camera]": "side_camera, hand_camera, ask_cookbook]",
         **more,
     }
     for old, new in edits.items():

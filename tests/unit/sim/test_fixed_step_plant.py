@@ -19,7 +19,7 @@ from aeros.runtime.ports import (
     Trajectory,
 )
 from aeros.sim.clock import TICK
-from aeros.sim.fixed_step_plant import CAMERA_TICKS, FixedStepPlant, TakenPicture
+from aeros.sim.fixed_step_plant import CAMERA_TICKS, FixedStepPlant, PictureSource
 from aeros.sim.kinematic.objects import ObjectSet
 from aeros.sim.kinematic.robot import KinematicRobot
 from aeros.sim.robot.errors import BlockedError
@@ -55,7 +55,7 @@ class Bench(FixedStepPlant):
         self.ticks += 1
         self.arm.tick()
 
-    def _look(self, camera: str) -> TakenPicture:
+    def _look(self, camera: str) -> PictureSource:
         picture = CameraPicture(camera, self.now(), 1, 1, self.sees, None, VIEW)
         return lambda: picture
 

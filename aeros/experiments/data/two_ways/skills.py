@@ -15,15 +15,15 @@ SURVEY_WAIT_S = 0.4
 def direct(observed: Observation, inputs: Inputs) -> SkillBody:
     """Drive straight to the station."""
     observed = yield act("wait", duration=SURVEY_WAIT_S)
-    if "station_position" in observed:
-        x, y, _ = observed["station_position"]
+    if "station_survey" in observed:
+        x, y, _ = observed["station_survey"]
         yield act("move_base", x=x, y=y, speed=SPEED)
 
 
 def around(observed: Observation, inputs: Inputs) -> SkillBody:
     """Drive to the station from beside it."""
     observed = yield act("wait", duration=SURVEY_WAIT_S)
-    if "station_position" in observed:
-        x, y, _ = observed["station_position"]
+    if "station_survey" in observed:
+        x, y, _ = observed["station_survey"]
         yield act("move_base", x=x, y=y - DETOUR_OFFSET, speed=SPEED)
         yield act("move_base", x=x, y=y, speed=SPEED)

@@ -49,6 +49,7 @@ class DeclaredScene:
         require_robot(scene)
         assert scene.robot is not None  # noqa: S101  for the type checker
         self.scene = scene
+        self._measured = tuple(scene.measured())
         self.robot = RobotOptions(carriage=scene.robot.carriage, base=scene.robot.base)
         self.cameras: tuple[str, ...] = tuple(scene.cameras)
         self.initial_cameras: tuple[str, ...] = tuple(
@@ -100,7 +101,7 @@ class DeclaredScene:
 
     def measure(self) -> Mapping[str, Any]:
         """Implement `KinematicScene.measure`: surveyed places and instruments."""
-        return {variable: self.state.value(name) for variable, name in self.scene.measured()}
+        return {variable: self.state.value(name) for variable, name in self._measured}
 
     def truth(self) -> Mapping[str, bool]:
         """Implement `KinematicScene.truth`."""

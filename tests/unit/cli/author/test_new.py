@@ -102,7 +102,7 @@ def test_the_result_is_well_formatted_python(tmp_path: Path) -> None:
         assert ran.returncode == 0, ran.stdout + ran.stderr
 
 
-@pytest.mark.parametrize("name", ["true", "json", "x_1"])
+@pytest.mark.parametrize("name", ["yes", "json", "x_1"])
 def test_any_name_of_the_right_form_will_do(name: str, tmp_path: Path) -> None:
     assert _new(tmp_path, name=name) == Exit.SUCCESS
     assert main(["verify", str(tmp_path / name)]) == Exit.SUCCESS
@@ -121,6 +121,8 @@ def test_any_name_of_the_right_form_will_do(name: str, tmp_path: Path) -> None:
         ("$name", "or `name`"),
         ("aeros", "`aeros` is reserved; choose another name"),
         ("null", "`null` is reserved; choose another name"),
+        ("true", "`true` is reserved; choose another name"),
+        ("and", "`and` is reserved; choose another name"),
         ("a" * 61, "a module name has at most 60 characters"),
     ],
 )

@@ -25,7 +25,7 @@ def test_a_plan_says_what_is_done_where_outcomes_differ(capsys: pytest.CaptureFi
     assert capsys.readouterr().out.splitlines()[2:] == [
         "plan",
         "  make_dumplings.prepare, tried 4 times at most",
-        "  if not wrapper_aligned",
+        "  if not make_dumplings.wrapper_aligned",
         "    make_dumplings.recover, tried 4 times at most",
         "  make_dumplings.wrap, tried 4 times at most, recover between tries",
         "  make_dumplings.boil, tried 4 times at most",
@@ -41,7 +41,7 @@ def test_any_goal_may_be_planned_for_and_the_plan_be_had_as_json(capsys: pytest.
     shown = json.loads(capsys.readouterr().out)
     assert shown["schema"] == "aeros/plan/1"
     assert shown["goal"] == goal
-    assert shown["start"]["object_detected"] is True
+    assert shown["start"]["fetch_object.object_detected"] is True
     assert [step["skill"] for step in shown["plan"]] == ["fetch_object.grasp"]
     assert shown["steps_at_least"] == 1
     assert shown["reason"] is None
@@ -213,8 +213,14 @@ def test_the_same_problem_may_be_had_in_pddl(tmp_path: Path, capsys: pytest.Capt
     )
     domain = (tmp_path / "pddl" / "domain.pddl").read_text()
     assert "(:action make_dumplings-recover-aligned" in domain
-    assert ":effect (and (wrapper_aligned) (not (unknown-wrapper_aligned)))" in domain
-    assert "(:init (unknown-wrapper_aligned))" in (tmp_path / "pddl" / "problem.pddl").read_text()
+    assert (
+        ":effect (and (make_dumplings--wrapper_aligned) (not (unknown-make_dumplings--wrapper_aligned)))"
+        in domain
+    )
+    assert (
+        "(:init (unknown-make_dumplings--wrapper_aligned))"
+        in (tmp_path / "pddl" / "problem.pddl").read_text()
+    )
     (tmp_path / "file").write_text("")
     assert main(["plan", "make dumplings", *ECMS, "--export-pddl", str(tmp_path / "file")]) == Exit.REJECTED
     assert "cannot write to" in capsys.readouterr().err

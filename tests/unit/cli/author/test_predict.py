@@ -32,8 +32,9 @@ def test_the_text_says_what_was_asked_and_what_comes_of_it(capsys: pytest.Captur
     assert main(["predict", CLEAN, *certain, "--max-replans", "0"]) == Exit.SUCCESS
     assert capsys.readouterr().out.splitlines() == [
         "clean_table.clean_table at panda_cell, at most 0 re-plans",
-        "from clutter_on_table = true, sponge_seen = true, table_organized = false, table_verified = false, "
-        "table_wiped = false, wiping_area_clear = true",
+        "from clean_table.clutter_on_table = true, clean_table.sponge_seen = true, "
+        "clean_table.table_organized = false, clean_table.table_verified = false, "
+        "clean_table.table_wiped = false, clean_table.wiping_area_clear = true",
         "success probability     0.91                = 91/100",
         "failure probability     0.09                = 9/100",
         "expected invocations    3.21                = 321/100",
@@ -47,7 +48,7 @@ def test_json_has_exact_fractions_and_the_start(capsys: pytest.CaptureFixture[st
     found = predictions(capsys, CLEAN, "--probability", "wipe.streaky=3/10", *SURE, "--max-replans=1")
     assert found["module"] == found["task"] == "clean_table"
     assert found["replans_at_most"] == 1
-    assert found["start"]["clutter_on_table"] is True
+    assert found["start"]["clean_table.clutter_on_table"] is True
     assert found["success"] == {"exact": "9919/10000", "decimal": 0.9919}
     assert Fraction(found["replans"]["exact"]) == Fraction(9, 100)
 

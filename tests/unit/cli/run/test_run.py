@@ -211,7 +211,7 @@ def test_an_object_is_fetched_on_physics_and_filmed(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert _run(tmp_path, "--seed", "3", instruction="fetch the object") == Exit.SUCCESS
-    assert "measured on the physics plant: object_delivered = true" in capsys.readouterr().out
+    assert "measured on the physics plant: fetch_object.object_delivered = true" in capsys.readouterr().out
     assert (tmp_path / "out" / "run.webp").read_bytes()[8:12] == b"WEBP"
 
 

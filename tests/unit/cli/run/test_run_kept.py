@@ -58,6 +58,11 @@ def seconds(time_: Time) -> float:
     return time_.sec + time_.nanosec / 1e9
 
 
+def state_topic(name: str) -> str:
+    """Return the topic of a state variable."""
+    return f"/aeros/state/{name.replace('.', '/')}"
+
+
 _JOINT_STATES = ("joint_position", "joint_velocity", "joint_torque")
 """Names in the vocabulary of what a message of /joint_states has."""
 
@@ -97,7 +102,7 @@ def check_against_the_records(
         for name, (value, measured) in record["details"]["state"].items():
             if name == "joint_torque_rate":
                 continue  # no message of ROS has it
-            topic = "/joint_states" if name in _JOINT_STATES else f"/aeros/state/{name}"
+            topic = "/joint_states" if name in _JOINT_STATES else state_topic(name)
             there = at[topic, round(measured * 1e9)]
             assert value in [value_of(message, name) for message in there], (topic, measured)
             compared.add(name)
@@ -109,7 +114,7 @@ def check_against_the_records(
     ended = trace[-1]
     assert ended["kind"] == "run-ended"
     for name, value in ended["details"]["measured"].items():
-        values = [message for _, message in received[f"/aeros/state/{name}"]]
+        values = [message for _, message in received[state_topic(name)]]
         assert (values[0].value, values[-1].value) == (False, value)
         assert seconds(values[-1].header.stamp) <= nextafter(ended["time"], 1e9) + 1e-9
     return received
@@ -118,13 +123,13 @@ def check_against_the_records(
 @pytest.mark.parametrize(
     ("plant", "task", "least", "goal"),
     [
-        ("symbolic", "make dumplings", 50, "dumpling_wrapped"),
-        ("kinematic", "fetch the object", 20, "object_delivered"),
+        ("symbolic", "make dumplings", 50, "make_dumplings.dumpling_wrapped"),
+        ("kinematic", "fetch the object", 20, "fetch_object.object_delivered"),
         pytest.param(
             "physics",
             "fetch the object",
             20,
-            "object_delivered",
+            "fetch_object.object_delivered",
             marks=[pytest.mark.physics, pytest.mark.deep],
         ),
     ],

@@ -40,7 +40,7 @@ def test_it_says_how_the_latest_run_of_this_robot_ended(
         "/60",
         "✓ make_dumplings.boil",
         "ALLOW     make_dumplings.boil",
-        "dumpling_cooked                true  0.00 s ago",
+        "make_dumplings.dumpling_cooked",
     ):
         assert words in message
     assert main(["top", *state, "--once", "--format", "json"]) == Exit.SUCCESS

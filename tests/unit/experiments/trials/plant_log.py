@@ -13,10 +13,15 @@ HERE = {"joint_position": [0.0] * 7, "joint_velocity": [0.0] * 7}
 
 
 def log_line(
-    event: str, at: float = 1.0, skill: str = "make_dumplings.boil", **measured: Any
+    event: str,
+    at: float = 1.0,
+    skill: str = "make_dumplings.boil",
+    cooked: bool | None = None,
+    **measured: Any,
 ) -> dict[str, Any]:
+    measured |= {} if cooked is None else {"make_dumplings.dumpling_cooked": cooked}
     finished = {"finished": True} if event == "skill-ended" else {}
     return {"event": event, "time": at, "skill": skill, **finished, "measured": {**HERE, **measured}}
 
 
-BOILED = [log_line("skill-began"), log_line("skill-ended", dumpling_cooked=True)]
+BOILED = [log_line("skill-began"), log_line("skill-ended", cooked=True)]

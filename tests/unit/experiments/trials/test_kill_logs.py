@@ -13,8 +13,8 @@ from tests.unit.experiments.trials.plant_log import BOILED, MODULES, log_line
 
 def test_a_skill_that_begins_while_its_success_is_measured_is_repeated() -> None:
     assert repeated_skills(BOILED, MODULES) == []
-    assert repeated_skills([*BOILED, log_line("skill-began", dumpling_cooked=False)], MODULES) == []
-    (found,) = repeated_skills([*BOILED, log_line("skill-began", at=7.0, dumpling_cooked=True)], MODULES)
+    assert repeated_skills([*BOILED, log_line("skill-began", cooked=False)], MODULES) == []
+    (found,) = repeated_skills([*BOILED, log_line("skill-began", at=7.0, cooked=True)], MODULES)
     assert found.startswith("once: make_dumplings.boil at 7.00 s")
 
 
@@ -42,17 +42,19 @@ def test_motion_without_an_agent_is_found(log: list[dict[str, Any]], message: st
 
 
 def test_a_skill_that_did_not_finish_or_succeed_may_begin_again() -> None:
-    began, again = log_line("skill-began"), log_line("skill-began", dumpling_cooked=True)
-    unfinished = {**log_line("skill-ended", dumpling_cooked=True), "finished": False}
+    began, again = log_line("skill-began"), log_line("skill-began", cooked=True)
+    unfinished = {**log_line("skill-ended", cooked=True), "finished": False}
     assert repeated_skills([began, unfinished, again], MODULES) == []
-    failed = log_line("skill-ended", dumpling_cooked=False)
+    failed = log_line("skill-ended", cooked=False)
     assert repeated_skills([began, failed, again], MODULES) == []
 
 
 def test_every_success_that_still_holds_is_named() -> None:
-    once_more = log_line("skill-began", at=9.0, dumpling_cooked=True)
+    once_more = log_line("skill-began", at=9.0, cooked=True)
     found = repeated_skills([*BOILED, once_more, once_more], MODULES)
-    assert found == ["once: make_dumplings.boil at 9.00 s, though {'dumpling_cooked': True}"] * 2
+    assert (
+        found == ["once: make_dumplings.boil at 9.00 s, though {'make_dumplings.dumpling_cooked': True}"] * 2
+    )
 
 
 def test_a_helper_may_run_again_after_a_failure() -> None:

@@ -153,7 +153,7 @@ def test_the_last_end_says_why_it_failed_unless_an_end_reached_the_goal(tmp_path
 def test_violations_are_listed(tmp_path: Path) -> None:
     ended = Ended(tmp_path, lost=2)
     (ended.state / "run.json").touch()
-    again = log_line("skill-began", at=7.0, dumpling_cooked=True)
+    again = log_line("skill-began", at=7.0, cooked=True)
     gone = {**log_line("agent-disconnected", joint_velocity=[0.1] * 7), "amid_motion": True}
     trial = ended.judged(*BOILED, again, gone)
     assert [text.partition(":")[0] for text in trial.violations] == [

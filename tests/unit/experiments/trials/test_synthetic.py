@@ -63,8 +63,8 @@ def test_a_task_reaches_for_what_its_two_skills_bring_about(tmp_path: Path) -> N
         ("skill_2", 0, None),
     ]
     brought = {name for rule in task.rules for name in ecm.skills[rule.skill].outcomes["done"].effects}
-    assert set(task.initial) == brought == {"table_wiped", "dumpling_wrapped"}
-    assert task.goal_text == "table_wiped and dumpling_wrapped"
+    assert set(task.initial) == brought == {"module_0004.open", "module_0004.narrow"}
+    assert task.goal_text == "open and narrow"
 
 
 def test_a_skill_asks_for_its_own_numbers() -> None:

@@ -50,11 +50,11 @@ def test_observations_are_written_between_ticks_with_the_times_of_their_values(t
     with SampleWriter(tmp_path / "m", site()) as samples:
         samples.on_tick(1.0, {"human_distance": Reading(3.0, 0.9)}, RobotChain())
         samples.on_observed(
-            {"table_verified": Reading(True, 0.2), "holding": Reading(False, 1.0)}, RobotChain()
+            {"estop_pressed": Reading(True, 0.2), "holding": Reading(False, 1.0)}, RobotChain()
         )
     assert lines(tmp_path / "m") == [
         {"time": 1.0, "state": {"human_distance": [3.0, 0.9]}},
-        {"time": 1.0, "state": {"table_verified": [True, 0.2], "holding": [False, 1.0]}},
+        {"time": 1.0, "state": {"estop_pressed": [True, 0.2], "holding": [False, 1.0]}},
     ]
 
 

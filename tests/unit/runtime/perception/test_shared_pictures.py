@@ -26,6 +26,7 @@ def test_each_picture_has_a_place_of_its_own() -> None:
 def test_the_written_pictures_are_read_through_the_descriptor() -> None:
     shared = SharedPictures([PictureRequest("overhead", 4, 3, True)])
     (facts,) = shared.write({"overhead": picture(2.5)})
+    assert facts is not None
     assert (facts.time, facts.full_size) == (2.5, (8, 6))
     assert (facts.eye, facts.target, facts.up, facts.field_of_view) == VIEW
     with mmap.mmap(shared.descriptor, shared.size, prot=mmap.PROT_READ) as memory:
@@ -33,6 +34,15 @@ def test_the_written_pictures_are_read_through_the_descriptor() -> None:
         assert memory[:36] == whole[1::2, ::2].tobytes()
         depth = np.frombuffer(picture().depth or b"", np.float32).reshape(6, 8)
         assert memory[64 : 64 + 48] == depth[1::2, ::2].tobytes()
+    shared.close()
+
+
+def test_a_camera_that_has_taken_no_picture_leaves_its_place_as_it_was() -> None:
+    both = [PictureRequest("overhead", 4, 3, True), PictureRequest("side", 4, 3, True, optional=True)]
+    shared = SharedPictures(both)
+    (facts, missing) = shared.write({"overhead": picture(2.5)})
+    assert facts is not None
+    assert missing is None
     shared.close()
 
 

@@ -60,7 +60,7 @@ def test_the_points_of_a_box_are_on_it_and_in_its_place(x: float, y: float, yaw:
     assert np.abs(outside).max() < 1e-5
 
 
-def test_the_nearer_solid_hides_the_other_whatever_their_order() -> None:
+def test_the_nearer_solid_hides_the_other_in_any_order() -> None:
     low, high = put(box((0.4, 0.4, 0.1), RED), 0.5, 0.2, 0.1), put(box((0.1, 0.1, 0.1), BLUE), 0.5, 0.2, 0.5)
     one, other = cast(ABOVE, [low, high]), cast(ABOVE, [high, low])
     assert (one[0] == other[0]).all()
@@ -77,7 +77,7 @@ def test_a_sphere_is_met_at_its_surface() -> None:
     assert hit.sum() > 100
 
 
-def test_what_is_behind_the_camera_or_around_it_is_not_seen() -> None:
+def test_solids_behind_the_camera_or_around_it_are_not_seen() -> None:
     around = put(box((1.0, 1.0, 1.0), RED), 0.5, 0.2, 2.0)
     behind = put(cylinder(0.3, 0.3, BLUE), 0.5, 0.2, 3.0)
     assert (cast(ABOVE, [around, behind])[1] == ABOVE.far).all()

@@ -75,7 +75,7 @@ def test_a_basin_is_a_floor_and_four_walls_that_do_not_overlap() -> None:
     boxes = basin_boxes((0.2, 0.1, 0.05))
     assert len(boxes) == 5
     bottom, *walls = boxes
-    assert bottom[1] == (0.0, 0.0, pytest.approx(-0.0025))
+    assert bottom[1] == pytest.approx((0.0, 0.0, -0.0025))
     for (length, width, _), (x, y, z) in walls:
         assert abs(x) - length / 2 >= 0.1 - 1e-9 or abs(y) - width / 2 >= 0.05 - 1e-9
         assert z == 0.025

@@ -45,7 +45,7 @@ def elaborated(name: str, text: str) -> tuple[SceneCondition | None, Diagnostics
         ("cooking > 1 s and cooking.longest > 2 s", {"cooking", "cooking.longest"}),
         ("robot.tool.z > 1 m and not filling.held", {"robot.tool", "filling.held"}),
         ("pot_position in plate", {"pot_position in plate"}),
-        ("dumpling_cooked and closed", {"make_dumplings.dumpling_cooked", "closed"}),
+        ("cooking > 1 s and closed", {"cooking", "closed"}),
     ],
 )  # fmt: skip
 def test_names_are_those_of_bodies_links_joints_and_the_rest(text: str, variables: set[str]) -> None:
