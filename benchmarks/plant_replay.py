@@ -7,7 +7,16 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, Final
 
-from aeros.runtime.ports import Monitor, MotionCompletion, MotionHandle, PlannedMotion, Plant, Readings
+from aeros.runtime.ports import (
+    CameraPicture,
+    Monitor,
+    MotionCompletion,
+    MotionHandle,
+    PlannedMotion,
+    Plant,
+    Readings,
+    newest_pictures,
+)
 from aeros.sim.bullet.client import bullet
 from aeros.sim.physics import PhysicsPlant
 from aeros.skill import Action
