@@ -102,12 +102,15 @@ def surroundings_of(configuration: Configuration, scene: Scene) -> FaultContext:
     Returns:
         The names by sort.
     """
-    from aeros.sim.faults.faults_file import FaultContext
+    from aeros.sim.faults.faults_file import FaultContext, faults_in
 
     skills = [f"{ecm.id}.{skill}" for ecm in configuration.modules.values() for skill in ecm.skills]
     state = configuration.site.state
     measured = {name: one for name, one in state.items() if one.sensor is not None and "." not in one.sensor}
-    return FaultContext(measured, skills, scene.movable, tuple(scene.cameras))
+    files = {
+        name: path for ecm in configuration.modules.values() for name, path in faults_in(ecm.folder).items()
+    }
+    return FaultContext(measured, skills, scene.movable, tuple(scene.cameras), files)
 
 
 def load_run_scene(

@@ -24,11 +24,11 @@ def shipped_files(folder: str) -> dict[str, Path]:
 
 
 def find_file(name_or_path: str, shipped: Mapping[str, Path], kind: str) -> str | Path:
-    """Find a shipped file by its name, or any file by its path.
+    """Find a file that comes with AEROS or a module by its name, or any file by its path.
 
     Args:
         name_or_path: as a user gives it; a name goes before a path.
-        shipped: the files that come with AEROS, by name.
+        shipped: the files that come with AEROS or a module, by name.
         kind: kind of file for messages, as in `people file`.
 
     Returns:
@@ -43,6 +43,6 @@ def find_file(name_or_path: str, shipped: Mapping[str, Path], kind: str) -> str 
         return name_or_path
     near = did_you_mean(name_or_path, shipped)
     listed = ", ".join(f"`{name}`" for name in shipped)
-    headline = f"no file `{name_or_path}`, and no {kind} of that name comes with AEROS"
+    headline = f"no file `{name_or_path}`, and no {kind} of that name comes with AEROS or a module"
     help_ = (f"did you mean `{near}`?" if near else f"give a {kind}, or one of {listed}",)
     raise UserError([Diagnostic("AE002", headline, help=help_)])

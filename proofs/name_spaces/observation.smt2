@@ -1,13 +1,26 @@
-; `ObservationFilter` hands a skill a module's variable exactly where it is its own, or where the
-; site shares it and its module requires the other.
+; `ObservationFilter` hands a skill a module's variable exactly where it is its own, or where its
+; module requires the other, and the site shares it, or allows public ones and it is public; and
+; one that a sensor of the site measures only where its module may use the sensor.
 ; unsat: proved
 (set-logic ALL)
 (declare-const shared Bool)
 (declare-const required Bool)
 (declare-const own Bool)
-(define-fun handed.0 () Bool (ite own true false))
-(define-fun handed.1 () Bool (ite required true handed.0))
-(define-fun handed.2 () Bool (ite shared handed.1 handed.0))
-(define-fun handed () Bool handed.2)
-(assert (! (not (= handed (or own (and shared required)))) :named negated-conclusion))
+(declare-const public Bool)
+(declare-const allowed Bool)
+(declare-const sensed Bool)
+(declare-const permitted Bool)
+(define-fun handed.0 () Bool (ite sensed false true))
+(define-fun handed.1 () Bool (ite permitted true handed.0))
+(define-fun handed.2 () Bool (ite own handed.1 false))
+(define-fun handed.3 () Bool (ite required handed.1 handed.2))
+(define-fun handed.4 () Bool (ite public true false))
+(define-fun handed.5 () Bool (ite sensed false handed.4))
+(define-fun handed.6 () Bool (ite permitted handed.4 handed.5))
+(define-fun handed.7 () Bool (ite own handed.1 handed.6))
+(define-fun handed.8 () Bool (ite required handed.7 handed.2))
+(define-fun handed.9 () Bool (ite allowed handed.8 handed.2))
+(define-fun handed.10 () Bool (ite shared handed.3 handed.9))
+(define-fun handed () Bool handed.10)
+(assert (! (not (= handed (and (=> sensed permitted) (or own (and required (or shared (and public allowed))))))) :named negated-conclusion))
 (check-sat)

@@ -1,4 +1,4 @@
-"""What a module measures changes no decision about another's action or Φ, unless the site shares it."""
+"""What a module measures changes no decision about another's action or Φ, unless the site shares or allows it."""
 
 from __future__ import annotations
 
@@ -293,10 +293,11 @@ def _scope(code: ModuleSource) -> TheoremObligation:
 
     def run(ask: DecideBranch) -> str:
         shared = {_OWN: "declared"} if ask("shared") else {}
+        public = {_OWN: "declared"} if ask("public") else {}
         required = [(SimpleNamespace(value="kettle"), None)] if ask("required") else []
         site = SimpleNamespace(
             state={"near": "declared", **shared, **({_OWN: "declared"} if ask("installed") else {})},
-            perception=SimpleNamespace(shared=shared),
+            perception=SimpleNamespace(shared=shared, public=ask("allowed")),
             **{vocabulary: {} for vocabulary in ("enums", "constants", "volumes", "kinds")},
             joint_rules=(),
         )
@@ -306,13 +307,14 @@ def _scope(code: ModuleSource) -> TheoremObligation:
             perceivers=(),
             dependencies=SimpleNamespace(modules=required),
         )
-        return smt_literal(_OWN in perception.ModulePerception(ecm, site, BoundNames(), None).site.state)
+        found = perception.ModulePerception(ecm, site, BoundNames(), None, public).site
+        return smt_literal(_OWN in found.state)
 
     return TheoremObligation(
         "`ModulePerception` lets the conditions of a module name a variable of another exactly where the\n"
-        "site shares it and the module requires the other.",
-        _bools("shared", "required", "installed"),
-        "(= named (and shared required))",
+        "module requires the other, and the site shares it, or allows public ones and it is public.",
+        _bools("shared", "required", "installed", "public", "allowed"),
+        "(= named (and required (or shared (and public allowed))))",
         tables=(SymbolicFunction("named", "Bool", execute_symbolically(run)),),
     )
 
@@ -321,16 +323,24 @@ def _observation(code: ModuleSource) -> TheoremObligation:
     names_for = code.module(_STEP)._names_for
 
     def run(ask: DecideBranch) -> str:
-        site = SimpleNamespace(perception=SimpleNamespace(shared=frozenset((_OWN,) if ask("shared") else ())))
+        shared = frozenset((_OWN,) if ask("shared") else ())
+        site = SimpleNamespace(perception=SimpleNamespace(shared=shared, public=ask("allowed")))
         required = ("kettle",) if ask("required") else ()
-        ecm = SimpleNamespace(id="kettle" if ask("own") else "m", required_modules=required)
-        return smt_literal(bool(names_for(ecm, site, _OWN, None)))
+        ecm = SimpleNamespace(
+            id="kettle" if ask("own") else "m",
+            required_modules=required,
+            requested_access=SimpleNamespace(sensors=("scale",) if ask("permitted") else ()),
+        )
+        sensor = "scale" if ask("sensed") else "kettle.view"
+        declared = SimpleNamespace(sensor=sensor, is_public=ask("public"))
+        return smt_literal(bool(names_for(ecm, site, _OWN, declared)))
 
     return TheoremObligation(
-        "`ObservationFilter` hands a skill a module's variable exactly where it is its own, or where the\n"
-        "site shares it and its module requires the other.",
-        _bools("shared", "required", "own"),
-        "(= handed (or own (and shared required)))",
+        "`ObservationFilter` hands a skill a module's variable exactly where it is its own, or where its\n"
+        "module requires the other, and the site shares it, or allows public ones and it is public; and\n"
+        "one that a sensor of the site measures only where its module may use the sensor.",
+        _bools("shared", "required", "own", "public", "allowed", "sensed", "permitted"),
+        "(= handed (and (=> sensed permitted) (or own (and required (or shared (and public allowed))))))",
         tables=(SymbolicFunction("handed", "Bool", execute_symbolically(run)),),
     )
 
@@ -438,7 +448,7 @@ def _rule_variables(code: ModuleSource) -> TheoremObligation:
 
 
 THEOREM = Theorem(
-    "what a module measures changes no decision about another's action or Φ, unless the site shares it",
+    "what a module measures changes no decision about another's action or Φ, unless the site shares or allows it",
     {
         "readings": _readings,
         "own-reading": _own_reading,
@@ -525,6 +535,13 @@ THEOREM = Theorem(
             'if name.partition(".")[0] != self._module',
         ),
         Mutant(
+            "reads-what-is-public-where-the-site-does-not-allow-it",
+            "scope",
+            _PERCEPTION,
+            "(public if site.perception.public else {})",
+            "public",
+        ),
+        Mutant(
             "reads-whatever-is-installed",
             "scope",
             _PERCEPTION,
@@ -535,15 +552,36 @@ THEOREM = Theorem(
             "shows-a-skill-what-is-not-shared",
             "observation",
             _STEP,
-            "if name in site.perception.shared and module in ecm.required_modules",
+            "if is_readable and module in ecm.required_modules",
             "if module in ecm.required_modules",
+        ),
+        Mutant(
+            "shows-a-skill-what-is-public-where-the-site-does-not-allow-it",
+            "observation",
+            _STEP,
+            "(site.perception.public and declared.is_public)",
+            "declared.is_public",
+        ),
+        Mutant(
+            "shows-a-skill-what-is-private",
+            "observation",
+            _STEP,
+            "(site.perception.public and declared.is_public)",
+            "site.perception.public",
+        ),
+        Mutant(
+            "shows-its-own-variable-without-its-sensor",
+            "observation",
+            _STEP,
+            "if (not dot or is_measured) and declared.sensor",
+            "if not dot and declared.sensor",
         ),
         Mutant(
             "shows-what-is-bound-without-its-sensor",
             "bound-observation",
             _STEP,
-            "if declared.sensor not in ecm.requested_access.sensors:",
-            "if declared.sensor not in ecm.requested_access.sensors and not ecm.names.variables:",
+            "declared.sensor not in ecm.requested_access.sensors:",
+            "declared.sensor not in ecm.requested_access.sensors and not ecm.names.variables:",
         ),
         Mutant(
             "shows-another-variable-of-a-bound-name",

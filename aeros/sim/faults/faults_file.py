@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from math import hypot
 from pathlib import Path
@@ -64,17 +65,31 @@ class FaultContext:
         skills: as `MODULE.SKILL`.
         things: objects of the scene that can be pushed.
         cameras: of the scene.
+        files: faults files of modules, by name.
     """
 
     quantities: Mapping[str, Declared]
     skills: Collection[str]
     things: Collection[str]
     cameras: Collection[str]
+    files: Mapping[str, Path] = field(default_factory=dict)
 
     @property
     def measured(self) -> Collection[str]:
         """Names of quantities and cameras."""
         return (*self.quantities, *self.cameras)
+
+
+def faults_in(folder: str | os.PathLike[str]) -> dict[str, Path]:
+    """List the faults files of a module.
+
+    Args:
+        folder: the module's folder.
+
+    Returns:
+        Their paths by name, which is the file's without suffix.
+    """
+    return {path.stem: path for path in sorted((Path(folder) / "faults").glob("*.yaml"))}
 
 
 def shipped_faults() -> dict[str, Path]:
@@ -90,7 +105,7 @@ def read_faults(name_or_path: str, context: FaultContext) -> tuple[Fault, ...]:
     """Read a faults file.
 
     Args:
-        name_or_path: a path, or the name of a shipped file.
+        name_or_path: a path, or the name of a file of a module or of AEROS.
         context: names that the file may use.
 
     Returns:
@@ -99,7 +114,7 @@ def read_faults(name_or_path: str, context: FaultContext) -> tuple[Fault, ...]:
     Raises:
         UserError: there is no such file, or it has problems; it lists all of them.
     """
-    path = find_file(name_or_path, shipped_faults(), "faults file")
+    path = find_file(name_or_path, {**context.files, **shipped_faults()}, "faults file")
     return parse_faults(read_source(path), context)
 
 
@@ -245,11 +260,11 @@ def _kind(
     if isinstance(declaration, Person):
         return PersonEntersFault(parse_person(name, declaration, diagnostics))
     kind, values = KINDS[word], dict[str, object]()
-    for field, mark in marks_of(kind).items():
-        written = getattr(declaration, field)
+    for name_of_field, mark in marks_of(kind).items():
+        written = getattr(declaration, name_of_field)
         if written is not None:
-            values[field] = _value(mark, written, declaration, context, diagnostics)
-        if field == "of" and values[field] is None:
+            values[name_of_field] = _value(mark, written, declaration, context, diagnostics)
+        if name_of_field == "of" and values[name_of_field] is None:
             return None  # the other fields cannot be checked without it
     if kind is SensorFault and values.keys() == {"of", "lasts"}:
         diagnostics.error("AE208", "`misread` needs `noise`, `latency` or `dropout`", declaration.span)

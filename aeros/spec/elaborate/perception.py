@@ -155,13 +155,10 @@ class ModulePerception:
         self._module = ecm.id.value
         own = self._variables(ecm, site)
         required = {name.value for name, _ in ecm.dependencies.modules}
+        readable = {**(public if site.perception.public else {}), **site.perception.shared}
         shared = {
-            name: one
-            for name, one in site.perception.shared.items()
-            if name.partition(".")[0] in required - {self._module}
+            name: one for name, one in readable.items() if name.partition(".")[0] in required - {self._module}
         }
-        if site.perception.public:
-            shared = {**public, **shared}
         visible = {name: one for name, one in site.state.items() if "." not in name}
         self.site = site
         if own or shared or len(visible) < len(site.state):

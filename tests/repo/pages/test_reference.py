@@ -49,14 +49,14 @@ _WHOLE = {
     "ecm": "tests/corpus/accepted/left_to_the_gate/ecm.yaml",
     "site": "tests/corpus/site/table.yaml",
     "people": "aeros/people/across_the_room.yaml",
-    "faults": "aeros/faults/object_slips.yaml",
+    "faults": "ecms/fetch_object/faults/object_slips.yaml",
     "scene": "ecms/fetch_object/scenes/fetch.yaml",
 }
 _SAMPLES = {
     "ecm": ("ecms/*/ecm.yaml", "tests/corpus/accepted/*/ecm.yaml"),
     "site": ("aeros/sites/*.yaml", "tests/corpus/site/*.yaml", "tests/corpus/accepted/*/site.yaml"),
     "people": ("aeros/people/*.yaml",),
-    "faults": ("aeros/faults/*.yaml",),
+    "faults": ("aeros/faults/*.yaml", "ecms/*/faults/*.yaml"),
     "scene": ("aeros/scenes/*.yaml", "ecms/*/scenes/*.yaml"),
 }
 _LONGEST_EXAMPLE = 80

@@ -48,5 +48,5 @@ def test_a_path_that_is_neither_is_refused_with_a_suggestion(name: str, help_: s
         find_file(name, SHIPPED, "people file")
     (found,) = refused.value.diagnostics
     assert found.code == "AE002"
-    assert found.headline == f"no file `{name}`, and no people file of that name comes with AEROS"
+    assert found.headline == f"no file `{name}`, and no people file of that name comes with AEROS or a module"
     assert found.help == (help_,)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
-from aeros.sim.faults.faults_file import FaultContext, parse_faults, read_faults, shipped_faults
+from aeros.sim.faults.faults_file import FaultContext, faults_in, parse_faults, read_faults, shipped_faults
 from aeros.sim.faults.model import CameraOpportunity, PersonEntersFault, SkillOpportunity, TimedOpportunity
 from aeros.spec.declared.faults import (
     CommandDelayFault,
@@ -21,7 +23,7 @@ from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.text.discovery import reference_site_path
-from tests.shipped_scenes import shipped_scene
+from tests.shipped_scenes import FOLDERS, shipped_scene
 
 SITE = load_site(reference_site_path(), Diagnostics())
 assert SITE is not None
@@ -140,7 +142,10 @@ def test_all_problems_of_a_file_are_reported_together() -> None:
     assert [code for code, _ in read(text)] == ["AE122", "AE122", "AE204"]
 
 
-@pytest.mark.parametrize("name", shipped_faults())
+FILES = {name: path for folder in FOLDERS for name, path in faults_in(folder).items()}
+
+
+@pytest.mark.parametrize("name", [*shipped_faults(), *FILES])
 def test_a_shipped_file_fits_one_of_the_scenes(name: str) -> None:
     fitting = []
     for scene in ("dumpling_bench", "table", "fetch"):
@@ -152,7 +157,7 @@ def test_a_shipped_file_fits_one_of_the_scenes(name: str) -> None:
         )
         assert SITE is not None
         try:
-            assert read_faults(name, FaultContext(SITE.state, skills, built.movable, built.cameras))
+            assert read_faults(name, FaultContext(SITE.state, skills, built.movable, built.cameras, FILES))
         except UserError:
             continue
         fitting.append(scene)
@@ -161,7 +166,7 @@ def test_a_shipped_file_fits_one_of_the_scenes(name: str) -> None:
 
 def test_a_misspelt_shipped_name_is_suggested() -> None:
     with pytest.raises(UserError) as refused:
-        read_faults("wraper_bumped", AROUND)
+        read_faults("wraper_bumped", replace(AROUND, files=FILES))
     (problem,) = refused.value.diagnostics
     assert problem.code == "AE002"
     assert problem.help == ("did you mean `wrapper_bumped`?",)
