@@ -5,7 +5,7 @@ observation measured after it. It has no handle to anything else, so the runtime
 and replay it without its help.
 
     def lift(observed: Observation, inputs: Inputs) -> SkillBody:
-        x, y, z = observed["wrapper_position"]
+        x, y, z = observed["block_position"]
         observed = yield act("move_tool", target=(x, y, z + 0.10), yaw=0.0, speed=0.2)
 
 A skill that declares outputs returns them at its end, by name. A skill that declares `models` receives them

@@ -4,7 +4,7 @@ All lengths in metres, in the world frame; the table's top is z = 0. An object l
 rectangle of least area around its top gives middle and heading, as its sides are straight.
 """
 
-from math import dist, pi
+from math import dist, inf, pi
 
 import numpy as np
 
@@ -61,6 +61,10 @@ DOMINANCE = 1.5
 YELLOW = (0.6, 0.5)
 """Colour of the sponge: least green over red, greatest blue over red."""
 
+SPONGE_LENGTHS = (0.0625, 0.13)
+"""Bounds on the longer side of the sponge's top, m: it is 100 mm, and
+70 mm where it stands on its end."""
+
 SPONGE_HEIGHT = 0.03
 """Height of the sponge's foam, m."""
 
@@ -95,7 +99,7 @@ def see_table(view: View) -> Perception:
         low = (points[:, :, 2] > TOPS[0]) & (points[:, :, 2] < TOPS[1])
         rgb = picture.rgb.astype(np.float64)
         colours = (has_dominant_colour(rgb, channel, DOMINANCE, MIN_BRIGHTNESS) for channel in (2, 1))
-        sponge = _lying(points[low & _is_yellow(rgb)], pi)
+        sponge = _lying(points[low & _is_yellow(rgb)], pi, SPONGE_LENGTHS)
         values = {"sponge_seen": sponge is not None}
         if sponge is not None:
             values["sponge_position"], values["sponge_yaw"] = _estimates(*sponge)
@@ -151,14 +155,18 @@ def _is_clean(picture: Picture, opening: Place, rest: Place) -> bool:
     return is_empty and dist(sponge, rest) < RETURNED_WITHIN and _clean_share(points, rgb) >= WIPED_SHARE
 
 
-def _lying(points: Points, period: float) -> tuple[Place, float] | None:
+def _lying(
+    points: Points, period: float, lengths: tuple[float, float] = (0.0, inf)
+) -> tuple[Place, float] | None:
     """Locate an object that looks the same when it is turned by `period`: its middle, and a hand's heading.
 
-    Its middle is at half its height.
+    Its middle is at half its height. The longer side of its top is between `lengths`, m; else it is another.
     """
     if len(points) < MIN_PIXELS:
         return None
     face, top = top_face(points)
+    if not lengths[0] < max(face.length, face.width) < lengths[1]:
+        return None
     along = face.heading if face.length >= face.width else face.heading + pi / 2.0
     return (face.x, face.y, top / 2.0), wrap_heading(along, period)
 

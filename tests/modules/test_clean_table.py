@@ -90,6 +90,22 @@ def test_a_sponge_is_yellow_on_the_table_and_large_enough() -> None:
 
 
 @pytest.mark.parametrize(
+    ("half", "is_sponge"),
+    [
+        ((0.05, 0.035), True),
+        ((0.0425, 0.03), True),  # 15 % smaller
+        ((0.06, 0.042), True),  # 20 % larger
+        ((0.02, 0.02), False),  # a yellow block
+        ((0.021, 0.028), False),  # a plate of a wrapper
+        ((0.1, 0.05), False),
+    ],
+)
+def test_a_sponge_is_as_long_as_a_sponge(half: tuple[float, float], is_sponge: bool) -> None:
+    for yaw in (0.0, 0.7):
+        assert seen(SPONGE._replace(half=half, yaw=yaw))["sponge_seen"] is is_sponge
+
+
+@pytest.mark.parametrize(
     ("colour", "is_yellow"),
     [
         ((200, 150, 50), True),

@@ -20,7 +20,7 @@ def describe_raised(failure: BaseException, function: Callable[..., Any], known:
         known: names that the skill may look up: variables that it senses and its inputs.
 
     Returns:
-        As in `skills.py:36: KeyError: 'cluter_position'; did you mean `clutter_position`?`.
+        As in `skills.py:36: KeyError: 'bloc_position'; did you mean `block_position`?`.
     """
     path = function.__code__.co_filename
     line = _last_line_in(failure.__traceback__, path)

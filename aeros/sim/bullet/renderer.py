@@ -34,7 +34,7 @@ class Renderer:
 
     def __init__(self, client: int) -> None:
         self.client = client
-        # Pictures to apply at the next rendering: a sponge changes one at every tick.
+        # Pictures to apply at the next rendering: a body that wipes changes one at every tick.
         self._unpainted: dict[int, NDArray[np.uint8]] = {}
 
     def paint(self, body: int, rgb: NDArray[np.uint8]) -> None:

@@ -23,14 +23,14 @@ class Handle(GraspableObject):
         radius: of the circle, m.
         angle: of the lid, 0 open, towards -x; π closed, rad.
         stop_angle: greatest angle that the lid can reach, rad.
-        press_force: force on the handle at the stop, N.
+        handle_force: force on the handle at the stop, N.
     """
 
     axis: Vector3 = (0.0, 0.0, 0.0)
     radius: float = 0.0
     angle: float = field(default=0.0, init=False)
     stop_angle: float = field(default=pi, init=False)
-    press_force: float = field(default=0.0, init=False)
+    handle_force: float = field(default=0.0, init=False)
 
     def move_with_gripper(self, target: Pose, support: float) -> float:
         """Implement `GraspableObject.move_with_gripper`: turn the lid to the fingers, as far as it goes."""
@@ -39,12 +39,14 @@ class Handle(GraspableObject):
         angle += 2.0 * pi if angle < -pi / 2 else 0.0
         self.angle = min(max(angle, 0.0), self.stop_angle)
         self.pose = Pose(_on_circle(self.axis, self.radius, self.angle), self.pose.orientation)
-        self.press_force = STIFFNESS * max(0.0, self.pose.position[2] - z) if angle > self.stop_angle else 0.0
-        return self.press_force
+        self.handle_force = (
+            STIFFNESS * max(0.0, self.pose.position[2] - z) if angle > self.stop_angle else 0.0
+        )
+        return self.handle_force
 
     def drop_onto_support(self, support: float) -> None:
         """Implement `GraspableObject.drop_onto_support`: the lid stays at its angle, by hinge friction."""
-        self.press_force = 0.0
+        self.handle_force = 0.0
 
 
 class FoldingPress:
@@ -105,7 +107,7 @@ class FoldingPress:
             The force, N.
         """
         touches = is_filled and self.handle.stop_angle < self.press.range[1]
-        return self.handle.press_force * self.press.handle_radius / self._arm if touches else 0.0
+        return self.handle.handle_force * self.press.handle_radius / self._arm if touches else 0.0
 
     def _is_in_place(self, folded: Pose) -> bool:
         hinge = to_world(folded, self.press.hinge)

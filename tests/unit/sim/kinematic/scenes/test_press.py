@@ -63,13 +63,13 @@ def test_a_handle_at_its_stop_takes_a_force_that_it_keeps_until_it_is_let_go() -
     down = Pose((HINGE[0] + 0.01, 0.0, HINGE[2] + 0.074), STRAIGHT)
     assert handle.move_with_gripper(down, -9.0) == pytest.approx(10.0)
     assert handle.angle == pi / 2
-    assert handle.press_force == pytest.approx(10.0)
+    assert handle.handle_force == pytest.approx(10.0)
     before = Pose((HINGE[0] - 0.01, 0.0, HINGE[2] + 0.05), STRAIGHT)
     assert handle.move_with_gripper(before, -9.0) == 0.0
     handle.move_with_gripper(down, -9.0)
     place = handle.pose
     handle.drop_onto_support(0.0)
-    assert (handle.press_force, handle.angle, handle.pose) == (0.0, pi / 2, place)
+    assert (handle.handle_force, handle.angle, handle.pose) == (0.0, pi / 2, place)
 
 
 def _bench() -> tuple[DeclaredScene, ObjectSet, BenchLayout]:
@@ -90,7 +90,7 @@ def _lay(scene: DeclaredScene, *, filled: bool, off: float = 0.0) -> None:
 
 
 def _turn(scene: DeclaredScene, angle: float, force: float = 0.0) -> None:
-    _press(scene).handle.angle, _press(scene).handle.press_force = angle, force
+    _press(scene).handle.angle, _press(scene).handle.handle_force = angle, force
     scene.tick(SOMEWHERE)
 
 
