@@ -21,6 +21,7 @@ from typing import Final
 import pytest
 
 import tests.hypothesis_profiles  # noqa: F401 - loads the profile of this run
+from tests import shipped_modules
 from tests.compiled_ahead import compile_ahead
 from tests.host_layers import VARIABLE, expected_layers, pytest_terminal_summary  # noqa: F401 - a hook
 
@@ -114,6 +115,13 @@ MARKED: Final = {
 """
 
 _STORE = "AEROS_STORE_OF_TESTS"
+
+
+def pytest_ignore_collect(collection_path: Path) -> bool | None:
+    """Leave out the tests that need the shipped modules where these are deleted."""
+    if collection_path.suffix != ".py" or shipped_modules.are_there():
+        return None
+    return shipped_modules.is_needed_by(collection_path) or None
 
 
 def pytest_configure(config: pytest.Config) -> None:
