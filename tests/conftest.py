@@ -117,13 +117,6 @@ MARKED: Final = {
 _STORE = "AEROS_STORE_OF_TESTS"
 
 
-def pytest_ignore_collect(collection_path: Path) -> bool | None:
-    """Leave out the tests that need the shipped modules where these are deleted."""
-    if collection_path.suffix != ".py" or shipped_modules.are_there():
-        return None
-    return shipped_modules.is_needed_by(collection_path) or None
-
-
 def pytest_configure(config: pytest.Config) -> None:
     """A store for all processes of this run, which is new with each."""
     expected_layers(os.environ.get(VARIABLE, ""))
@@ -167,7 +160,13 @@ def pytest_collection_finish() -> None:
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
-    """Skip unread what `-m 'not slow'` leaves out: to import it takes longer than many a fast test."""
+    """Skip unread what `-m 'not slow'` leaves out: to import it takes longer than many a fast test.
+
+    So are tests that need the shipped modules, where these are deleted.
+    """
+    if collection_path.suffix == ".py" and not shipped_modules.are_there():
+        if shipped_modules.is_needed_by(collection_path):
+            return True
     is_left_out = "not slow" in config.option.markexpr and _is_at(collection_path, MARKED["slow"])
     return True if is_left_out else None
 

@@ -1,7 +1,8 @@
 """Tests that need the shipped modules, and how they are told from those of the core.
 
-A test file needs them if it, or a file of `tests` that it imports, names their folder, one of them, or one of
-their scenes. Where `ecms/` is deleted, these are not collected, and all others pass: the core needs no module.
+A test file needs them if it, or a file of `tests` that it imports, names their folder, one of them, or one
+of their scenes. Where `ecms/` is deleted, these are not collected, and all others pass: the core needs no
+module.
 """
 
 from __future__ import annotations
