@@ -164,9 +164,9 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 
     So are tests that need the shipped modules, where these are deleted.
     """
-    if collection_path.suffix == ".py" and not shipped_modules.are_there():
-        if shipped_modules.is_needed_by(collection_path):
-            return True
+    is_file = collection_path.suffix == ".py"
+    if is_file and not shipped_modules.are_there() and shipped_modules.is_needed_by(collection_path):
+        return True
     is_left_out = "not slow" in config.option.markexpr and _is_at(collection_path, MARKED["slow"])
     return True if is_left_out else None
 
