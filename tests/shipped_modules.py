@@ -14,7 +14,8 @@ from typing import Final
 
 _ROOT: Final = Path(__file__).parents[1]
 _NAMED: Final = re.compile(
-    r"\becms\b|\blearned\b|shipped_scene|"
+    r"\becms\b|\blearned\b|shipped_scene|\"(?:fetch|table)\"|dumpling|clean the table|fetch the|"
+    r"\bbenchmarks\b|"
     r"\b(?:clean_table|fetch_object|inspect_table|make_dumplings|serve_table|hold_sponge)\b"
 )
 _IMPORTED: Final = re.compile(r"^\s*(?:from (tests(?:\.\w+)+) import|import (tests(?:\.\w+)+))", re.MULTILINE)
