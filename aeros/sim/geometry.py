@@ -175,28 +175,3 @@ def _rotated(q: Quaternion, point: Vector3) -> Vector3:
         point[1] + 2.0 * (w * once[1] + twice[1]),
         point[2] + 2.0 * (w * once[2] + twice[2]),
     )
-
-
-def is_in_view(camera: Camera, point: Vector3) -> bool:
-    """Project a point into a camera's picture; occlusion is ignored.
-
-    Args:
-        camera: the camera.
-        point: in W, m.
-
-    Returns:
-        True if it lies inside the picture.
-    """
-    forward = _unit(subtract(camera.target, camera.eye))
-    right = _unit(cross(forward, camera.up))
-    up = cross(right, forward)
-    away = subtract(point, camera.eye)
-    depth, x, y = (sum(a * b for a, b in zip(away, axis, strict=True)) for axis in (forward, right, up))
-    half = math.tan(math.radians(camera.field_of_view) / 2.0) * depth
-    within = abs(y) <= half and abs(x) <= half * camera.width / camera.height
-    return camera.near < depth < camera.far and within
-
-
-def _unit(v: Vector3) -> Vector3:
-    length = math.hypot(*v)
-    return (v[0] / length, v[1] / length, v[2] / length)

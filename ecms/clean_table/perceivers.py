@@ -5,6 +5,7 @@ rectangle of least area around its top gives middle and heading, as its sides ar
 """
 
 from math import dist, inf, pi
+from typing import Any
 
 import numpy as np
 
@@ -100,7 +101,7 @@ def see_table(view: View) -> Perception:
         rgb = picture.rgb.astype(np.float64)
         colours = (has_dominant_colour(rgb, channel, DOMINANCE, MIN_BRIGHTNESS) for channel in (2, 1))
         sponge = _lying(points[low & _is_yellow(rgb)], pi, SPONGE_LENGTHS)
-        values = {"sponge_seen": sponge is not None}
+        values: dict[str, Any] = {"sponge_seen": sponge is not None}
         if sponge is not None:
             values["sponge_position"], values["sponge_yaw"] = _estimates(*sponge)
         clean = _clean_share(points, rgb)

@@ -3,7 +3,9 @@
 All lengths in metres, in the world frame; headings are of a hand at yaw 0, whose fingers close along y.
 """
 
+from collections.abc import Mapping
 from math import cos, dist, hypot, pi, sin
+from typing import Any
 
 import numpy as np
 
@@ -81,7 +83,7 @@ ARRIVED_WITHIN = 0.03
 
 def find_can(view: View) -> Perception:
     """Find the can in the newest picture; what a picture does not show keeps the value and time it had."""
-    known = {}
+    known: dict[str, Any] = {}
     newest = -1.0
     while True:
         for name in ("mast", "hand"):
@@ -114,10 +116,10 @@ def track(view: View) -> Perception:
         view = yield values
 
 
-def _is_held(told: dict) -> bool | None:
+def _is_held(told: Mapping[str, Any]) -> bool | None:
     if "holding" not in told or "finger_gap" not in told:
         return None
-    return told["holding"] and GRIPPED_GAP[0] < told["finger_gap"] < GRIPPED_GAP[1]
+    return bool(told["holding"] and GRIPPED_GAP[0] < told["finger_gap"] < GRIPPED_GAP[1])
 
 
 def _station_for(surveyed: Place, seen: Place | None) -> Place:
@@ -136,7 +138,7 @@ def _station_for(surveyed: Place, seen: Place | None) -> Place:
     return (min(east, max(west, x)), min(north, max(south, y)), surveyed[2])
 
 
-def _look(picture: Picture, is_mast: bool, delivery: Place | None) -> dict:
+def _look(picture: Picture, is_mast: bool, delivery: Place | None) -> dict[str, tuple[Any, ...] | None]:
     """Return value and uncertainty of what a picture shows; None for a value that is no longer known.
 
     Only the mast's camera sees if there is room for a hand around the can, and if it is where it belongs.
@@ -146,7 +148,7 @@ def _look(picture: Picture, is_mast: bool, delivery: Place | None) -> dict:
     if int(red.sum()) < MIN_PIXELS:
         return {"object_seen": (False,), **({"object_delivered": (False,)} if is_mast else {})}
     can = locate_cylinder(points[red], RADIUS, HEIGHT)
-    values = {
+    values: dict[str, tuple[Any, ...] | None] = {
         "object_seen": (True,),
         "object_seen_time": (picture.time, 1e-3),
         "object_position": (can.position, UNCERTAINTY),

@@ -6,7 +6,7 @@ the dumpling. All lengths in metres, angles in radians, in the world frame.
 """
 
 from math import acos, atan2, cos, dist, pi, sin
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -27,6 +27,9 @@ from aeros.perception import (
 )
 
 Place = tuple[float, float, float]
+
+Values = dict[str, tuple[Any, ...]]
+"""Value and uncertainty of each variable; the value alone if it is certain."""
 
 HINGE_TO_PLATE = 0.022
 """Distance of the middle of plate A from the wrapper's hinge, m."""
@@ -171,10 +174,11 @@ def see_dumpling(view: View) -> Perception:
     A picture from the side decides if the wrapper that was seen from above is a dumpling. A wrapper that is
     seen open is none any more. A dumpling that two pictures show in the pot, long enough apart, is cooked.
     """
-    wrapper, known = None, {}
+    wrapper: Wrapper | None = None
+    known: dict[str, Any] = {}
     pressed = wrapped = cooked = False
-    in_pot_since = None
-    seen = {}
+    in_pot_since: float | None = None
+    seen: dict[str, float] = {}
     while True:
         pressed = pressed or any(one.value > SEALING_FORCE for one in view.samples["press_force"])
         for name in ("overhead", "side"):
@@ -183,8 +187,8 @@ def see_dumpling(view: View) -> Perception:
                 continue
             seen[name] = picture.time
             if name == "side":
-                filled = wrapper is not None and _shows_filling(picture, wrapper)
-                wrapped = filled and wrapper.is_closed and pressed
+                filled = wrapper is not None and wrapper.is_closed and _shows_filling(picture, wrapper)
+                wrapped = filled and pressed
                 known["dumpling_wrapped"] = estimate(wrapped, time=picture.time)
                 continue
             wrapper, filling = _look_from_above(picture)
@@ -209,7 +213,7 @@ def see_dumpling(view: View) -> Perception:
         view = yield known.copy()
 
 
-def _values(wrapper: Wrapper, filling: Place | None, press: Place | None, wrapped: bool) -> dict:
+def _values(wrapper: Wrapper, filling: Place | None, press: Place | None, wrapped: bool) -> Values:
     """Return value and uncertainty of what a picture from above says of a wrapper and of a filling.
 
     Dough and filling stay "on the workspace" as parts of the dumpling, and so does a filling that a closed
@@ -217,7 +221,7 @@ def _values(wrapper: Wrapper, filling: Place | None, press: Place | None, wrappe
     """
     fold = wrapper.fold
     is_hidden = filling is None and wrapper.is_closed and (fold is not None or wrapped)
-    values = {
+    values: Values = {
         "wrapper_position": (wrapper.hinge, UNCERTAINTY),
         "wrapper_yaw": (wrapper.yaw, ANGLE_UNCERTAINTY),
         "filling_on_workspace": (is_hidden or (filling is not None and wrapper.carries(filling)),),

@@ -4,6 +4,7 @@ All lengths in metres, in the world frame; the table's top is z = 0.
 """
 
 from math import pi
+from typing import Any
 
 from aeros.perception import Perception, View, estimate, has_red_ratios, top_face, wrap_heading
 
@@ -25,8 +26,9 @@ def see_sponge(view: View) -> Perception:
         foam = (
             has_red_ratios(picture.rgb, *YELLOW) & (points[:, :, 2] > TOPS[0]) & (points[:, :, 2] < TOPS[1])
         )
-        values = {"sponge_seen": int(foam.sum()) >= MIN_PIXELS}
-        if values["sponge_seen"]:
+        is_seen = int(foam.sum()) >= MIN_PIXELS
+        values: dict[str, Any] = {"sponge_seen": is_seen}
+        if is_seen:
             face, top = top_face(points[foam])
             along = face.heading if face.length >= face.width else face.heading + pi / 2.0
             values["sponge_position"] = estimate((face.x, face.y, top / 2.0), 0.005)

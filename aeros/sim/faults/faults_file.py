@@ -160,7 +160,7 @@ def _fault(
             "AE208",
             f"`{word}` is only valid with {allowed}",
             declaration.at.span,
-            help=("detection faults use `look`; physical faults use `skill` or `every`",),
+            help=("faults of pictures use `look`; physical faults use `skill` or `every`",),
         )
         return None
     return Fault(name, at, process, kind, None if declaration.at_most is None else declaration.at_most.value)

@@ -188,7 +188,7 @@ class FaultInjector(NoDisturbance):
 
     def _begin(self, fault: Fault, opportunity: int, rng: Generator) -> None:
         if isinstance(fault.kind, MissedPictureFault | MisplacedPictureFault):
-            raise MisuseError(f"`{fault.name}` is a detection fault and needs `at: look`")
+            raise MisuseError(f"`{fault.name}` is a fault of pictures and needs `at: look`")
         name = f"{fault.name} {opportunity}"
         ticks = physical_effect(fault.kind, rng, name, self._parts)
         self._acting.append(_ActiveFault(fault, opportunity, ticks))

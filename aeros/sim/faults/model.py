@@ -86,14 +86,14 @@ PhysicalFault = (
 """Faults of bodies, motors and sensors, which act tick by tick."""
 
 PictureFault = MissedPictureFault | MisplacedPictureFault
-"""Faults of camera detections, which act on single pictures."""
+"""Faults of cameras, which act on single pictures."""
 
 
 @dataclass(frozen=True, slots=True)
 class Fault:
     """A fault: its opportunities, how often one is taken, and its effect.
 
-    A detection fault has a `CameraOpportunity`, and only a detection fault has one.
+    A picture fault has a `CameraOpportunity`, and only a picture fault has one.
 
     Attributes:
         name: unique in its file.

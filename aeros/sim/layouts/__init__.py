@@ -1,1 +1,1 @@
-"""Scenes in use, whatever the simulator: start poses, cameras, coatings, conditions, meaning of pictures."""
+"""Scenes in use, whatever the simulator: start poses, cameras, coatings and conditions."""

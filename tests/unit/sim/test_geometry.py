@@ -1,4 +1,4 @@
-"""Points, turns and cameras, worked out by hand."""
+"""Points and turns, worked out by hand."""
 
 from __future__ import annotations
 
@@ -10,12 +10,10 @@ from hypothesis import strategies as st
 
 from aeros.sim.geometry import (
     UPRIGHT,
-    Camera,
     Pose,
     Vector3,
     add,
     cross,
-    is_in_view,
     subtract,
     to_frame,
     to_world,
@@ -80,42 +78,3 @@ def test_to_a_frame_and_back_is_the_same_point(
     x, y, z = (part / length for part in axis)
     frame = Pose(position, (x, y, z, scalar / length))
     assert to_world(frame, to_frame(frame, point)) == pytest.approx(point, abs=1e-9)
-
-
-# A camera at the origin that looks along x; 90 degrees high, twice as wide.
-
-CAMERA = Camera(
-    (0.0, 0.0, 0.0), (3.0, 0.0, 0.0), field_of_view=90.0, width=200, height=100, near=0.5, far=4.0
-)
-
-
-@pytest.mark.parametrize(
-    ("point", "is_seen"),
-    [
-        ((2.0, 0.0, 0.0), True),
-        ((2.0, 0.0, 1.99), True),
-        ((2.0, 0.0, 2.01), False),
-        ((2.0, 0.0, -1.99), True),
-        ((2.0, 0.0, -2.01), False),
-        ((2.0, 3.99, 0.0), True),
-        ((2.0, 4.01, 0.0), False),
-        ((2.0, -3.99, 0.0), True),
-        ((2.0, -4.01, 0.0), False),
-        ((0.51, 0.0, 0.0), True),
-        ((0.5, 0.0, 0.0), False),
-        ((3.99, 0.0, 0.0), True),
-        ((4.0, 0.0, 0.0), False),
-        ((-2.0, 0.0, 0.0), False),
-    ],
-)
-def test_a_point_is_in_view_up_to_the_pictures_edges(point: Vector3, is_seen: bool) -> None:
-    assert is_in_view(CAMERA, point) is is_seen
-
-
-def test_a_camera_is_anywhere_and_may_look_down() -> None:
-    above = Camera((5.0, 6.0, 3.0), (5.0, 6.0, 0.0), up=(1.0, 0.0, 0.0), field_of_view=90.0)
-    # 320 by 240 pixels: up to 2 m along x, which is up in the picture, and 2.67 m along y.
-    assert is_in_view(above, (6.9, 6.0, 1.0))
-    assert not is_in_view(above, (7.1, 6.0, 1.0))
-    assert is_in_view(above, (5.0, 8.6, 1.0))
-    assert not is_in_view(above, (5.0, 8.7, 1.0))

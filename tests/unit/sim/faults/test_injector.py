@@ -223,10 +223,10 @@ def test_displacements_add_up_and_a_dazzled_camera_stays_dazzled() -> None:
     assert one.rgb == b"\xff" * 12
 
 
-def test_a_detection_fault_needs_a_camera() -> None:
+def test_a_fault_of_pictures_needs_a_camera() -> None:
     run = Run(fault(MissedPictureFault(), on_skill()))
     run.injector.skill_began(SKILL)
-    with pytest.raises(MisuseError, match="`it` is a detection fault and needs `at: look`"):
+    with pytest.raises(MisuseError, match="`it` is a fault of pictures and needs `at: look`"):
         run.ticks(1)
 
 
