@@ -1,4 +1,4 @@
-"""What a module measures changes no decision about another's action or Φ, unless the site shares or allows it."""
+"""What a module measures changes no decision on another's action or Φ unless the site shares or allows it."""
 
 from __future__ import annotations
 
@@ -448,7 +448,7 @@ def _rule_variables(code: ModuleSource) -> TheoremObligation:
 
 
 THEOREM = Theorem(
-    "what a module measures changes no decision about another's action or Φ, unless the site shares or allows it",
+    "what a module measures changes no decision on another's action or Φ unless the site shares or allows it",
     {
         "readings": _readings,
         "own-reading": _own_reading,
