@@ -10,7 +10,7 @@ import pytest
 
 from aeros.perception import Picture
 from aeros.perception.points import point_cloud
-from aeros.sim.geometry import Camera, Pose, Vector3, to_world, yaw_of, yaw_orientation
+from aeros.sim.geometry import Camera, Pose, Vector3, add, to_world, yaw_of, yaw_orientation
 from tests.modules.looking import Put, Top, Watched, as_picture, code_of, draw
 
 CODE: Any = code_of("make_dumplings")
@@ -270,7 +270,7 @@ def test_a_wrapper_is_aligned_with_the_press_or_only_on_it(
 ) -> None:
     bench = Bench()
     bench.scene.remove("press")
-    bench.put(tuple(a + b for a, b in zip(PRESS, off, strict=True)), 0.0, yaw)  # type: ignore[arg-type]
+    bench.put(add(PRESS, off), 0.0, yaw)
     found = bench.look(0.0)
     assert (found["wrapper_aligned"], found["dough_on_workspace"]) == (is_aligned, is_dough_there)
     assert found["filling_position"] is None

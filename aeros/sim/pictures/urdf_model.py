@@ -49,7 +49,11 @@ class UrdfVisuals:
             for visual in link.findall("visual")
             for solid in _solids(visual, colours)
         )
-        self._joint_to = {joint.find("child").get("link", ""): _joint(joint) for joint in root.iter("joint")}  # type: ignore[union-attr]
+        self._joint_to = {
+            child.get("link", ""): _joint(joint)
+            for joint in root.iter("joint")
+            for child in joint.findall("child")
+        }
 
     def link_pose(self, link: str, positions: Mapping[str, float]) -> Pose:
         """Compute the pose of a link.

@@ -23,7 +23,7 @@ HINGE = (0.50, 0.0, 0.094)
 """Of the press, whose handle is 75 mm from it."""
 
 ALIGNED_POSITION = (0.50, 0.0, 0.083)
-"""Where the wrapper's hinge belongs."""
+"""Place of the hinge of an aligned wrapper, m."""
 
 
 def _handle() -> Handle:
