@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import signal
+
 import pytest
 
 from aeros.runtime.isolation.isolated_code import IsolatedCode, format_exit_code
@@ -43,7 +45,8 @@ def test_loaded_code_answers_until_its_worker_is_killed(bare: ZygotePool) -> Non
     code._load(load(b"def lift(o, i): yield"), 20.0)
     token = WorkerConnection.token()
     assert code._request(CloseSkill(token), 20.0) == SkillClosed(token, None)
-    assert code._kill_worker() == 0
+    # The worker ends by itself when its connection closes, unless the kill arrives first.
+    assert code._kill_worker() in (0, -signal.SIGKILL)
     assert code._kill_worker() is None
 
 
