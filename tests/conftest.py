@@ -100,7 +100,7 @@ MARKED: Final = {
         "unit/spec/backends/test_oracle.py",
         "unit/spec/backends/test_solver_process.py",
         "unit/spec/declared/test_json_schema_export.py",
-        "unit/spec/obligations/test_claim_names.py",
+        "unit/spec/obligations/test_claim_id.py",
         "unit/spec/obligations/test_configuration_claims.py",
         "unit/spec/difference",
         "unit/spec/verification/test_certificate.py",

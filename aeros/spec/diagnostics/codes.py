@@ -153,6 +153,12 @@ _TABLE: Final = (
     DiagnosticCode(
         "AE306", "capability-version", "dependencies", "a required capability has another version"
     ),
+    DiagnosticCode(
+        "AE307",
+        "interface-not-kept",
+        "dependencies",
+        "an alternative does not keep the interface of the capability that it provides",
+    ),
     # AE4xx: permission
     DiagnosticCode(
         "AE401",

@@ -137,7 +137,7 @@ def _foreign_names(
 ) -> ForeignNames:
     """Load the modules that a module requires, as far as they can be read; list what it may call of them."""
     needed = {name.value for name, _ in declared.dependencies.modules}
-    ranges = {name.value: text.value for name, text in declared.dependencies.capabilities}
+    ranges = {name.value: one.version.value for name, one in declared.dependencies.required_capabilities}
     above |= {declared.id.value}
     modules: dict[str, Ecm] = {}
     providers: dict[str, list[tuple[Ecm, bool]]] = {name: [] for name in ranges}

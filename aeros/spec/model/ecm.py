@@ -211,6 +211,25 @@ class Task:
 
 
 @dataclass(frozen=True)
+class CapabilityInterface:
+    """Promise of every alternative that provides a capability.
+
+    Attributes:
+        inputs: inputs that each has, by name, with the range that it accepts at least.
+        outputs: outputs that each has, by name, with the range that it keeps.
+        precondition: condition on state and inputs under which each can start; None for every state.
+        achieves: condition on the state after each success; None if there is none.
+        span: place of the interface in the manifest.
+    """
+
+    inputs: Mapping[str, Declared]
+    outputs: Mapping[str, Declared]
+    precondition: ActionCondition | None
+    achieves: ActionCondition | None
+    span: SourceSpan
+
+
+@dataclass(frozen=True)
 class Alternative:
     """One way to do what a step names.
 
@@ -283,6 +302,7 @@ class Ecm:
         capability_versions: version of each of its capabilities, by name.
         required_capabilities: capabilities that it needs some module for, by name, with a PEP 440 specifier.
         capability_spans: place of each of these.
+        interfaces: interface of each own or required capability that has one, by its name.
         foreign: skills and capabilities of other modules that its steps may name.
         names: the site's names for what it needs, and the values of its parameters.
         worker: limits on the processes of its skills; None for those of the site.
@@ -313,6 +333,7 @@ class Ecm:
     capability_versions: Mapping[str, str] = field(default_factory=dict)
     required_capabilities: Mapping[str, str] = field(default_factory=dict)
     capability_spans: Mapping[str, SourceSpan] = field(default_factory=dict)
+    interfaces: Mapping[str, CapabilityInterface] = field(default_factory=dict)
     foreign: ForeignNames = field(default_factory=ForeignNames)
     names: BoundNames = field(default_factory=BoundNames)
     worker: WorkerLimits | None = None

@@ -230,6 +230,13 @@ class ClaimForm:
     DEPENDENCY_MET = ClaimPattern("dependencies/{module}")
     CAPABILITY_PROVIDED = ClaimPattern("dependencies/capability/{capability}")
 
+    # The interface of a capability, for each alternative that provides it.
+    INTERFACE_CAN_START = ClaimPattern("interface/{capability}/can-start")
+    INTERFACE_FITS = ClaimPattern("interface/{capability}/{alternative}/fits")
+    INTERFACE_READY = ClaimPattern("interface/{capability}/{alternative}/ready")
+    INTERFACE_ACHIEVED = ClaimPattern("interface/{capability}/{alternative}/achieved")
+    INTERFACE_ACHIEVED_CASE = ClaimPattern("interface/{capability}/{alternative}/achieved/{case}")
+
     # Skill code.
     CODE_REACHES_NOTHING = ClaimPattern("form/code/{path}")
     CODE_ASKS_PLAINLY = ClaimPattern("form/code/{path}/asking")

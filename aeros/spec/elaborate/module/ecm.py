@@ -14,6 +14,7 @@ from aeros.spec.diagnostics.codes import Diagnostics, quoted
 from aeros.spec.elaborate.module.action_conditions import elaborate_action_conditions
 from aeros.spec.elaborate.module.callables import CallableNames, alternative_name, capability_names
 from aeros.spec.elaborate.module.composition import elaborate_compositions, elaborate_sequence
+from aeros.spec.elaborate.module.interfaces import elaborate_interfaces
 from aeros.spec.elaborate.module.models import elaborate_models
 from aeros.spec.elaborate.module.needs import ModuleNeeds
 from aeros.spec.elaborate.module.skills import elaborate_skill
@@ -71,7 +72,7 @@ def elaborate_ecm(
         for name, skill in ecm.skills
     }
     capabilities = _capabilities(ecm, diagnostics)
-    required = {name.value: specifier.value for name, specifier in ecm.dependencies.capabilities}
+    required = {name.value: one.version.value for name, one in ecm.dependencies.required_capabilities}
     modules = {name.value: specifier.value for name, specifier in ecm.dependencies.modules}
     requirements = frozenset((*required, *modules))
     names = CallableNames(ecm.id.value, skills, capabilities, {}, foreign, requirements)
@@ -108,6 +109,7 @@ def elaborate_ecm(
         },
         required_capabilities=required,
         capability_spans={name.value: name.span for name, _ in ecm.dependencies.capabilities},
+        interfaces=elaborate_interfaces(ecm, site, diagnostics),
         foreign=foreign,
         state=perception.state,
         perceivers=perception.perceivers,
@@ -147,8 +149,9 @@ def _check_metadata(ecm: declared.Ecm, diagnostics: Diagnostics) -> None:
     for _, capability in ecm.capabilities:
         if capability.version is not None:
             _check_version(capability.version, parse_version, "as in `1.0.0`", diagnostics)
-    needed = (*ecm.dependencies.modules, *ecm.dependencies.capabilities)
-    for specifier in (ecm.dependencies.aeros, *(text for _, text in needed)):
+    modules = (specifier for _, specifier in ecm.dependencies.modules)
+    capabilities = (one.version for _, one in ecm.dependencies.required_capabilities)
+    for specifier in (ecm.dependencies.aeros, *modules, *capabilities):
         _check_version(specifier, parse_range, 'as in `">=1.0,<2"`', diagnostics)
 
 
