@@ -108,12 +108,12 @@ def test_an_alternative_fits_exactly_where_each_value_of_the_interface_does(
     ("folder", "refuted"),
     [
         ("accepted/capability_with_an_interface/helper", set()),
-        ("rejected/dependencies/interface_where_it_cannot_start", {"interface/fetching/fetch/ready"}),
-        ("rejected/dependencies/interface_without_its_output", {"interface/fetching/fetch/fits"}),
-        ("rejected/dependencies/interface_without_its_success", {"interface/fetching/fetch/achieved"}),
+        ("rejected/dependencies/interface_where_it_cannot_start", {"interface/picking_up/fetch/ready"}),
+        ("rejected/dependencies/interface_without_its_output", {"interface/picking_up/fetch/fits"}),
+        ("rejected/dependencies/interface_without_its_success", {"interface/picking_up/fetch/achieved"}),
         (
             "rejected/dependencies/interface_of_a_sequence_that_undoes",
-            {"interface/fetching/fetch+drop/achieved"},
+            {"interface/picking_up/fetch+drop/achieved"},
         ),
     ],
 )
