@@ -23,7 +23,7 @@ from aeros.spec.expr.semantics import is_true
 from aeros.spec.expr.types import BOOL, RealType
 from aeros.spec.expr.units import NUMBER
 from aeros.spec.flow import symbolic_paths
-from aeros.spec.model.composition import Composition, Part, Step
+from aeros.spec.model.composition import Composition, Part, Step, nested
 from aeros.spec.model.ecm import ActionCondition, CapabilityInterface, Ecm, Outcome, Skill
 from aeros.spec.model.policy import Access, ModuleLimits
 from aeros.spec.model.rules import ActionKind, JointRule, Risk, Rule
@@ -371,6 +371,31 @@ def _interface_is_judged(
     kept = achieves is None or all(is_true(achieves, state) for state in machine.final_states)
     broken = any(id_.startswith("interface/ability/c/achieved") for id_ in refuted)
     INTERFACES.compare("AE307", proved=not broken, expected=kept)
+
+
+@bounded
+@given(_compositions(), _skills())
+def test_a_part_that_stands_for_a_composition_does_what_the_composition_does(
+    composition: Composition, skills: dict[str, Skill]
+) -> None:
+    alone = _Machine(composition, skills)
+    body, handlers = nested("part", composition)
+    inside = _Machine(Composition("outer", t.TRUE, None, body, handlers, TEXT.span(0, 1)), skills)
+
+    def ends(machine: _Machine) -> set[tuple[tuple[str, Any], ...]]:
+        return {tuple(state.items()) for state in machine.final_states}
+
+    def names(found: set[str]) -> set[str]:
+        return {
+            f"handler/part.{name[8:]}" if name.startswith("handler/") else f"part.{name}" for name in found
+        }
+
+    assert ends(inside) == ends(alone)
+    assert inside.started == names(alone.started)
+    assert inside.unready == names(alone.unready)
+    refused = any(not is_true(composition.precondition, state) for state in STATES)
+    own = set() if composition.precondition_span is None else {composition.precondition_span.start}
+    assert inside.uncovered == alone.uncovered | (own if refused else set())
 
 
 def test_a_resource_is_short_exactly_where_some_choice_of_steps_needs_more() -> None:

@@ -56,6 +56,7 @@ class If(Generic[S]):
         then: part that runs if it is true.
         otherwise: None if the condition is claimed to be always true.
         span: place in the manifest.
+        is_precondition: it is the precondition of a composition that `then` stands for.
     """
 
     condition: t.Term
@@ -63,6 +64,7 @@ class If(Generic[S]):
     then: Part[S]
     otherwise: Part[S] | None
     span: SourceSpan
+    is_precondition: bool = False
 
     def __str__(self) -> str:
         otherwise = "" if self.otherwise is None else f" else {self.otherwise}"
@@ -133,8 +135,9 @@ def map_graph_steps(part: Part[S], become: Callable[[S], R]) -> Part[R]:
             return Seq(tuple(map_graph_steps(child, become) for child in inner))
         case Par(branches=inner, span=span):
             return Par(tuple(map_graph_steps(child, become) for child in inner), span)
-        case If(condition=condition, text=text, then=then, otherwise=otherwise, span=span):
-            other = None if otherwise is None else map_graph_steps(otherwise, become)
-            return If(condition, text, map_graph_steps(then, become), other, span)
+        case If() as choice:
+            other = None if choice.otherwise is None else map_graph_steps(choice.otherwise, become)
+            then = map_graph_steps(choice.then, become)
+            return If(choice.condition, choice.text, then, other, choice.span, choice.is_precondition)
         case step:
             return become(step)

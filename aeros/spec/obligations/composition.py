@@ -4,7 +4,8 @@
   for the first step's precondition alone; the gate's decisions on a skill's actions never assume it
   (docs/decisions/0003-precondition-is-not-assumed.md).
 - covers: an `if` without `else` is reached only where its condition holds.
-- reachable: every step and handler runs on some path.
+- reachable: every step and handler runs on some path; those of a composition that stands for a step are claimed
+  in that one.
 - handled: every step that may fail declares how its failure is handled; handlers do not form a cycle.
 - data: an output that flows to an input is available on every path, of its type and unit, inside its range.
 
@@ -129,7 +130,8 @@ def _path_obligations(composition: Composition, ecm: Ecm, site: Site) -> Iterato
     listed += [(f"handler/{id_}", _HANDLER, id_, step) for id_, step in composition.handlers.items()]
     for visited, (reachable, ready, ready_case), id_, step in listed:
         visits = paths.states_at_steps.get(visited, {})
-        yield _reachable(reachable(composition.id, id_), composition, step, visits, states)
+        if not step.is_nested:
+            yield _reachable(reachable(composition.id, id_), composition, step, visits, states)
         for name in step.runs:
             clause = skills[name].precondition
             if clause is None:
@@ -157,19 +159,29 @@ def _path_obligations(composition: Composition, ecm: Ecm, site: Site) -> Iterato
     conditions = [part for part in walk_parts(composition.body) if isinstance(part, If)]
     for number, part in enumerate(conditions, 1):
         if part.otherwise is None:
-            claim = Obligation(
-                ClaimForm.IF_COVERS(composition.id, number),
-                "AE857",
-                ClaimMode.ALWAYS,
-                VariableSpace(states, ()),
-                part.condition,
-                f"the composition does not say how to continue if `{part.text}` does not hold",
-                SpanLabel(part.span, "may not hold here"),
-                help=("add `else` with a part, or `else: nothing`",),
-            )
-            yield from obligation_per_situation(
-                claim, ClaimForm.IF_COVERS_CASE, paths.states_at_ifs.get(part.span.start, {}), site.state
-            )
+            claim = _always_true(ClaimForm.IF_COVERS(composition.id, number), part, states)
+            situations = paths.states_at_ifs.get(id(part), {})
+            yield from obligation_per_situation(claim, ClaimForm.IF_COVERS_CASE, situations, site.state)
+
+
+def _always_true(claim_id: ClaimId, part: If[Step], states: tuple[Declared, ...]) -> Obligation:
+    """Claim that a condition without an `else` holds wherever it is decided."""
+    text, help_ = f"if `{part.text}` does not hold", "add `else` with a part, or `else: nothing`"
+    code, headline = "AE857", f"the composition does not say how to continue {text}"
+    if part.is_precondition:
+        code = "AE851"
+        headline = f"a composition may start where `{part.text}`, its precondition, does not hold"
+        help_ = "add a step before it that makes the precondition true"
+    return Obligation(
+        claim_id,
+        code,
+        ClaimMode.ALWAYS,
+        VariableSpace(states, ()),
+        part.condition,
+        headline,
+        SpanLabel(part.span, "may not hold here"),
+        help=(help_,),
+    )
 
 
 _STEP: Final = ClaimForm.STEP_REACHABLE, ClaimForm.STEP_READY, ClaimForm.STEP_READY_CASE

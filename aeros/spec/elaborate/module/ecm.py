@@ -76,12 +76,10 @@ def elaborate_ecm(
     modules = {name.value: specifier.value for name, specifier in ecm.dependencies.modules}
     requirements = frozenset((*required, *modules))
     names = CallableNames(ecm.id.value, skills, capabilities, {}, foreign, requirements)
+    sequences = [one for _, each in ecm.capabilities for one in each.provided_by if isinstance(one, tuple)]
+    made = [elaborate_sequence(one, alternative_name(one), names, diagnostics) for one in sequences]
+    names = replace(names, compositions={one.id: one for one in made if one is not None})
     compositions = elaborate_compositions(ecm.compositions, site, names, diagnostics)
-    for _, capability in ecm.capabilities:
-        for one in capability.provided_by:
-            if isinstance(one, tuple):
-                made = elaborate_sequence(one, alternative_name(one), names, diagnostics)
-                compositions |= {} if made is None else {made.id: made}
     names = replace(names, compositions=compositions)
     elaborated = Ecm(
         id=ecm.id.value,
