@@ -44,7 +44,7 @@ def read_module(
     sink.raise_if_errors()
     if loaded is None or site is None:
         raise UsageError(f"`{path}` holds several modules; name one")
-    return loaded.ecm, site.with_modules((loaded.ecm,))
+    return loaded.ecm, site.with_modules(loaded.ecm.with_owners)
 
 
 def select_declared(ecm: Ecm, what: str, declared: Mapping[str, _T], name: str | None) -> _T:

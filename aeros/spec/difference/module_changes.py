@@ -58,7 +58,7 @@ def module_changes(
     Yields:
         The change of each subject of either version.
     """
-    sites = [site.with_modules([one, *one.foreign.modules.values()] if one else ()) for one in (old, new)]
+    sites = [site.with_modules(one.with_owners if one else ()) for one in (old, new)]
     names = dict.fromkeys([*(old.skills if old else ()), *(new.skills if new else ())])
     for name in names:
         before, after = (_SkillVersion(ecm, ecm.skills.get(name) if ecm else None) for ecm in (old, new))

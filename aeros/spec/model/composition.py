@@ -157,4 +157,5 @@ def nested(name: str, composition: Composition) -> tuple[Part, dict[str, Step]]:
     span = composition.precondition_span
     if span is not None:
         body = step_graph.If(composition.precondition, span.text, body, None, span, is_precondition=True)
-    return body, {f"{name}.{key}": renamed(one) for key, one in composition.handlers.items()}
+    handlers = {f"{name}.{key}": renamed(one) for key, one in composition.handlers.items()}
+    return step_graph.as_nested(body), handlers

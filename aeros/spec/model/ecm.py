@@ -258,11 +258,13 @@ class ForeignNames:
         modules: required modules that were found, by name.
         skills: their skills by `MODULE.SKILL`, whose ids are these names.
         capabilities: alternatives by `MODULE.CAPABILITY`, and by the name of each required capability.
+        owners: every module that owns one of the skills, by name.
     """
 
     modules: Mapping[str, Ecm] = field(default_factory=dict)
     skills: Mapping[str, Skill] = field(default_factory=dict)
     capabilities: Mapping[str, tuple[Alternative, ...]] = field(default_factory=dict)
+    owners: Mapping[str, Ecm] = field(default_factory=dict)
 
     @property
     def public_variables(self) -> dict[str, Declared]:
@@ -342,6 +344,11 @@ class Ecm:
     def configuration(self) -> Mapping[str, str]:
         """The site's name for everything that it needs, and the value of each parameter, by its own names."""
         return {**self.names.bindings, **self.names.parameters}
+
+    @property
+    def with_owners(self) -> tuple[Ecm, ...]:
+        """The module, and all others whose skills its steps may run."""
+        return (self, *self.foreign.owners.values())
 
     @property
     def callable_skills(self) -> Mapping[str, Skill]:

@@ -4,8 +4,8 @@
   for the first step's precondition alone; the gate's decisions on a skill's actions never assume it
   (docs/decisions/0003-precondition-is-not-assumed.md).
 - covers: an `if` without `else` is reached only where its condition holds.
-- reachable: every step and handler runs on some path; those of a composition that stands for a step are claimed
-  in that one.
+- reachable: every step and handler runs on some path, but for those of another composition that a step stands
+  for, of which it is claimed by itself.
 - handled: every step that may fail declares how its failure is handled; handlers do not form a cycle.
 - data: an output that flows to an input is available on every path, of its type and unit, inside its range.
 

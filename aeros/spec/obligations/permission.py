@@ -62,7 +62,8 @@ def permission_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Static
         read += [(invariant.term, invariant.span) for invariant in task.invariants]
         yield _reads_permitted(ClaimForm.TASK_SENSORS_PERMITTED(task.id), ecm, site, read)
     for composition in ecm.compositions.values():
-        guards = [part for part in walk_parts(composition.body) if isinstance(part, If)]
+        parts = walk_parts(composition.body)
+        guards = [part for part in parts if isinstance(part, If) and not part.is_nested]
         read = [(guard.condition, guard.span) for guard in guards]
         read.append((composition.precondition, composition.precondition_span or composition.span))
         claim_id = ClaimForm.COMPOSITION_SENSORS_PERMITTED(composition.id)

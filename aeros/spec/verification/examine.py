@@ -94,7 +94,7 @@ def examine_module(
     if loaded is None:
         return ModuleFindings(None, tuple(diagnostics))
     ecm = loaded.ecm
-    site = site.with_modules((ecm, *ecm.foreign.modules.values()))
+    site = site.with_modules(ecm.with_owners)
     presence, files = summarize_module(ecm), read_skill_files(ecm.folder, loaded.code)
     before = (
         *entry_point_obligations(ecm, files),

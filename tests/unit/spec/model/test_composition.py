@@ -66,3 +66,4 @@ def test_a_nested_composition_fails_where_its_precondition_does_not_hold() -> No
     part, _ = nested("clean", Composition("c", t.FALSE, SPAN, _step("look"), {}, SPAN))
     assert isinstance(part, If)
     assert (part.condition, part.otherwise, part.is_precondition) == (t.FALSE, None, True)
+    assert part.is_nested
