@@ -4,7 +4,7 @@ All lengths in metres, in the world frame; at yaw 0 the fingers close along y.  
 whether a step succeeded: what is measured afterwards does.
 """
 
-from collections.abc import Generator
+from collections.abc import Generator, Iterable
 from math import cos, hypot, pi, sin
 
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
@@ -98,6 +98,10 @@ DRAWN_IN = (0.30, 0.0, 0.45)
 LOOKS = 5
 """Largest number of looks for a sponge or clutter that is not seen."""
 
+SPONGE = ("sponge_position", "sponge_yaw")
+CLUTTER = ("clutter_position", "clutter_yaw")
+"""Poses of the sponge and of the next piece of clutter; unknown if the last picture does not show them."""
+
 DROPS = (-0.045, 0.045)
 """Places along the bin where successive pieces are released, m from its middle."""
 
@@ -107,6 +111,8 @@ def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
     observed = yield from _overlook(observed)
     observed = yield from _bin_what_is_held(observed)
     if not observed["holding"]:
+        if not _are_known(observed, SPONGE):
+            return
         observed = yield from _take_sponge(observed)
     height = SPONGE_GRASP + FOAM_HALF_HEIGHT
     start, end = STROKE_ENDS
@@ -129,11 +135,11 @@ def organize(observed: Observation, inputs: Inputs) -> SkillBody:
             observed = yield from _return_sponge(observed)
         observed = yield from _overlook(observed)
     for offset in DROPS * 2:
-        if not observed["clutter_on_table"]:
+        if not _are_known(observed, CLUTTER):
             break
         observed = yield from _bin_clutter(observed, offset)
         observed = yield from _overlook(observed)
-    if not _sponge_at_rest(observed):
+    if _are_known(observed, SPONGE) and not _sponge_at_rest(observed):
         observed = yield from _take_sponge(observed)
         observed = yield from _return_sponge(observed)
         yield from _overlook(observed)
@@ -150,15 +156,21 @@ def recover(observed: Observation, inputs: Inputs) -> SkillBody:
     observed = yield from _overlook(observed)
     observed = yield from _bin_what_is_held(observed)
     if not observed["holding"]:
+        if not _are_known(observed, SPONGE):
+            return
         observed = yield from _take_sponge(observed)
     observed = yield from _return_sponge(observed)
     yield from _overlook(observed)
 
 
+def _are_known(observed: Observation, names: Iterable[str]) -> bool:
+    return all(name in observed for name in names)
+
+
 def _sense(observed: Observation, *names: str) -> Task:
     """Wait until all of `names` are observed; a name that stays unknown ends the skill where it is read."""
     for _ in range(PATIENCE):
-        if all(name in observed for name in names):
+        if _are_known(observed, names):
             break
         observed = yield act("wait", duration=0.25)
     return observed
@@ -191,10 +203,9 @@ def _overlook(observed: Observation) -> Task:
 
 def _shows_all(observed: Observation) -> bool:
     """Check that the poses of the sponge and of any clutter are known."""
-    sponge = observed["holding"] or ("sponge_position" in observed and "sponge_yaw" in observed)
-    seen = "clutter_position" in observed and "clutter_yaw" in observed
-    clutter = seen or not observed.get("clutter_on_table")
-    return bool(sponge and clutter and "clutter_on_table" in observed and "sponge_seen" in observed)
+    sponge = observed["holding"] or _are_known(observed, SPONGE)
+    clutter = _are_known(observed, CLUTTER) or not observed.get("clutter_on_table")
+    return bool(sponge and clutter and _are_known(observed, ("clutter_on_table", "sponge_seen")))
 
 
 def _sponge_at_rest(observed: Observation) -> bool:
@@ -222,7 +233,7 @@ def _bin_what_is_held(observed: Observation) -> Task:
 
     What is held while the sponge is seen to lie is clutter.
     """
-    if not (observed["holding"] and observed["sponge_seen"]):
+    if not (observed["holding"] and observed.get("sponge_seen")):
         return observed
     observed = yield from _drop_in_bin(observed, 0.0)
     return (yield from _sense(observed, "holding"))
@@ -234,7 +245,7 @@ def _bin_clutter(observed: Observation, offset: float) -> Task:
         if _room_missing(observed) > 0.0:
             observed = yield from _drag_from_the_bin(observed)
             observed = yield from _overlook(observed)
-            if not observed["clutter_on_table"]:
+            if not _are_known(observed, CLUTTER):
                 return observed
     x, y, z = observed["clutter_position"]
     yaw = _along_the_bin(observed)

@@ -85,6 +85,8 @@ LOOKS = 5
 def navigate(observed: Observation, inputs: Inputs) -> SkillBody:
     """Tuck the arm and drive to the station."""
     observed = yield from _carry(observed)
+    if "station_position" not in observed:
+        return
     x, y, _ = observed["station_position"]
     yield act("move_base", x=x, y=y, speed=BASE_SPEED)
 
@@ -205,8 +207,8 @@ def _search(observed: Observation) -> Task:
 
 
 def _go_there(observed: Observation) -> Task:
-    """Drive to the station, if the base is not there, and look again."""
-    if observed.get("robot_at_target") is True:
+    """Drive to the station, if it is known and the base is not there, and look again."""
+    if observed.get("robot_at_target") is True or "station_position" not in observed:
         return observed
     x, y, _ = observed["station_position"]
     yield act("move_base", x=x, y=y, speed=BASE_SPEED)
@@ -214,7 +216,12 @@ def _go_there(observed: Observation) -> Task:
 
 
 def _along_the_way(observed: Observation) -> tuple[tuple[float, float], ...]:
-    """Places (x, y) for the base to search a lost object, m: half-way, at the delivery, at the station."""
+    """Places (x, y) for the base to search a lost object, m: half-way, at the delivery, at the station.
+
+    There are none while the station is unknown.
+    """
+    if "station_position" not in observed:
+        return ()
     (x, y, _), (u, v, _) = observed["station_position"], observed["delivery_position"]
     return ((x + u - REACH) / 2, (y + v) / 2), (u - REACH, v), (x, y)
 

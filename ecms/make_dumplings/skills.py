@@ -6,7 +6,7 @@ is measured afterwards does.  A skill may be broken off anywhere, as when a pers
 with where things are now, and goes on with what it holds.
 """
 
-from collections.abc import Generator
+from collections.abc import Generator, Iterable
 from math import atan2, copysign, cos, dist, hypot, pi, sin
 
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
@@ -88,7 +88,10 @@ DRAWN_IN = (0.30, 0.0, 0.45)
 """Tool position that does not hide the bench from the cameras, m."""
 
 LOOKS = 5
-"""Largest number of looks for a wrapper that is not seen."""
+"""Largest number of looks for a wrapper or filling that is not seen."""
+
+WRAPPER = ("wrapper_position", "wrapper_yaw")
+"""Pose of the wrapper; unknown if the last picture does not show it."""
 
 SPOT = (0.37, 0.10, 0.0145)
 """Tool position for a filling that was held from the start and has no wrapper to be put on, m."""
@@ -182,6 +185,8 @@ def boil(observed: Observation, inputs: Inputs) -> SkillBody:
     observed = yield from _open_press(observed)
     observed = yield from _look(observed)
     x, y, z = observed["pot_position"]
+    if not (_holds(observed, WRAPPER_GAP) or _are_known(observed, WRAPPER)):
+        return
     if _holds(observed, WRAPPER_GAP) or not _is_in_pot(observed):
         if not _holds(observed, WRAPPER_GAP):
             middle, yaw = _on_plate(observed, DUMPLING_GRASP), observed["wrapper_yaw"]
@@ -199,8 +204,12 @@ def _do(observed: Observation, leg: Leg) -> Task:
     return observed
 
 
-def _look(observed: Observation) -> Task:
-    """Draw the arm in, with what it holds, and look at the bench; again, if the wrapper is nowhere."""
+def _are_known(observed: Observation, names: Iterable[str]) -> bool:
+    return all(name in observed for name in names)
+
+
+def _look(observed: Observation, *names: str) -> Task:
+    """Draw the arm in, with what it holds, and look; again, if the wrapper or one of `names` is unknown."""
     x, y, z = observed["tool_position"]
     if dist((x, y, z), DRAWN_IN) > 0.1:
         if z < TRAVEL_HEIGHT - HEIGHT_WITHIN:
@@ -209,7 +218,7 @@ def _look(observed: Observation) -> Task:
         yield act("move_tool", target=DRAWN_IN, yaw=0.0, speed=free)
     for _ in range(LOOKS):
         observed = yield act("look", camera="overhead")
-        if "wrapper_position" in observed or _holds(observed, WRAPPER_GAP):
+        if _holds(observed, WRAPPER_GAP) or _are_known(observed, (*WRAPPER, *names)):
             break
     return observed
 
@@ -226,9 +235,11 @@ def _take(observed: Observation, place: Place, yaw: float, width: float, opened:
 
 
 def _lay_wrapper(observed: Observation) -> Task:
-    """Grip the wrapper across its hinge, wherever it lies, set it down on the press, and look."""
+    """Grip the wrapper across its hinge, wherever it lies, and set it down on the press; if it is seen."""
     press = observed["press_position"]
     if not _holds(observed, WRAPPER_GAP):
+        if not _are_known(observed, WRAPPER):
+            return observed
         place, yaw = observed["wrapper_position"], observed["wrapper_yaw"]
         if dist(place, press) < ON_PRESS:
             return (yield from _realign_wrapper(observed))
@@ -236,22 +247,30 @@ def _lay_wrapper(observed: Observation) -> Task:
             if place[2] > STANDING:
                 observed = yield from _do(observed, _topple(observed, place))
                 observed = yield from _look(observed)
+                if not _are_known(observed, WRAPPER):
+                    return observed
                 place = observed["wrapper_position"]
             observed = yield from _do(observed, _push_along(observed, place))
             observed = yield from _look(observed)
+            if not _are_known(observed, WRAPPER):
+                return observed
         observed = yield from _take(observed, observed["wrapper_position"], observed["wrapper_yaw"], 0.046)
     return (yield from _do(observed, _put(press, OPEN)))
 
 
 def _realign_wrapper(observed: Observation) -> Task:
-    """Grip the wrapper that lies on the press, and move it to where it belongs."""
+    """Grip the wrapper that lies on the press, and move it to where it belongs; if it is seen."""
     press = observed["press_position"]
     if _holds(observed, WRAPPER_GAP):
         return (yield from _do(observed, _put(press, OPEN)))
+    if not _are_known(observed, WRAPPER):
+        return observed
     place, yaw = observed["wrapper_position"], observed["wrapper_yaw"]
     if abs(place[1] - press[1]) > OVERHANGING:
         observed = yield from _do(observed, _nudge(observed, place))
         observed = yield from _look(observed)
+        if not _are_known(observed, WRAPPER):
+            return observed
         place, yaw = observed["wrapper_position"], observed["wrapper_yaw"]
     # Not lifted: an edge of it may be under the handle's bar.
     along = act("move_tool", target=press, yaw=0.0, speed=NEAR_SPEED)
@@ -272,9 +291,13 @@ def _nudge(observed: Observation, thing: Place) -> Leg:
 
 
 def _lay_filling(observed: Observation) -> Task:
-    """Grip the filling and set it down on the wrapper; where there is none, put it back."""
+    """Grip the filling, if it is seen, and set it down on the wrapper; where there is none, put it back."""
     back = SPOT
     if not _holds(observed, FILLING_GAP):
+        if "filling_position" not in observed:
+            observed = yield from _look(observed, "filling_position")
+        if "filling_position" not in observed:
+            return observed
         x, y, z = observed["filling_position"]
         back = grasp = (x, y, z + FILLING_GRASP)
         # It is square: where the press is in the way of the hand, it is gripped by its other sides.
@@ -282,7 +305,8 @@ def _lay_filling(observed: Observation) -> Task:
         observed = yield from _take(observed, grasp, yaw, 0.012, HALF_OPEN)
         # The wrapper may have been moved while the filling was fetched, or knocked off.
         observed = yield from _look(observed)
-    goal = _on_plate(observed, FILLING_HEIGHT) if observed.get("dough_on_workspace") is True else back
+    is_laid_out = observed.get("dough_on_workspace") is True and _are_known(observed, WRAPPER)
+    goal = _on_plate(observed, FILLING_HEIGHT) if is_laid_out else back
     return (yield from _do(observed, _put(goal, HALF_OPEN)))
 
 
