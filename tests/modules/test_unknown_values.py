@@ -130,7 +130,7 @@ def test_an_object_that_no_picture_shows_is_looked_for_again_and_then_left(
 ) -> None:
     code = runpy.run_path(str(ROOT / path / "skills.py"))
     without = {name: value for name, value in OBSERVED.items() if name != unknown} | truths
-    models = [{}] if path.startswith("learned/") else []
+    models: list[Any] = [{}] if path.startswith("learned/") else []
     body = code[skill](without, {}, *models)
     actions = [next(body)]
     with suppress(StopIteration):
