@@ -19,6 +19,7 @@ from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.text.discovery import reference_site_path
+from tests.modules.robot import default_inputs
 from tests.repo.tree import ROOT
 
 MODULES: Final = ("ecms/clean_table", "ecms/fetch_object", "ecms/make_dumplings", "learned/hold_sponge")
@@ -96,7 +97,7 @@ def test_a_skill_ends_with_any_values_unknown(path: str, skill: str, chance: Ran
     function = runpy.run_path(str(ROOT / path / "skills.py"))[skill]
     policy = SimpleNamespace(run=lambda offset: {"step": offset})
     models = [{"policy": policy}] if len(signature(function).parameters) == 3 else []
-    body = function(observed(), {}, *models)
+    body = function(observed(), default_inputs(ecm.skills[skill]), *models)
     try:
         action = next(body)
         for _ in range(MOST_ACTIONS):
@@ -131,7 +132,7 @@ def test_an_object_that_no_picture_shows_is_looked_for_again_and_then_left(
     code = runpy.run_path(str(ROOT / path / "skills.py"))
     without = {name: value for name, value in OBSERVED.items() if name != unknown} | truths
     models: list[Any] = [{}] if path.startswith("learned/") else []
-    body = code[skill](without, {}, *models)
+    body = code[skill](without, default_inputs(module(path).skills[skill]), *models)
     actions = [next(body)]
     with suppress(StopIteration):
         while True:
