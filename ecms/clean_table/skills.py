@@ -134,7 +134,7 @@ def organize(observed: Observation, inputs: Inputs) -> SkillBody:
             observed = yield from _return_sponge(observed, pace)
         observed = yield from _overlook(observed, pace)
     for offset in DROPS * 2:
-        if not _are_known(observed, CLUTTER):
+        if not _is_clutter_seen(observed):
             break
         observed = yield from _bin_clutter(observed, pace, offset)
         observed = yield from _overlook(observed, pace)
@@ -209,6 +209,10 @@ def _shows_all(observed: Observation) -> bool:
     return bool(sponge and clutter and _are_known(observed, ("clutter_on_table", "sponge_seen")))
 
 
+def _is_clutter_seen(observed: Observation) -> bool:
+    return observed.get("clutter_on_table") is True and _are_known(observed, CLUTTER)
+
+
 def _sponge_at_rest(observed: Observation) -> bool:
     (x, y, _), rest = observed["sponge_position"], observed["sponge_rest_position"]
     return hypot(x - rest[0], y - rest[1]) < 0.02
@@ -246,7 +250,7 @@ def _bin_clutter(observed: Observation, pace: float, offset: float) -> Task:
         if _room_missing(observed) > 0.0:
             observed = yield from _drag_from_the_bin(observed, pace)
             observed = yield from _overlook(observed, pace)
-            if not _are_known(observed, CLUTTER):
+            if not _is_clutter_seen(observed):
                 return observed
     x, y, z = observed["clutter_position"]
     yaw = _along_the_bin(observed)

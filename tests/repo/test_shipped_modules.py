@@ -37,6 +37,6 @@ def test_the_page_lists_everything_that_a_site_has_to_offer() -> None:
         for name, need in declared.needs:
             users.setdefault((name.value, wanted_thing(need)), []).append(f"`{path.parent.name}`")
     rows = "| need | is bound to | of |\n|---|---|---|\n"
-    for (name, thing), modules in users.items():
-        rows += f"| `{name}` | {thing} | {', '.join(modules)} |\n"
+    for (need_name, thing), modules in users.items():
+        rows += f"| `{need_name}` | {thing} | {', '.join(modules)} |\n"
     check_generated(PAGE, "needs", rows)
