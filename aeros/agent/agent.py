@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
 
-from aeros.agent.errands import ErrandPosition, barred_skills, combined_report
+from aeros.agent.errands import ErrandPosition, barred_skills, combined_report, modules_of
 from aeros.agent.errors import AgentError
 from aeros.agent.execution.journal import Journal, Observer
 from aeros.agent.execution.report import RunReport
@@ -87,7 +87,8 @@ class Agent:
         """
         meaning = self._understand(instruction, goal)
         self._forget()
-        return self._pursue_all(meaning, timeout)
+        with self._attending(meaning):
+            return self._pursue_all(meaning, timeout)
 
     def resume(
         self, instruction: str, timeout: float | None = None, goal: ActionCondition | None = None
@@ -117,7 +118,8 @@ class Agent:
             text = f"{task} had ended: {_outcome_text(ended)}"
             self._journal.record("run-already-ended", text, task=task, **_summary(ended))
             return ended
-        return self._pursue_all(meaning, timeout, found)
+        with self._attending(meaning):
+            return self._pursue_all(meaning, timeout, found)
 
     def set_paused(self, *, is_paused: bool) -> None:
         """Record that the operator paused or resumed; the runtime obeys that by itself.
@@ -128,6 +130,17 @@ class Agent:
         change = LifecycleEvent.PAUSE if is_paused else LifecycleEvent.RESUME
         if self.lifecycle.is_allowed(change):
             self.lifecycle.apply(change)
+
+    @contextmanager
+    def _attending(self, meaning: Understanding) -> Iterator[None]:
+        """Attend to the modules that matter while an instruction is pursued, and to all afterwards."""
+        # Other planners may use the skills of every module.
+        follows_rules = isinstance(self._planner, RulePlanner)
+        self._runtime.attend(modules_of(meaning) if follows_rules else None)
+        try:
+            yield
+        finally:
+            self._runtime.attend(None)
 
     def _pursue_all(
         self,

@@ -9,6 +9,7 @@ from aeros.agent.execution.report import RunReport
 from aeros.agent.instructions.understand import Errand, Understanding
 from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.task_graph import TaskGraph, skills_behind
+from aeros.spec.expr import terms as t
 from aeros.spec.model.ecm import Ecm, owner_of
 
 
@@ -42,6 +43,22 @@ def barred_skills(understanding: Understanding, errand: Errand, modules: Mapping
     for routed in understanding.prohibited:
         barred |= _skills_of_task(routed, modules)
     return frozenset(barred - _skills_of_task(errand.routed, modules))
+
+
+def modules_of(understanding: Understanding) -> frozenset[str]:
+    """Collect the modules whose tasks an instruction asks for, or whose variables its conditions read.
+
+    Args:
+        understanding: meaning of the whole instruction.
+
+    Returns:
+        Ids of modules.
+    """
+    errands = understanding.errands
+    conditions = [one.condition for one in errands if one.condition is not None]
+    conditions += [one.routed.task.goal for one in errands]
+    read = {name.partition(".")[0] for term in conditions for name in t.variables_of(term) if "." in name}
+    return frozenset({one.routed.module for one in errands} | read)
 
 
 def barred_steps(graph: TaskGraph, barred: frozenset[str], modules: Mapping[str, Ecm]) -> list[str]:

@@ -233,6 +233,9 @@ class ReplayingRuntime:
         """Implement `Runtime.now`."""
         return self._state.now
 
+    def attend(self, modules: frozenset[str] | None) -> None:
+        """Implement `Runtime.attend`: nothing is perceived here."""
+
     def observe(self) -> Readings:
         """Implement `Runtime.observe`."""
         return self._state.readings

@@ -32,6 +32,16 @@ class Rectangle(NamedTuple):
     length: float
     width: float
 
+    @property
+    def longer_heading(self) -> float:
+        """Heading of the longer side, rad in [0, π); that of the length if both are equal."""
+        return self.heading if self.length >= self.width else self.heading + pi / 2.0
+
+    @property
+    def shorter_heading(self) -> float:
+        """Heading of the shorter side, rad in [0, π); that of the width if both are equal."""
+        return self.heading + pi / 2.0 if self.length >= self.width else self.heading
+
 
 def min_area_rectangle(points: NDArray[np.float64]) -> Rectangle:
     """Find the rectangle of least area around points, to half a degree.

@@ -594,6 +594,15 @@ class Runtime(Protocol):
             Seconds.
         """
 
+    def attend(self, modules: frozenset[str] | None) -> None:
+        """Say whose values matter, so that no other perceiver has to run.
+
+        Values that only other modules provide become unknown.
+
+        Args:
+            modules: ids of modules; those that they need are added. None for all.
+        """
+
     def observe(self) -> Readings:
         """Measure every state variable now.
 

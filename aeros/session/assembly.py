@@ -139,6 +139,7 @@ def build_executor(
     open_perceiver: OpenPerceiver = open_in_process,
     observe: Observer | None = None,
     is_resumed: bool = False,
+    perceives_all: bool = False,
 ) -> Executor:
     """Join configuration, gate, plant, audit log, skills and perceivers.
 
@@ -153,6 +154,7 @@ def build_executor(
         open_perceiver: Opens runs of perceivers.
         observe: Called with each measurement that failed; None for no observer.
         is_resumed: True to continue the session in the audit log.
+        perceives_all: True to run all perceivers, whatever the agent attends to.
 
     Returns:
         The executor, a context manager.  On exit it ends all running steps and all perceivers.
@@ -161,6 +163,7 @@ def build_executor(
         AuditError: The log cannot be written, or it is to be resumed and belongs to another site.
     """
     on_close: Callable[[], None] | None = None
+    on_attend: Callable[[frozenset[str] | None], None] | None = None
     followed = FixedGovernor(configuration) if governor is None else governor
     record = audit.append if observe is None else _observed_record(audit, plant, observe)
     # Only a governor can bring modules and tools later.
@@ -171,6 +174,7 @@ def build_executor(
     ):
         plant = perceiving = PerceivingPlant(plant, followed, open_perceiver, record)
         on_close = perceiving.close_perceivers
+        on_attend = None if perceives_all else perceiving.attend
     return Executor(
         configuration,
         CompiledGate(configuration) if gate is None else gate,
@@ -180,6 +184,7 @@ def build_executor(
         governor,
         resumed=is_resumed,
         on_close=on_close,
+        on_attend=on_attend,
     )
 
 
@@ -258,6 +263,8 @@ def open_agent(setup: SessionSetup, recorded: RecordedPlant, governor: Governor)
         open_perceiver=open_by_policy(recorded.skills),
         observe=observe,
         is_resumed=setup.is_resumed,
+        # A recording or a client may read every value.
+        perceives_all=recorded.feed is not None or bool(setup.listeners),
     ) as executor:
         recorded.audit.append("isolation", recorded.skills.audit_details())
         _warn_of_lost_memory(setup)

@@ -7,7 +7,7 @@ scene, so a report can name what a run took place in. The registry keeps the fil
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from aeros.runtime.gate.configuration import Configuration
 from aeros.spec.diagnostics.codes import Diagnostic
@@ -54,8 +54,9 @@ def scene_of_task(configuration: Configuration, task: Task, extra: str | None = 
         headline = f"the task's scene is `{task.scene}`, but there is only {', '.join(sorted(known))}"
         help_ = ("add its file to the module's folder `scenes`", "or use `--plant symbolic`")
         raise UserError([Diagnostic("AE002", headline, help=help_)])
-    scene = require_robot(load_scene(task.scene, folders))
-    return scene if extra is None else add_scene(scene, extra, folders)
+    cameras = _site_cameras(configuration)
+    scene = require_robot(load_scene(task.scene, folders, cameras))
+    return scene if extra is None else add_scene(scene, extra, folders, cameras)
 
 
 def scene_named(configuration: Configuration, name: str) -> Scene:
@@ -71,4 +72,10 @@ def scene_named(configuration: Configuration, name: str) -> Scene:
     Raises:
         UserError: there is no such file, or it has problems.
     """
-    return require_robot(load_scene(name, module_folders(configuration, None)))
+    folders = module_folders(configuration, None)
+    return require_robot(load_scene(name, folders, _site_cameras(configuration)))
+
+
+def _site_cameras(configuration: Configuration) -> dict[str, Mapping[str, str]]:
+    """Return for each module the site's names of cameras by the module's."""
+    return {module: ecm.names.cameras for module, ecm in configuration.modules.items()}

@@ -168,8 +168,7 @@ def _lying(
     face, top = top_face(points)
     if not lengths[0] < max(face.length, face.width) < lengths[1]:
         return None
-    along = face.heading if face.length >= face.width else face.heading + pi / 2.0
-    return (face.x, face.y, top / 2.0), wrap_heading(along, period)
+    return (face.x, face.y, top / 2.0), wrap_heading(face.longer_heading, period)
 
 
 def _estimates(place: Place, heading: float) -> tuple[Estimate, Estimate]:

@@ -4,7 +4,7 @@ All lengths in metres, in the world frame; at yaw 0 the fingers close along y.  
 whether a step succeeded: what is measured afterwards does.
 """
 
-from collections.abc import Generator
+from collections.abc import Generator, Iterable
 from math import cos, hypot, pi, sin
 
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
@@ -12,11 +12,8 @@ from aeros.skill import Action, Inputs, Observation, SkillBody, act
 Task = Generator[Action, Observation, Observation]
 Place = tuple[float, float, float]
 
-SPEED = 0.45
-"""Peak speed of an open hand in free motion, m/s."""
-
 CARRY_SPEED = 0.29
-"""Peak speed of a hand that may hold something, m/s: the site's bound is 0.30."""
+"""Peak speed of a hand that may hold something, m/s, if no hand has to be slower."""
 
 NEAR_SPEED = 0.10
 """Peak speed where fingers are near things, m/s."""
@@ -98,89 +95,105 @@ DRAWN_IN = (0.30, 0.0, 0.45)
 LOOKS = 5
 """Largest number of looks for a sponge or clutter that is not seen."""
 
+SPONGE = ("sponge_position", "sponge_yaw")
+CLUTTER = ("clutter_position", "clutter_yaw")
+"""Poses of the sponge and of the next piece of clutter; unknown if the last picture does not show them."""
+
 DROPS = (-0.045, 0.045)
 """Places along the bin where successive pieces are released, m from its middle."""
 
 
 def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
     """Take the sponge, sweep it over the area in overlapping strokes, put it back and look."""
-    observed = yield from _overlook(observed)
-    observed = yield from _bin_what_is_held(observed)
+    pace = inputs["hand_speed"]
+    observed = yield from _overlook(observed, pace)
+    observed = yield from _bin_what_is_held(observed, pace)
     if not observed["holding"]:
-        observed = yield from _take_sponge(observed)
+        if not _are_known(observed, SPONGE):
+            return
+        observed = yield from _take_sponge(observed, pace)
     height = SPONGE_GRASP + FOAM_HALF_HEIGHT
     start, end = STROKE_ENDS
-    yield from _approach(observed, (STROKES[0], start, height + HOVER), 0.0)
+    yield from _approach(observed, pace, (STROKES[0], start, height + HOVER), 0.0)
     for x in STROKES:
         yield act("move_tool", target=(x, start, height + HOVER), yaw=0.0, speed=HOVER_SPEED)
         yield act("slide", target=(x, end, height), force=WIPE_FORCE, speed=WIPE_SPEED)
         observed = yield act("move_tool", target=(x, end, height + HOVER), yaw=0.0, speed=NEAR_SPEED)
         start, end = end, start
-    observed = yield from _return_sponge(observed)
-    yield from _overlook(observed)
+    observed = yield from _return_sponge(observed, pace)
+    yield from _overlook(observed, pace)
 
 
 def organize(observed: Observation, inputs: Inputs) -> SkillBody:
     """Put every piece of clutter into the bin, then the sponge to its rest if it is not there, and look."""
-    observed = yield from _overlook(observed)
+    pace = inputs["hand_speed"]
+    observed = yield from _overlook(observed, pace)
     if observed["holding"]:
-        observed = yield from _bin_what_is_held(observed)
+        observed = yield from _bin_what_is_held(observed, pace)
         if observed["holding"]:
-            observed = yield from _return_sponge(observed)
-        observed = yield from _overlook(observed)
+            observed = yield from _return_sponge(observed, pace)
+        observed = yield from _overlook(observed, pace)
     for offset in DROPS * 2:
-        if not observed["clutter_on_table"]:
+        if not _is_clutter_seen(observed):
             break
-        observed = yield from _bin_clutter(observed, offset)
-        observed = yield from _overlook(observed)
-    if not _sponge_at_rest(observed):
-        observed = yield from _take_sponge(observed)
-        observed = yield from _return_sponge(observed)
-        yield from _overlook(observed)
+        observed = yield from _bin_clutter(observed, pace, offset)
+        observed = yield from _overlook(observed, pace)
+    if _are_known(observed, SPONGE) and not _sponge_at_rest(observed):
+        observed = yield from _take_sponge(observed, pace)
+        observed = yield from _return_sponge(observed, pace)
+        yield from _overlook(observed, pace)
 
 
 def verify(observed: Observation, inputs: Inputs) -> SkillBody:
     """Draw the arm in, over everything that stands on the table, and look at the table."""
-    yield from _draw_in(observed)
+    pace = inputs["hand_speed"]
+    yield from _draw_in(observed, pace)
     yield act("look", camera="mast")
 
 
 def recover(observed: Observation, inputs: Inputs) -> SkillBody:
     """Bring the sponge back to its rest, from the hand or from where it fell, rise and look."""
-    observed = yield from _overlook(observed)
-    observed = yield from _bin_what_is_held(observed)
+    pace = inputs["hand_speed"]
+    observed = yield from _overlook(observed, pace)
+    observed = yield from _bin_what_is_held(observed, pace)
     if not observed["holding"]:
-        observed = yield from _take_sponge(observed)
-    observed = yield from _return_sponge(observed)
-    yield from _overlook(observed)
+        if not _are_known(observed, SPONGE):
+            return
+        observed = yield from _take_sponge(observed, pace)
+    observed = yield from _return_sponge(observed, pace)
+    yield from _overlook(observed, pace)
+
+
+def _are_known(observed: Observation, names: Iterable[str]) -> bool:
+    return all(name in observed for name in names)
 
 
 def _sense(observed: Observation, *names: str) -> Task:
     """Wait until all of `names` are observed; a name that stays unknown ends the skill where it is read."""
     for _ in range(PATIENCE):
-        if all(name in observed for name in names):
+        if _are_known(observed, names):
             break
         observed = yield act("wait", duration=0.25)
     return observed
 
 
-def _free(observed: Observation) -> float:
+def _free(observed: Observation, pace: float) -> float:
     """Peak speed of free motion: of a hand that is not known to be empty, the lesser."""
-    return SPEED if observed.get("holding") is False else CARRY_SPEED
+    return pace if observed.get("holding") is False else min(CARRY_SPEED, pace)
 
 
-def _draw_in(observed: Observation) -> Task:
+def _draw_in(observed: Observation, pace: float) -> Task:
     """Bring the tool out of the cameras' sight, over everything that stands on the table."""
     observed = yield from _sense(observed, "tool_position")
     x, y, z = observed["tool_position"]
     if z < TRAVEL_HEIGHT - 0.005:
-        yield act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=0.0, speed=_free(observed))
-    return (yield act("move_tool", target=DRAWN_IN, yaw=0.0, speed=_free(observed)))
+        yield act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=0.0, speed=_free(observed, pace))
+    return (yield act("move_tool", target=DRAWN_IN, yaw=0.0, speed=_free(observed, pace)))
 
 
-def _overlook(observed: Observation) -> Task:
+def _overlook(observed: Observation, pace: float) -> Task:
     """Look at the table from above; again, if neither picture nor hand has what is looked for."""
-    observed = yield from _draw_in(observed)
+    observed = yield from _draw_in(observed, pace)
     for _ in range(LOOKS):
         observed = yield act("look", camera="overhead")
         observed = yield from _sense(observed, "holding", "bin_position", "sponge_rest_position")
@@ -191,10 +204,13 @@ def _overlook(observed: Observation) -> Task:
 
 def _shows_all(observed: Observation) -> bool:
     """Check that the poses of the sponge and of any clutter are known."""
-    sponge = observed["holding"] or ("sponge_position" in observed and "sponge_yaw" in observed)
-    seen = "clutter_position" in observed and "clutter_yaw" in observed
-    clutter = seen or not observed.get("clutter_on_table")
-    return bool(sponge and clutter and "clutter_on_table" in observed and "sponge_seen" in observed)
+    sponge = observed["holding"] or _are_known(observed, SPONGE)
+    clutter = _are_known(observed, CLUTTER) or not observed.get("clutter_on_table")
+    return bool(sponge and clutter and _are_known(observed, ("clutter_on_table", "sponge_seen")))
+
+
+def _is_clutter_seen(observed: Observation) -> bool:
+    return observed.get("clutter_on_table") is True and _are_known(observed, CLUTTER)
 
 
 def _sponge_at_rest(observed: Observation) -> bool:
@@ -202,54 +218,54 @@ def _sponge_at_rest(observed: Observation) -> bool:
     return hypot(x - rest[0], y - rest[1]) < 0.02
 
 
-def _take_sponge(observed: Observation) -> Task:
+def _take_sponge(observed: Observation, pace: float) -> Task:
     """Grip the sponge across and lift it."""
     x, y, z = observed["sponge_position"]
-    observed = yield from _grasp(observed, (x, y, z + SPONGE_GRASP), observed["sponge_yaw"], 0.02)
-    return (yield from _rise(observed, 0.0))
+    observed = yield from _grasp(observed, pace, (x, y, z + SPONGE_GRASP), observed["sponge_yaw"], 0.02)
+    return (yield from _rise(observed, pace, 0.0))
 
 
-def _return_sponge(observed: Observation) -> Task:
+def _return_sponge(observed: Observation, pace: float) -> Task:
     """Set the held sponge down on its rest, let go and rise."""
     observed = yield from _sense(observed, "sponge_rest_position")
     x, y, z = observed["sponge_rest_position"]
-    observed = yield from _approach(observed, (x, y, z + SPONGE_GRASP + 0.001), 0.0)
-    return (yield from _release(observed))
+    observed = yield from _approach(observed, pace, (x, y, z + SPONGE_GRASP + 0.001), 0.0)
+    return (yield from _release(observed, pace))
 
 
-def _bin_what_is_held(observed: Observation) -> Task:
+def _bin_what_is_held(observed: Observation, pace: float) -> Task:
     """If the hand came to rest with a piece of clutter, go on with it, so that it is not dropped.
 
     What is held while the sponge is seen to lie is clutter.
     """
-    if not (observed["holding"] and observed["sponge_seen"]):
+    if not (observed["holding"] and observed.get("sponge_seen")):
         return observed
-    observed = yield from _drop_in_bin(observed, 0.0)
+    observed = yield from _drop_in_bin(observed, pace, 0.0)
     return (yield from _sense(observed, "holding"))
 
 
-def _bin_clutter(observed: Observation, offset: float) -> Task:
+def _bin_clutter(observed: Observation, pace: float, offset: float) -> Task:
     """Grip the next piece of clutter and let it go over the bin, `offset` along x from its middle."""
     for _ in range(DRAGS):
         if _room_missing(observed) > 0.0:
-            observed = yield from _drag_from_the_bin(observed)
-            observed = yield from _overlook(observed)
-            if not observed["clutter_on_table"]:
+            observed = yield from _drag_from_the_bin(observed, pace)
+            observed = yield from _overlook(observed, pace)
+            if not _is_clutter_seen(observed):
                 return observed
     x, y, z = observed["clutter_position"]
     yaw = _along_the_bin(observed)
-    observed = yield from _grasp(observed, (x, y, z + CLUTTER_GRASP), yaw, 0.02)
-    observed = yield from _rise(observed, yaw)
+    observed = yield from _grasp(observed, pace, (x, y, z + CLUTTER_GRASP), yaw, 0.02)
+    observed = yield from _rise(observed, pace, yaw)
     observed = yield from _sense(observed, "holding")
-    return (yield from _drop_in_bin(observed, offset)) if observed["holding"] else observed
+    return (yield from _drop_in_bin(observed, pace, offset)) if observed["holding"] else observed
 
 
-def _drop_in_bin(observed: Observation, offset: float) -> Task:
+def _drop_in_bin(observed: Observation, pace: float, offset: float) -> Task:
     """Let what is held go over the bin, `offset` along x from its middle."""
     observed = yield from _sense(observed, "bin_position")
     x, y, z = observed["bin_position"]
-    observed = yield from _approach(observed, (x + offset, y, z + DROP_HEIGHT), 0.0)
-    return (yield from _release(observed))
+    observed = yield from _approach(observed, pace, (x + offset, y, z + DROP_HEIGHT), 0.0)
+    return (yield from _release(observed, pace))
 
 
 def _outside(observed: Observation) -> tuple[float, float]:
@@ -264,7 +280,7 @@ def _room_missing(observed: Observation) -> float:
     return HAND_HALF[0] * cos(turn) + HAND_HALF[1] * sin(turn) - max(_outside(observed))
 
 
-def _drag_from_the_bin(observed: Observation) -> Task:
+def _drag_from_the_bin(observed: Observation, pace: float) -> Task:
     """Press closed fingers on the next piece and draw it off the bin's wall, until a hand has room."""
     (x, y, z), middle, outside = observed["clutter_position"], observed["bin_position"], _outside(observed)
     if outside[1] > outside[0]:
@@ -274,10 +290,10 @@ def _drag_from_the_bin(observed: Observation) -> Task:
     way = _room_missing(observed) + 0.02
     x, y, top = x + DRAG_OFFSET * away[0], y + DRAG_OFFSET * away[1], 2.0 * z + PAD
     yield act("grip", width=CLOSED, force=GRIP_FORCE)
-    yield from _approach(observed, (x, y, top + 0.006), yaw)
+    yield from _approach(observed, pace, (x, y, top + 0.006), yaw)
     place = (x + way * away[0], y + way * away[1], top)
     observed = yield act("slide", target=place, force=DRAG_FORCE, speed=DRAG_SPEED)
-    return (yield from _rise(observed, yaw))
+    return (yield from _rise(observed, pace, yaw))
 
 
 def _along_the_bin(observed: Observation) -> float:
@@ -292,33 +308,33 @@ def _along_the_bin(observed: Observation) -> float:
     return yaw - pi / 2 if near and across else yaw
 
 
-def _grasp(observed: Observation, place: Place, yaw: float, width: float) -> Task:
+def _grasp(observed: Observation, pace: float, place: Place, yaw: float, width: float) -> Task:
     """Come down on `place` with open fingers and close them to `width` or until they hold."""
     yield act("grip", width=OPEN, force=GRIP_FORCE)
-    yield from _approach(observed, place, yaw)
+    yield from _approach(observed, pace, place, yaw)
     return (yield act("grip", width=width, force=GRIP_FORCE))
 
 
-def _approach(observed: Observation, place: Place, yaw: float) -> Task:
+def _approach(observed: Observation, pace: float, place: Place, yaw: float) -> Task:
     """Rise, go over `place`, come down to it, slowly at the end."""
     observed = yield from _sense(observed, "tool_position")
     x, y, z = place
     here = observed["tool_position"]
     if here[2] < TRAVEL_HEIGHT - 0.005 and hypot(x - here[0], y - here[1]) > 0.005:
-        yield act("move_tool", target=(here[0], here[1], TRAVEL_HEIGHT), yaw=yaw, speed=_free(observed))
-    yield act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=yaw, speed=_free(observed))
-    yield act("move_tool", target=(x, y, z + CLEARANCE), yaw=yaw, speed=_free(observed))
+        yield act("move_tool", target=(here[0], here[1], TRAVEL_HEIGHT), yaw=yaw, speed=_free(observed, pace))
+    yield act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=yaw, speed=_free(observed, pace))
+    yield act("move_tool", target=(x, y, z + CLEARANCE), yaw=yaw, speed=_free(observed, pace))
     return (yield act("move_tool", target=(x, y, z), yaw=yaw, speed=NEAR_SPEED))
 
 
-def _release(observed: Observation) -> Task:
+def _release(observed: Observation, pace: float) -> Task:
     """Open the fingers and rise."""
     observed = yield act("grip", width=OPEN, force=GRIP_FORCE)
-    return (yield from _rise(observed, 0.0))
+    return (yield from _rise(observed, pace, 0.0))
 
 
-def _rise(observed: Observation, yaw: float) -> Task:
+def _rise(observed: Observation, pace: float, yaw: float) -> Task:
     """Lift the tool straight up to travelling height; a move begins slowly by itself."""
     observed = yield from _sense(observed, "tool_position")
     x, y, _ = observed["tool_position"]
-    return (yield act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=yaw, speed=_free(observed)))
+    return (yield act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=yaw, speed=_free(observed, pace)))

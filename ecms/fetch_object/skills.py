@@ -12,11 +12,8 @@ from aeros.skill import Action, Inputs, Observation, SkillBody, act
 Task = Generator[Action, Observation, Observation]
 Place = tuple[float, float, float]
 
-SPEED = 0.45
-"""Peak speed of an open hand in free motion, m/s."""
-
 CARRY_SPEED = 0.29
-"""Peak speed of a hand that may hold something, m/s: the site's bound is 0.30."""
+"""Peak speed of a hand that may hold something, m/s, if no hand has to be slower."""
 
 NEAR_SPEED = 0.10
 """Peak speed where fingers are near things, m/s."""
@@ -84,18 +81,22 @@ LOOKS = 5
 
 def navigate(observed: Observation, inputs: Inputs) -> SkillBody:
     """Tuck the arm and drive to the station."""
-    observed = yield from _carry(observed)
+    pace = inputs["hand_speed"]
+    observed = yield from _carry(observed, pace)
+    if "station_position" not in observed:
+        return
     x, y, _ = observed["station_position"]
     yield act("move_base", x=x, y=y, speed=BASE_SPEED)
 
 
 def detect(observed: Observation, inputs: Inputs) -> SkillBody:
     """Move the arm out of sight and look from the mast; look for what is not there along the way."""
-    observed = yield from _look(observed)
+    pace = inputs["hand_speed"]
+    observed = yield from _look(observed, pace)
     if observed.get("object_detected") is not True:
         observed = yield act("look", camera="mast")
     if observed.get("object_detected") is not True:
-        observed = yield from _carry(observed)
+        observed = yield from _carry(observed, pace)
         yield from _search(observed)
 
 
@@ -104,12 +105,13 @@ def grasp(observed: Observation, inputs: Inputs) -> SkillBody:
 
     Where a camera's reading of it is missing or too old, as from a bad sensor, nothing is gripped.
     """
+    pace = inputs["hand_speed"]
     if not (_is_located(observed) and observed["object_free"]):
         return
     if not _in_reach(observed, observed["object_position"]):
         return
     yield act("grip", width=OPEN, force=GRIP_FORCE)
-    yield from _over(observed, observed["object_position"], LOOK_HEIGHT, observed["object_yaw"])
+    yield from _over(observed, pace, observed["object_position"], LOOK_HEIGHT, observed["object_yaw"])
     for _ in range(LOOKS):
         observed = yield act("look", camera="hand")
         if _is_located(observed):
@@ -118,15 +120,18 @@ def grasp(observed: Observation, inputs: Inputs) -> SkillBody:
         return
     (x, y, z), yaw = observed["object_position"], observed["object_yaw"]
     grip = z + (0.0 if observed["object_lying"] else GRASP)
-    yield act("move_tool", target=(x, y, grip + CLEARANCE), yaw=yaw, speed=_free(observed))
+    yield act("move_tool", target=(x, y, grip + CLEARANCE), yaw=yaw, speed=_free(observed, pace))
     yield act("move_tool", target=(x, y, grip), yaw=yaw, speed=NEAR_SPEED)
     yield act("grip", width=CLOSED, force=GRIP_FORCE)
-    yield act("move_tool", target=(x, y, max(grip + LIFT, OVER_STANDS)), yaw=yaw, speed=CARRY_SPEED)
+    yield act(
+        "move_tool", target=(x, y, max(grip + LIFT, OVER_STANDS)), yaw=yaw, speed=min(CARRY_SPEED, pace)
+    )
 
 
 def deliver(observed: Observation, inputs: Inputs) -> SkillBody:
     """Carry the object to the other stand, put it down where it belongs and look; stop if it is lost."""
-    observed = yield from _carry(observed)
+    pace = inputs["hand_speed"]
+    observed = yield from _carry(observed, pace)
     if observed.get("object_grasped") is False:
         return
     x, y, z = observed["delivery_position"]
@@ -134,11 +139,11 @@ def deliver(observed: Observation, inputs: Inputs) -> SkillBody:
     if observed.get("object_grasped") is False:
         return
     grip = z - LOWER if observed.get("object_lying") is True else z + GRASP
-    yield from _over(observed, (x, y, grip), CLEARANCE)
+    yield from _over(observed, pace, (x, y, grip), CLEARANCE)
     yield act("move_tool", target=(x, y, grip + 0.001), yaw=0.0, speed=NEAR_SPEED)
     yield act("grip", width=OPEN, force=GRIP_FORCE)
-    observed = yield act("move_tool", target=(x, y, z + LOOK_HEIGHT), yaw=0.0, speed=SPEED)
-    observed = yield from _look(observed)
+    observed = yield act("move_tool", target=(x, y, z + LOOK_HEIGHT), yaw=0.0, speed=pace)
+    observed = yield from _look(observed, pace)
     for _ in range(LOOKS):
         if observed.get("object_delivered") is True:
             break
@@ -150,14 +155,15 @@ def recover(observed: Observation, inputs: Inputs) -> SkillBody:
 
     Where it lies against something it is pushed along that, until a hand has room.
     """
+    pace = inputs["hand_speed"]
     yield act("grip", width=OPEN, force=GRIP_FORCE)
-    observed = yield from _carry(observed)
-    observed = yield from _look(observed)
+    observed = yield from _carry(observed, pace)
+    observed = yield from _look(observed, pace)
     observed = yield from _search(observed)
     for _ in range(PUSHES):
         if not _can_be_pushed(observed):
             return
-        observed = yield from _push(observed)
+        observed = yield from _push(observed, pace)
         observed = yield from _go_there(observed)
 
 
@@ -167,7 +173,7 @@ def _can_be_pushed(observed: Observation) -> bool:
     return known and observed.get("object_detected") is True and not observed["object_free"]
 
 
-def _push(observed: Observation) -> Task:
+def _push(observed: Observation, pace: float) -> Task:
     """Push it by its end with closed fingers, and look."""
     (x, y, z), (dx, dy, _) = observed["object_push_start"], observed["object_push_way"]
     distance = hypot(dx, dy)
@@ -181,12 +187,12 @@ def _push(observed: Observation) -> Task:
     along = atan2(dy, dx)
     across = along - copysign(pi / 2, along)
     yield act("grip", width=SHUT, force=GRIP_FORCE)
-    yield from _over(observed, (x, y, z), CLEARANCE, across)
+    yield from _over(observed, pace, (x, y, z), CLEARANCE, across)
     yield act("move_tool", target=(x, y, z), yaw=across, speed=NEAR_SPEED)
     yield act("move_tool", target=end, yaw=across, speed=NEAR_SPEED)
     high = (end[0], end[1], observed["base_position"][2] + CARRY[2])
-    yield act("move_tool", target=high, yaw=across, speed=_free(observed))
-    return (yield from _look(observed))
+    yield act("move_tool", target=high, yaw=across, speed=_free(observed, pace))
+    return (yield from _look(observed, pace))
 
 
 def _is_located(observed: Observation) -> bool:
@@ -205,8 +211,8 @@ def _search(observed: Observation) -> Task:
 
 
 def _go_there(observed: Observation) -> Task:
-    """Drive to the station, if the base is not there, and look again."""
-    if observed.get("robot_at_target") is True:
+    """Drive to the station, if it is known and the base is not there, and look again."""
+    if observed.get("robot_at_target") is True or "station_position" not in observed:
         return observed
     x, y, _ = observed["station_position"]
     yield act("move_base", x=x, y=y, speed=BASE_SPEED)
@@ -214,14 +220,19 @@ def _go_there(observed: Observation) -> Task:
 
 
 def _along_the_way(observed: Observation) -> tuple[tuple[float, float], ...]:
-    """Places (x, y) for the base to search a lost object, m: half-way, at the delivery, at the station."""
+    """Places (x, y) for the base to search a lost object, m: half-way, at the delivery, at the station.
+
+    There are none while the station is unknown.
+    """
+    if "station_position" not in observed:
+        return ()
     (x, y, _), (u, v, _) = observed["station_position"], observed["delivery_position"]
     return ((x + u - REACH) / 2, (y + v) / 2), (u - REACH, v), (x, y)
 
 
-def _free(observed: Observation) -> float:
+def _free(observed: Observation, pace: float) -> float:
     """Peak speed of free motion: of a hand that is not known to be empty, the lesser."""
-    return SPEED if observed.get("holding") is False else CARRY_SPEED
+    return pace if observed.get("holding") is False else min(CARRY_SPEED, pace)
 
 
 def _from_base(observed: Observation, offset: Place) -> Place:
@@ -236,24 +247,24 @@ def _in_reach(observed: Observation, place: Place) -> bool:
     return bool(abs(place[0] - x) <= FARTHEST and abs(place[1] - y) <= FARTHEST)
 
 
-def _look(observed: Observation) -> Task:
+def _look(observed: Observation, pace: float) -> Task:
     """Move the arm out of sight and look from the mast."""
-    yield act("move_tool", target=_from_base(observed, ASIDE), yaw=0.0, speed=_free(observed))
+    yield act("move_tool", target=_from_base(observed, ASIDE), yaw=0.0, speed=_free(observed, pace))
     return (yield act("look", camera="mast"))
 
 
-def _carry(observed: Observation) -> Task:
+def _carry(observed: Observation, pace: float) -> Task:
     """Raise the tool to carrying height, then draw it in."""
     target = _from_base(observed, CARRY)
     x, y, z = observed["tool_position"]
     if z < target[2]:
-        yield act("move_tool", target=(x, y, target[2]), yaw=0.0, speed=_free(observed))
-    return (yield act("move_tool", target=target, yaw=0.0, speed=_free(observed)))
+        yield act("move_tool", target=(x, y, target[2]), yaw=0.0, speed=_free(observed, pace))
+    return (yield act("move_tool", target=target, yaw=0.0, speed=_free(observed, pace)))
 
 
-def _over(observed: Observation, place: Place, height: float, yaw: float = 0.0) -> Task:
+def _over(observed: Observation, pace: float, place: Place, height: float, yaw: float = 0.0) -> Task:
     """Go over `place` at carrying height, then down to `height` above it, turned by `yaw`."""
     x, y, z = place
     carrying = observed["base_position"][2] + CARRY[2]
-    yield act("move_tool", target=(x, y, carrying), yaw=yaw, speed=_free(observed))
-    return (yield act("move_tool", target=(x, y, z + height), yaw=yaw, speed=_free(observed)))
+    yield act("move_tool", target=(x, y, carrying), yaw=yaw, speed=_free(observed, pace))
+    return (yield act("move_tool", target=(x, y, z + height), yaw=yaw, speed=_free(observed, pace)))

@@ -9,11 +9,8 @@ from aeros.skill import Action, Inputs, Observation, SkillBody, act
 
 Task = Generator[Action, Observation, Observation]
 
-SPEED = 0.45
-"""Peak speed of an open hand in free motion, m/s."""
-
 CARRY_SPEED = 0.29
-"""Peak speed of a hand that may hold something, m/s: the site's bound is 0.30."""
+"""Peak speed of a hand that may hold something, m/s, if no hand has to be slower."""
 
 TRAVEL_HEIGHT = 0.20
 """Height of sideways motion, m: what is carried clears the bin (0.085 m)."""
@@ -55,7 +52,8 @@ def inspect(observed: Observation, inputs: Inputs) -> SkillBody:
     """Bring the tool out of the cameras' sight, over everything that stands on the table, and look."""
     observed = yield from _sense(observed, "tool_position")
     x, y, z = observed["tool_position"]
-    speed = SPEED if observed.get("holding") is False else CARRY_SPEED
+    pace = inputs["hand_speed"]
+    speed = pace if observed.get("holding") is False else min(CARRY_SPEED, pace)
     if z < TRAVEL_HEIGHT - 0.005:
         yield act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=0.0, speed=speed)
     yield act("move_tool", target=(*DRAWN_IN, inputs["height"]), yaw=0.0, speed=speed)

@@ -161,12 +161,6 @@ class Plate(NamedTuple):
         """True if it stands on its edge."""
         return min(self.rectangle.length, self.rectangle.width) < EDGE_ON_WIDTH
 
-    @property
-    def heading(self) -> float:
-        """Heading of its short side, which is across its hinge; ambiguous by π."""
-        across = self.rectangle.length > self.rectangle.width
-        return self.rectangle.heading + (pi / 2.0 if across else 0.0)
-
 
 def see_dumpling(view: View) -> Perception:
     """Follow the dumpling: what pictures show now, and what they and the press have shown before.
@@ -319,7 +313,7 @@ def _wrapper_from_one_plate(plate: Plate, above: float, *, is_closed: bool) -> W
     """Estimate the wrapper from the only visible plate: the upper one if closed, the lower one if open."""
     if plate.is_on_edge:
         return _wrapper_on_edge(plate, plate)
-    heading = plate.heading
+    heading = plate.rectangle.shorter_heading
     if cos(heading) < 0.0:
         heading += pi
     x = plate.rectangle.x - HINGE_TO_PLATE * cos(heading)
@@ -332,7 +326,8 @@ def _wrapper_from_one_plate(plate: Plate, above: float, *, is_closed: bool) -> W
 def _wrapper_on_edge(a: Plate, b: Plate) -> Wrapper:
     """Estimate a wrapper on its edge: its middle is half as high as its top; its fold is not visible."""
     away = (a.rectangle.x - b.rectangle.x, a.rectangle.y - b.rectangle.y)
-    heading = atan2(away[1], away[0]) if dist(away, (0.0, 0.0)) > PLATE_HALF[0] / 2.0 else a.heading
+    are_apart = dist(away, (0.0, 0.0)) > PLATE_HALF[0] / 2.0
+    heading = atan2(away[1], away[0]) if are_apart else a.rectangle.shorter_heading
     top = max(float(plate.points[:, 2].max()) for plate in (a, b))
     middle = ((a.rectangle.x + b.rectangle.x) / 2.0, (a.rectangle.y + b.rectangle.y) / 2.0, top / 2.0)
     return Wrapper(middle, wrap_heading(heading, 2.0 * pi), None)

@@ -6,7 +6,7 @@ is measured afterwards does.  A skill may be broken off anywhere, as when a pers
 with where things are now, and goes on with what it holds.
 """
 
-from collections.abc import Generator
+from collections.abc import Generator, Iterable
 from math import atan2, copysign, cos, dist, hypot, pi, sin
 
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
@@ -15,11 +15,8 @@ Place = tuple[float, float, float]
 Leg = tuple[Action, ...]
 Task = Generator[Action, Observation, Observation]
 
-SPEED = 0.45
-"""Peak speed of an open hand in free motion, m/s."""
-
 CARRY_SPEED = 0.29
-"""Peak speed of a hand that may hold something, m/s: the site's bound is 0.30."""
+"""Peak speed of a hand that may hold something, m/s, if no hand has to be slower."""
 
 NEAR_SPEED = 0.10
 """Peak speed where fingers are near things, m/s."""
@@ -88,7 +85,10 @@ DRAWN_IN = (0.30, 0.0, 0.45)
 """Tool position that does not hide the bench from the cameras, m."""
 
 LOOKS = 5
-"""Largest number of looks for a wrapper that is not seen."""
+"""Largest number of looks for a wrapper or filling that is not seen."""
+
+WRAPPER = ("wrapper_position", "wrapper_yaw")
+"""Pose of the wrapper; unknown if the last picture does not show it."""
 
 SPOT = (0.37, 0.10, 0.0145)
 """Tool position for a filling that was held from the start and has no wrapper to be put on, m."""
@@ -141,26 +141,29 @@ POT_REACH = 0.08
 
 def prepare(observed: Observation, inputs: Inputs) -> SkillBody:
     """Bring the wrapper onto the open press and the filling onto the wrapper, what is missing, and look."""
-    observed = yield from _open_press(observed)
-    observed = yield from _look(observed)
+    pace = inputs["hand_speed"]
+    observed = yield from _open_press(observed, pace)
+    observed = yield from _look(observed, pace)
     if observed.get("dough_on_workspace") is not True and not _holds(observed, FILLING_GAP):
-        observed = yield from _lay_wrapper(observed)
+        observed = yield from _lay_wrapper(observed, pace)
     if observed.get("filling_on_workspace") is not True:
-        observed = yield from _lay_filling(observed)
-    yield from _look(observed)
+        observed = yield from _lay_filling(observed, pace)
+    yield from _look(observed, pace)
 
 
 def recover(observed: Observation, inputs: Inputs) -> SkillBody:
     """Move the wrapper, with what lies on it, to where it belongs on the open press, and look."""
-    observed = yield from _open_press(observed)
-    observed = yield from _look(observed)
-    observed = yield from _realign_wrapper(observed)
-    yield from _look(observed)
+    pace = inputs["hand_speed"]
+    observed = yield from _open_press(observed, pace)
+    observed = yield from _look(observed, pace)
+    observed = yield from _realign_wrapper(observed, pace)
+    yield from _look(observed, pace)
 
 
 def wrap(observed: Observation, inputs: Inputs) -> SkillBody:
     """Fold the lid over by its handle, squeeze, open the press again, and look at what came of it."""
-    observed = yield from _take_handle(observed)
+    pace = inputs["hand_speed"]
+    observed = yield from _take_handle(observed, pace)
     closed = _handle_at(observed, LID_CLOSED)
     pressed = (closed[0], closed[1], _hinge(observed)[2])
     observed = yield from _do(
@@ -170,24 +173,27 @@ def wrap(observed: Observation, inputs: Inputs) -> SkillBody:
             act("slide", target=pressed, force=SQUEEZE_FORCE, speed=0.02),
             act("wait", duration=0.3),
             *_swing(observed, LID_CLOSED, 0.0),
-            *_release(_handle_at(observed, 0.0), OPEN),
+            *_release(pace, _handle_at(observed, 0.0), OPEN),
         ),
     )
-    yield from _look(observed)
+    yield from _look(observed, pace)
     yield act("look", camera="side")
 
 
 def boil(observed: Observation, inputs: Inputs) -> SkillBody:
     """Carry the dumpling to the pot, drop it in and let it cook, between two looks at it."""
-    observed = yield from _open_press(observed)
-    observed = yield from _look(observed)
+    pace = inputs["hand_speed"]
+    observed = yield from _open_press(observed, pace)
+    observed = yield from _look(observed, pace)
     x, y, z = observed["pot_position"]
+    if not (_holds(observed, WRAPPER_GAP) or _are_known(observed, WRAPPER)):
+        return
     if _holds(observed, WRAPPER_GAP) or not _is_in_pot(observed):
         if not _holds(observed, WRAPPER_GAP):
             middle, yaw = _on_plate(observed, DUMPLING_GRASP), observed["wrapper_yaw"]
-            observed = yield from _take(observed, middle, yaw, 0.046)
-        observed = yield from _do(observed, _put((x, y, z + DROP_HEIGHT), OPEN))
-        observed = yield from _look(observed)
+            observed = yield from _take(observed, pace, middle, yaw, 0.046)
+        observed = yield from _do(observed, _put(pace, (x, y, z + DROP_HEIGHT), OPEN))
+        observed = yield from _look(observed, pace)
     yield act("wait", duration=COOKING_TIME)
     yield act("look", camera="overhead")
 
@@ -199,17 +205,21 @@ def _do(observed: Observation, leg: Leg) -> Task:
     return observed
 
 
-def _look(observed: Observation) -> Task:
-    """Draw the arm in, with what it holds, and look at the bench; again, if the wrapper is nowhere."""
+def _are_known(observed: Observation, names: Iterable[str]) -> bool:
+    return all(name in observed for name in names)
+
+
+def _look(observed: Observation, pace: float, *names: str) -> Task:
+    """Draw the arm in, with what it holds, and look; again, if the wrapper or one of `names` is unknown."""
     x, y, z = observed["tool_position"]
     if dist((x, y, z), DRAWN_IN) > 0.1:
         if z < TRAVEL_HEIGHT - HEIGHT_WITHIN:
             yield act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=0.0, speed=NEAR_SPEED)
-        free = SPEED if observed["holding"] is False else CARRY_SPEED
+        free = pace if observed["holding"] is False else min(CARRY_SPEED, pace)
         yield act("move_tool", target=DRAWN_IN, yaw=0.0, speed=free)
     for _ in range(LOOKS):
         observed = yield act("look", camera="overhead")
-        if "wrapper_position" in observed or _holds(observed, WRAPPER_GAP):
+        if _holds(observed, WRAPPER_GAP) or _are_known(observed, (*WRAPPER, *names)):
             break
     return observed
 
@@ -219,71 +229,90 @@ def _holds(observed: Observation, gap: float) -> bool:
     return observed["holding"] is True and bool(abs(observed["finger_gap"] - gap) < GAP_WITHIN)
 
 
-def _take(observed: Observation, place: Place, yaw: float, width: float, opened: float = OPEN) -> Task:
+def _take(
+    observed: Observation, pace: float, place: Place, yaw: float, width: float, opened: float = OPEN
+) -> Task:
     """Grip what is at `place` and lift it."""
-    grasp = _grasp(observed, place, yaw, width, DOUGH_FORCE, opened)
-    return (yield from _do(observed, (*grasp, *_rise(place, yaw, CARRY_SPEED))))
+    grasp = _grasp(observed, pace, place, yaw, width, DOUGH_FORCE, opened)
+    return (yield from _do(observed, (*grasp, *_rise(place, yaw, min(CARRY_SPEED, pace)))))
 
 
-def _lay_wrapper(observed: Observation) -> Task:
-    """Grip the wrapper across its hinge, wherever it lies, set it down on the press, and look."""
+def _lay_wrapper(observed: Observation, pace: float) -> Task:
+    """Grip the wrapper across its hinge, wherever it lies, and set it down on the press; if it is seen."""
     press = observed["press_position"]
     if not _holds(observed, WRAPPER_GAP):
+        if not _are_known(observed, WRAPPER):
+            return observed
         place, yaw = observed["wrapper_position"], observed["wrapper_yaw"]
         if dist(place, press) < ON_PRESS:
-            return (yield from _realign_wrapper(observed))
+            return (yield from _realign_wrapper(observed, pace))
         if _is_crowded(observed, place, yaw):
             if place[2] > STANDING:
-                observed = yield from _do(observed, _topple(observed, place))
-                observed = yield from _look(observed)
+                observed = yield from _do(observed, _topple(observed, pace, place))
+                observed = yield from _look(observed, pace)
+                if not _are_known(observed, WRAPPER):
+                    return observed
                 place = observed["wrapper_position"]
-            observed = yield from _do(observed, _push_along(observed, place))
-            observed = yield from _look(observed)
-        observed = yield from _take(observed, observed["wrapper_position"], observed["wrapper_yaw"], 0.046)
-    return (yield from _do(observed, _put(press, OPEN)))
+            observed = yield from _do(observed, _push_along(observed, pace, place))
+            observed = yield from _look(observed, pace)
+            if not _are_known(observed, WRAPPER):
+                return observed
+        observed = yield from _take(
+            observed, pace, observed["wrapper_position"], observed["wrapper_yaw"], 0.046
+        )
+    return (yield from _do(observed, _put(pace, press, OPEN)))
 
 
-def _realign_wrapper(observed: Observation) -> Task:
-    """Grip the wrapper that lies on the press, and move it to where it belongs."""
+def _realign_wrapper(observed: Observation, pace: float) -> Task:
+    """Grip the wrapper that lies on the press, and move it to where it belongs; if it is seen."""
     press = observed["press_position"]
     if _holds(observed, WRAPPER_GAP):
-        return (yield from _do(observed, _put(press, OPEN)))
+        return (yield from _do(observed, _put(pace, press, OPEN)))
+    if not _are_known(observed, WRAPPER):
+        return observed
     place, yaw = observed["wrapper_position"], observed["wrapper_yaw"]
     if abs(place[1] - press[1]) > OVERHANGING:
-        observed = yield from _do(observed, _nudge(observed, place))
-        observed = yield from _look(observed)
+        observed = yield from _do(observed, _nudge(observed, pace, place))
+        observed = yield from _look(observed, pace)
+        if not _are_known(observed, WRAPPER):
+            return observed
         place, yaw = observed["wrapper_position"], observed["wrapper_yaw"]
     # Not lifted: an edge of it may be under the handle's bar.
     along = act("move_tool", target=press, yaw=0.0, speed=NEAR_SPEED)
-    grasp = _grasp(observed, place, yaw, 0.046, DOUGH_FORCE)
-    return (yield from _do(observed, (*grasp, along, *_release(press, OPEN))))
+    grasp = _grasp(observed, pace, place, yaw, 0.046, DOUGH_FORCE)
+    return (yield from _do(observed, (*grasp, along, *_release(pace, press, OPEN))))
 
 
-def _nudge(observed: Observation, thing: Place) -> Leg:
+def _nudge(observed: Observation, pace: float, thing: Place) -> Leg:
     """Push a wrapper that hangs over the press's side back by its outer edge: a finger would hit the bed."""
     _, y, z = observed["press_position"]
     edge = copysign(HALF_WIDTH + FINGERS_HALF, thing[1] - y)
     begin, end = (thing[0], thing[1] + 1.5 * edge, z), (thing[0], y + edge, z)
     return (
-        *_reach_closed(observed, begin, 0.0),
+        *_reach_closed(observed, pace, begin, 0.0),
         act("move_tool", target=end, yaw=0.0, speed=NEAR_SPEED),
         act("move_tool", target=(end[0], end[1], TRAVEL_HEIGHT), yaw=0.0, speed=NEAR_SPEED),
     )
 
 
-def _lay_filling(observed: Observation) -> Task:
-    """Grip the filling and set it down on the wrapper; where there is none, put it back."""
+def _lay_filling(observed: Observation, pace: float) -> Task:
+    """Grip the filling, if it is seen, and set it down on the wrapper; where there is none, put it back."""
     back = SPOT
     if not _holds(observed, FILLING_GAP):
+        if "filling_position" not in observed:
+            observed = yield from _look(observed, pace, "filling_position")
+        if "filling_position" not in observed:
+            return observed
         x, y, z = observed["filling_position"]
         back = grasp = (x, y, z + FILLING_GRASP)
         # It is square: where the press is in the way of the hand, it is gripped by its other sides.
         yaw = pi / 2.0 if _is_crowded(observed, grasp, 0.0) else 0.0
-        observed = yield from _take(observed, grasp, yaw, 0.012, HALF_OPEN)
+        observed = yield from _take(observed, pace, grasp, yaw, 0.012, HALF_OPEN)
         # The wrapper may have been moved while the filling was fetched, or knocked off.
-        observed = yield from _look(observed)
-    goal = _on_plate(observed, FILLING_HEIGHT) if observed.get("dough_on_workspace") is True else back
-    return (yield from _do(observed, _put(goal, HALF_OPEN)))
+        observed = yield from _look(observed, pace)
+    is_laid_out = observed.get("dough_on_workspace") is True and _are_known(observed, WRAPPER)
+    goal = _on_plate(observed, FILLING_HEIGHT) if is_laid_out else back
+    return (yield from _do(observed, _put(pace, goal, HALF_OPEN)))
 
 
 def _is_crowded(observed: Observation, place: Place, yaw: float) -> bool:
@@ -301,7 +330,7 @@ def _is_crowded(observed: Observation, place: Place, yaw: float) -> bool:
     return False
 
 
-def _push_along(observed: Observation, thing: Place) -> Leg:
+def _push_along(observed: Observation, pace: float, thing: Place) -> Leg:
     """Push a wrapper that lies or leans beside the press past its end, where the hand has room to grip it."""
     press = observed["press_position"]
     aside = thing[1] - press[1]
@@ -309,36 +338,36 @@ def _push_along(observed: Observation, thing: Place) -> Leg:
     begin = (max(thing[0] - PUSH_FROM, press[0] - PUSH_FROM - PRESS_FRONT), y, LOWEST)
     end = (press[0] + PRESS_FRONT - FINGERS_HALF, y, LOWEST)
     return (
-        *_reach_closed(observed, begin, pi / 2.0),
+        *_reach_closed(observed, pace, begin, pi / 2.0),
         act("move_tool", target=end, yaw=pi / 2.0, speed=NEAR_SPEED),
         act("move_tool", target=(end[0], end[1], TRAVEL_HEIGHT), yaw=pi / 2.0, speed=NEAR_SPEED),
     )
 
 
-def _topple(observed: Observation, thing: Place) -> Leg:
+def _topple(observed: Observation, pace: float, thing: Place) -> Leg:
     """Push over a wrapper that stands on its edge, towards the press that it fell from: right side up."""
     press = observed["press_position"]
     x = max(thing[0], press[0] + TOPPLE_FROM)
     out = copysign(TOPPLE_WAY, thing[1] - press[1])
     return (
-        *_reach_closed(observed, (x, thing[1] + out, TOPPLE_HEIGHT), 0.0),
+        *_reach_closed(observed, pace, (x, thing[1] + out, TOPPLE_HEIGHT), 0.0),
         act("move_tool", target=(x, thing[1], TOPPLE_HEIGHT), yaw=0.0, speed=NEAR_SPEED),
         act("move_tool", target=(x, thing[1] + out, TOPPLE_HEIGHT), yaw=0.0, speed=NEAR_SPEED),
-        act("move_tool", target=(x, thing[1] + out, TRAVEL_HEIGHT), yaw=0.0, speed=CARRY_SPEED),
+        act("move_tool", target=(x, thing[1] + out, TRAVEL_HEIGHT), yaw=0.0, speed=min(CARRY_SPEED, pace)),
     )
 
 
-def _reach_closed(observed: Observation, place: Place, yaw: float) -> Leg:
+def _reach_closed(observed: Observation, pace: float, place: Place, yaw: float) -> Leg:
     """Come down on `place` with closed fingers; at a yaw of π/2 the hand is along the press's side."""
     x, y, z = place
     here = observed["tool_position"]
     up = (here[0], here[1], max(here[2], TRAVEL_HEIGHT))
     return (
         act("grip", width=OPEN, force=DOUGH_FORCE),
-        act("move_tool", target=up, yaw=yaw, speed=SPEED),
+        act("move_tool", target=up, yaw=yaw, speed=pace),
         act("grip", width=0.0, force=DOUGH_FORCE),
-        act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=yaw, speed=CARRY_SPEED),
-        act("move_tool", target=(x, y, z + CLEARANCE), yaw=yaw, speed=CARRY_SPEED),
+        act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=yaw, speed=min(CARRY_SPEED, pace)),
+        act("move_tool", target=(x, y, z + CLEARANCE), yaw=yaw, speed=min(CARRY_SPEED, pace)),
         act("move_tool", target=place, yaw=yaw, speed=NEAR_SPEED),
     )
 
@@ -358,21 +387,21 @@ def _on_plate(observed: Observation, height: float) -> Place:
     return (x + PLATE_MIDDLE * cos(yaw), y + PLATE_MIDDLE * sin(yaw), z + height)
 
 
-def _open_press(observed: Observation) -> Task:
+def _open_press(observed: Observation, pace: float) -> Task:
     """Swing the lid open when it is not, and let go of it."""
     if _lid_angle(observed) < 0.2 and not _holds(observed, HANDLE_GAP):
         return observed
-    observed = yield from _take_handle(observed)
+    observed = yield from _take_handle(observed, pace)
     opening = _swing(observed, _lid_angle(observed), 0.0)
-    return (yield from _do(observed, (*opening, *_release(_handle_at(observed, 0.0), OPEN))))
+    return (yield from _do(observed, (*opening, *_release(pace, _handle_at(observed, 0.0), OPEN))))
 
 
-def _take_handle(observed: Observation) -> Task:
+def _take_handle(observed: Observation, pace: float) -> Task:
     """Grip the lid's handle, unless it is held already."""
     if _holds(observed, HANDLE_GAP):
         return observed
     handle = observed["press_handle_position"]
-    return (yield from _do(observed, _grasp(observed, handle, 0.0, 0.036, HANDLE_FORCE)))
+    return (yield from _do(observed, _grasp(observed, pace, handle, 0.0, 0.036, HANDLE_FORCE)))
 
 
 def _hinge(observed: Observation) -> Place:
@@ -405,36 +434,47 @@ def _swing(observed: Observation, start: float, end: float) -> Leg:
 
 
 def _grasp(
-    observed: Observation, place: Place, yaw: float, width: float, force: float, opened: float = OPEN
+    observed: Observation,
+    pace: float,
+    place: Place,
+    yaw: float,
+    width: float,
+    force: float,
+    opened: float = OPEN,
 ) -> Leg:
     """Come down on `place` with open fingers and close them to `width` or until they hold."""
     x, y, z = place[0], place[1], max(place[2], LOWEST)
     here = observed["tool_position"]
-    up = act("move_tool", target=(here[0], here[1], TRAVEL_HEIGHT), yaw=yaw, speed=SPEED)
+    up = act("move_tool", target=(here[0], here[1], TRAVEL_HEIGHT), yaw=yaw, speed=pace)
     return (
         act("grip", width=opened, force=DOUGH_FORCE),
         *((up,) if here[2] < TRAVEL_HEIGHT - HEIGHT_WITHIN else ()),
-        act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=yaw, speed=SPEED),
-        act("move_tool", target=(x, y, z + CLEARANCE), yaw=yaw, speed=SPEED),
+        act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=yaw, speed=pace),
+        act("move_tool", target=(x, y, z + CLEARANCE), yaw=yaw, speed=pace),
         act("move_tool", target=(x, y, z), yaw=yaw, speed=NEAR_SPEED),
         act("grip", width=width, force=force),
     )
 
 
-def _put(place: Place, opened: float) -> Leg:
+def _put(pace: float, place: Place, opened: float) -> Leg:
     """Carry what is held to `place`, set it down and rise."""
     x, y, z = place
     return (
-        act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=0.0, speed=CARRY_SPEED),
-        act("move_tool", target=(x, y, max(z + CLEARANCE, LOADED_CLEARANCE)), yaw=0.0, speed=CARRY_SPEED),
+        act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=0.0, speed=min(CARRY_SPEED, pace)),
+        act(
+            "move_tool",
+            target=(x, y, max(z + CLEARANCE, LOADED_CLEARANCE)),
+            yaw=0.0,
+            speed=min(CARRY_SPEED, pace),
+        ),
         act("move_tool", target=(x, y, z), yaw=0.0, speed=NEAR_SPEED),
-        *_release(place, opened),
+        *_release(pace, place, opened),
     )
 
 
-def _release(place: Place, opened: float) -> Leg:
+def _release(pace: float, place: Place, opened: float) -> Leg:
     """Open the fingers at `place` and rise."""
-    return (act("grip", width=opened, force=DOUGH_FORCE), *_rise(place, 0.0, SPEED))
+    return (act("grip", width=opened, force=DOUGH_FORCE), *_rise(place, 0.0, pace))
 
 
 def _rise(place: Place, yaw: float, speed: float) -> Leg:

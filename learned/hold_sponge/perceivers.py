@@ -30,7 +30,6 @@ def see_sponge(view: View) -> Perception:
         values: dict[str, Any] = {"sponge_seen": is_seen}
         if is_seen:
             face, top = top_face(points[foam])
-            along = face.heading if face.length >= face.width else face.heading + pi / 2.0
             values["sponge_position"] = estimate((face.x, face.y, top / 2.0), 0.005)
-            values["sponge_yaw"] = estimate(wrap_heading(along, pi), 0.05)
+            values["sponge_yaw"] = estimate(wrap_heading(face.longer_heading, pi), 0.05)
         view = yield values

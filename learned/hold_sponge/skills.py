@@ -4,7 +4,7 @@ The network imitates `clean_table` of AEROS (tools/train_hold_sponge.py).  It is
 hand at a time, and the gate decides each.  All lengths in metres, in the world frame.
 """
 
-from collections.abc import Generator
+from collections.abc import Generator, Iterable
 from math import dist, hypot
 
 from aeros.skill import Action, Inputs, Models, Observation, SkillBody, act
@@ -41,14 +41,24 @@ ARRIVED = 0.005
 STEPS = 60
 """Largest number of steps of the hand."""
 
+LOOKS = 5
+"""Largest number of looks for a sponge that is not seen."""
+
+SPONGE = ("sponge_position", "sponge_yaw")
+"""Pose of the sponge; unknown if the last picture does not show it."""
+
 PATIENCE = 40
 """Number of waits of 0.25 s for a reading that is missing or too old."""
 
 
 def take(observed: Observation, inputs: Inputs, models: Models) -> SkillBody:
-    """Look for the sponge, let the policy lead the open hand to it, close the hand and rise."""
-    observed = yield act("look", camera="overhead")
-    observed = yield from _sense(observed, "sponge_position", "sponge_yaw", "tool_position")
+    """Look for the sponge; if it is seen, let the policy lead the open hand to it, close it and rise."""
+    for _ in range(LOOKS):
+        observed = yield act("look", camera="overhead")
+        if _are_known(observed, SPONGE):
+            break
+    else:
+        return
     x, y, z = observed["sponge_position"]
     yaw = observed["sponge_yaw"]
     grasp = (x, y, z + SPONGE_GRASP)
@@ -70,10 +80,14 @@ def take(observed: Observation, inputs: Inputs, models: Models) -> SkillBody:
     yield act("look", camera="overhead")
 
 
+def _are_known(observed: Observation, names: Iterable[str]) -> bool:
+    return all(name in observed for name in names)
+
+
 def _sense(observed: Observation, *names: str) -> Task:
     """Wait until all of `names` are observed; a name that stays unknown ends the skill where it is read."""
     for _ in range(PATIENCE):
-        if all(name in observed for name in names):
+        if _are_known(observed, names):
             break
         observed = yield act("wait", duration=0.25)
     return observed

@@ -15,6 +15,7 @@ from aeros.runtime.ports import MotionCompletion
 from aeros.skill import Action, act
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.model.ecm import Skill
 from aeros.spec.text.discovery import reference_site_path
 from tests.shipped_scenes import ECMS
 from tests.unit.sim.acting import allow, execute
@@ -31,6 +32,11 @@ def configuration_of(module: str) -> Configuration:
     return Configuration(site, {module: loaded.ecm}, {}, "")
 
 
+def default_inputs(skill: Skill) -> dict[str, Any]:
+    """The value that each of its inputs has if nobody gives one; only numbers are there."""
+    return {name: float(one.default_value) for name, one in skill.inputs.items() if one.default_value}
+
+
 class Robot:
     """A robot that perceives as a module does.
 
@@ -41,6 +47,7 @@ class Robot:
 
     def __init__(self, module: str, plant: Any) -> None:
         configuration = configuration_of(module)
+        self._skills = configuration.modules[module].skills
         self.failures: list[Any] = []
         self._module = module
         self._sees = ObservationFilter(configuration.modules[module], configuration.site)
@@ -60,7 +67,8 @@ class Robot:
 
     def run(self, skill: str, actions: int = 1000) -> str | None:
         """Run a skill, at most `actions` of its actions; None, or why one did not complete."""
-        body = runpy.run_path(str(ECMS / self._module / "skills.py"))[skill](self.observed(), {})
+        inputs = default_inputs(self._skills[skill])
+        body = runpy.run_path(str(ECMS / self._module / "skills.py"))[skill](self.observed(), inputs)
         try:
             action: Action = next(body)
             for _ in range(actions):

@@ -113,6 +113,8 @@ OBSERVED = {
 }
 
 
+INPUTS = {"hand_speed": 0.45}
+
 LOOKED_FOR = {
     "sponge_seen",
     "sponge_position",
@@ -125,7 +127,7 @@ LOOKED_FOR = {
 
 @pytest.mark.parametrize("missing", OBSERVED)
 def test_a_skill_waits_or_looks_for_a_reading_that_is_missing(missing: str) -> None:
-    body = runpy.run_path(str(SKILLS))["organize"](OBSERVED, {})
+    body = runpy.run_path(str(SKILLS))["organize"](OBSERVED, INPUTS)
     action: Action = next(body)
     without = {name: value for name, value in OBSERVED.items() if name != missing}
     trying = act("look", camera="overhead") if missing in LOOKED_FOR else act("wait", duration=0.25)
@@ -136,7 +138,7 @@ def test_a_skill_waits_or_looks_for_a_reading_that_is_missing(missing: str) -> N
 
 
 def test_clutter_in_a_hand_that_was_stopped_is_let_go_over_the_bin_alone() -> None:
-    body = runpy.run_path(str(SKILLS))["organize"]({**OBSERVED, "holding": True}, {})
+    body = runpy.run_path(str(SKILLS))["organize"]({**OBSERVED, "holding": True}, INPUTS)
     actions = [next(body)]
     while actions[-1].kind != "grip":
         actions.append(body.send({**OBSERVED, "holding": True}))

@@ -82,6 +82,7 @@ class Executor:
         resumed: continue the session in the log, which ended without a closing record. Its quota counts and
             histories are restored, with a gap since its last record.
         on_close: called when the executor is closed, after every step has ended.
+        on_attend: called with the modules whose values matter, None for all.
 
     Raises:
         AuditError: another site was in force in the session to resume.
@@ -98,9 +99,10 @@ class Executor:
         *,
         resumed: bool = False,
         on_close: Callable[[], None] | None = None,
+        on_attend: Callable[[frozenset[str] | None], None] | None = None,
     ) -> None:
         self._plant = plant
-        self._on_close = on_close
+        self._on_close, self._on_attend = on_close, on_attend
         self._audit = audit
         self._open_run = open_run
         self._table = StepTable()
@@ -151,6 +153,11 @@ class Executor:
     def now(self) -> float:
         """Implement `Runtime.now`."""
         return self._plant.now()
+
+    def attend(self, modules: frozenset[str] | None) -> None:
+        """Implement `Runtime.attend`."""
+        if self._on_attend is not None:
+            self._on_attend(modules)
 
     def observe(self) -> Readings:
         """Implement `Runtime.observe`."""

@@ -15,6 +15,7 @@ from aeros.runtime.execution.governor import Governor
 from aeros.runtime.isolation.isolated_run import MIN_RESPONSE_TIMEOUT_S
 from aeros.runtime.perception.active_definition import ActiveDefinition
 from aeros.runtime.perception.active_perceiver import ActivePerceiver
+from aeros.runtime.perception.needed_modules import needed_modules
 from aeros.runtime.perception.perceiver_run import OpenPerceiver
 from aeros.runtime.ports import (
     CameraPicture,
@@ -39,7 +40,8 @@ class PerceivingPlant:
     """Plant that behaves as `plant` and measures what the modules in force perceive or define, too.
 
     A plant that measures itself what a module perceives or defines, as the symbolic one, is believed: the
-    module's perceivers do not run, and its definitions are not evaluated.
+    module's perceivers do not run, and its definitions are not evaluated. Nor are those of modules that the
+    agent does not attend to.
 
     Args:
         plant: the wrapped plant; closed with this one.
@@ -55,6 +57,7 @@ class PerceivingPlant:
         self._governor = governor
         self._open, self._record = open_perceiver, record
         self._generation: int | None = None
+        self._attended: frozenset[str] | None = None
         self._perceivers: dict[_PerceiverKey, ActivePerceiver] = {}
         self._definitions: dict[str, ActiveDefinition] = {}
         self._defined: dict[str, Reading] = {}
@@ -80,6 +83,15 @@ class PerceivingPlant:
         self._evaluate_definitions(readings)
         values = self._values()
         return {**readings, **values} if values else readings
+
+    def attend(self, modules: frozenset[str] | None) -> None:
+        """Say whose values matter. Other perceivers end, and their values and definitions are unknown.
+
+        Args:
+            modules: ids of modules; `needed_modules` says what they need. None for all.
+        """
+        if modules != self._attended:
+            self._attended, self._generation = modules, None
 
     def pictures(self) -> Mapping[str, CameraPicture]:
         """Return the newest pictures of the plant; see `newest_pictures`.
@@ -185,7 +197,8 @@ class PerceivingPlant:
             self._generation, configuration = self._governor.configuration()
             site = configuration.site
             self._in_invariants = site.perception.in_invariants
-            for ecm in configuration.modules.values():
+            needed = needed_modules(configuration, self._attended)
+            for ecm in (one for name, one in configuration.modules.items() if name in needed):
                 for name, definition in ecm.definitions.items():
                     definitions[name] = ActiveDefinition(definition, site)
                 for perceiver in ecm.perceivers.values():

@@ -452,7 +452,8 @@ class Scene:
     module: Identifier | None = field(
         default=None,
         metadata={
-            "doc": "the module whose variables its places, instruments and `truth` are; the site's if "
+            "doc": "the module whose variables its places, instruments and `truth` are, and whose names "
+            "of cameras it uses; the site's if "
             "absent, as in `module: kettle`"
         },
     )

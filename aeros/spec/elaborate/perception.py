@@ -205,9 +205,10 @@ class ModulePerception:
                 quantity.sensor.span,
                 help=("keep `sensor` or `definition`",),
             )
-        known = dict.fromkeys(site.sensor_names, True)
-        resolve_name(quantity.sensor, known, "a sensor of this site", self._diagnostics)
-        return self._names.site_name(quantity.sensor.value)
+        known = {name: name for name in site.sensor_names}
+        known |= {name: sensors[0] for name, sensors in self._names.sensors.items()}
+        sensor = resolve_name(quantity.sensor, known, "a sensor of this site", self._diagnostics)
+        return quantity.sensor.value if sensor is None else sensor
 
     def _definitions(
         self, written: Mapping[str, ExpressionField], own: Mapping[str, Declared]

@@ -44,7 +44,13 @@ _MAX_CONDITION_WORD: Final = ("robot",)
 """Words that conditions use themselves."""
 
 
-def elaborate_scene(scene: declared.Scene, included: Scene, folder: Path, diagnostics: Diagnostics) -> Scene:
+def elaborate_scene(
+    scene: declared.Scene,
+    included: Scene,
+    folder: Path,
+    diagnostics: Diagnostics,
+    cameras: Mapping[str, str],
+) -> Scene:
     """Elaborate the things that a file declares itself.
 
     Args:
@@ -52,11 +58,12 @@ def elaborate_scene(scene: declared.Scene, included: Scene, folder: Path, diagno
         included: the scenes that it includes, as one; its own name and parts.
         folder: folder of the file.
         diagnostics: receives the faults.
+        cameras: the site's names of cameras, by the names that the file uses; the others keep theirs.
 
     Returns:
         Included and declared things together; where faults were reported, some are missing.
     """
-    return _SceneElaborator(included, folder, diagnostics).scene(scene)
+    return _SceneElaborator(included, folder, diagnostics, cameras).scene(scene)
 
 
 class _SceneElaborator:
@@ -66,10 +73,14 @@ class _SceneElaborator:
         included: what is there already.
         folder: folder of the file.
         diagnostics: receives the faults.
+        cameras: the site's names of cameras, by the file's.
     """
 
-    def __init__(self, included: Scene, folder: Path, diagnostics: Diagnostics) -> None:
+    def __init__(
+        self, included: Scene, folder: Path, diagnostics: Diagnostics, cameras: Mapping[str, str]
+    ) -> None:
         self._found = included
+        self._site_cameras = cameras
         self._diagnostics = diagnostics
         self._numbers = Quantities(diagnostics)
         self._bodies = BodyElaborator(self._numbers, folder)
@@ -89,7 +100,7 @@ class _SceneElaborator:
         if scene.module is not None:
             measured = [name.value for name, _ in (*scene.places, *scene.instruments)]
             self._add("owners", dict.fromkeys(measured, scene.module.value))
-        self._add("cameras", _each(scene.cameras, self._camera))
+        self._add("cameras", {self._site_camera(name): self._camera(one) for name, one in scene.cameras})
         self._add("instruments", _each(scene.instruments, self._instrument))
         self._add("regions", _each(scene.regions, self._region))
         self._add("coatings", _each(scene.coatings, self._coating))
@@ -107,10 +118,17 @@ class _SceneElaborator:
             for name, _ in getattr(scene, field):
                 check_name_is_free(name, used, what.partition(" ")[2], self._diagnostics)
                 used.setdefault(name.value, what)
-        for field, what in (("cameras", "a camera"), ("truth", "a truth")):
-            used = dict.fromkeys(getattr(self._found, field), f"{what} of a scene that is included")
-            for name, _ in getattr(scene, field):
-                check_name_is_free(name, used, what.partition(" ")[2], self._diagnostics)
+        used = dict.fromkeys(self._found.truth, "a truth of a scene that is included")
+        for name, _ in scene.truth:
+            check_name_is_free(name, used, "truth", self._diagnostics)
+        used = dict.fromkeys(self._found.cameras, "a camera of a scene that is included")
+        for name, _ in scene.cameras:
+            site_camera = replace(name, value=self._site_camera(name))
+            check_name_is_free(site_camera, used, "camera", self._diagnostics)
+            used[site_camera.value] = f"the camera that this file calls `{name.value}`"
+
+    def _site_camera(self, name: TextField) -> str:
+        return self._site_cameras.get(name.value, name.value)
 
     def _robot(self, robot: declared.Robot) -> RobotMount:
         return RobotMount(robot.mount.value == "carriage", self._numbers.point(robot.at))

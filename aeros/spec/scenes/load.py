@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Final
 
 import aeros
@@ -67,12 +68,18 @@ def known_scenes(module_folders: Sequence[str | os.PathLike[str]] = ()) -> dict[
     return found
 
 
-def load_scene(name_or_path: str, module_folders: Sequence[str | os.PathLike[str]] = ()) -> Scene:
+def load_scene(
+    name_or_path: str,
+    module_folders: Sequence[str | os.PathLike[str]] = (),
+    cameras: Mapping[str, Mapping[str, str]] = MappingProxyType({}),
+) -> Scene:
     """Load a scene.
 
     Args:
         name_or_path: a name, or a path of a file; a name goes before a path.
         module_folders: folders of modules whose scenes may be named, there and in `include`.
+        cameras: for each module, the site's names of cameras by the module's; a scene of the module uses
+            the module's.
 
     Returns:
         The scene with all that it includes.
@@ -80,7 +87,7 @@ def load_scene(name_or_path: str, module_folders: Sequence[str | os.PathLike[str
     Raises:
         UserError: there is no such file, or it has problems.
     """
-    loader = _Loader(known_scenes(module_folders))
+    loader = _Loader(known_scenes(module_folders), cameras)
     scene = loader.load(loader.find(name_or_path, Path(), None))
     loader.diagnostics.raise_if_errors()
     return scene
@@ -112,11 +119,13 @@ class _Loader:
 
     Attributes:
         known: paths of scenes by name.
+        cameras: for each module, the site's names of cameras by the module's.
         diagnostics: receives the faults.
         under_way: the files that are being loaded.
     """
 
     known: dict[str, Path]
+    cameras: Mapping[str, Mapping[str, str]]
     diagnostics: Diagnostics = field(default_factory=Diagnostics)
     under_way: list[Path] = field(default_factory=list)
 
@@ -159,7 +168,8 @@ class _Loader:
                 added = replace(added, robot=None)
             whole = merge(whole, added, include.scene.span, self.diagnostics)
         self.under_way.pop()
-        return elaborate_scene(file, whole, path.parent, self.diagnostics)
+        cameras = {} if file.module is None else self.cameras.get(file.module.value, {})
+        return elaborate_scene(file, whole, path.parent, self.diagnostics, cameras)
 
     def _include(self, include: declared.Include, folder: Path) -> Scene:
         """Load an included scene, with its names and its place.
@@ -208,7 +218,10 @@ def _empty(name: str, digest: str) -> Scene:
 
 
 def add_scene(
-    scene: Scene, name_or_path: str, module_folders: Sequence[str | os.PathLike[str]] = ()
+    scene: Scene,
+    name_or_path: str,
+    module_folders: Sequence[str | os.PathLike[str]] = (),
+    cameras: Mapping[str, Mapping[str, str]] = MappingProxyType({}),
 ) -> Scene:
     """Add the things of another scene file.
 
@@ -216,6 +229,7 @@ def add_scene(
         scene: the scene.
         name_or_path: as in `load_scene`.
         module_folders: as in `load_scene`.
+        cameras: as in `load_scene`.
 
     Returns:
         Both together.
@@ -224,6 +238,6 @@ def add_scene(
         UserError: there is no such file, it has problems, or both have the same names.
     """
     diagnostics = Diagnostics()
-    whole = merge(scene, load_scene(name_or_path, module_folders), None, diagnostics)
+    whole = merge(scene, load_scene(name_or_path, module_folders, cameras), None, diagnostics)
     diagnostics.raise_if_errors()
     return whole

@@ -58,6 +58,7 @@ class FakeRuntime:
         self.reported: list[AuditEvent] = []
         self.clock = 100.0
         self.certificates: dict[str, Certificate] = {}
+        self.attended: list[frozenset[str] | None] = []
         self._site = at or site()
 
     @property
@@ -73,6 +74,9 @@ class FakeRuntime:
 
     def certificate(self, module: str) -> Certificate | None:
         return self.certificates.get(module)
+
+    def attend(self, modules: frozenset[str] | None) -> None:
+        self.attended.append(modules)
 
     def now(self) -> float:
         return self.clock

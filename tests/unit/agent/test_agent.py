@@ -16,7 +16,7 @@ from aeros.agent.errors import AgentError
 from aeros.agent.execution.journal import AgentEvent
 from aeros.agent.execution.report import RunReport
 from aeros.agent.instructions.grammar import InstructionError
-from aeros.agent.planning.base import Planner
+from aeros.agent.planning.base import Planner, RulePlanner
 from aeros.runtime.ports import Runtime
 from tests.unit.agent.fake_runtime import FakeRuntime
 
@@ -112,3 +112,22 @@ def test_a_damaged_memory_is_a_reason_and_no_agent(tmp_path: Path) -> None:
     (tmp_path / "memory.sqlite3").write_bytes(b"not a database at all" * 100)
     with pytest.raises(AgentError, match="damaged"):
         run(tmp_path, FakeRuntime())
+
+
+def test_a_run_by_rules_attends_to_its_own_modules_and_then_to_all() -> None:
+    runtime = FakeRuntime()
+    with open_temporary_agent("chef", runtime, None) as agent:
+        agent.run("Make dumplings!")
+    assert runtime.attended == [frozenset({"dumpling"}), None]
+
+
+def test_a_run_by_another_planner_attends_to_all_modules(tmp_path: Path) -> None:
+    class Guessing:
+        name = "guessing"
+
+        def plan(self, *given: Any) -> Any:
+            return RulePlanner().plan(*given)
+
+    runtime = FakeRuntime()
+    run(tmp_path, runtime, Guessing())
+    assert runtime.attended == [None, None]

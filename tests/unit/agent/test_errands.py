@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from aeros.agent.errands import barred_skills, barred_steps, combined_report
+from aeros.agent.errands import barred_skills, barred_steps, combined_report, modules_of
 from aeros.agent.execution.report import RunReport
 from aeros.agent.instructions.understand import Errand, Understanding
 from aeros.agent.planning.routing import RoutedTask
@@ -77,3 +77,15 @@ def test_the_report_of_several_errands_has_all_goals_and_the_last_result() -> No
     assert (whole.task, whole.reached, whole.reason) == ("two", False, "m.two: no luck")
     assert (whole.goal, whole.replans) == ("(one_done), then (two_done)", 2)
     assert whole.measured == {"one": True, "two": False}
+
+
+def test_an_instruction_concerns_the_modules_of_its_tasks_goals_and_conditions(
+    modules: dict[str, Ecm],
+) -> None:
+    clean = RoutedTask("clean_table", modules["clean_table"].tasks["clean_table"])
+    serve = RoutedTask("serve_table", modules["serve_table"].tasks["serve_table"])
+    is_clean = clean.task.goal
+    assert modules_of(Understanding("", (Errand(clean),), (serve,))) == {"clean_table"}
+    assert modules_of(Understanding("", (Errand(serve),), ())) == {"serve_table", "clean_table"}
+    assert modules_of(Understanding("", (Errand(MAKE),), ())) == {"m"}
+    assert modules_of(Understanding("", (Errand(MAKE, is_clean), Errand(SHARED)), ())) == {"m", "clean_table"}

@@ -87,7 +87,7 @@ def speeds(records: list[dict[str, Any]]) -> set[float]:
 
 def test_an_upgrade_takes_over_in_the_middle_of_a_run(robot: Robot, running: subprocess.Popen[str]) -> None:
     robot.rewrite("ecm.yaml", "version: 1.0.0", "version: 1.1.0")
-    robot.rewrite("skills.py", "\nSPEED = 0.45", "\nSPEED = 0.12")
+    robot.rewrite("skills.py", 'pace = inputs["hand_speed"]', "pace = 0.12")
     assert "1.1.0 is active" in robot.terminal("install ./make_dumplings")
     robot.terminal("resume")
     message, _ = running.communicate(timeout=_PATIENCE)

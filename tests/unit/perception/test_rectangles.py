@@ -38,6 +38,17 @@ def test_a_heading_beyond_a_quarter_turn_makes_the_width_the_longer_side() -> No
     assert found == pytest.approx((0.0, 0.0, pi / 6.0, 0.1, 0.4), abs=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("sides", "longer", "shorter"),
+    [((0.4, 0.1), 0.2, 0.2 + pi / 2.0), ((0.1, 0.4), 0.2 + pi / 2.0, 0.2), ((0.1, 0.1), 0.2, 0.2 + pi / 2.0)],
+)
+def test_each_side_has_its_heading_whichever_is_called_the_length(
+    sides: tuple[float, float], longer: float, shorter: float
+) -> None:
+    found = Rectangle(0.0, 0.0, 0.2, *sides)
+    assert (found.longer_heading, found.shorter_heading) == (longer, shorter)
+
+
 def test_one_point_has_no_size() -> None:
     found = min_area_rectangle(np.array([[3.0, 4.0]]))
     assert (found.x, found.y, found.length, found.width) == pytest.approx((3.0, 4.0, 0.0, 0.0))

@@ -10,16 +10,19 @@ from typing import Any
 import pytest
 
 from aeros.agent.execution.journal import AgentEvent, Observer
-from aeros.runtime.audit.log import verify_log
+from aeros.runtime.audit.log import AuditLog, verify_log
 from aeros.runtime.bus.message_publisher import RobotChain
 from aeros.runtime.execution.governor import FixedGovernor
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.ports import Plant, Readings
 from aeros.runtime.proving import prove_configuration
-from aeros.session.assembly import SessionSetup, open_agent, open_recorded_plant
+from aeros.runtime.skills.in_process_run import run_in_process
+from aeros.session.assembly import SessionSetup, build_executor, open_agent, open_recorded_plant
 from aeros.session.plant_factory import open_plant
 from aeros.spec.text.discovery import reference_site_path
 from tests.repo.tree import ROOT
+from tests.unit.runtime.perception.kettle import CameraPlant, Scripted, kettle
+from tests.unit.runtime.perception.kettle import configuration as kettle_configuration
 
 
 class Ear:
@@ -106,3 +109,24 @@ def test_a_lost_memory_is_reported(configuration: Configuration, tmp_path: Path)
         "a new one begins"
         for lost in ("session", "3 sessions")
     ]
+
+
+@pytest.mark.parametrize("perceives_all", [False, True])
+def test_an_agent_attends_to_some_modules_unless_a_recording_or_client_may_read_all(
+    tmp_path: Path, *, perceives_all: bool
+) -> None:
+    plant = CameraPlant()
+    plant.take()
+    kettles = kettle_configuration(kettle())
+    opened = Scripted({"water_hot": True})
+    with (
+        AuditLog(tmp_path / "audit.jsonl") as audit,
+        build_executor(
+            kettles, plant, audit, run_in_process, open_perceiver=opened, perceives_all=perceives_all
+        ) as executor,
+    ):
+        assert "kettle.water_hot" in executor.observe()
+        executor.attend(frozenset())
+        assert ("kettle.water_hot" in executor.observe()) == perceives_all
+        executor.attend(None)
+        assert "kettle.water_hot" in executor.observe()

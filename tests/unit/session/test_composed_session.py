@@ -1,17 +1,20 @@
 """A module for a task of its own, with its predicate, detector, object and numbers, and a shipped module.
 
-It is written as a new user would: nothing of `aeros` and no site is changed for it.
+It is written as a new user would: nothing of `aeros` and no site is changed for it. It runs at three sites.
 """
 
 from __future__ import annotations
 
 import json
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
 
 from aeros.cli.main import main
 from aeros.exit_codes import Exit
+from aeros.spec.text.discovery import reference_site_path
+from tests.modules.other_sites import bindings, site_with_other_names, slower_site
 from tests.repo.tree import ROOT
 
 MODULE = Path(__file__).with_name("data") / "lay_block"
@@ -23,16 +26,34 @@ def aeros(*arguments: str, **paths: Path) -> int:
     return main([*arguments, *options])
 
 
+def reference_site(folder: Path) -> Path:
+    return Path(reference_site_path())
+
+
 @pytest.mark.physics
+@pytest.mark.parametrize(
+    ("make_site", "binding", "shipped_settings"),
+    [
+        (reference_site, "area=table_area", ()),
+        (site_with_other_names, "area=counter_space", bindings("clean_table")),
+        (slower_site, "area=table_area", ()),
+    ],
+)
 def test_it_is_configured_composed_and_true_in_the_simulator(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    make_site: Callable[[Path], Path],
+    binding: str,
+    shipped_settings: Sequence[str],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     state = tmp_path / "robot"
+    assert aeros("policy", str(make_site(tmp_path)), state=state) == Exit.SUCCESS
     assert aeros("install", str(MODULE), state=state) == Exit.REJECTED  # the other is not there yet
     for folder in (SHIPPED, MODULE):
         assert aeros("install", str(folder), state=state) == Exit.SUCCESS
-    assert aeros("configure", "clean_table", state=state) == Exit.SUCCESS
-    assert aeros("configure", "lay_block", "--bind", "area=table_area", state=state) == Exit.SUCCESS
+    shipped = [word.removeprefix("clean_table.") for word in shipped_settings]
+    assert aeros("configure", "clean_table", *shipped, state=state) == Exit.SUCCESS
+    assert aeros("configure", "lay_block", "--bind", binding, state=state) == Exit.SUCCESS
     for name in ("clean_table", "lay_block"):
         assert aeros("activate", name, state=state) == Exit.SUCCESS
     run = ("run", "lay the purple block on its spot", "--seed", "4")

@@ -88,7 +88,8 @@ _VIEW_ATTRIBUTES: Final = split_names(
     "points readings rgb samples target time uncertainty "
     "up width "
     # what the toolkit finds
-    "axis heading height_at length middle normal position radius spread top x y"
+    "axis heading height_at length longer_heading middle "
+    "normal position radius shorter_heading spread top x y"
 )
 
 PERCEIVER_NAMES: Final = AllowedNames(

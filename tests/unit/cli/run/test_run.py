@@ -137,7 +137,7 @@ def test_a_skill_that_asks_for_more_than_it_declares_is_denied_and_nothing_moves
     module = tmp_path / "ecms" / "make_dumplings"
     shutil.copytree(REPOSITORY / "ecms" / "make_dumplings", module)
     code = (module / "skills.py").read_text()
-    (module / "skills.py").write_text(code.replace("\nSPEED = 0.45", "\nSPEED = 0.9"))
+    (module / "skills.py").write_text(code.replace("pace = inputs", "pace = 2 * inputs"))
     assert main(["verify", str(module)]) == Exit.SUCCESS
     assert _run(tmp_path, "--plant", "symbolic", "--ecms", str(module)) == Exit.REJECTED
     assert "AE730" in capsys.readouterr().out

@@ -338,3 +338,28 @@ def test_a_tick_evaluates_definitions_and_follows_no_new_configuration() -> None
     setting.governor.failing = None
     setting.governor.change(configuration(defining("tool_position.x > 0.6 m")))
     assert setting.plant.observe()["kettle.near"].value is False
+
+
+def test_a_module_that_nobody_attends_to_measures_nothing() -> None:
+    setting = Setting()
+    setting.inner.take()
+    assert "kettle.water_hot" in setting.plant.observe()
+    setting.plant.attend(frozenset({"other"}))
+    assert "kettle.water_hot" not in setting.plant.observe()
+    assert setting.runs.closed == 1
+    setting.inner.take()
+    setting.plant.observe()
+    assert len(setting.runs.views) == 1
+    setting.plant.attend(frozenset({"kettle"}))
+    assert "kettle.water_hot" in setting.plant.observe()
+    setting.plant.attend(None)
+    assert "kettle.water_hot" in setting.plant.observe()
+    assert setting.runs.closed == 1
+    assert len(setting.runs.views) == 2
+
+
+def test_a_definition_of_a_module_that_nobody_attends_to_is_unknown() -> None:
+    setting = Setting(ecm=defining("true"))
+    assert "kettle.near" in setting.plant.observe()
+    setting.plant.attend(frozenset())
+    assert "kettle.near" not in setting.plant.observe()

@@ -222,6 +222,29 @@ def test_a_cell_is_put_together_from_files_and_may_use_their_names(write: Write)
     assert scene.robot == RobotMount(False, (0.0, 0.0, 0.0))
 
 
+CAMERA = "{eye: [1 m, 0 m, 1 m], target: [0 m, 0 m, 0 m]}"
+
+
+def test_a_scene_of_a_module_uses_the_modules_names_of_cameras(write: Write) -> None:
+    write(f"module: kettle\ncameras: {{top: {CAMERA}, side: {CAMERA}}}\n", "part.yaml")
+    whole = write(f"include: [{{scene: part.yaml}}]\ncameras: {{front: {CAMERA}}}\n", "cell.yaml")
+    assert list(load_scene(whole).cameras) == ["top", "side", "front"]
+    bound = {"kettle": {"top": "overhead", "front": "mast"}, "toaster": {"side": "hand"}}
+    assert list(load_scene(whole, (), bound).cameras) == ["overhead", "side", "front"]
+    added = add_scene(load_scene("bare"), whole, (), bound)
+    assert added.cameras["overhead"] == load_scene(whole).cameras["top"]
+
+
+def test_two_cameras_of_a_scene_cannot_be_bound_to_one(write: Write) -> None:
+    path = write(f"module: kettle\ncameras: {{top: {CAMERA}, side: {CAMERA}}}\n")
+    with pytest.raises(UserError) as error:
+        load_scene(path, (), {"kettle": {"side": "top"}})
+    (found,) = error.value.diagnostics
+    assert (found.code, "`top` is already the camera" in found.headline) == ("AE121", True), found.headline
+    assert found.primary is not None
+    assert found.primary.span.text == "side"
+
+
 @pytest.mark.parametrize(
     ("include", "code", "message"),
     [

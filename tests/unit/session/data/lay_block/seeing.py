@@ -22,10 +22,9 @@ def see(view: View) -> Perception:
         values: dict[str, Any] = {"block_seen": False}
         if np.count_nonzero(patch) > 25:
             face, height = top_face(points[patch])
-            turn = 0.0 if face.length > face.width else pi / 2
             values = {
                 "block_seen": True,
                 "block_at": estimate((face.x, face.y, height - HALF_HEIGHT), 0.004),
-                "block_yaw": estimate(wrap_heading(face.heading + turn, pi), 0.1),
+                "block_yaw": estimate(wrap_heading(face.longer_heading, pi), 0.1),
             }
         view = yield values

@@ -111,6 +111,19 @@ def test_a_need_of_the_name_of_a_thing_is_bound_to_it_unless_another_is_chosen(
     assert other.volumes == site.volumes  # the site's words stay
 
 
+def test_a_variable_of_the_module_is_measured_by_the_sensor_that_a_need_is_bound_to(
+    folder: Path, site: Site
+) -> None:
+    manifest = folder / "ecm.yaml"
+    text = manifest.read_text().replace("needs:\n", "needs:\n  eye: {is: sensor}\n")
+    own = "state:\n  dirt_seen: {type: bool, sensor: eye, max_age: 1 s}\n\ncapabilities:\n"
+    manifest.write_text(text.replace("capabilities:\n", own))
+    ecm, problems = elaborated(folder, bound(site, surface="tabletop", eye="camera"))
+    assert problems == []
+    assert ecm is not None
+    assert ecm.state[f"{MODULE}.dirt_seen"].sensor == "camera"
+
+
 def test_parameters_are_constants_of_the_module(folder: Path, site: Site) -> None:
     ecm, problems = elaborated(folder, bound(site, surface="tabletop"))
     assert problems == []
