@@ -8,6 +8,7 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from aeros.cli.arguments import add_command, add_solver_limits, existing_path
+from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.terminal import print_coloured
 from aeros.exit_codes import Exit
 from aeros.spec.backends.oracle import Oracle
@@ -57,6 +58,7 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument(
         "--fail-on", choices=("newly-allowed",), help="exit with 1 if anything is newly allowed"
     )
+    add_module_settings(parser)
     add_solver_limits(parser)
     parser.set_defaults(command=_command)
 
@@ -66,11 +68,13 @@ def _command(arguments: argparse.Namespace) -> Exit:
     if is_site(old) != is_site(new):
         print("aeros: one of the two is a site file, the other holds modules", file=sys.stderr)
         return Exit.USAGE
-    if is_site(old) and arguments.site is not None:
-        print("aeros: `--site` is for comparing modules; these are site files", file=sys.stderr)
+    configurations = module_configurations(arguments)
+    if is_site(old) and (arguments.site is not None or configurations):
+        given = "--bind` and `--set` are" if configurations else "--site` is"
+        print(f"aeros: `{given} for comparing modules; these are site files", file=sys.stderr)
         return Exit.USAGE
     oracle = Oracle(arguments.rlimit, seconds=arguments.question_timeout, max_timeouts=MAX_TIMEOUTS)
-    difference = compare(old, new, arguments.site or reference_site_path(), oracle)
+    difference = compare(old, new, arguments.site or reference_site_path(), oracle, configurations)
     if arguments.format == "json":
         print(json.dumps(_as_json(difference), indent=1, ensure_ascii=True))
     else:

@@ -5,9 +5,10 @@ Neither side is verified. What is compared is what the gate would allow, and Φ 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, SpanLabel
@@ -15,6 +16,7 @@ from aeros.spec.difference.module_changes import module_changes
 from aeros.spec.difference.policy_change import PolicyChange, Relation
 from aeros.spec.difference.site_changes import site_changes
 from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.model.configured import ModuleConfiguration
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import MANIFEST, module_folders
@@ -59,7 +61,13 @@ def is_site(path: Path) -> bool:
     return path.is_file() and path.name != MANIFEST
 
 
-def compare(old: Path, new: Path, site_path: Path, oracle: Oracle | None = None) -> PolicyDifference:
+def compare(
+    old: Path,
+    new: Path,
+    site_path: Path,
+    oracle: Oracle | None = None,
+    configurations: Mapping[str, ModuleConfiguration] = MappingProxyType({}),
+) -> PolicyDifference:
     """Compare two site files, or two modules or folders of modules.
 
     Args:
@@ -67,6 +75,7 @@ def compare(old: Path, new: Path, site_path: Path, oracle: Oracle | None = None)
         new: path of the new side, which decides what is compared.
         site_path: site under which modules are compared; unused for sites.
         oracle: answers the questions; None for one of the default budget.
+        configurations: settings of the modules of both sides, by module; unused for sites.
 
     Returns:
         What going from `old` to `new` newly allows and denies.
@@ -79,6 +88,8 @@ def compare(old: Path, new: Path, site_path: Path, oracle: Oracle | None = None)
             return PolicyDifference(problems=tuple(sink))
         return PolicyDifference(tuple(site_changes(before, after, oracle)), tuple(sink))
     site = load_site(site_path, sink)
+    if site is not None:
+        site = site.with_configurations(configurations)
     modules = [] if site is None else [_modules(path, site, sink) for path in (old, new)]
     if site is None or sink.has_errors:
         return PolicyDifference(problems=tuple(sink))
