@@ -152,17 +152,13 @@ def print_open_settings(module: str, settings: Iterable[Setting]) -> None:
 
 
 def _reason(one: Setting) -> str:
-    """Describe where a value is from, and which others there are."""
+    """Describe where a value is from, which others there are, and in parentheses its meaning."""
+    meaning = f" ({one.description})" if one.description else ""
+    if one.is_parameter:
+        return f"{'open' if one.is_open else one.source}; {one.allowed}{meaning}"
     others = [name for name in one.choices if name != one.value] if one.value else []
     also = f"; also possible: {', '.join(others)}" if others else ""
     if one.is_open:
-        return f"open; {one.description}" if one.is_parameter else f"open: {', '.join(one.choices)}"
-    match one.source:
-        case "set":
-            return f"set; {one.description}" if one.is_parameter else f"set{also}"
-        case "default":
-            return f"default; {one.description}"
-        case "only choice":
-            return "the only one here that suits"
-        case _:
-            return f"of the same name{also}"
+        return f"open: {', '.join(one.choices)}{meaning}" if one.choices else f"open{meaning}"
+    reason = {"set": f"set{also}", "only choice": "the only one here that suits"}
+    return f"{reason.get(one.source, f'of the same name{also}')}{meaning}"

@@ -388,7 +388,7 @@ _TABLE: Final = (
         "AE886",
         "absent-module",
         "configuration",
-        "the policy names a module or skill that is not in the configuration",
+        "the policy or a setting names a module or skill that is not in the configuration",
     ),
     # AE9xx: certificates
     DiagnosticCode("AE901", "certificate-missing", "certificate", "a module has no certificate"),

@@ -20,6 +20,7 @@ from aeros.spec.model.configured import ModuleConfiguration
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import MANIFEST, module_folders
+from aeros.spec.verification.modules_with_settings import absent_module_problems
 
 
 @dataclass(frozen=True)
@@ -91,6 +92,9 @@ def compare(
     if site is not None:
         site = site.with_configurations(configurations)
     modules = [] if site is None else [_modules(path, site, sink) for path in (old, new)]
+    folders = [one for path in (old, new) for one in module_folders(path, Diagnostics())]
+    for problem in absent_module_problems(configurations, folders):
+        sink.report(problem)
     if site is None or sink.has_errors:
         return PolicyDifference(problems=tuple(sink))
     return PolicyDifference(tuple(_compare_modules(modules[0], modules[1], site, oracle)), tuple(sink))

@@ -161,5 +161,7 @@ def test_modules_with_open_needs_are_compared_as_they_are_bound(
         (here / folder / "ecm.yaml").write_text(changed, "utf-8")
     assert diff(*MODULES) == Exit.REJECTED
     assert "the parameter `most` of `tidy` has no value" in capsys.readouterr().out
+    assert diff(*MODULES, "--set", "tidi.most=15 N") == Exit.REJECTED
+    assert "settings are given for `tidi`" in capsys.readouterr().out
     assert diff(*MODULES, "--set", "tidy.most=15 N", "--fail-on", "newly-allowed") == Exit.SUCCESS
     assert diff(*MODULES, "--set", "tidy.most=16 N", "--fail-on", "newly-allowed") == Exit.REJECTED
