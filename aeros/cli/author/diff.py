@@ -25,11 +25,13 @@ if TYPE_CHECKING:
 _EXAMPLES = """\
 Each skill and action kind (for sites: each action kind) is compared over all states, parameters and
 inputs.  The report lists what is newly allowed and what is newly denied, with witnesses that were
-replayed.  Neither side is verified; use `aeros verify`.
+replayed.  So are access, limits, perceivers, tools and the rest of the policy.  Every other field is
+compared by its text, and a change of it is listed as changed.  Neither side is verified; use `aeros verify`.
 
 examples:
   aeros diff released/wrap ecms/wrap                          two versions of a module
   aeros diff released ecms --site cell.yaml                   two folders of modules, under a site
+  aeros diff old/polish polish --set polish.force="6 N"       a module whose needs or parameters are open
   aeros diff cell.yaml cell_after_assessment.yaml             two versions of a site
   aeros diff released ecms --fail-on newly-allowed            for a review: 1 if anything is newly allowed
 """
