@@ -9,6 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from math import inf
 from typing import Any, Final
 
 from aeros.runtime.gate.configuration import Configuration
@@ -177,19 +178,37 @@ class ResourceMeter:
         self._modules[ecm.id] = _ModuleUse(is_isolated, skills, perceivers, sorted(devices), sorted(channels))
 
 
+class _AnswerTimer:
+    """Timer of the answers of one run; it reads the memory now and then, as a worker may end by itself."""
+
+    def __init__(
+        self, run: SkillRunProtocol | PerceiverRun, use: _CodeUse, clock: Callable[[], float]
+    ) -> None:
+        self._run, self._use, self._clock = run, use, clock
+        self._began, self._read = 0.0, -inf
+
+    def __enter__(self) -> None:
+        self._began = self._clock()
+
+    def __exit__(self, *_: object) -> None:
+        now = self._clock()
+        self._use.answered(now - self._began)
+        if now - self._read >= PERIOD_S:
+            self._read = now
+            self._use.read_memory(self._run)
+
+
 class _MeasuredRun:
     """Run of a skill whose answers are timed; implements `SkillRunProtocol`."""
 
     def __init__(self, run: SkillRunProtocol, use: _CodeUse, clock: Callable[[], float]) -> None:
-        self._run, self._use, self._clock = run, use, clock
+        self._run, self._use = run, use
+        self._timer = _AnswerTimer(run, use, clock)
 
     def resume(self, observation: Observation, seconds: float) -> Action | SkillRunResult:
         """Implement `SkillRunProtocol.resume`."""
-        began = self._clock()
-        try:
+        with self._timer:
             return self._run.resume(observation, seconds)
-        finally:
-            self._use.answered(self._clock() - began)
 
     def close(self) -> str | None:
         """Implement `SkillRunProtocol.close`."""
@@ -201,15 +220,13 @@ class _MeasuredPerceiver:
     """Run of a perceiver whose calls are timed; implements `PerceiverRun`."""
 
     def __init__(self, run: PerceiverRun, use: _CodeUse, clock: Callable[[], float]) -> None:
-        self._run, self._use, self._clock = run, use, clock
+        self._run, self._use = run, use
+        self._timer = _AnswerTimer(run, use, clock)
 
     def perceive(self, view: ViewInput, seconds: float) -> Perceived:
         """Implement `PerceiverRun.perceive`."""
-        began = self._clock()
-        try:
+        with self._timer:
             return self._run.perceive(view, seconds)
-        finally:
-            self._use.answered(self._clock() - began)
 
     def close(self) -> None:
         """Implement `PerceiverRun.close`."""
