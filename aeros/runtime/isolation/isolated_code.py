@@ -39,6 +39,14 @@ class IsolatedCode:
         self._connection = WorkerConnection(channel)
         self._is_alive = True
 
+    def memory_peak(self) -> int | None:
+        """Return the most memory that the worker has mapped beyond its interpreter's, bytes.
+
+        Returns:
+            The size; None if the worker has ended or the system does not say.
+        """
+        return self._zygote.worker_memory() if self._is_alive else None
+
     def _request(self, question: RuntimeRequest, seconds: float) -> WorkerResponse:
         """Send a request and wait for the response; see `WorkerConnection.request`."""
         return self._connection.request(question, seconds)

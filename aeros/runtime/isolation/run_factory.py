@@ -79,10 +79,8 @@ class SkillRunFactory:
             return run_in_process(site, ecm, skill, inputs)
         code = certified_code(ecm, skill)
         pool, layers = self.pool_and_layers(site, ecm, _preload_modules(ecm))
-        policy = site.isolation
-        limits = ecm.worker or WorkerLimits(policy.memory, policy.answer_timeout_s)
-        within = float(min(limits.answer_within, policy.answer_timeout_s))
-        return IsolatedRun(pool, layers, code, inputs, within, min(limits.memory, policy.memory))
+        limits = limits_in_force(site, ecm)
+        return IsolatedRun(pool, layers, code, inputs, float(limits.answer_within), limits.memory)
 
     def pool_and_layers(
         self, site: Site, ecm: Ecm, preload: tuple[str, ...]
@@ -169,6 +167,21 @@ class SkillRunFactory:
         """Return the layers that `policy` requires and this host lacks, each with the reason."""
         why = {layer.value: missing for layer, missing in self._missing.items() if missing is not None}
         return {name: why[name] for name in sorted(policy.required_layers) if name in why}
+
+
+def limits_in_force(site: Site, ecm: Ecm) -> WorkerLimits:
+    """Return the limits on the processes of a module's skills.
+
+    Args:
+        site: the site in force.
+        ecm: the module.
+
+    Returns:
+        The module's own limits, as far as the site allows them; else those of the site.
+    """
+    policy = site.isolation
+    limits = ecm.worker or WorkerLimits(policy.memory, policy.answer_timeout_s)
+    return WorkerLimits(min(limits.memory, policy.memory), min(limits.answer_within, policy.answer_timeout_s))
 
 
 def require_devices(site: Site, ecm: Ecm) -> None:

@@ -102,6 +102,23 @@ class Zygote:
                 raise ZygoteError(f"the zygote is gone: {failure}") from failure
         return ours
 
+    def worker_memory(self) -> int | None:
+        """Return the most memory that the worker has mapped beyond this zygote's, bytes.
+
+        Returns:
+            The size; None if there is no worker, or the system does not say.
+        """
+        if self._process is None:
+            return None
+        try:
+            *_, zygote, worker = _line_of_descent(self._process.pid)
+            # A worker is forked, so it has the command line of its zygote.
+            if _process_file(zygote, "cmdline") != _process_file(worker, "cmdline"):
+                return None
+            return max(_memory_field(worker, "VmPeak") - _memory_field(zygote, "VmSize"), 0)
+        except (OSError, ValueError):
+            return None
+
     def end_worker(self) -> int:
         """Kill the worker and every process that it started.
 
@@ -282,6 +299,30 @@ def _folder_of(package: str) -> Path:
 def _bundled_library_folders(packages: Sequence[Path]) -> list[str]:
     """Return the folders in which wheels put their shared libraries."""
     return [str(folder.parent / f"{folder.name}.libs") for folder in packages]
+
+
+def _process_file(process: int, name: str) -> str:
+    return Path(f"/proc/{process}/{name}").read_text("utf-8", "replace")
+
+
+def _line_of_descent(process: int) -> list[int]:
+    """Return a process, its first child, the first child of that, and so on."""
+    line = [process]
+    while children := _process_file(line[-1], f"task/{line[-1]}/children").split():
+        line.append(int(children[0]))
+    return line
+
+
+def _memory_field(process: int, name: str) -> int:
+    """Read a size of a process from its status, bytes.
+
+    Raises:
+        ValueError: the status lacks it, as that of a process that has ended.
+    """
+    for line in _process_file(process, "status").splitlines():
+        if line.startswith(f"{name}:"):
+            return int(line.split()[1]) * 1024
+    raise ValueError(f"process {process} has no {name}")
 
 
 def _first_process_handle(info: int) -> int:

@@ -394,7 +394,7 @@ _TABLE: Final = (
         "AE886",
         "absent-module",
         "configuration",
-        "the policy names a module or skill that is not in the configuration",
+        "the policy or a setting names a module or skill that is not in the configuration",
     ),
     # AE9xx: certificates
     DiagnosticCode("AE901", "certificate-missing", "certificate", "a module has no certificate"),
@@ -417,9 +417,7 @@ _TABLE: Final = (
         "difference",
         "two versions have different parameters, inputs or measurements",
     ),
-    DiagnosticCode(
-        "AE954", "otherwise-changed", "difference", "a change does not affect the allowed actions"
-    ),
+    DiagnosticCode("AE954", "otherwise-changed", "difference", "a change is not compared by what it allows"),
     # AE96x: what is installed on a robot
     DiagnosticCode("AE960", "not-now", "registry", "a command does not fit the state of a module or block"),
     DiagnosticCode("AE961", "bundle-unusable", "registry", "a module's files cannot be stored"),

@@ -41,16 +41,27 @@ def vocabulary_changes(old: Mapping[str, Declared], new: Mapping[str, Declared])
         headline = f"`{name}` may be {format_number(ages[1])} s old, before {format_number(ages[0])} s"
         age = bounds_relation(ages[1] > ages[0], ages[1] < ages[0])
         yield finite_change(f"{subject}/max_age", age, headline, before.span, after.span)
-        doubts = [one.uncertainty or Fraction(0) for one in (before, after)]
-        shown = [format_quantity(doubt, after.unit) for doubt in doubts]
-        headline = f"`{name}` may be uncertain by {shown[1]}, before by {shown[0]}"
-        doubt = bounds_relation(doubts[1] > doubts[0], doubts[1] < doubts[0])
-        yield finite_change(f"{subject}/uncertainty", doubt, headline, before.span, after.span)
+        yield _uncertainty_change(f"{subject}/uncertainty", before, after)
+        public = bounds_relation(
+            after.is_public and not before.is_public, before.is_public and not after.is_public
+        )
+        headline = f"modules that require this one {'may' if after.is_public else 'may not'} read `{name}`"
+        yield finite_change(f"{subject}/public", public, headline, before.span, after.span)
         if before.sensor != after.sensor:
             headline = f"`{name}` was measured by `{before.sensor}` and is by `{after.sensor}`"
             yield finite_change(
                 f"{subject}/sensor", Relation.CHANGED_OTHERWISE, headline, before.span, after.span
             )
+
+
+def _uncertainty_change(subject: str, before: Declared, after: Declared) -> PolicyChange:
+    """Compare the greatest uncertainty of a value that is used; without one, none is asked of the value."""
+    then, now = before.uncertainty, after.uncertainty
+    more = then is not None and (now is None or now > then)
+    less = now is not None and (then is None or now < then)
+    shown = ["anything" if one is None else format_quantity(one, after.unit) for one in (then, now)]
+    headline = f"`{after.name}` may be uncertain by {shown[1]}, before by {shown[0]}"
+    return finite_change(subject, bounds_relation(more, less), headline, before.span, after.span)
 
 
 def site_perception_changes(old: Site, new: Site) -> Iterator[PolicyChange]:
@@ -122,22 +133,41 @@ def perceiver_changes(old: Ecm, new: Ecm) -> Iterator[PolicyChange]:
             spans = (None if one is None else one.span for one in (before, after))
             yield finite_change(subject, Relation.CHANGED_OTHERWISE, headline, *spans)
             continue
-        then, now = _sources(before), _sources(after)
-        headline = describe_set_change(f"sources of `{name}`", then, now)
-        yield finite_change(f"{subject}/sources", sets_relation(then, now), headline, before.span, after.span)
+        yield from _picture_changes(subject, before, after)
+        then, now = frozenset(before.readings), frozenset(after.readings)
+        headline = describe_set_change(f"readings of `{name}`", then, now)
+        places = (before.span, after.span)
+        yield finite_change(f"{subject}/readings", sets_relation(then, now), headline, *places)
+        rates = [one.rate or Fraction(0) for one in (before, after)]
+        shown = [f"{format_number(rate)} Hz" if rate else "with pictures only" for rate in rates]
+        headline = f"`{name}` gets readings {shown[1]}, before {shown[0]}"
+        relation = bounds_relation(rates[1] > rates[0], rates[1] < rates[0])
+        yield finite_change(f"{subject}/rate", relation, headline, *places)
         yield from _limit_changes(
             subject, f"of `{name}`", before.timeout, after.timeout, before.memory, after.memory
         )
 
 
-def _sources(perceiver: Perceiver) -> frozenset[str]:
-    """Describe everything that a perceiver gets."""
-    pictures = (
-        f"{one.camera} {one.width} x {one.height}{' with depth' if one.depth else ''}"
-        for one in perceiver.pictures
-    )
-    rate = "" if perceiver.rate is None else f" at {format_number(perceiver.rate)} Hz"
-    return frozenset((*pictures, *(f"{name}{rate}" for name in perceiver.readings)))
+def _picture_changes(subject: str, old: Perceiver, new: Perceiver) -> Iterator[PolicyChange]:
+    """Compare the pictures that a perceiver gets; another camera, more pixels or depth is more."""
+    before, after = ({one.name: one for one in perceiver.pictures} for perceiver in (old, new))
+    for camera in dict.fromkeys([*before, *after]):
+        then, now, below = before.get(camera), after.get(camera), f"{subject}/pictures/{camera}"
+        if then is None or now is None:
+            relation = bounds_relation(then is None, now is None)
+            headline = f"`{new.id}` {'gets' if then is None else 'no longer gets'} pictures of `{camera}`"
+            yield finite_change(below, relation, headline, old.span, new.span)
+            continue
+        parts = [(one.width, one.height, one.depth) for one in (then, now)]
+        relation = bounds_relation(
+            any(is_now > was for was, is_now in zip(*parts, strict=True)),
+            any(is_now < was for was, is_now in zip(*parts, strict=True)),
+        )
+        shown = [
+            f"{one.width} x {one.height} pixels{' with depth' if one.depth else ''}" for one in (then, now)
+        ]
+        headline = f"`{new.id}` gets {shown[1]} of `{camera}`, before {shown[0]}"
+        yield finite_change(f"{below}/size", relation, headline, old.span, new.span)
 
 
 def _limit_changes(

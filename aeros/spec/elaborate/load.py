@@ -81,6 +81,19 @@ def _elaborate_with_diagnostics(source: Source) -> tuple[Site | None, Diagnostic
     ), diagnostics
 
 
+def decode_site(path: str | os.PathLike[str]) -> declared_site.Site | None:
+    """Read a site file as it is declared.
+
+    Args:
+        path: path of the site file.
+
+    Returns:
+        The site as it declares itself; None if the file has a fault.
+    """
+    source = _source(path, Diagnostics())
+    return None if source is None else _decode_source(source, declared_site.Site, Diagnostics())
+
+
 def load_ecm(
     folder: Path,
     site: Site,

@@ -268,4 +268,5 @@ def policy_spans(site: Site) -> dict[str, SourceSpan]:
         "policy/limits/replans": limits.replans.span,
         **{place: setting.span for place, setting in optional.items() if setting is not None},
         **{f"resources/{name.value}": count.span for name, count in site.resources},
+        **{f"modules/{name.value}": name.span for name, _ in site.modules},
     }

@@ -111,6 +111,7 @@ class SiteSummary:
         grants: modules that the site grants something, and where.
         blocks: operator overrides that name a module.
         shared: variables of modules that the site shares, by full name, and where.
+        settings: modules that have settings, and where in the site file; None if the operator alone has any.
     """
 
     id: str
@@ -118,6 +119,7 @@ class SiteSummary:
     grants: Mapping[str, SourceSpan]
     blocks: tuple[BlockSummary, ...]
     shared: Mapping[str, SourceSpan] = field(default_factory=dict)
+    settings: Mapping[str, SourceSpan | None] = field(default_factory=dict)
 
 
 def summarize_site(site: Site) -> SiteSummary:
@@ -139,6 +141,7 @@ def summarize_site(site: Site) -> SiteSummary:
             if block.module is not None
         ),
         {name: one.span for name, one in site.perception.shared.items()},
+        {name: site.policy_spans.get(f"modules/{name}") for name in site.configurations},
     )
 
 
@@ -288,4 +291,5 @@ def site_summary_from_json(data: Any, file: Source) -> SiteSummary:
             for id_, module, skill, *at in data["blocks"]
         ),
         {name: SourceSpan(file, *at) for name, at in data["shared"].items()},
+        {name: None if at is None else SourceSpan(file, *at) for name, at in data["settings"].items()},
     )

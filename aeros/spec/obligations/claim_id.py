@@ -222,6 +222,7 @@ class ClaimForm:
     VERSIONS_AGREE = ClaimPattern("configuration/dependency/{module}")
     GRANT_IS_USED = ClaimPattern("configuration/grant/{module}")
     BLOCK_IS_USED = ClaimPattern("configuration/block/{block}")
+    SETTINGS_ARE_USED = ClaimPattern("configuration/settings/{module}")
     SHARED_IS_USED = ClaimPattern("configuration/shared/{variable}")
 
     # The AEROS version and the other modules that a module needs.

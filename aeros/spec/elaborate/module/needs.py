@@ -40,7 +40,8 @@ class Setting:
         choices: names of the things of the site that suit; empty for a parameter.
         is_parameter: True for a parameter.
         source: the reason for the value: `set`, `same name`, `only choice` or `default`.
-        description: its meaning; the allowed range for a parameter.
+        description: its meaning, in the words of the manifest; empty if a parameter has none.
+        allowed: the values that a parameter may have; empty for a need.
     """
 
     name: str
@@ -49,6 +50,7 @@ class Setting:
     is_parameter: bool
     source: str
     description: str
+    allowed: str = ""
 
     @property
     def is_open(self) -> bool:
@@ -210,10 +212,17 @@ class ModuleNeeds:
         )
         text = configuration.parameters.get(name.value)
         written = parameter.default if text is None else expression_of_argument(f"--set {name.value}", text)
-        allowed = _range_text(parameter)
         source = "default" if text is None else "set"
         self._settings.append(
-            Setting(name.value, "" if written is None else written.value, (), True, source, allowed)
+            Setting(
+                name.value,
+                "" if written is None else written.value,
+                (),
+                True,
+                source,
+                parameter.description.value if parameter.description else "",
+                _range_text(parameter),
+            )
         )
         if quantity is None:
             return "", None

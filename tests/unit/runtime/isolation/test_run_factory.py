@@ -20,7 +20,7 @@ from aeros.runtime.gate.decision import Decision, DecisionKind
 from aeros.runtime.gate.port import Gate
 from aeros.runtime.isolation.isolated_run import IsolatedRun
 from aeros.runtime.isolation.layers import IsolationLayer
-from aeros.runtime.isolation.run_factory import SkillRunFactory
+from aeros.runtime.isolation.run_factory import SkillRunFactory, limits_in_force
 from aeros.runtime.isolation.zygote_pool import ZygotePool
 from aeros.runtime.ports import StepRequest, StepResult, StepStatus
 from aeros.runtime.skills.contract import SkillRefusedError
@@ -275,3 +275,11 @@ def test_a_module_that_needs_a_device_runs_only_where_it_is(
         runs(elsewhere, ecm, ecm.skills["lift"], INPUTS)
     with pytest.raises(SkillRefusedError, match="needs `gpu`"):
         SkillRunFactory(elsewhere, [ecm], lambda preload: nursery)
+
+
+def test_a_module_has_its_own_limits_as_far_as_the_site_allows(site: Site, make_ecm: Any) -> None:
+    ecm = replace(make_ecm("def lift(o, i):\n    yield\n"), worker=None)
+    policy = site.isolation
+    assert limits_in_force(site, ecm) == WorkerLimits(policy.memory, policy.answer_timeout_s)
+    asked = replace(ecm, worker=WorkerLimits(policy.memory * 2, policy.answer_timeout_s / 2))
+    assert limits_in_force(site, asked) == WorkerLimits(policy.memory, policy.answer_timeout_s / 2)

@@ -196,3 +196,14 @@ def test_in_namespaces_the_first_process_is_killed_with_the_zygote(tmp_path: Pat
     else:
         pytest.fail("the first process goes on")
     os.close(kept)
+
+
+def test_a_zygote_without_a_worker_has_no_memory_of_one(nursery: ZygotePool) -> None:
+    zygote, channel = nursery.spawn_worker()
+    channel.close()
+    zygote.end_worker()
+    assert zygote.worker_memory() is None
+    nursery.release(zygote)
+    other = Zygote(("math",), None)
+    other.close()
+    assert other.worker_memory() is None
