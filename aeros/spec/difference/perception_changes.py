@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
 
+from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.difference.policy_change import (
     PolicyChange,
     Relation,
@@ -105,7 +106,13 @@ def site_perception_changes(old: Site, new: Site) -> Iterator[PolicyChange]:
     headline = f"modules {'may' if other.public else 'may not'} read what others declare as public"
     yield finite_change("policy/perception/public", public, headline, old.span, new.span)
     yield from _limit_changes(
-        "policy/perception", "of a perceiver", one.timeout, other.timeout, one.memory, other.memory
+        "policy/perception",
+        "of a perceiver",
+        one.timeout,
+        other.timeout,
+        one.memory,
+        other.memory,
+        (old.span, new.span),
     )
 
 
@@ -144,7 +151,13 @@ def perceiver_changes(old: Ecm, new: Ecm) -> Iterator[PolicyChange]:
         relation = bounds_relation(rates[1] > rates[0], rates[1] < rates[0])
         yield finite_change(f"{subject}/rate", relation, headline, *places)
         yield from _limit_changes(
-            subject, f"of `{name}`", before.timeout, after.timeout, before.memory, after.memory
+            subject,
+            f"of `{name}`",
+            before.timeout,
+            after.timeout,
+            before.memory,
+            after.memory,
+            (before.span, after.span),
         )
 
 
@@ -171,12 +184,18 @@ def _picture_changes(subject: str, old: Perceiver, new: Perceiver) -> Iterator[P
 
 
 def _limit_changes(
-    subject: str, whose: str, timeout: Fraction, now_timeout: Fraction, memory: int, now_memory: int
+    subject: str,
+    whose: str,
+    timeout: Fraction,
+    now_timeout: Fraction,
+    memory: int,
+    now_memory: int,
+    places: tuple[SourceSpan, SourceSpan],
 ) -> Iterator[PolicyChange]:
     """Compare a timeout, s, and a memory, bytes; larger ones allow more."""
     headline = f"the timeout {whose} was {format_number(timeout)} s and is {format_number(now_timeout)} s"
     relation = bounds_relation(now_timeout > timeout, now_timeout < timeout)
-    yield finite_change(f"{subject}/timeout", relation, headline)
+    yield finite_change(f"{subject}/timeout", relation, headline, *places)
     headline = f"the memory {whose} was {memory >> 20} MiB and is {now_memory >> 20} MiB"
     relation = bounds_relation(now_memory > memory, now_memory < memory)
-    yield finite_change(f"{subject}/memory", relation, headline)
+    yield finite_change(f"{subject}/memory", relation, headline, *places)
