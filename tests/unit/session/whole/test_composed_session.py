@@ -17,7 +17,7 @@ from aeros.spec.text.discovery import reference_site_path
 from tests.modules.other_sites import bindings, site_with_other_names, slower_site
 from tests.repo.tree import ROOT
 
-MODULE = Path(__file__).with_name("data") / "lay_block"
+MODULE = Path(__file__).parents[1] / "data" / "lay_block"
 SHIPPED = ROOT / "ecms" / "clean_table"
 
 

@@ -13,7 +13,7 @@ from aeros.cli.main import main
 from aeros.exit_codes import Exit
 from aeros.spec.text.discovery import reference_site_path
 
-MODULE = Path(__file__).with_name("data") / "ask_and_wait"
+MODULE = Path(__file__).parents[1] / "data" / "ask_and_wait"
 ANSWER = "import json, sys; print(json.dumps({'cooking_time': 60 * json.load(sys.stdin)['mass']}))"
 TOOL = """\
   cooking_time:

@@ -11,7 +11,7 @@ from aeros.cli.main import main
 from aeros.exit_codes import Exit
 from aeros.spec.text.discovery import reference_site_path
 
-MODULE = Path(__file__).with_name("data") / "hover_high"
+MODULE = Path(__file__).parents[1] / "data" / "hover_high"
 
 RENAMED = {
     "table_area": "counter",

@@ -24,8 +24,8 @@ from aeros.spec.obligations.skill_syntax.allowed_syntax import ALLOWED_NODES, RE
 from aeros.spec.obligations.skill_syntax.skill_source import read_skill_files
 from aeros.spec.text.discovery import reference_site_path
 
-_CASES = Path(__file__).parent / "data" / "skill_code_cases.txt"
-_MODULE = Path(__file__).parents[4] / "ecms" / "clean_table"
+_CASES = Path(__file__).parents[1] / "data" / "skill_code_cases.txt"
+_MODULE = Path(__file__).parents[5] / "ecms" / "clean_table"
 _NO_CODE = {"AugLoad", "AugStore", "Expression", "ExtSlice", "FunctionType", "Index", "Interactive", "Param"}
 _NO_CODE |= {"Suite", "TypeIgnore", "Num", "Str", "Bytes", "NameConstant", "Ellipsis"}
 

@@ -24,7 +24,7 @@ from aeros.session.plant_factory import open_plant
 from aeros.spec.text.discovery import reference_site_path
 from tests.unit.runtime.perception.kettle import CameraPlant, Scripted, configuration, kettle
 
-MODULE = Path(__file__).with_name("data") / "point_at_cube"
+MODULE = Path(__file__).parents[1] / "data" / "point_at_cube"
 
 
 def proved(folder: Path) -> Configuration:
