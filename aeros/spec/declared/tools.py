@@ -52,3 +52,10 @@ class Tool:
         default=None,
         metadata={"doc": "the environment variable that holds a bearer token for `http` or an MCP `url`"},
     )
+    channel: Identifier | None = field(
+        default=None,
+        metadata={
+            "doc": "the channel that a call uses, which a module needs permission for, as in "
+            "`channel: internet`"
+        },
+    )

@@ -195,6 +195,9 @@ _TABLE: Final = (
         "permission",
         "a skill moves an actuator that it does not hold as a resource",
     ),
+    DiagnosticCode(
+        "AE411", "channel-not-permitted", "permission", "an action uses a channel that is not permitted"
+    ),
     # AE5xx: safety
     DiagnosticCode(
         "AE501", "invariant-violated", "safety", "a skill may ask for an action that breaks an invariant"
@@ -275,7 +278,10 @@ _TABLE: Final = (
         "AE731", "outside-permission", "decision", "the action is outside the module's permission"
     ),
     DiagnosticCode(
-        "AE740", "no-access", "decision", "the action moves an actuator the module or skill may not use"
+        "AE740",
+        "no-access",
+        "decision",
+        "the action moves an actuator, or uses a channel, that the module or skill may not use",
     ),
     DiagnosticCode("AE741", "risk-above-ceiling", "decision", "the action carries more risk than is allowed"),
     DiagnosticCode("AE742", "quota-exhausted", "decision", "a quota has run out"),

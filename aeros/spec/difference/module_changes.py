@@ -149,9 +149,12 @@ def _allowed(asking: _SkillVersion, site: Site, kind: ActionKind) -> ComparedSet
 
 def _is_denied_by_finite_layers(ecm: Ecm, site: Site, skill: Skill, kind: ActionKind) -> bool:
     """Return True if overrides, access or risk deny every action of the kind, as at the gate."""
-    usable = skill.actuators & ecm.requested_access.actuators & site.access_of(ecm.id).actuators
+    granted = site.access_of(ecm.id)
+    usable = skill.actuators & ecm.requested_access.actuators & granted.actuators
+    reachable = ecm.requested_access.channels & granted.channels
     blocked = any(block.matches(ecm.id, skill.id, kind.name) for block in site.blocks)
-    return blocked or not kind.actuators <= usable or not kind.risk <= skill.risk <= site.risk_ceiling
+    accessible = kind.actuators <= usable and kind.channels <= reachable
+    return blocked or not accessible or not kind.risk <= skill.risk <= site.risk_ceiling
 
 
 def _skill_changes(

@@ -73,7 +73,8 @@ def elaborate_tool(
             diagnostics.error("AE137", headline, variable.span, help=("add it to `answers` of the tool",))
     if service is None or len(diagnostics) > before:
         return None
-    return Tool(service, timeout, tuple(dict.fromkeys(answer.value for answer in tool.answers)))
+    channel = None if tool.channel is None else tool.channel.value
+    return Tool(service, timeout, tuple(dict.fromkeys(answer.value for answer in tool.answers)), channel)
 
 
 def check_rules_read_no_answers(

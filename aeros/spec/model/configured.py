@@ -154,6 +154,7 @@ class BoundNames:
         actuators: actuators by the name of an actuator, or of an action that moves them.
         resources: resources by the name of a resource, or of what occupies them by having their names.
         parameters: value of each parameter, as an expression.
+        channels: channels by the name of an action whose tool uses them.
     """
 
     bindings: Mapping[str, str] = field(default_factory=dict)
@@ -164,6 +165,7 @@ class BoundNames:
     actuators: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     resources: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     parameters: Mapping[str, str] = field(default_factory=dict)
+    channels: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def site_name(self, name: str) -> str:
         """Return the site's name for something.

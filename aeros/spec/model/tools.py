@@ -55,8 +55,10 @@ class Tool:
         service: the service, and how it is reached.
         timeout: greatest real time of one call, s.
         answers: names of the state variables that an answer may set.
+        channel: channel that a call uses, which a module needs permission for; None for none.
     """
 
     service: HttpService | Program | McpService
     timeout: Fraction
     answers: tuple[str, ...]
+    channel: str | None = None

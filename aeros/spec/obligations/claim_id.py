@@ -263,6 +263,7 @@ class ClaimForm:
     DEFINITION_SENSORS_PERMITTED = ClaimPattern("permission/definition/{variable}/sensors")
     PERCEIVER_SENSORS_PERMITTED = ClaimPattern("permission/perceiver/{perceiver}/sensors")
     ENVELOPE_ACTUATORS_DECLARED = ClaimPattern("permission/{skill}/{action}/actuators")
+    ENVELOPE_CHANNELS_PERMITTED = ClaimPattern("permission/{skill}/{action}/channels")
     ENVELOPE_PERMITTED = ClaimPattern("permission/{skill}/{action}")
 
     # A site's policy.

@@ -117,6 +117,18 @@ def _envelope_permitted(ecm: Ecm, site: Site, skill: Skill) -> Iterator[Obligati
                 help=("add it to the skill's `actuators`, or take the action out of its envelope",),
             ),
         )
+        used = sorted(site.kinds[kind].channels - ecm.requested_access.channels)
+        if site.kinds[kind].channels:
+            yield _static_claim(
+                ClaimForm.ENVELOPE_CHANNELS_PERMITTED(skill.id, kind),
+                not used,
+                Diagnostic(
+                    "AE411",
+                    f"`{kind}` uses {_join_names(used)}, which `{ecm.id}` has no permission for",
+                    SpanLabel(clause.span),
+                    help=("add it to `permissions.channels`, or take the action out of the envelope",),
+                ),
+            )
         if permitted is None:
             yield StaticClaim(
                 ClaimForm.ENVELOPE_PERMITTED(skill.id, kind),

@@ -125,6 +125,7 @@ def _requested_access(permissions: declared.Permissions, names: BoundNames) -> A
         asked,
         actuators=site_names(asked.actuators, names.actuators),
         sensors=site_names(asked.sensors, names.sensors),
+        channels=site_names(asked.channels, names.channels),
     )
 
 

@@ -112,12 +112,13 @@ class ModuleNeeds:
             name: (one,) for name, one in self._of_sort(bindings, "actuator").items()
         }
         actuators |= {name: tuple(sorted(site.kinds[one].actuators)) for name, one in kinds.items()}
+        channels = {name: tuple(sorted(site.kinds[one].channels)) for name, one in kinds.items()}
         resources: dict[str, tuple[str, ...]] = {
             name: (one,) for name, one in self._of_sort(bindings, "resource").items()
         }
         for name, needed in (*actuators.items(), *sensors.items()):
             resources.setdefault(name, tuple(one for one in needed if one in site.resources))
-        return BoundNames(bindings, variables, cameras, kinds, sensors, actuators, resources, texts)
+        return BoundNames(bindings, variables, cameras, kinds, sensors, actuators, resources, texts, channels)
 
     def _site_as_seen(self, bindings: Mapping[str, str], values: Mapping[str, t.Term]) -> Site:
         site, names = self._given, self.names
