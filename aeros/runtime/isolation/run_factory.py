@@ -12,6 +12,7 @@ from typing import Any, Final, Self
 from aeros.models.load import modules_to_preload
 from aeros.runtime.isolation.isolated_run import IsolatedRun
 from aeros.runtime.isolation.layers import APPLY_LAYER, IsolationLayer
+from aeros.runtime.isolation.limits import ProcessLimits
 from aeros.runtime.isolation.zygote_pool import ZygoteError, ZygotePool
 from aeros.runtime.skills.contract import SkillRefusedError
 from aeros.runtime.skills.in_process_run import SkillRunProtocol, run_in_process
@@ -80,9 +81,12 @@ class SkillRunFactory:
         code = certified_code(ecm, skill)
         pool, layers = self.pool_and_layers(site, ecm, _preload_modules(ecm))
         policy = site.isolation
-        limits = ecm.worker or WorkerLimits(policy.memory, policy.answer_timeout_s)
-        within = float(min(limits.answer_within, policy.answer_timeout_s))
-        return IsolatedRun(pool, layers, code, inputs, within, min(limits.memory, policy.memory))
+        asked = ecm.worker or WorkerLimits(policy.memory, policy.answer_timeout_s, policy.processor)
+        within = float(min(asked.answer_within, policy.answer_timeout_s))
+        limits = ProcessLimits(
+            min(asked.memory, policy.memory), float(min(asked.processor, policy.processor))
+        )
+        return IsolatedRun(pool, layers, code, inputs, within, limits)
 
     def pool_and_layers(
         self, site: Site, ecm: Ecm, preload: tuple[str, ...]
