@@ -1,4 +1,4 @@
-"""Control groups, in which the kernel bounds the processor time and memory of a worker and all its children.
+"""Control groups, which bound the processor time, memory and number of a process and all its children.
 
 Version 1 has a hierarchy for each controller, version 2 one for all. A group is a folder there, made below
 the runtime's own group; in version 2, below the nearest group that passes the controller `cpu` on. AEROS
@@ -12,6 +12,7 @@ from __future__ import annotations
 import errno
 import fcntl
 import os
+import signal
 import time
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
@@ -102,19 +103,23 @@ class ControlGroup:
         """Bound the processes of the group.
 
         Args:
-            limits: processor time as a share of one core, and memory.
+            limits: processor time as a share of one core, memory, and number of processes.
             period_us: time over which processor time is bounded, microseconds.
 
         Raises:
             ControlGroupError: the kernel refuses the limits, or the group was removed.
         """
-        quota, memory = int(limits.processor * period_us), limits.memory + _KERNEL_MEMORY
         try:
             for hierarchy, folder in self._folders:
-                for name, value in _settings(hierarchy, quota, period_us, memory).items():
+                for name, value in _settings(hierarchy, limits, period_us).items():
                     _write(folder / name, value)
         except OSError as failure:
             raise ControlGroupError(f"no limits can be set: {failure}") from failure
+
+    @property
+    def entrance_paths(self) -> tuple[str, ...]:
+        """Paths of its files `cgroup.procs`."""
+        return tuple(str(folder / "cgroup.procs") for _, folder in self._folders)
 
     def throttled_periods(self) -> int:
         """Count the periods in which the kernel held processes of the group back.
@@ -131,6 +136,22 @@ class ControlGroup:
                     lines = (folder / "cpu.stat").read_text(encoding="ascii").splitlines()
                     return int(dict(line.split() for line in lines)["nr_throttled"])
         raise ControlGroupError("the kernel does not say if it bounds processor time")
+
+    def kill(self) -> None:
+        """Kill all processes of the group, until none is left or they do not end in time."""
+        deadline = time.monotonic() + _REMOVAL_TIMEOUT_S
+        while (found := self._processes()) and time.monotonic() < deadline:
+            for process in found:
+                with suppress(ProcessLookupError):
+                    os.kill(process, signal.SIGKILL)
+            time.sleep(0.002)
+
+    def _processes(self) -> frozenset[int]:
+        found: set[int] = set()
+        for _, folder in self._folders:
+            with suppress(OSError):  # somebody removed it
+                found |= set(map(int, (folder / "cgroup.procs").read_text(encoding="ascii").split()))
+        return frozenset(found)
 
     def close(self) -> None:
         """Remove the group; safe to call twice.
@@ -194,9 +215,12 @@ def enter_control_group(entrances: Iterable[int]) -> None:
         os.close(descriptor)
 
 
-def _settings(hierarchy: _Hierarchy, quota: int, period: int, memory: int) -> Mapping[str, str]:
+def _settings(hierarchy: _Hierarchy, limits: ProcessLimits, period: int) -> Mapping[str, str]:
     """Return the contents of a group's files."""
     settings: dict[str, str] = {}
+    quota, memory = int(limits.processor * period), limits.memory + _KERNEL_MEMORY
+    if "pids" in hierarchy.controllers:
+        settings["pids.max"] = str(limits.processes)
     if "cpu" in hierarchy.controllers:
         if hierarchy.version == 1:
             settings |= {"cpu.cfs_period_us": str(period), "cpu.cfs_quota_us": str(quota)}
@@ -208,9 +232,9 @@ def _settings(hierarchy: _Hierarchy, quota: int, period: int, memory: int) -> Ma
 
 
 def _usable_hierarchies(mounts: str, own: str) -> Iterator[_Hierarchy]:
-    """Yield the places at which this process may make groups with the controllers `cpu` and `memory`."""
+    """Yield the places where this process may make groups, each with the controllers to use there."""
     own_paths = [line.split(":", 2)[1:] for line in own.splitlines() if line.count(":") >= 2]
-    wanted = {"cpu", "memory"}
+    wanted = {"cpu", "memory", "pids"}
     for line in mounts.splitlines():
         fields, _, rest = line.partition(" - ")
         kind, _, options = rest.partition(" ")

@@ -24,10 +24,12 @@ class ProcessLimits:
     Attributes:
         memory: bytes that it may map beyond those of the zygote.
         processor: greatest share of one core, above 0 and at most 1.
+        processes: most processes and threads of a control group.
     """
 
     memory: int = MEMORY
     processor: float = 1.0
+    processes: int = 32
 
 
 USUAL_LIMITS: Final = ProcessLimits()

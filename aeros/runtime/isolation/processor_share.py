@@ -13,8 +13,9 @@ import signal
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from pathlib import Path
 from typing import Final
+
+from aeros.runtime.isolation.kernel import child_processes
 
 _PERIOD_S: Final = 0.1
 """Time for which credit is collected at most, s; the period of control groups, too."""
@@ -104,20 +105,3 @@ def processor_time(pid: int) -> float:
     """
     # The clock of another process, as the C library's `clock_getcpuclockid` makes it.
     return time.clock_gettime((~pid << 3) | 2)
-
-
-def child_processes(pid: int | None = None) -> list[int]:
-    """List the children of a process.
-
-    Args:
-        pid: the process; None for this one.
-
-    Returns:
-        Their process ids; empty if the process has ended.
-    """
-    files = Path(f"/proc/{'self' if pid is None else pid}/task").glob("*/children")
-    found: list[int] = []
-    for file in files:
-        with suppress(FileNotFoundError, ProcessLookupError):  # the thread has ended
-            found += map(int, file.read_text(encoding="ascii").split())
-    return found

@@ -30,10 +30,11 @@ from contextlib import suppress
 from typing import Final
 
 from aeros.runtime.isolation.control_groups import NO_GROUP, enter_control_group
+from aeros.runtime.isolation.kernel import end_descendants
 from aeros.runtime.isolation.layers import APPLY_LAYER, IsolationLayer, close_all_but
 from aeros.runtime.isolation.privileges import become_subreaper
 from aeros.runtime.isolation.probe import probe_layer, probe_sandbox
-from aeros.runtime.isolation.processor_share import WatchedWorker, child_processes
+from aeros.runtime.isolation.processor_share import WatchedWorker
 from aeros.runtime.isolation.worker import serve
 
 _MAX_MESSAGE_BYTES: Final = 64 * 1024
@@ -121,23 +122,9 @@ def _fork_worker(
     # Either it ended by itself, or there is a message, which can only be `kill`.
     os.kill(worker, signal.SIGKILL)
     _, status = os.waitpid(worker, 0)
-    _end_descendants()
+    end_descendants()
     with suppress(OSError):
         control.send(b"gone %d" % os.waitstatus_to_exitcode(status))
-
-
-def _end_descendants() -> None:
-    """Kill descendants until none is left; orphans of a killed process become children, to be killed next."""
-    while True:
-        try:
-            reaped, _ = os.waitpid(-1, os.WNOHANG)
-        except ChildProcessError:
-            return
-        if reaped == 0:
-            for child in child_processes():
-                with suppress(ProcessLookupError):
-                    os.kill(child, signal.SIGKILL)
-            time.sleep(0.0005)
 
 
 def _compute() -> None:

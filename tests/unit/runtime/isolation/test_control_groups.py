@@ -202,10 +202,12 @@ def test_in_version_2_groups_are_made_below_the_nearest_group_that_bounds_its_ch
     group = found.make()
     ((hierarchy, folder),) = group._folders
     assert folder.parent == tmp_path / parent
-    for name in ("cpu.max", *(["memory.max"] if "memory" in hierarchy.controllers else [])):
-        (folder / name).touch()
+    for name in hierarchy.controllers:
+        (folder / f"{name}.max").touch()
     group.set_limits(ProcessLimits(memory=2**20, processor=0.25))
     assert (folder / "cpu.max").read_text() == "25000 100000"
+    if "pids" in hierarchy.controllers:
+        assert (folder / "pids.max").read_text() == "32"
     if "memory" in hierarchy.controllers:
         assert int((folder / "memory.max").read_text()) == 2**20 + 2**24
     (folder / "cpu.stat").write_text("usage_usec 7\nnr_periods 3\nnr_throttled 2\n")

@@ -150,7 +150,7 @@ def test_an_attack_is_blocked(
     assert capfd.readouterr() == ("", "")
 
 
-UNLIMITED = ProcessLimits(memory=2**40)
+UNLIMITED = ProcessLimits(memory=2**40, processes=10**6)
 """Limits of a control group that holds nobody back; the host may have put the zygotes in one."""
 
 
@@ -238,7 +238,7 @@ def test_processes_of_a_worker_die_with_it(
 ) -> None:
     nursery: ZygotePool = request.getfixturevalue(kind)
     before = below(os.getpid())
-    run = start(nursery, name, around.inputs, layers=())
+    run = start(nursery, name, around.inputs, layers=(), limits=UNLIMITED)
     run.resume({}, 60.0)
     assert len(below(os.getpid())) > len(before) + 1
     run.close()
@@ -251,7 +251,7 @@ def test_processes_of_a_worker_die_when_the_zygote_is_killed(
     kind: str, request: pytest.FixtureRequest, start: Start, around: Surroundings
 ) -> None:
     nursery: ZygotePool = request.getfixturevalue(kind)
-    run = start(nursery, "fork_bomb", around.inputs, layers=())
+    run = start(nursery, "fork_bomb", around.inputs, layers=(), limits=UNLIMITED)
     run.resume({}, 60.0)
     before = below(os.getpid())
     run._zygote.kill()

@@ -15,7 +15,6 @@ from aeros.runtime.isolation.limits import ProcessLimits
 from aeros.runtime.isolation.processor_share import (
     ProcessorCredit,
     WatchedWorker,
-    child_processes,
     processor_time,
 )
 from aeros.runtime.isolation.zygote_pool import ZygotePool
@@ -105,4 +104,3 @@ def test_a_worker_that_has_ended_is_watched_no_more() -> None:
     assert worker.watch() > 0
     with pytest.raises(OSError, match="Invalid argument"):
         processor_time(process.pid)
-    assert child_processes(process.pid) == []

@@ -7,8 +7,9 @@ import time
 from collections.abc import Iterable
 
 from aeros.runtime.isolation.isolated_run import IsolatedRun
+from aeros.runtime.isolation.kernel import child_processes
 from aeros.runtime.isolation.limits import ProcessLimits
-from aeros.runtime.isolation.processor_share import child_processes, processor_time
+from aeros.runtime.isolation.processor_share import processor_time
 from aeros.runtime.isolation.zygote_pool import ZygotePool
 from aeros.runtime.skills.in_process_run import SkillRunResult
 from aeros.runtime.skills.load import CertifiedCode
