@@ -28,7 +28,7 @@ class McpServer:
 
 @dataclass(frozen=True)
 class Confinement:
-    """What a program may use that the runtime starts, beyond the system's libraries and a folder of its own.
+    """Rights of a program that the runtime starts, beyond the system's libraries and a folder of its own.
 
     Attributes:
         span: its place in the file.

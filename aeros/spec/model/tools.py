@@ -21,7 +21,7 @@ class HttpService:
 
 @dataclass(frozen=True)
 class Confinement:
-    """What a program may use that the runtime starts, beyond the system's libraries and a folder of its own.
+    """Rights of a program that the runtime starts, beyond the system's libraries and a folder of its own.
 
     Attributes:
         reads: absolute paths of files and folders that it may read and execute.

@@ -32,12 +32,12 @@ REQUIRED = IsolationPolicy()
 
 
 def attempt(body: str, confinement: Confinement = PYTHON, seconds: float = 20.0) -> Any:
-    """What a program prints."""
+    """Return the answer of a confined program."""
     return call_program(Program(python(body), confinement), REQUIRED, {}, seconds)
 
 
 def outcome(expression: str, confinement: Confinement = PYTHON) -> str:
-    """What an expression of a confined program gives: `worked`, or the name of the error."""
+    """Run an expression in a confined program; return `worked`, or the name of the error."""
     body = f"""
 import socket, subprocess, shutil
 try:
@@ -292,7 +292,7 @@ def test_a_layer_without_effect_is_noticed_before_the_program_starts(
     assert call_program(Program(python(body), confinement), warned, {}, 20.0) == {}
 
 
-def test_what_the_site_names_and_is_not_there_is_an_error() -> None:
+def test_a_path_of_the_site_that_does_not_exist_is_an_error() -> None:
     with pytest.raises(ToolError, match=r"it cannot be confined: landlock: .*'/no/such/folder'"):
         attempt("print('{}')", replace(PYTHON, reads=("/no/such/folder",)))
 
