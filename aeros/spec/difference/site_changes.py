@@ -26,6 +26,7 @@ from aeros.spec.difference.policy_change import (
     sets_relation,
 )
 from aeros.spec.difference.set_comparison import ComparedSet, SetCondition, compare_sets
+from aeros.spec.difference.tool_changes import tool_changes
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.units import format_number
 from aeros.spec.model.policy import Access, Execute, OperatorOverride, Quota
@@ -111,6 +112,7 @@ def _kind_changes(old: Site, new: Site, before: ActionKind, after: ActionKind) -
     moved = sets_relation(after.actuators, before.actuators)  # fewer to be permitted allows more
     headline = describe_set_change(f"actuators that `{after.name}` moves", before.actuators, after.actuators)
     yield finite_change(f"{subject}/actuators", moved, headline, *places)
+    yield from tool_changes(subject, before, after)
     reduced = [
         {
             rule.id: rule.attenuations[after.name]
