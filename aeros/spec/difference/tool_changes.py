@@ -54,13 +54,7 @@ def tool_changes(subject: str, old: ActionKind, new: ActionKind) -> Iterator[Pol
     megabytes = [Fraction(given.memory, 2**20) for given in (one, other)]
     for place, words, was, is_now, unit in (
         ("timeout", "timeout of a call of", before.timeout, after.timeout, " s"),
-        (
-            "confinement/memory",
-            "memory of",
-            Fraction(one.memory, 2**20),
-            Fraction(other.memory, 2**20),
-            " MiB",
-        ),
+        ("confinement/memory", "memory of", *megabytes, " MiB"),
         ("confinement/processor", "processor share of", one.processor * 100, other.processor * 100, " %"),
         ("confinement/processes", "processes of", Fraction(one.processes), Fraction(other.processes), ""),
     ):
