@@ -9,7 +9,6 @@ Source: Linux, Documentation/admin-guide/cgroup-v1, cgroup-v2.rst, scheduler/sch
 
 from __future__ import annotations
 
-import errno
 import fcntl
 import os
 import signal
@@ -30,8 +29,8 @@ _PREFIX: Final = "aeros-"
 _PERIOD_US: Final = 100_000
 """Time over which the kernel bounds processor time, microseconds: its default."""
 
-_KERNEL_MEMORY: Final = 16 * 1024 * 1024
-"""Memory of the kernel for a group's processes, bytes: page tables, stacks and socket buffers."""
+_EXTRA_MEMORY: Final = 64 * 1024 * 1024
+"""Memory of a group beyond the limit, bytes: for the kernel, and for changed pages of the zygote."""
 
 _REMOVAL_TIMEOUT_S: Final = 0.5
 """Time for killed processes to leave their group, s."""
@@ -218,7 +217,7 @@ def enter_control_group(entrances: Iterable[int]) -> None:
 def _settings(hierarchy: _Hierarchy, limits: ProcessLimits, period: int) -> Mapping[str, str]:
     """Return the contents of a group's files."""
     settings: dict[str, str] = {}
-    quota, memory = int(limits.processor * period), limits.memory + _KERNEL_MEMORY
+    quota, memory = int(limits.processor * period), limits.memory + _EXTRA_MEMORY
     if "pids" in hierarchy.controllers:
         settings["pids.max"] = str(limits.processes)
     if "cpu" in hierarchy.controllers:
@@ -319,18 +318,13 @@ def _remove(folder: Path) -> bool:
     """Remove a group.
 
     Returns:
-        False if a process is in it.
-
-    Raises:
-        OSError: it cannot be removed for another reason.
+        False if it is still there, such as if a process is in it.
     """
     try:
         folder.rmdir()
     except FileNotFoundError:
         return True
-    except OSError as failure:
-        if failure.errno != errno.EBUSY:
-            raise
+    except OSError:
         return False
     return True
 

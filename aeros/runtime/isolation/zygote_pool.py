@@ -131,7 +131,10 @@ class Zygote:
                 with self._entrances(limits, groups) as entrances:
                     message = f"spawn {len(shared)} {share}".encode()
                     socket.send_fds(self._channel, [message], [theirs.fileno(), *shared, *entrances])
-            except (ControlGroupError, OSError) as failure:
+            except ControlGroupError as failure:
+                ours.close()
+                raise ZygoteError(f"the worker has no control group: {failure}") from failure
+            except OSError as failure:
                 ours.close()
                 raise ZygoteError(f"the zygote is gone: {failure}") from failure
         return ours

@@ -51,10 +51,10 @@ def tool_changes(subject: str, old: ActionKind, new: ActionKind) -> Iterator[Pol
     network = bounds_relation(other.network and not one.network, one.network and not other.network)
     headline = f"the program of `{new.name}` {'may' if other.network else 'may not'} use the network"
     yield finite_change(f"{subject}/confinement/network", network, headline, *spans)
-    megabytes = [Fraction(given.memory, 2**20) for given in (one, other)]
+    then_memory, now_memory = (Fraction(given.memory, 2**20) for given in (one, other))
     for place, words, was, is_now, unit in (
         ("timeout", "timeout of a call of", before.timeout, after.timeout, " s"),
-        ("confinement/memory", "memory of", *megabytes, " MiB"),
+        ("confinement/memory", "memory of", then_memory, now_memory, " MiB"),
         ("confinement/processor", "processor share of", one.processor * 100, other.processor * 100, " %"),
         ("confinement/processes", "processes of", Fraction(one.processes), Fraction(other.processes), ""),
     ):
