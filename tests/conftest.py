@@ -78,7 +78,7 @@ MARKED: Final = {
         "unit/experiments",
         "unit/runtime/bus/test_in_process.py",
         "unit/runtime/bus/test_whole_run.py",
-        "unit/runtime/isolation/test_broken_layers.py",
+        "unit/runtime/isolation/twins/test_broken_layers.py",
         "unit/runtime/isolation/test_isolated_run.py",
         "unit/runtime/isolation/test_probes.py",
         "unit/runtime/isolation/test_zygote.py",

@@ -12,6 +12,7 @@ from typing import Any, Final, Self
 from aeros.models.load import modules_to_preload
 from aeros.runtime.isolation.isolated_run import IsolatedRun
 from aeros.runtime.isolation.layers import APPLY_LAYER, IsolationLayer
+from aeros.runtime.isolation.limits import ProcessLimits
 from aeros.runtime.isolation.zygote_pool import ZygoteError, ZygotePool
 from aeros.runtime.skills.contract import SkillRefusedError
 from aeros.runtime.skills.in_process_run import SkillRunProtocol, run_in_process
@@ -79,8 +80,9 @@ class SkillRunFactory:
             return run_in_process(site, ecm, skill, inputs)
         code = certified_code(ecm, skill)
         pool, layers = self.pool_and_layers(site, ecm, _preload_modules(ecm))
-        limits = limits_in_force(site, ecm)
-        return IsolatedRun(pool, layers, code, inputs, float(limits.answer_within), limits.memory)
+        asked = limits_in_force(site, ecm)
+        limits = ProcessLimits(asked.memory, float(asked.processor))
+        return IsolatedRun(pool, layers, code, inputs, float(asked.answer_within), limits)
 
     def pool_and_layers(
         self, site: Site, ecm: Ecm, preload: tuple[str, ...]
@@ -180,8 +182,12 @@ def limits_in_force(site: Site, ecm: Ecm) -> WorkerLimits:
         The module's own limits, as far as the site allows them; else those of the site.
     """
     policy = site.isolation
-    limits = ecm.worker or WorkerLimits(policy.memory, policy.answer_timeout_s)
-    return WorkerLimits(min(limits.memory, policy.memory), min(limits.answer_within, policy.answer_timeout_s))
+    limits = ecm.worker or WorkerLimits(policy.memory, policy.answer_timeout_s, policy.processor)
+    return WorkerLimits(
+        min(limits.memory, policy.memory),
+        min(limits.answer_within, policy.answer_timeout_s),
+        min(limits.processor, policy.processor),
+    )
 
 
 def require_devices(site: Site, ecm: Ecm) -> None:

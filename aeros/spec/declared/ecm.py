@@ -238,6 +238,10 @@ class WorkerLimits:
             "doc": "the real time that it needs at most before each action, as in `answer_within: 1 s`"
         },
     )
+    processor: TextField | None = field(
+        default=None,
+        metadata={"doc": "the share of one core that it needs at most, as in `processor: 50 %`"},
+    )
 
 
 @dataclass(frozen=True)

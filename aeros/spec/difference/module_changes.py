@@ -119,6 +119,11 @@ def _worker_changes(old: Ecm, new: Ecm, isolation: IsolationPolicy) -> Iterator[
     )
     relation = bounds_relation(within[1] > within[0], within[1] < within[0])
     yield finite_change(f"{new.id}/worker/answer_within", relation, headline, *places)
+    share = [isolation.processor if one.worker is None else one.worker.processor for one in (old, new)]
+    shown = [f"{format_number(one * 100)} %" for one in share]
+    headline = f"the process of each skill of `{new.id}` may use {shown[1]} of a core, before {shown[0]}"
+    relation = bounds_relation(share[1] > share[0], share[1] < share[0])
+    yield finite_change(f"{new.id}/worker/processor", relation, headline, *places)
 
 
 def _mebibytes(size: int) -> str:

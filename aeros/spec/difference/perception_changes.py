@@ -16,7 +16,7 @@ from aeros.spec.difference.policy_change import (
 )
 from aeros.spec.expr.units import format_number, format_quantity
 from aeros.spec.model.ecm import Ecm
-from aeros.spec.model.perception import Perceiver
+from aeros.spec.model.perception import Perceiver, PerceptionPolicy
 from aeros.spec.model.site import Site
 from aeros.spec.model.variables import Declared
 
@@ -105,15 +105,7 @@ def site_perception_changes(old: Site, new: Site) -> Iterator[PolicyChange]:
     public = bounds_relation(other.public and not one.public, one.public and not other.public)
     headline = f"modules {'may' if other.public else 'may not'} read what others declare as public"
     yield finite_change("policy/perception/public", public, headline, old.span, new.span)
-    yield from _limit_changes(
-        "policy/perception",
-        "of a perceiver",
-        one.timeout,
-        other.timeout,
-        one.memory,
-        other.memory,
-        (old.span, new.span),
-    )
+    yield from _limit_changes("policy/perception", "of a perceiver", one, other, (old.span, new.span))
 
 
 def perceiver_changes(old: Ecm, new: Ecm) -> Iterator[PolicyChange]:
@@ -150,15 +142,7 @@ def perceiver_changes(old: Ecm, new: Ecm) -> Iterator[PolicyChange]:
         headline = f"`{name}` gets readings {shown[1]}, before {shown[0]}"
         relation = bounds_relation(rates[1] > rates[0], rates[1] < rates[0])
         yield finite_change(f"{subject}/rate", relation, headline, *places)
-        yield from _limit_changes(
-            subject,
-            f"of `{name}`",
-            before.timeout,
-            after.timeout,
-            before.memory,
-            after.memory,
-            (before.span, after.span),
-        )
+        yield from _limit_changes(subject, f"of `{name}`", before, after, places)
 
 
 def _picture_changes(subject: str, old: Perceiver, new: Perceiver) -> Iterator[PolicyChange]:
@@ -186,16 +170,16 @@ def _picture_changes(subject: str, old: Perceiver, new: Perceiver) -> Iterator[P
 def _limit_changes(
     subject: str,
     whose: str,
-    timeout: Fraction,
-    now_timeout: Fraction,
-    memory: int,
-    now_memory: int,
+    old: Perceiver | PerceptionPolicy,
+    new: Perceiver | PerceptionPolicy,
     places: tuple[SourceSpan, SourceSpan],
 ) -> Iterator[PolicyChange]:
-    """Compare a timeout, s, and a memory, bytes; larger ones allow more."""
-    headline = f"the timeout {whose} was {format_number(timeout)} s and is {format_number(now_timeout)} s"
-    relation = bounds_relation(now_timeout > timeout, now_timeout < timeout)
-    yield finite_change(f"{subject}/timeout", relation, headline, *places)
-    headline = f"the memory {whose} was {memory >> 20} MiB and is {now_memory >> 20} MiB"
-    relation = bounds_relation(now_memory > memory, now_memory < memory)
-    yield finite_change(f"{subject}/memory", relation, headline, *places)
+    """Compare limits on the process of a perceiver; larger ones allow more."""
+    for what, then, now, unit in (
+        ("timeout", old.timeout, new.timeout, "s"),
+        ("memory", Fraction(old.memory, 2**20), Fraction(new.memory, 2**20), "MiB"),
+        ("processor", old.processor * 100, new.processor * 100, "%"),
+    ):
+        named = "processor share" if what == "processor" else what
+        headline = f"the {named} {whose} was {format_number(then)} {unit} and is {format_number(now)} {unit}"
+        yield finite_change(f"{subject}/{what}", bounds_relation(now > then, now < then), headline, *places)

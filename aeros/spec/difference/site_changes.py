@@ -245,6 +245,10 @@ def _isolation_changes(old: Site, new: Site) -> Iterator[PolicyChange]:
     headline = f"the process of a skill may have {shown[1]} MiB; the limit was {shown[0]} MiB"
     relation = bounds_relation(after.memory > before.memory, after.memory < before.memory)
     yield finite_change("policy/isolation/memory", relation, headline, *places)
+    shown = [format_number(one.processor * 100) for one in (before, after)]
+    headline = f"the process of a skill may use {shown[1]} % of a core; the limit was {shown[0]} %"
+    relation = bounds_relation(after.processor > before.processor, after.processor < before.processor)
+    yield finite_change("policy/isolation/processor", relation, headline, *places)
 
 
 def _mcp_changes(old: Site, new: Site) -> Iterator[PolicyChange]:

@@ -12,6 +12,7 @@ from typing import Any
 
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.units import format_number
 from aeros.spec.model.composition import Composition, Step
 from aeros.spec.model.configured import BoundNames
 from aeros.spec.model.models import ModuleModel
@@ -349,6 +350,19 @@ class Ecm:
     def with_owners(self) -> tuple[Ecm, ...]:
         """The module, and all others whose skills its steps may run."""
         return (self, *self.foreign.owners.values())
+
+    @property
+    def resources(self) -> Mapping[str, str]:
+        """Limits that it declares on the processes of its skills, and shares of a core of its perceivers."""
+        limits: dict[str, str] = {}
+        if self.worker is not None:
+            limits["skills.memory"] = f"{self.worker.memory >> 20} MiB"
+            limits["skills.answer_within"] = f"{format_number(self.worker.answer_within)} s"
+            limits["skills.processor"] = f"{format_number(self.worker.processor * 100)} %"
+        for name, perceiver in self.perceivers.items():
+            if perceiver.processor < 1:
+                limits[f"{name}.processor"] = f"{format_number(perceiver.processor * 100)} %"
+        return limits
 
     @property
     def callable_skills(self) -> Mapping[str, Skill]:

@@ -56,6 +56,7 @@ class ModuleSummary:
         required_capabilities: as in its model.
         capability_spans: as in its model.
         configuration: as in its model.
+        resources: as in its model.
     """
 
     id: str
@@ -77,6 +78,7 @@ class ModuleSummary:
     required_capabilities: Mapping[str, str] = field(default_factory=dict)
     capability_spans: Mapping[str, SourceSpan] = field(default_factory=dict)
     configuration: Mapping[str, str] = field(default_factory=dict)
+    resources: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def has_requirements(self) -> bool:
@@ -183,6 +185,7 @@ def summarize_module(ecm: Ecm) -> ModuleSummary:
         dict(ecm.required_capabilities),
         dict(ecm.capability_spans),
         dict(ecm.configuration),
+        dict(ecm.resources),
     )
 
 

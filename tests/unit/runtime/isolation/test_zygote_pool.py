@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from aeros.runtime.isolation import zygote_pool as module
-from aeros.runtime.isolation.layers import APPLY_LAYER, IsolationLayer
+from aeros.runtime.isolation.layers import IsolationLayer
 from aeros.runtime.isolation.protocol import CloseSkill, SkillClosed, WorkerConnection
 from aeros.runtime.isolation.zygote_pool import Zygote, ZygoteError, ZygotePool
 
@@ -119,7 +119,7 @@ def test_an_idle_zygote_that_was_killed_is_replaced(bare: ZygotePool) -> None:
 def test_a_pool_probes_its_host_once_and_ends_its_zygotes(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "find_bubblewrap", lambda: None)
     pool = ZygotePool(["fractions"])
-    assert pool.missing.keys() == {*APPLY_LAYER, IsolationLayer.BUBBLEWRAP}
+    assert pool.missing.keys() == set(IsolationLayer)
     assert pool.missing[IsolationLayer.RLIMITS] is None
     assert pool.missing[IsolationLayer.BUBBLEWRAP] == "there is no program `bwrap`"
     zygote, channel = pool.spawn_worker()

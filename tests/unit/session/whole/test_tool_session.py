@@ -12,6 +12,7 @@ import pytest
 from aeros.cli.main import main
 from aeros.exit_codes import Exit
 from aeros.spec.text.discovery import reference_site_path
+from tests.host_layers import require_layers
 
 MODULE = Path(__file__).parents[1] / "data" / "ask_and_wait"
 ANSWER = "import json, sys; print(json.dumps({'cooking_time': 60 * json.load(sys.stdin)['mass']}))"
@@ -24,8 +25,10 @@ actions:
     description: ask how long a filling cooks
     risk: low
     parameters: {mass: {type: real, unit: kg, range: [0, 1]}, filling: {type: fillings}}
-    tool: {program: PROGRAM, timeout: 20 s, answers: [cooking_time]}
+    tool: {program: PROGRAM, confinement: {reads: READS}, timeout: 20 s, answers: [cooking_time]}
 """
+READS = json.dumps(sorted({sys.prefix, sys.base_prefix}))
+"""Folders of this interpreter, which may be in somebody's home."""
 
 
 def site(folder: Path, answer: str = ANSWER, **more: str) -> Path:
@@ -33,7 +36,7 @@ def site(folder: Path, answer: str = ANSWER, **more: str) -> Path:
     text = reference_site_path().read_text()
     program = json.dumps([sys.executable, "-c", answer])
     edits = {
-        "\nactions:\n": "\n" + TOOL.replace("PROGRAM", program),
+        "\nactions:\n": "\n" + TOOL.replace("PROGRAM", program).replace("READS", READS),
         "  body_regions: [": "  fillings: [pork, cabbage]\n  body_regions: [",
         "side_camera, hand_camera]": "side_camera, hand_camera, ask_cookbook]",
         **more,
@@ -86,6 +89,15 @@ def test_without_a_usable_answer_the_skill_knows_nothing(tmp_path: Path, answer:
     assert failures
     assert {one["reason"] for one in failures if reason not in one["reason"]} == set()
     assert details(records, "tool-answered") == []
+
+
+def test_a_program_sees_nothing_of_the_robot_that_calls_it(tmp_path: Path) -> None:
+    require_layers("landlock")
+    robot = tmp_path / "robot"
+    _, records = run(tmp_path, site(tmp_path, f"import os; print(os.listdir({str(robot)!r}))"))
+    reasons = {one["reason"] for one in details(records, "tool-failed")}
+    denied = f"PermissionError: [Errno 13] Permission denied: '{robot}'"
+    assert reasons == {f"it ended with code 1; its last line of errors: {denied}"}
 
 
 def test_an_operators_block_ends_the_calls(tmp_path: Path) -> None:

@@ -116,6 +116,7 @@ def test_new_variables_and_perceivers_are_reported(tmp_path: Path) -> None:
         ("gauge.dial_green: {type: bool, ", "gauge.dial_green: {type: bool, in_invariants: true, ", {"policy/perception/in_invariants": MORE}),
         ("    timeout: 500 ms", "    timeout: 400 ms", {"policy/perception/timeout": LESS}),
         ("memory: 512 MiB", "memory: 1 GiB", {"policy/perception/memory": MORE}),
+        ("memory: 512 MiB", "memory: 512 MiB\n    processor: 50 %", {"policy/perception/processor": LESS}),
     ],
 )  # fmt: skip
 def test_a_change_of_a_sites_perception_is_found(

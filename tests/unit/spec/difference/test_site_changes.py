@@ -34,6 +34,7 @@ SITE_CHANGES = [
     ("  quotas:\n", "  isolation: {missing: warn}\n  quotas:\n", {"policy/isolation/missing": 1}),
     ("  quotas:\n", "  isolation: {answer_within: 2 s}\n  quotas:\n", {"policy/isolation/answer_within": -1}),
     ("  quotas:\n", "  isolation: {memory: 64 MiB}\n  quotas:\n", {"policy/isolation/memory": -1}),
+    ("  quotas:\n", "  isolation: {processor: 50 %}\n  quotas:\n", {"policy/isolation/processor": -1}),
     ("  quotas:\n", "  mcp: {execute: allowed}\n  quotas:\n", {"policy/mcp/execute": 1}),
     ("  quotas:\n", "  mcp: {execute: denied}\n  quotas:\n", {"policy/mcp/execute": -1}),
     ("  quotas:\n", "  mcp: {most_steps: 21}\n  quotas:\n", {"policy/mcp/most_steps": 1}),

@@ -48,11 +48,13 @@ def test_an_action_that_a_service_carries_out_in_place_of_the_robot_is_newly_all
     rich: tuple[Path, Path],
 ) -> None:
     old, new = rich
-    change(new / "site.yaml", "    tool: {program: [/usr/bin/true, now], timeout: 2 s, answers: []}\n", "")
-    assert changed(sites(old, new)) == {"actions/start/tool": "incomparable"}
-    assert changed(sites(new, old)) == {"actions/start/tool": "incomparable"}
-    (more, _) = named(sites(old, new), "actions/start/tool").diagnostics
-    assert more.headline == "`start` is carried out by the robot, before by the program `/usr/bin/true now`"
+    tool = '    tool: {mcp: {tool: times, url: "http://127.0.0.1:8081/mcp"}, timeout: 2 s, answers: []}\n'
+    change(new / "site.yaml", tool, "")
+    assert changed(sites(old, new)) == {"actions/look_up/tool": "incomparable"}
+    assert changed(sites(new, old)) == {"actions/look_up/tool": "incomparable"}
+    (more, _) = named(sites(old, new), "actions/look_up/tool").diagnostics
+    server = "the tool `times` of the MCP server `http://127.0.0.1:8081/mcp`"
+    assert more.headline == f"`look_up` is carried out by the robot, before by {server}"
 
 
 def test_a_longer_time_limit_and_a_further_answer_are_newly_allowed(rich: tuple[Path, Path]) -> None:
@@ -60,3 +62,30 @@ def test_a_longer_time_limit_and_a_further_answer_are_newly_allowed(rich: tuple[
     change(new / "site.yaml", '8080/ask", timeout: 2 s', '8080/ask", timeout: 3 s')
     assert changed(sites(old, new)) == {"actions/ask/tool/timeout": "newly allowed"}
     assert changed(sites(new, old)) == {"actions/ask/tool/timeout": "newly denied"}
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "expected"),
+    [
+        ("reads: [/opt/a]", "reads: [/opt/a, /opt/b]", {"confinement/reads": "newly allowed"}),
+        ("reads: [/opt/a]", "reads: []", {"confinement/reads": "newly denied"}),
+        ("reads: [/opt/a]", "reads: [/opt/a], writes: [/opt]", {"confinement/writes": "newly allowed"}),
+        ("network: false", "network: true", {"confinement/network": "newly allowed"}),
+        ("memory: 256 MiB", "memory: 1 GiB", {"confinement/memory": "newly allowed"}),
+        ("processor: 50 %", "processor: 20 %", {"confinement/processor": "newly denied"}),
+        ("processes: 4", "processes: 5", {"confinement/processes": "newly allowed"}),
+        ("channel: office", "channel: internet", {"channel": "incomparable"}),
+        (", channel: office", "", {"channel": "newly allowed"}),
+    ],
+)
+def test_a_wider_confinement_is_newly_allowed(
+    old: Path, new: Path, before: str, after: str, expected: dict[str, str]
+) -> None:
+    confinement = "{reads: [/opt/a], network: false, memory: 256 MiB, processor: 50 %, processes: 4}"
+    tool = f"{{program: [/bin/ask], timeout: 2 s, answers: [], confinement: {confinement}, channel: office}}"
+    kind = f"  ask: {{description: ask, risk: low, tool: {tool}}}\n"
+    for folder in (old, new):
+        change(folder / "site.yaml", "actions:\n", f"actions:\n{kind}")
+    change(new / "site.yaml", before, after)
+    found = {f"actions/ask/tool/{place}": words for place, words in expected.items()}
+    assert changed(sites(old, new)) == found

@@ -14,7 +14,7 @@ RICH_SITE = (
     compute: [gpu]
   grants: {tidy: {actuators: [arm], sensors: [camera], channels: [radio], compute: [gpu]}}
   blocks: [{id: worn, module: polish, skill: rub, action: grip, reason: a finger is worn}]
-  isolation: {require: [seccomp, rlimits], missing: warn, trusted: [polish], answer_within: 2 s, memory: 128 MiB}
+  isolation: {require: [seccomp, rlimits], missing: warn, trusted: [polish], answer_within: 2 s, memory: 128 MiB, processor: 80 %}
   mcp: {execute: denied, most_steps: 10, skills: [tidy.wipe]}
   undeclared_outcome: replan
   audit: {durability: batched}
@@ -23,6 +23,7 @@ RICH_SITE = (
     public: true
     timeout: 500 ms
     memory: 512 MiB
+    processor: 70 %
 """),
     ("enums: {joints: [shoulder]}", "enums: {joints: [shoulder], cameras: [top]}"),
     ("replans: 10}", "replans: 10, planning: 20 s}"),
@@ -41,7 +42,7 @@ joint: [{id: apart, on: {a: move, b: grip}, require: a.speed <= 1 m/s, rationale
   start:
     description: asks a program
     risk: low
-    tool: {program: [/usr/bin/true, now], timeout: 2 s, answers: []}
+    tool: {program: [/usr/bin/true, now], timeout: 2 s, answers: [], channel: radio, confinement: {reads: [/opt/a], writes: [/opt/b], network: true, memory: 256 MiB, processor: 50 %, processes: 4}}
   look_up:
     description: asks a server
     risk: low
@@ -75,7 +76,7 @@ perceivers:
     memory: 256 MiB
 """),
     ("    precondition: cloth_held\n", "    precondition: cloth_held\n    hold: human_distance >= 500 mm\n    idempotent: true\n    gated: [separation]\n"),
-    ("  actuators: [arm, gripper]\n  sensors: [scanner, gripper, camera]\n", "  actuators: [arm, gripper]\n  sensors: [scanner, gripper, camera, panel, load_cell]\n  channels: [radio]\n  compute: [gpu]\n  worker: {memory: 64 MiB, answer_within: 1 s}\n"),
+    ("  actuators: [arm, gripper]\n  sensors: [scanner, gripper, camera]\n", "  actuators: [arm, gripper]\n  sensors: [scanner, gripper, camera, panel, load_cell]\n  channels: [radio]\n  compute: [gpu]\n  worker: {memory: 64 MiB, answer_within: 1 s, processor: 40 %}\n"),
 )  # fmt: skip
 """Edits that give the module of the examples every section."""
 

@@ -80,12 +80,14 @@ _FAILS = """            return SkillRejected(
 _RESTRICTED_ZYGOTE = """\
     from aeros.runtime.isolation.limits import restrict_resources
     waiting, done = os.pipe()
-    worker = os.fork()
-    if worker == 0:
+    child = os.fork()
+    if child == 0:
         os.read(waiting, 1)
     else:
         restrict_resources()
         os.write(done, b".")
+        os.close(waiting)
+        os.close(done)
 """
 """The worker goes on when the zygote is restricted, so that this is seen."""
 
@@ -254,7 +256,7 @@ TWINS: dict[str, tuple[Changes, str]] = {
     "layers for the zygote, not the worker": (
         {
             "worker": [(_LAYERED, "            pass\n")],
-            "zygote": [("    worker = os.fork()\n", _RESTRICTED_ZYGOTE)],
+            "zygote": [("    child = os.fork()\n", _RESTRICTED_ZYGOTE)],
         },
         "seen: the zygote is restricted",
     ),
@@ -335,6 +337,28 @@ def test_a_broken_twin_of_bubblewrap_is_found(
         assert works in attempts_that_work(pool, (), _OUTSIDE, around)
 
 
+_ENTER = "            enter_control_group(entrances)\n"
+CGROUP_TWINS: dict[str, tuple[str, str, str]] = {
+    "nobody enters": ("zygote", _ENTER, "            pass\n"),
+    "another process enters": ("zygote", _ENTER, in_child(_ENTER) + "\n"),
+}
+"""By what is wrong with control groups: a module, a piece of its source, and the replacement."""
+
+
+@pytest.mark.parametrize("name", CGROUP_TWINS)
+def test_a_broken_twin_of_control_groups_is_found(name: str) -> None:
+    require_layers("cgroups")
+    module, old, new = CGROUP_TWINS[name]
+    with mutated_pool({module: [(old, new)]}) as pool:
+        zygote, channel = pool.spawn_worker()
+        channel.close()
+        zygote.end_worker()
+        pool.release(zygote)
+        assert pool.missing[IsolationLayer.CGROUPS] == "they were applied and have no effect"
+
+
 def test_the_layers_reported_missing_are_those_that_the_host_lacks(bare: ZygotePool) -> None:
     for layer in APPLY_LAYER:
         assert (bare.missing[layer] is None) == (missing_reason(layer.value) is None), layer
+    # The tests ask for version 1 alone.
+    assert bare.missing[IsolationLayer.CGROUPS] is None or missing_reason("cgroups") is not None

@@ -44,7 +44,7 @@ def test_an_unknown_layer_is_refused() -> None:
 @pytest.mark.usefixtures("lacking")
 def test_a_run_reports_how_many_tests_of_layers_ran() -> None:
     assert list(summary_lines(3, ["b", "a", "a"])) == [
-        "isolation layers: 3 tests ran, 3 skipped; this host offers seccomp, rlimits, bubblewrap",
+        "isolation layers: 3 tests ran, 3 skipped; this host offers seccomp, rlimits, bubblewrap, cgroups",
         "  2 skipped: a",
         "  1 skipped: b",
     ]
@@ -52,4 +52,4 @@ def test_a_run_reports_how_many_tests_of_layers_ran() -> None:
 
 def test_the_host_is_asked_without_the_code_under_test() -> None:
     assert "from aeros" not in text_of("tests/host_layers.py")
-    assert LAYERS == ("landlock", "seccomp", "rlimits", "bubblewrap")
+    assert LAYERS == ("landlock", "seccomp", "rlimits", "bubblewrap", "cgroups")
