@@ -86,8 +86,9 @@ class Agent:
         Errors while writing the audit record or memory propagate.
         """
         meaning = self._understand(instruction, goal)
-        self._forget()
-        with self._attending(meaning):
+        if self._checkpoints is not None:
+            self._checkpoints.delete()
+        with _attending(self._runtime, self._planner, meaning):
             return self._pursue_all(meaning, timeout)
 
     def resume(
@@ -118,7 +119,7 @@ class Agent:
             text = f"{task} had ended: {_outcome_text(ended)}"
             self._journal.record("run-already-ended", text, task=task, **_summary(ended))
             return ended
-        with self._attending(meaning):
+        with _attending(self._runtime, self._planner, meaning):
             return self._pursue_all(meaning, timeout, found)
 
     def set_paused(self, *, is_paused: bool) -> None:
@@ -130,17 +131,6 @@ class Agent:
         change = LifecycleEvent.PAUSE if is_paused else LifecycleEvent.RESUME
         if self.lifecycle.is_allowed(change):
             self.lifecycle.apply(change)
-
-    @contextmanager
-    def _attending(self, meaning: Understanding) -> Iterator[None]:
-        """Attend to the modules that matter while an instruction is pursued, and to all afterwards."""
-        # Other planners may use the skills of every module.
-        follows_rules = isinstance(self._planner, RulePlanner)
-        self._runtime.attend(modules_of(meaning) if follows_rules else None)
-        try:
-            yield
-        finally:
-            self._runtime.attend(None)
 
     def _pursue_all(
         self,
@@ -201,10 +191,6 @@ class Agent:
         self.lifecycle.apply(LifecycleEvent.END)
         self._record_result(routed, report)
         return report
-
-    def _forget(self) -> None:
-        if self._checkpoints is not None:
-            self._checkpoints.delete()
 
     def _load_checkpoint(self, meaning: Understanding) -> tuple[TaskCheckpoint, Sequence[AuditEvent]] | None:
         """Return the newest usable checkpoint and the runtime events since it; None if there is none.
@@ -297,6 +283,17 @@ class Agent:
         summary = _summary(report)
         self._journal.record("run-ended", f"{routed}: {_outcome_text(report)}", task=str(routed), **summary)
         self._memory.set_fact(f"last run of {routed}", summary, source=f"session {self.identity.sessions}")
+
+
+@contextmanager
+def _attending(runtime: Runtime, planner: Planner, meaning: Understanding) -> Iterator[None]:
+    """Attend to the modules that matter while an instruction is pursued, and to all afterwards."""
+    # Other planners may use the skills of every module.
+    runtime.attend(modules_of(meaning) if isinstance(planner, RulePlanner) else None)
+    try:
+        yield
+    finally:
+        runtime.attend(None)
 
 
 def _summary(report: RunReport) -> dict[str, Any]:
