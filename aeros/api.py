@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from os import PathLike
 
 from aeros.runtime.gate.decision import Decision
 from aeros.runtime.ports import Plant
 from aeros.session.argument_checks import as_path, require_members
+from aeros.session.module_settings import read_module_settings
 from aeros.session.session import Session, open_session
 from aeros.session.skill_gate import SkillGate as Gate
 from aeros.session.skill_gate import load_gate
@@ -35,7 +37,12 @@ __all__ = [
 ]
 
 
-def verify(*paths: str | PathLike[str], site: str | PathLike[str] | None = None) -> Report:
+def verify(
+    *paths: str | PathLike[str],
+    site: str | PathLike[str] | None = None,
+    bindings: Mapping[str, str] | None = None,
+    parameters: Mapping[str, str] | None = None,
+) -> Report:
     """Prove that modules keep the policy of a site, as `aeros verify` does; no certificate is written.
 
     Files that cannot be read or are rejected raise no exception: the report lists each problem with file,
@@ -44,6 +51,8 @@ def verify(*paths: str | PathLike[str], site: str | PathLike[str] | None = None)
     Args:
         paths: Modules' folders, or folders of modules.
         site: The site file; None for the reference site, a Panda cell.
+        bindings: The site's name for what a module needs, by `MODULE.NEED`, as `--bind` gives it.
+        parameters: Values of modules' parameters, with their units, by `MODULE.PARAMETER`, as `--set` does.
 
     Returns:
         The report: `conclusion`, and the results for the `site` and for each of the `modules`.
@@ -62,8 +71,9 @@ def verify(*paths: str | PathLike[str], site: str | PathLike[str] | None = None)
     if not folders:
         raise MisuseError("there is nothing to verify; give a module's folder, such as `ecms/clean_table`")
     path = reference_site_path() if site is None else as_path("site", site)
+    settings = read_module_settings(bindings, parameters)
     with open_default_store() as store:
-        return verify_modules(folders, path, store=store, detail=Detail.BRIEF)
+        return verify_modules(folders, path, store=store, settings=settings, detail=Detail.BRIEF)
 
 
 def check_conformance(subject: PlantUnderTest) -> tuple[str, ...]:

@@ -17,6 +17,7 @@ from aeros.experiments.trials.kills import VICTIMS, KillTrial, measure_duration,
 from benchmarks.command import build_parser, print_json
 
 _INPUT_PATHS: Final = InputPaths(str(Path(__file__).parents[1] / "ecms"))
+_INSTRUCTION: Final = "make dumplings"
 
 
 def main() -> None:
@@ -28,11 +29,11 @@ def main() -> None:
     parser.add_argument("--lasting", type=float, help="seconds in which kills fall (default: measured)")
     arguments = parser.parse_args()
     trials = 2 if arguments.quick else arguments.trials
-    lasting = arguments.lasting or measure_duration(arguments.plant, _INPUT_PATHS)
+    lasting = arguments.lasting or measure_duration(arguments.plant, _INPUT_PATHS, _INSTRUCTION)
     known = load_inputs(_INPUT_PATHS).configuration.modules
     each: list[KillTrial] = []
     for seed in range(arguments.first_seed, arguments.first_seed + trials):
-        each.append(trial_of(seed, arguments.plant, known, lasting, _INPUT_PATHS))
+        each.append(trial_of(seed, arguments.plant, known, lasting, _INPUT_PATHS, _INSTRUCTION))
         if arguments.format == "text":
             result = each[-1].violations or (
                 "goal reached" if each[-1].reached else f"goal not reached: {each[-1].failure_reason}"

@@ -13,9 +13,11 @@ import os
 import shutil
 import struct
 import subprocess
+import time
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
+from pathlib import Path
 from typing import Any, Final
 
 import pytest
@@ -116,11 +118,43 @@ def _bubblewrap_reason() -> str | None:
     return None if ran.returncode == 0 else f"`{program}` cannot make namespaces: {ran.stderr.strip()}"
 
 
+def _cgroups_reason() -> str | None:
+    """Make a group of our own in which nobody gets more than a millisecond, and see if it is held back."""
+    mounts = [line.split() for line in Path("/proc/self/mounts").read_text("ascii").splitlines()]
+    places = [Path(one[1]) for one in mounts if one[2] == "cgroup" and "cpu" in one[3].split(",")]
+    if not places:
+        return "no hierarchy of version 1 has the controller `cpu`"
+    own = Path("/proc/self/cgroup").read_text("utf-8").splitlines()
+    path = next(line.split(":", 2)[2] for line in own if "cpu" in line.split(":")[1].split(","))
+    group = places[0] / path.lstrip("/") / f"tests-{os.getpid()}-{os.urandom(4).hex()}"
+    try:
+        group.mkdir()
+    except OSError as failure:
+        return f"no control group can be made: {failure}"
+    try:
+        (group / "cpu.cfs_quota_us").write_text("1000")
+
+        def compute() -> bool:
+            (group / "cgroup.procs").write_text("0")
+            while time.process_time() < 0.01:
+                pass
+            return True
+
+        if _works_in_child(compute) and "nr_throttled 0" not in (group / "cpu.stat").read_text():
+            return None
+    except OSError as failure:
+        return f"a control group cannot be limited: {failure}"
+    finally:
+        group.rmdir()
+    return "control groups hold no process back"
+
+
 _REASONS: Final[Mapping[str, Callable[[], str | None]]] = {
     "landlock": _landlock_reason,
     "seccomp": _seccomp_reason,
     "rlimits": lambda: None,  # every Linux has them
     "bubblewrap": _bubblewrap_reason,
+    "cgroups": _cgroups_reason,
 }
 LAYERS: Final = tuple(_REASONS)
 """Names of all layers, as site files have them."""

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
 
-from aeros.agent.errands import ErrandPosition, barred_skills, combined_report, modules_of
+from aeros.agent.errands import ErrandPosition, attending, barred_skills, combined_report
 from aeros.agent.errors import AgentError
 from aeros.agent.execution.journal import Journal, Observer
 from aeros.agent.execution.report import RunReport
@@ -86,9 +86,8 @@ class Agent:
         Errors while writing the audit record or memory propagate.
         """
         meaning = self._understand(instruction, goal)
-        if self._checkpoints is not None:
-            self._checkpoints.delete()
-        with _attending(self._runtime, self._planner, meaning):
+        self._forget()
+        with attending(meaning, self._runtime, self._planner):
             return self._pursue_all(meaning, timeout)
 
     def resume(
@@ -119,7 +118,7 @@ class Agent:
             text = f"{task} had ended: {_outcome_text(ended)}"
             self._journal.record("run-already-ended", text, task=task, **_summary(ended))
             return ended
-        with _attending(self._runtime, self._planner, meaning):
+        with attending(meaning, self._runtime, self._planner):
             return self._pursue_all(meaning, timeout, found)
 
     def set_paused(self, *, is_paused: bool) -> None:
@@ -146,9 +145,8 @@ class Agent:
             if number > first:
                 self._record_selection(meaning, number)
             remaining = None if deadline is None else max(0.0, deadline - self._runtime.now())
-            position = ErrandPosition(
-                number, tuple(reports), barred_skills(meaning, errand, self._runtime.active_modules())
-            )
+            barred = barred_skills(meaning, errand, self._runtime.active_modules())
+            position = ErrandPosition(number, tuple(reports), barred)
             steps_before = len(resumed[0].steps) if resumed is not None and number == first else 0
             loop = self._task_loop(errand.routed, remaining, position)
             if resumed is not None and number == first:
@@ -158,9 +156,8 @@ class Agent:
             if not report.reached or number + 1 == len(meaning.errands):
                 break
         whole = combined_report(meaning.instruction, reports)
-        was_stopped = self._runtime.is_stopped or any(
-            one.status is StepStatus.HALTED for one in report.steps[steps_before:]
-        )
+        halted = (one.status is StepStatus.HALTED for one in report.steps[steps_before:])
+        was_stopped = self._runtime.is_stopped or any(halted)
         if whole.reached or not was_stopped:
             # Last of all: as long as the final checkpoint is not written, the run can be resumed.
             loop.save_final(whole)
@@ -191,6 +188,10 @@ class Agent:
         self.lifecycle.apply(LifecycleEvent.END)
         self._record_result(routed, report)
         return report
+
+    def _forget(self) -> None:
+        if self._checkpoints is not None:
+            self._checkpoints.delete()
 
     def _load_checkpoint(self, meaning: Understanding) -> tuple[TaskCheckpoint, Sequence[AuditEvent]] | None:
         """Return the newest usable checkpoint and the runtime events since it; None if there is none.
@@ -283,17 +284,6 @@ class Agent:
         summary = _summary(report)
         self._journal.record("run-ended", f"{routed}: {_outcome_text(report)}", task=str(routed), **summary)
         self._memory.set_fact(f"last run of {routed}", summary, source=f"session {self.identity.sessions}")
-
-
-@contextmanager
-def _attending(runtime: Runtime, planner: Planner, meaning: Understanding) -> Iterator[None]:
-    """Attend to the modules that matter while an instruction is pursued, and to all afterwards."""
-    # Other planners may use the skills of every module.
-    runtime.attend(modules_of(meaning) if isinstance(planner, RulePlanner) else None)
-    try:
-        yield
-    finally:
-        runtime.attend(None)
 
 
 def _summary(report: RunReport) -> dict[str, Any]:

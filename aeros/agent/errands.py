@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 from aeros.agent.execution.report import RunReport
 from aeros.agent.instructions.understand import Errand, Understanding
+from aeros.agent.planning.base import Planner, RulePlanner
 from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.task_graph import TaskGraph, skills_behind
+from aeros.runtime.ports import Runtime
 from aeros.spec.expr import terms as t
 from aeros.spec.model.ecm import Ecm, owner_of
 
@@ -59,6 +62,25 @@ def modules_of(understanding: Understanding) -> frozenset[str]:
     conditions += [one.routed.task.goal for one in errands]
     read = {name.partition(".")[0] for term in conditions for name in t.variables_of(term) if "." in name}
     return frozenset({one.routed.module for one in errands} | read)
+
+
+@contextmanager
+def attending(understanding: Understanding, runtime: Runtime, planner: Planner) -> Iterator[None]:
+    """Attend to the modules that matter while an instruction is pursued, and to all afterwards.
+
+    Args:
+        understanding: meaning of the whole instruction.
+        runtime: the runtime, which calls the perceivers of modules.
+        planner: the planner; one that does not follow rules may use the skills of every module.
+
+    Yields:
+        Once.
+    """
+    runtime.attend(modules_of(understanding) if isinstance(planner, RulePlanner) else None)
+    try:
+        yield
+    finally:
+        runtime.attend(None)
 
 
 def barred_steps(graph: TaskGraph, barred: frozenset[str], modules: Mapping[str, Ecm]) -> list[str]:

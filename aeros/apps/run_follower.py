@@ -46,6 +46,8 @@ class RunFollower:
         plan: The event of the latest plan; None before.
         task_event: Details of the event that names the task.
         ended: Details of the end of the run; None while it runs.
+        modules: Limits and use of resources of each module, as the run has written them.
+        tool_calls: Number of calls of each tool, and of those that failed.
         now: Latest time on the plant's clock, in seconds.
     """
 
@@ -61,6 +63,8 @@ class RunFollower:
         self.plan: TraceEvent | None = None
         self.task_event: Mapping[str, Any] = {}
         self.ended: Mapping[str, Any] | None = None
+        self.modules: Any = {}
+        self.tool_calls: dict[str, tuple[int, int]] = {}
         self.now = 0.0
 
     @property
@@ -95,8 +99,9 @@ class RunFollower:
         for event in map(parse_event, trace.lines()):
             if event is not None:
                 self._on_event(event)
-        for sample in map(parse_sample, samples.lines()):
-            if sample is not None:
+        for line in samples.lines():
+            self.modules = line.get("modules", self.modules)
+            if (sample := parse_sample(line)) is not None:
                 self._on_sample(*sample)
 
     def closest_bounds(self, site: Site | None) -> list[ClosestApproach]:
@@ -133,6 +138,10 @@ class RunFollower:
                 self._on_sample(one.time, one.state)
             case "session-opened":
                 self.ended = None
+            case "tool-answered" | "tool-failed" as event if type(record["details"].get("tool")) is str:
+                calls, failures = self.tool_calls.get(record["details"]["tool"], (0, 0))
+                failed = event == "tool-failed"
+                self.tool_calls[record["details"]["tool"]] = (calls + 1, failures + failed)
             case "note" if left.notes:
                 kind, details = left.notes[-1]
                 if kind == "task-selected":

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import argparse
-import re
-from collections.abc import Iterable
-from typing import TYPE_CHECKING, Final
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING
 
 from aeros.cli.terminal import print_line
 from aeros.exit_codes import UsageError
-from aeros.spec.model.configured import ModuleConfiguration
+from aeros.spec.model.configured import (
+    ModuleConfiguration,
+    join_settings,
+    setting_fault,
+    settings_by_module,
+)
 
 if TYPE_CHECKING:
     from aeros.spec.elaborate.module.needs import Setting
-
-_NAME: Final = re.compile(r"[a-z][a-z0-9_]*")
-_DOTTED: Final = re.compile(r"[a-z][a-z0-9_]*(\.[a-z][a-z0-9_]*)?")
-_MAX_VALUE: Final = 200  # characters; no quantity needs more
 
 
 def add_settings(
@@ -84,37 +84,34 @@ def module_configurations(arguments: argparse.Namespace) -> dict[str, ModuleConf
     Raises:
         UsageError: a name does not begin with a module.
     """
-    given: dict[str, tuple[list[str], list[str]]] = {}
-    for place, option, texts in ((0, "--bind", arguments.bind), (1, "--set", arguments.set)):
-        for text in texts:
-            module, dot, rest = text.partition(".")
-            if not dot or "=" in module:
-                raise UsageError(f"{option} {text}: begin with the module, as in `clean_pot.{text}`")
-            given.setdefault(module, ([], []))[place].append(rest)
-    return {module: module_configuration(*parts) for module, parts in given.items()}
+    return join_settings(_by_module("--bind", arguments.bind), _by_module("--set", arguments.set))
+
+
+def _by_module(option: str, texts: Iterable[str]) -> Mapping[str, Mapping[str, str]]:
+    try:
+        return settings_by_module(dict(map(_split, texts)))
+    except ValueError as error:
+        raise UsageError(f"{option} {error}") from error
 
 
 def _bind_text(text: str) -> str:
-    return _checked(text, "surface=bench", _NAME)
+    return _checked(text, is_binding=True)
 
 
 def _set_text(text: str) -> str:
-    return _checked(text, "force=6 N", None)
+    return _checked(text, is_binding=False)
 
 
-def _checked(text: str, example: str, form: re.Pattern[str] | None) -> str:
+def _checked(text: str, *, is_binding: bool) -> str:
     """Check the form of a setting, and return it without blanks around its parts.
 
     Raises:
         ArgumentTypeError: it has another form.
     """
     name, value = _split(text)
-    if "=" not in text or not _DOTTED.fullmatch(name) or not value or (form and not form.fullmatch(value)):
-        raise argparse.ArgumentTypeError(f"`{text}` is not a setting, as in `{example}`")
-    if len(value) > _MAX_VALUE or not value.isprintable():
-        raise argparse.ArgumentTypeError(
-            f"the value of `{name}` is not one line of at most {_MAX_VALUE} characters"
-        )
+    fault = setting_fault(name, value, is_binding=is_binding)
+    if fault is not None:
+        raise argparse.ArgumentTypeError(fault)
     return f"{name}={value}"
 
 
@@ -155,17 +152,13 @@ def print_open_settings(module: str, settings: Iterable[Setting]) -> None:
 
 
 def _reason(one: Setting) -> str:
-    """Describe where a value is from, and which others there are."""
+    """Describe where a value is from, which others there are, and in parentheses its meaning."""
+    meaning = f" ({one.description})" if one.description else ""
+    if one.is_parameter:
+        return f"{'open' if one.is_open else one.source}; {one.allowed}{meaning}"
     others = [name for name in one.choices if name != one.value] if one.value else []
     also = f"; also possible: {', '.join(others)}" if others else ""
     if one.is_open:
-        return f"open; {one.description}" if one.is_parameter else f"open: {', '.join(one.choices)}"
-    match one.source:
-        case "set":
-            return f"set; {one.description}" if one.is_parameter else f"set{also}"
-        case "default":
-            return f"default; {one.description}"
-        case "only choice":
-            return "the only one here that suits"
-        case _:
-            return f"of the same name{also}"
+        return f"open: {', '.join(one.choices)}{meaning}" if one.choices else f"open{meaning}"
+    reason = {"set": f"set{also}", "only choice": "the only one here that suits"}
+    return f"{reason.get(one.source, f'of the same name{also}')}{meaning}"

@@ -17,7 +17,9 @@ from aeros.experiments.inputs import digest_of_files
 from aeros.spec.diagnostics.codes import did_you_mean
 from aeros.spec.diagnostics.errors import MisuseError
 
-_DATA: Final = Path(__file__).parent / "data"
+_PACKAGED: Final = Path(__file__).parent / "data"
+_DATA: Final = _PACKAGED if _PACKAGED.is_dir() else Path(__file__).parents[2] / "experiments"
+"""Experiments, their faults and modules: in the installed package, or in the repository."""
 
 PLANTS: Final = ("physics", "symbolic")
 

@@ -43,6 +43,7 @@ from aeros.runtime.records.failed_measurements import RecordEvent, failure_text
 from aeros.runtime.skills.in_process_run import OpenRun
 from aeros.runtime.tools.tool_plant import ToolPlant
 from aeros.session.bag import open_bag
+from aeros.session.resource_meter import ResourceMeter
 from aeros.session.setup import AUDIT, open_isolated_skills
 from aeros.session.trace import TRACE, TraceWriter
 
@@ -100,6 +101,7 @@ class RecordedPlant(NamedTuple):
         plant: The plant as opened, without the recorders.
         audit: Audit log that decisions are written to.
         skills: Factory of skill runs.
+        meter: Opens runs of skills and perceivers, and measures what they use.
         observe: Writes an event to the trace and passes it on.
         feed: Feed into the bag or MCAP file; None if neither is written.
         listeners: All listeners to measurements, including the recorders.
@@ -108,6 +110,7 @@ class RecordedPlant(NamedTuple):
     plant: Plant
     audit: AuditLog
     skills: SkillRunFactory
+    meter: ResourceMeter
     observe: Observer
     feed: BusFeed | None
     listeners: tuple[MeasurementListener, ...]
@@ -227,11 +230,15 @@ def open_recorded_plant(setup: SessionSetup) -> Iterator[RecordedPlant]:
             listener=None if feed is None else feed.on_record,
         ) as audit,
         TraceWriter(setup.out / TRACE, setup.stream) as trace,
-        SampleWriter(setup.out / SAMPLES, site) as samples,
+        SampleWriter(
+            setup.out / SAMPLES,
+            site,
+            (meter := ResourceMeter(setup.configuration, skills, open_by_policy(skills))).usage,
+        ) as samples,
         setup.open_plant(observe := _observer(setup, trace)) as plant,
     ):
         recorders = (samples,) if feed is None else (samples, feed)
-        yield RecordedPlant(plant, audit, skills, observe, feed, (*recorders, *setup.listeners))
+        yield RecordedPlant(plant, audit, skills, meter, observe, feed, (*recorders, *setup.listeners))
 
 
 @contextmanager
@@ -256,11 +263,11 @@ def open_agent(setup: SessionSetup, recorded: RecordedPlant, governor: Governor)
         configuration,
         recorded.plant,
         recorded.audit,
-        recorded.skills,
+        recorded.meter.open_run,
         gate=gate,
         governor=governor,
         listeners=recorded.listeners,
-        open_perceiver=open_by_policy(recorded.skills),
+        open_perceiver=recorded.meter.open_perceiver,
         observe=observe,
         is_resumed=setup.is_resumed,
         # A recording or a client may read every value.

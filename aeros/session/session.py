@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future, wait
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from os import PathLike
@@ -29,6 +29,7 @@ from aeros.session.argument_checks import (
     require_whole_number,
 )
 from aeros.session.assembly import AgentSession, SessionSetup, open_agent, open_recorded_plant
+from aeros.session.module_settings import read_module_settings
 from aeros.session.plant_factory import PLANTS, PlantName, open_plant
 from aeros.session.rendered_errors import rendered_errors
 from aeros.session.robot_thread import RobotThread
@@ -229,6 +230,8 @@ def open_session(
     gate: GateModeName = "checked",
     out: str | PathLike[str] | None = None,
     state: str | PathLike[str] | None = None,
+    bindings: Mapping[str, str] | None = None,
+    parameters: Mapping[str, str] | None = None,
 ) -> Iterator[Session]:
     """Prove modules and open a robot that runs them, every action decided by the gate.
 
@@ -244,6 +247,8 @@ def open_session(
         state: The robot's state folder: the agent's identity and memory are in it, and every command of the
             operator on it governs the session (`aeros block`, `deactivate`, `policy`, `pause`, `stop`).
             None for a temporary agent that keeps nothing after the session and that no command reaches.
+        bindings: The site's name for what a module needs, by `MODULE.NEED`, as `--bind` gives it.
+        parameters: Values of modules' parameters, with their units, by `MODULE.PARAMETER`, as `--set` does.
 
     Yields:
         The session.  At the end of the block all motion is stopped and everything is closed.
@@ -270,16 +275,19 @@ def open_session(
     ecms, path = as_path("modules", modules), None if site is None else as_path("site", site)
     robot = None if state is None else as_path("state", state)
     output = None if out is None else as_path("out", out)
+    settings = read_module_settings(bindings, parameters)
     with ExitStack() as stack:
         with rendered_errors():
             governor: Governor
             if robot is None:
                 configuration, proof = prove_configuration(
-                    [ecms], path or reference_site_path(), certified=True
+                    [ecms], path or reference_site_path(), certified=True, settings=settings
                 )
                 governor = FixedGovernor(configuration)
             else:
-                steered, configuration, proof = open_governor(robot, ecms, path)
+                steered, configuration, proof = open_governor(
+                    robot, ecms, path, configurations=settings.configurations
+                )
                 stack.enter_context(steered)
                 for reason in steered.withheld.values():
                     warnings.warn(f"{reason} on this robot", RuntimeWarning, stacklevel=3)

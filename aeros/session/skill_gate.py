@@ -14,6 +14,7 @@ from aeros.runtime.gate.port import Gate
 from aeros.runtime.ports import Reading
 from aeros.runtime.proving import prove_configuration
 from aeros.session.argument_checks import as_path, require_one_of, require_text
+from aeros.session.module_settings import read_module_settings
 from aeros.session.rendered_errors import rendered_errors
 from aeros.skill import Action, Observation
 from aeros.spec.diagnostics.codes import did_you_mean
@@ -129,6 +130,8 @@ def load_gate(
     skill: str | None = None,
     site: str | PathLike[str] | None = None,
     mode: GateModeName = "compiled",
+    bindings: Mapping[str, str] | None = None,
+    parameters: Mapping[str, str] | None = None,
 ) -> SkillGate:
     """Prove modules and compile the gate that decides their actions.
 
@@ -140,6 +143,8 @@ def load_gate(
         site: The site file; None for the reference site, a Panda cell.
         mode: Method of deciding conditions: `compiled`; `z3`, slow; or `checked`, both: a disagreement
             raises an exception.
+        bindings: The site's name for what a module needs, by `MODULE.NEED`, as `--bind` gives it.
+        parameters: Values of modules' parameters, with their units, by `MODULE.PARAMETER`, as `--set` does.
 
     Returns:
         The gate.
@@ -157,8 +162,9 @@ def load_gate(
     require_one_of("mode", mode, get_args(GateModeName))
     folder = as_path("modules", modules)
     path = reference_site_path() if site is None else as_path("site", site)
+    settings = read_module_settings(bindings, parameters)
     with rendered_errors():
-        configuration, _ = prove_configuration([folder], path, certified=False)
+        configuration, _ = prove_configuration([folder], path, certified=False, settings=settings)
     return SkillGate(configuration, CompiledGate(configuration, GateMode(mode)), skill)
 
 

@@ -87,8 +87,15 @@ THEOREM = Theorem(
             "moves-what-the-site-did-not-give",
             "access",
             layers.LAYERS,
-            "skill.actuators & ecm.requested_access.actuators & site.access_of(ecm.id).actuators",
+            "skill.actuators & ecm.requested_access.actuators & granted.actuators",
             "skill.actuators & ecm.requested_access.actuators",
+        ),
+        Mutant(
+            "calls-over-a-channel-that-the-site-did-not-give",
+            "access",
+            layers.LAYERS,
+            "kind.channels - (ecm.requested_access.channels & granted.channels)",
+            "kind.channels - ecm.requested_access.channels",
         ),
         Mutant(
             "bears-what-a-skill-declares-whatever-the-site-does",

@@ -1,7 +1,7 @@
 """The gate's finite layers as they ship, explored: any site, module, skill, kind, caller and usage.
 
 `finite_objections` is run with its parts put aside, and each part is explored by itself.  Two overrides,
-two quotas and two actuators stand for any number: the code treats each by itself.
+two quotas, two actuators and two channels stand for any number: the code treats each by itself.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ SITE: Final = "aeros.spec.model.site"
 _BLOCKS: Final = ("block.1", "block.2")
 _QUOTAS: Final = ("quota.1", "quota.2")
 _ACTUATORS: Final = ("arm", "hand")
+_CHANNELS: Final = ("office", "internet")
 _FIELDS: Final = ("module", "skill", "kind")
 
 
@@ -188,37 +189,39 @@ def _override(code: ModuleSource) -> TheoremObligation:
 # Access.
 
 
-class _ActuatorSet:
-    """A set of actuators: for each, the formula that says whether it is in."""
+class _NameSet:
+    """A set of actuators or channels: for each, the formula that says whether it is in."""
 
     def __init__(self, ask: DecideBranch, members: Mapping[str, str]) -> None:
         self._ask, self._members = ask, members
 
     @classmethod
-    def named(cls, ask: DecideBranch, whose: str) -> _ActuatorSet:
-        return cls(ask, {one: f"{whose}.{one}" for one in _ACTUATORS})
+    def named(cls, ask: DecideBranch, whose: str, names: Iterable[str]) -> _NameSet:
+        return cls(ask, {one: f"{whose}.{one}" for one in names})
 
-    def _combine(
-        self, other: _ActuatorSet | frozenset[str], of_both: Callable[[str, str], str]
-    ) -> _ActuatorSet:
+    def _combine(self, other: _NameSet | frozenset[str], of_both: Callable[[str, str], str]) -> _NameSet:
         theirs = (
             other._members
-            if isinstance(other, _ActuatorSet)
+            if isinstance(other, _NameSet)
             else {x: smt_literal(x in other) for x in self._members}
         )
-        return _ActuatorSet(self._ask, {x: of_both(mine, theirs[x]) for x, mine in self._members.items()})
+        return _NameSet(self._ask, {x: of_both(mine, theirs[x]) for x, mine in self._members.items()})
 
-    def __and__(self, other: _ActuatorSet | frozenset[str]) -> _ActuatorSet:
+    def __and__(self, other: _NameSet | frozenset[str]) -> _NameSet:
         return self._combine(other, lambda mine, theirs: smt_and([mine, theirs]))
 
-    def __or__(self, other: _ActuatorSet | frozenset[str]) -> _ActuatorSet:
+    def __or__(self, other: _NameSet | frozenset[str]) -> _NameSet:
         return self._combine(other, lambda mine, theirs: smt_or([mine, theirs]))
 
-    def __sub__(self, other: _ActuatorSet | frozenset[str]) -> _ActuatorSet:
+    def __sub__(self, other: _NameSet | frozenset[str]) -> _NameSet:
         return self._combine(other, lambda mine, theirs: smt_and([mine, smt_not(theirs)]))
 
     def __iter__(self) -> Iterator[str]:
         return (one for one, formula in self._members.items() if self._ask(formula))
+
+
+def _granted(name: str) -> str:
+    return f"(or site.{name} (and granted grant.{name}))"
 
 
 def _access(code: ModuleSource) -> TheoremObligation:
@@ -226,29 +229,38 @@ def _access(code: ModuleSource) -> TheoremObligation:
     sites = code.module(SITE, using=(policy,))
 
     def run(ask: DecideBranch) -> str:
+        def access(whose: str) -> Any:
+            actuators, channels = (_NameSet.named(ask, whose, names) for names in (_ACTUATORS, _CHANNELS))
+            return policy.Access(actuators, channels=channels)
+
         class Grants:
             def get(self, _: str, default: Any) -> Any:
-                return policy.Access(_ActuatorSet.named(ask, "grant")) if ask("granted") else default
+                return access("grant") if ask("granted") else default
 
-        site = SimpleNamespace(access=policy.Access(_ActuatorSet.named(ask, "site")), grants=Grants())
+        site = SimpleNamespace(access=access("site"), grants=Grants())
         site.access_of = lambda module: sites.Site.access_of(site, module)
-        ecm = SimpleNamespace(id="m", requested_access=policy.Access(_ActuatorSet.named(ask, "module")))
-        skill = SimpleNamespace(id="k", actuators=_ActuatorSet.named(ask, "skill"))
-        kind = SimpleNamespace(actuators=_ActuatorSet.named(ask, "kind"))
+        ecm = SimpleNamespace(id="m", requested_access=access("module"))
+        skill = SimpleNamespace(id="k", actuators=_NameSet.named(ask, "skill", _ACTUATORS))
+        kind = access("kind")
         return no_objection(layers._access_objections(site, ecm, skill, kind))
 
     usable = smt_and(
-        f"(=> kind.{one} (and skill.{one} module.{one} (or site.{one} (and granted grant.{one}))))"
-        for one in _ACTUATORS
+        (
+            *(f"(=> kind.{one} (and skill.{one} module.{one} {_granted(one)}))" for one in _ACTUATORS),
+            *(f"(=> kind.{one} (and module.{one} {_granted(one)}))" for one in _CHANNELS),
+        )
     )
+    names = (*_ACTUATORS, *_CHANNELS)
     return TheoremObligation(
         "`_access_objections` yields nothing exactly where each actuator of the kind is the skill's, the\n"
-        "module's, and the site's for everybody or granted to the module.",
+        "module's, and the site's for everybody or granted to the module; and each channel that its tool\n"
+        "uses is the module's, and the site's for everybody or granted to the module.",
         _constants(
             "Bool",
             (
                 "granted",
-                *(f"{w}.{one}" for one in _ACTUATORS for w in ("kind", "skill", "module", "site", "grant")),
+                *(f"{whose}.{one}" for one in names for whose in ("kind", "module", "site", "grant")),
+                *(f"skill.{one}" for one in _ACTUATORS),
             ),
         ),
         f"(= nothing {usable})",

@@ -56,6 +56,7 @@ NOT_HERE = {
     "AE130": "a path without a module: tests/unit/cli/author/test_verify.py",
     "AE140": "only a scene has bodies in it: tests/unit/sim/scenes/test_physics_scene.py",
     "AE141": "a model in a scene: tests/unit/spec/scenes/test_load.py",
+    "AE411": "the corpus's site has no tool: tests/property/test_permissions.py",
     "AE509": "depends on the budget, not on the files: tests/unit/cli/author/test_verify.py",
 }
 """Codes that `aeros verify` reports and no case shows, and where they are tested instead."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -22,8 +23,8 @@ from aeros.spec.expr.semantics import is_true
 from aeros.spec.expr.types import BOOL, RealType
 from aeros.spec.expr.units import NUMBER
 from aeros.spec.flow import symbolic_paths
-from aeros.spec.model.composition import Composition, Part, Step
-from aeros.spec.model.ecm import ActionCondition, Ecm, Outcome, Skill
+from aeros.spec.model.composition import Composition, Part, Step, nested
+from aeros.spec.model.ecm import ActionCondition, CapabilityInterface, Ecm, Outcome, Skill
 from aeros.spec.model.policy import Access, ModuleLimits
 from aeros.spec.model.rules import ActionKind, JointRule, Risk, Rule
 from aeros.spec.model.site import Site
@@ -31,6 +32,7 @@ from aeros.spec.model.step_graph import If, Par, Seq, steps_of, walk_parts
 from aeros.spec.model.variables import Declared
 from aeros.spec.obligations import joint
 from aeros.spec.obligations.composition import composition_obligations
+from aeros.spec.obligations.interfaces import interface_obligations
 from aeros.spec.obligations.joint import joint_policy_obligations
 from aeros.spec.obligations.obligation import Obligation
 from aeros.spec.obligations.verdicts import Verdict
@@ -168,11 +170,14 @@ class _Machine:
         self.started: set[str] = set()
         self.unready: set[str] = set()
         self.uncovered: set[int] = set()
+        self.final_states: list[dict[str, Any]] = []
         starts = [state for state in STATES if is_true(composition.precondition, state)]
         pending = [(self.begin(composition.body), tuple(start.items())) for start in starts]
         seen = set(map(repr, pending))
         while pending:
             process, state = pending.pop()
+            if process == "done":
+                self.final_states.append(dict(state))
             for following in self.next(process, dict(state)):
                 later = (following[0], tuple(following[1].items()))
                 if repr(later) not in seen:
@@ -289,7 +294,7 @@ def _interferes(composition: Composition, skills: dict[str, Skill]) -> bool:
 
 def _refuted(module: Ecm, site: Site) -> tuple[set[str], set[str]]:
     """The ids of all claims and of those that are refuted."""
-    claims = list(composition_obligations(module, site))
+    claims = [*composition_obligations(module, site), *interface_obligations(module, site)]
     found = {str(one.id): one.verdict for one in claims if not isinstance(one, Obligation)}
     findings = discharge_obligations([one for one in claims if isinstance(one, Obligation)])
     found |= {str(one.obligation.id): one.verdict for one in findings}
@@ -297,7 +302,7 @@ def _refuted(module: Ecm, site: Site) -> tuple[set[str], set[str]]:
     return set(found), {id_ for id_, verdict in found.items() if verdict is not Verdict.PROVED}
 
 
-RUNS, RESOURCES, PAIRS = Mix(), Mix(), Mix()
+RUNS, RESOURCES, PAIRS, INTERFACES = Mix(), Mix(), Mix(), Mix()
 
 
 def _compare(composition: Composition, skills: dict[str, Skill]) -> None:
@@ -337,6 +342,60 @@ def test_a_composition_is_refused_exactly_where_some_run_goes_wrong() -> None:
 @given(_compositions(), _skills())
 def _composition_is_judged(composition: Composition, skills: dict[str, Skill]) -> None:
     _compare(composition, skills)
+
+
+def test_an_interface_is_refused_exactly_where_some_start_or_some_success_breaks_it() -> None:
+    _interface_is_judged()
+    INTERFACES.assert_both("AE307")
+
+
+@bounded
+@given(_compositions(), _skills(), *[st.one_of(st.none(), st.sampled_from(CONDITIONS))] * 2)
+def _interface_is_judged(
+    composition: Composition, skills: dict[str, Skill], precondition: t.Term | None, achieves: t.Term | None
+) -> None:
+    start, end = (
+        None if one is None else ActionCondition(one, "", TEXT.span(0, 1)) for one in (precondition, achieves)
+    )
+    interface = CapabilityInterface({}, {}, start, end, TEXT.span(0, 1))
+    module = _module(skills, composition)
+    module = replace(module, capabilities={"ability": ("c",)}, interfaces={"ability": interface})
+    _, refuted = _refuted(module, _site())
+    if any(id_.endswith("/effects") for id_ in refuted):
+        return
+    starts = [state for state in STATES if precondition is None or is_true(precondition, state)]
+    startable = all(is_true(composition.precondition, state) for state in starts)
+    INTERFACES.compare("AE307", proved="interface/ability/c/ready" not in refuted, expected=startable)
+    both = t.And((composition.precondition, t.TRUE if precondition is None else precondition))
+    machine = _Machine(replace(composition, precondition=both), skills)
+    kept = achieves is None or all(is_true(achieves, state) for state in machine.final_states)
+    broken = any(id_.startswith("interface/ability/c/achieved") for id_ in refuted)
+    INTERFACES.compare("AE307", proved=not broken, expected=kept)
+
+
+@bounded
+@given(_compositions(), _skills())
+def test_a_part_that_stands_for_a_composition_does_what_the_composition_does(
+    composition: Composition, skills: dict[str, Skill]
+) -> None:
+    alone = _Machine(composition, skills)
+    body, handlers = nested("part", composition)
+    inside = _Machine(Composition("outer", t.TRUE, None, body, handlers, TEXT.span(0, 1)), skills)
+
+    def ends(machine: _Machine) -> set[tuple[tuple[str, Any], ...]]:
+        return {tuple(state.items()) for state in machine.final_states}
+
+    def names(found: set[str]) -> set[str]:
+        return {
+            f"handler/part.{name[8:]}" if name.startswith("handler/") else f"part.{name}" for name in found
+        }
+
+    assert ends(inside) == ends(alone)
+    assert inside.started == names(alone.started)
+    assert inside.unready == names(alone.unready)
+    refused = any(not is_true(composition.precondition, state) for state in STATES)
+    own = set() if composition.precondition_span is None else {composition.precondition_span.start}
+    assert inside.uncovered == alone.uncovered | (own if refused else set())
 
 
 def test_a_resource_is_short_exactly_where_some_choice_of_steps_needs_more() -> None:

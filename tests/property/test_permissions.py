@@ -15,6 +15,7 @@ from aeros.spec.model.ecm import ActionCondition, Ecm, Outcome, Skill, Task
 from aeros.spec.model.policy import Access, ModuleLimits, OperatorOverride
 from aeros.spec.model.rules import ActionKind, Risk
 from aeros.spec.model.site import Site
+from aeros.spec.model.tools import Program, Tool
 from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.permission import permission_obligations
 from aeros.spec.obligations.verdicts import StaticClaim
@@ -45,7 +46,10 @@ WORLDS = st.fixed_dictionaries(
         "granted": st.dictionaries(st.sampled_from(["module", "other"]), ACCESS),
         "asked": ACCESS,
         "kinds": st.fixed_dictionaries(
-            {kind: st.tuples(_some(*ACTUATORS), st.sampled_from(Risk)) for kind in KINDS}
+            {
+                kind: st.tuples(_some(*ACTUATORS), st.sampled_from(Risk), st.sampled_from([None, "net"]))
+                for kind in KINDS
+            }
         ),
         "permitted": _some(*KINDS),
         "envelope": st.dictionaries(st.sampled_from(KINDS), READ),
@@ -75,7 +79,10 @@ def _clause(names: Iterable[str]) -> ActionCondition:
 
 def _site(w: dict[str, Any]) -> Site:
     kinds = {
-        name: ActionKind(name, moved, risk, False, {}, SPAN) for name, (moved, risk) in w["kinds"].items()
+        name: ActionKind(
+            name, moved, risk, False, {}, SPAN, Tool(Program(("ask",)), Fraction(1), (), channel)
+        )
+        for name, (moved, risk, channel) in w["kinds"].items()
     }
     blocks = tuple(OperatorOverride(f"b{number}", "", *who) for number, who in enumerate(w["blocks"]))
     return build(
@@ -118,7 +125,7 @@ SEEN = Mix()
 
 def test_every_use_that_is_not_permitted_is_refused_and_nothing_else() -> None:
     _uses_are_judged()
-    SEEN.assert_both("AE401", "AE402", "AE404", "AE405", "AE406", "AE407", "AE408", "AE410")
+    SEEN.assert_both("AE401", "AE402", "AE404", "AE405", "AE406", "AE407", "AE408", "AE410", "AE411")
 
 
 @bounded
@@ -139,8 +146,10 @@ def _uses_are_judged(w: dict[str, Any]) -> None:
         asked = getattr(w["asked"], group)
         judge("AE404", f"access/{group}", all(one in for_anyone or one in for_it for one in asked))
     for kind in w["envelope"]:
-        moved, _ = w["kinds"][kind]
+        moved, _, channel = w["kinds"][kind]
         judge("AE402", f"skill/{kind}/actuators", all(one in w["moves"] for one in moved))
+        if channel is not None:
+            judge("AE411", f"skill/{kind}/channels", channel in w["asked"].channels)
         if kind in w["permitted"]:
             SEEN.compare("AE401", proved=f"permission/skill/{kind}" not in found, expected=True)
         else:

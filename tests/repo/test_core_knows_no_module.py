@@ -1,8 +1,7 @@
 """Nothing under `aeros/` knows the tasks of the shipped modules: modules bring what they know.
 
 Examples for people name them: texts of `--help`, examples in docstrings and in descriptions of fields, after
-`as in`. So do the grants of the reference site, which are an operator's, and the experiments, which measure
-these modules.
+`as in`. So do the grants of the reference site, which are an operator's.
 """
 
 from __future__ import annotations
@@ -50,8 +49,6 @@ def _tokens(path: Path) -> Iterator[tuple[int, str]]:
 
 @pytest.mark.parametrize("path", sorted((ROOT / "aeros").rglob("*.py")), ids=str)
 def test_no_code_of_the_core_names_a_shipped_module_or_its_objects(path: Path) -> None:
-    if path.is_relative_to(ROOT / "aeros" / "experiments"):
-        return
     words = re.compile(rf"\b({'|'.join(sorted(_NAMES))})\b|{'|'.join(_OBJECTS)}", re.IGNORECASE)
     for number, text in _tokens(path):
         is_text = text.startswith(("#", '"', "'", 'f"', 'r"')) and " " in text
@@ -65,7 +62,7 @@ _NAMES = _names()
 def test_no_data_of_the_core_names_a_shipped_module_or_its_objects() -> None:
     words = re.compile(rf"\b({'|'.join(sorted(_NAMES))})\b|{'|'.join(_OBJECTS)}", re.IGNORECASE)
     for path in sorted((ROOT / "aeros").rglob("*")):
-        if path.suffix not in (".yaml", ".toml", ".template") or "experiments" in path.parts:
+        if path.suffix not in (".yaml", ".toml", ".template"):
             continue
         text = path.read_text(encoding="utf-8")
         if path == reference_site_path():

@@ -61,7 +61,6 @@ def _trees() -> dict[str, ast.Module]:
     return {
         path.relative_to(ROOT).as_posix(): ast.parse(path.read_text(encoding="utf-8"))
         for path in sorted(paths)
-        if path.relative_to(ROOT).parts[:3] != ("aeros", "experiments", "data")
     }
 
 

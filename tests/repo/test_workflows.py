@@ -124,7 +124,7 @@ def test_tests_that_ask_for_a_variable_are_run_with_it(variable: str) -> None:
     assert variable in "".join(_reached().values()) + "".join(map(_text, _WORKFLOWS))
 
 
-def test_jobs_that_run_tests_expect_every_isolation_layer() -> None:
+def test_jobs_that_run_tests_expect_every_isolation_layer_that_their_machines_have() -> None:
     """A runner that loses a layer, or a test that no longer asks for one, makes the job fail."""
     tested = {"make test", "make pytest", "make deep", ".ci/run"}
     for name in _WORKFLOWS:
@@ -132,7 +132,8 @@ def test_jobs_that_run_tests_expect_every_isolation_layer() -> None:
             runs = [step.get("run", "") for step in job["steps"]]
             if not any(run.startswith(tuple(tested)) for run in runs):
                 continue
-            assert job["env"][VARIABLE].split(",") == list(LAYERS)
+            # An ordinary user of GitHub's machines may make no control groups.
+            assert job["env"][VARIABLE].split(",") == [layer for layer in LAYERS if layer != "cgroups"]
             assert runs.index(_BUBBLEWRAP) < min(
                 runs.index(run) for run in runs if run.startswith(tuple(tested))
             )

@@ -13,12 +13,8 @@ ROOT = Path(__file__).parents[2]
 UPDATE = os.environ.get("AEROS_UPDATE_GOLDEN") == "1"
 """True if generated files are to be written again."""
 
-PYTHON = sorted(
-    path.relative_to(ROOT)
-    for path in (ROOT / "aeros").rglob("*.py")
-    if path.relative_to(ROOT).parts[:3] != ("aeros", "experiments", "data")
-)
-"""The code; modules that experiments are about are data to it."""
+PYTHON = sorted(path.relative_to(ROOT) for path in (ROOT / "aeros").rglob("*.py"))
+"""The code."""
 
 _SKIPPED = {"node_modules", "runs", "dist", "mutants"}
 

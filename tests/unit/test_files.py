@@ -175,8 +175,10 @@ NOT_DURABLE = {
     "aeros/experiments/report/write.py": "written anew each time",
     "aeros/experiments/trials/inline_module.py": "in a temporary folder",
     "aeros/experiments/trials/synthetic.py": "in a temporary folder",
+    "aeros/runtime/isolation/control_groups.py": "of the kernel, in memory",
     "aeros/runtime/registry/archive.py": "in a temporary folder",
     "aeros/runtime/registry/bundle_store.py": "flushed as a whole before it is renamed",
+    "aeros/runtime/tools/confinement.py": "in a temporary folder",
     "aeros/sim/bullet/video.py": "of a film",
 }
 """Modules that create folders which need not survive a power cut, with the reason."""

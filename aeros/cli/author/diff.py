@@ -8,6 +8,7 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from aeros.cli.arguments import add_command, add_solver_limits, existing_path
+from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.terminal import print_coloured
 from aeros.exit_codes import Exit
 from aeros.spec.backends.oracle import Oracle
@@ -24,11 +25,13 @@ if TYPE_CHECKING:
 _EXAMPLES = """\
 Each skill and action kind (for sites: each action kind) is compared over all states, parameters and
 inputs.  The report lists what is newly allowed and what is newly denied, with witnesses that were
-replayed.  Neither side is verified; use `aeros verify`.
+replayed.  So are access, limits, perceivers, tools and the rest of the policy.  Every other field is
+compared by its text, and a change of it is listed as changed.  Neither side is verified; use `aeros verify`.
 
 examples:
   aeros diff released/wrap ecms/wrap                          two versions of a module
   aeros diff released ecms --site cell.yaml                   two folders of modules, under a site
+  aeros diff old/polish polish --set polish.force="6 N"       a module whose needs or parameters are open
   aeros diff cell.yaml cell_after_assessment.yaml             two versions of a site
   aeros diff released ecms --fail-on newly-allowed            for a review: 1 if anything is newly allowed
 """
@@ -57,6 +60,7 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument(
         "--fail-on", choices=("newly-allowed",), help="exit with 1 if anything is newly allowed"
     )
+    add_module_settings(parser)
     add_solver_limits(parser)
     parser.set_defaults(command=_command)
 
@@ -66,11 +70,13 @@ def _command(arguments: argparse.Namespace) -> Exit:
     if is_site(old) != is_site(new):
         print("aeros: one of the two is a site file, the other holds modules", file=sys.stderr)
         return Exit.USAGE
-    if is_site(old) and arguments.site is not None:
-        print("aeros: `--site` is for comparing modules; these are site files", file=sys.stderr)
+    configurations = module_configurations(arguments)
+    if is_site(old) and (arguments.site is not None or configurations):
+        given = "--bind` and `--set` are" if configurations else "--site` is"
+        print(f"aeros: `{given} for comparing modules; these are site files", file=sys.stderr)
         return Exit.USAGE
     oracle = Oracle(arguments.rlimit, seconds=arguments.question_timeout, max_timeouts=MAX_TIMEOUTS)
-    difference = compare(old, new, arguments.site or reference_site_path(), oracle)
+    difference = compare(old, new, arguments.site or reference_site_path(), oracle, configurations)
     if arguments.format == "json":
         print(json.dumps(_as_json(difference), indent=1, ensure_ascii=True))
     else:

@@ -14,6 +14,7 @@ from aeros.spec.model.configured import ModuleConfiguration
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import module_folders, reference_site_path
+from aeros.spec.verification.modules_with_settings import absent_module_problems
 
 _T = TypeVar("_T")
 
@@ -41,10 +42,12 @@ def read_module(
         site = site.with_configurations(configurations)
     folders = [] if site is None else module_folders(path, sink)
     loaded = load_ecm(folders[0], site, sink) if site is not None and len(folders) == 1 else None
+    for problem in absent_module_problems(configurations, folders):
+        sink.report(problem)
     sink.raise_if_errors()
     if loaded is None or site is None:
         raise UsageError(f"`{path}` holds several modules; name one")
-    return loaded.ecm, site.with_modules((loaded.ecm,))
+    return loaded.ecm, site.with_modules(loaded.ecm.with_owners)
 
 
 def select_declared(ecm: Ecm, what: str, declared: Mapping[str, _T], name: str | None) -> _T:

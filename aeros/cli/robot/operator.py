@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from aeros.agent.recovery.quarantine import Quarantine
 from aeros.cli.arguments import add_command, existing_path
-from aeros.cli.terminal import print_line
+from aeros.cli.terminal import print_diagnostics, print_line
 from aeros.exit_codes import Exit
 from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.registry.control_page import MotionTimeoutError, request_command
@@ -25,9 +25,12 @@ from aeros.runtime.registry.operator_block import (
     parse_versions,
 )
 from aeros.runtime.registry.registry import Registry
-from aeros.spec.diagnostics.codes import did_you_mean
+from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean
 from aeros.spec.diagnostics.errors import UserError
-from aeros.spec.diagnostics.render import escape_invisible
+from aeros.spec.diagnostics.render import escape_invisible, render_all
+from aeros.spec.elaborate.load import load_site
+from aeros.spec.model.summary import summarize_site
+from aeros.spec.obligations.absent_modules import absent_settings
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -155,9 +158,21 @@ def _policy(arguments: argparse.Namespace) -> Exit:
     registry = Registry(arguments.state)
     if arguments.site is not None:
         registry.set_policy(arguments.site)
+        _warn_of_settings(arguments.site, registry.snapshot().modules)
     configuration, _ = registry.configuration()
     print_line(f"{configuration.site.id} is in force; sha256:{configuration.site.digest}")
     return Exit.SUCCESS
+
+
+def _warn_of_settings(path: Path, installed: Collection[str]) -> None:
+    """Print a warning for each module that the site file has settings for and that is not installed."""
+    site = load_site(path, Diagnostics())
+    settings = {} if site is None else summarize_site(site).settings
+    absent = [
+        absent_settings(name, span, installed) for name, span in settings.items() if name not in installed
+    ]
+    if absent:
+        print_diagnostics(render_all(absent))
 
 
 def _repair(arguments: argparse.Namespace) -> Exit:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, BinaryIO
 
 from aeros.cli.arguments import add_command, existing_path
 from aeros.cli.author.example_requests import example_requests
+from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.run.decision_text import decision_text, explanation_text
 from aeros.exit_codes import Exit
 from aeros.runtime.gate.explain import Explainer
@@ -17,6 +18,7 @@ from aeros.runtime.gate.gate import GateMode
 from aeros.runtime.gate.wire import MAX_LINE, decide_line, decision_json, explain_line, explanation_json
 from aeros.runtime.proving import prove_configuration
 from aeros.spec.backends.answer_store import open_default_store
+from aeros.spec.model.operator_settings import OperatorSettings
 from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.verification.verify import verify
 
@@ -76,12 +78,14 @@ def add_to(commands: Subparsers) -> None:
         action="store_true",
         help="print example requests that are allowed, and decide nothing",
     )
+    add_module_settings(parser)
     parser.set_defaults(command=_command)
 
 
 def _command(arguments: argparse.Namespace) -> Exit:
     site = arguments.site or reference_site_path()
-    configuration, _ = prove_configuration([arguments.ecm], site, certified=False)
+    settings = OperatorSettings(configurations=module_configurations(arguments))
+    configuration, _ = prove_configuration([arguments.ecm], site, certified=False, settings=settings)
     if len(configuration.modules) != 1:
         print(f"aeros: `{arguments.ecm}` holds several modules; name one", file=sys.stderr)
         return Exit.USAGE
@@ -93,7 +97,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
     explainer = Explainer(configuration, GateMode(arguments.gate))
     if arguments.print_examples:
         with open_default_store() as store:
-            in_full = verify([arguments.ecm], site, store=store)
+            in_full = verify([arguments.ecm], site, store=store, settings=settings)
         for request in example_requests(
             explainer.gate, configuration.site, ecm, ecm.skills[arguments.skill], in_full
         ):

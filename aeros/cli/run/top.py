@@ -18,6 +18,7 @@ from aeros.apps.run_follower import RunFollower
 from aeros.cli.arguments import add_command, existing_path, seconds_from
 from aeros.cli.latest_run import latest_run
 from aeros.cli.records.report import available_sites
+from aeros.cli.run.top_resources import quota_text, resource_lines, tools_view
 from aeros.cli.terminal import escape_for_terminal, write_control
 from aeros.exit_codes import Exit
 from aeros.spec.diagnostics.render import escape_invisible
@@ -30,8 +31,9 @@ SCHEMA: Final = "aeros/top/1"
 
 _EXAMPLES = """\
 Shows the plan and its progress, the latest decisions with their reasons, measurements with their ages,
-quotas, and the smallest margins to the rules.  On a terminal it continues until Ctrl-C, from run to run;
-otherwise it prints each change until the run has ended.  Exits with 1 if there is no run.
+quotas, the smallest margins to the rules, and the resources that modules and tools use, with their limits.
+On a terminal it continues until Ctrl-C, from run to run; otherwise it prints each change until the run has
+ended.  Exits with 1 if there is no run.
 
 examples:
   aeros top
@@ -144,6 +146,7 @@ def run_view(run: RunFollower, site: Site | None, *, is_there: bool) -> dict[str
         (name, reading) for name, reading in sorted(run.world.items()) if not isinstance(reading[0], list)
     ]
     events = [one for one in run.events if one.text][-_EVENTS:]
+    quotas = {name: {"used": count, "at_most": most.get(name)} for name, count in used.items()}
     return {
         "schema": SCHEMA,
         "folder": str(run.folder),
@@ -170,7 +173,9 @@ def run_view(run: RunFollower, site: Site | None, *, is_there: bool) -> dict[str
             }
             for one in list(run.last)[-_DECISIONS:]
         ],
-        "quotas": {name: {"used": count, "at_most": most.get(name)} for name, count in used.items()},
+        "quotas": quotas,
+        "modules": run.modules,
+        "tools": tools_view(site, run.tool_calls, quotas),
         "bounds": [
             {
                 "rule": one.rule,
@@ -216,7 +221,7 @@ def _unsafe_lines(view: Mapping[str, Any]) -> Iterator[str]:
     yield f"{view['task'] or 'no task yet'}  {view['time']:.2f} s  {how}"
     yield (
         f"decisions  {counts['ALLOW']} allowed, {counts['ATTENUATE']} attenuated, {counts['DENY']} denied"
-        + "".join(f"   quota {name} {_quota_text(quota)}" for name, quota in view["quotas"].items())
+        + "".join(f"   quota {name} {quota_text(quota)}" for name, quota in view["quotas"].items())
     )
     yield from _section("plan", (f"{_STATUS_SYMBOLS[part['how']]} {part['step']}" for part in view["plan"]))
     yield from _section(
@@ -226,6 +231,7 @@ def _unsafe_lines(view: Mapping[str, Any]) -> Iterator[str]:
     yield from _section("stops", (f"{one['time']:8.2f} s  {one['text']}" for one in reversed(view["stops"])))
     yield from _section("latest decisions", map(_decision, reversed(view["decisions"])))
     yield from _section("agent", (f"{one['time']:8.2f} s  {one['text']}" for one in reversed(view["events"])))
+    yield from _section("resources", resource_lines(view["modules"], view["tools"]))
     yield from _section("measured", _world(view["world"]))
 
 
@@ -235,10 +241,6 @@ def _section(title: str, lines: Iterable[str]) -> Iterator[str]:
         yield ""
         yield title
         yield from (f"  {line}" for line in found)
-
-
-def _quota_text(quota: Mapping[str, Any]) -> str:
-    return str(quota["used"]) + ("" if quota["at_most"] is None else f"/{quota['at_most']}")
 
 
 def _bound(one: Mapping[str, Any]) -> str:

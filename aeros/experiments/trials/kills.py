@@ -56,9 +56,6 @@ VICTIMS: Final = ("agent", "worker", "watchdog")
 _POLL_INTERVAL_S: Final = 0.005
 """Seconds between two reads of the plant's log."""
 
-DEFAULT_INSTRUCTION: Final = "make dumplings"
-"""Instruction of a trial unless it has another."""
-
 
 @dataclass
 class KillTrial:
@@ -281,8 +278,8 @@ def trial_of(
     modules: Mapping[str, Ecm],
     duration_s: float,
     where: InputPaths,
+    instruction: str,
     victims: Sequence[str] = VICTIMS,
-    instruction: str = DEFAULT_INSTRUCTION,
     longest: float = LONGEST_TASK,
 ) -> KillTrial:
     """Run one task, killed at up to three instants within `duration_s` of its agent's awakening.
@@ -293,8 +290,8 @@ def trial_of(
         modules: the installed modules, by id.
         duration_s: seconds from the agent's awakening within which kills fall.
         where: site and modules of the run.
-        victims: processes that may be killed.
         instruction: the task.
+        victims: processes that may be killed.
         longest: real seconds after the last kill by which the task must have ended.
 
     Returns:
@@ -322,7 +319,7 @@ def trial_of(
 
 
 @cache
-def measure_duration(plant: str, where: InputPaths, instruction: str = DEFAULT_INSTRUCTION) -> float:
+def measure_duration(plant: str, where: InputPaths, instruction: str) -> float:
     """Measure the time that an undisturbed agent is awake: later kills would hit nothing.
 
     Args:
@@ -391,7 +388,7 @@ class KillTrials:
 
         def trial(seed: int) -> Findings:
             began = time.process_time()
-            one = trial_of(seed, plant, modules, lasting, premises.paths, settings["victims"], instruction)
+            one = trial_of(seed, plant, modules, lasting, premises.paths, instruction, settings["victims"])
             return {**findings_of(one), "processor_s": time.process_time() - began}
 
         yield trial

@@ -7,7 +7,7 @@ counted and left out, because no robot stops for a plot.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from math import inf, isfinite
 from os import SEEK_END
 from pathlib import Path
@@ -26,12 +26,19 @@ FILE: Final = "measured.jsonl"
 PERIOD: Final = 0.1
 """Minimum time between lines, plant seconds; a changed bool or text is written at once."""
 
+Usage = Callable[[bool], Mapping[str, Any] | None]
+"""Returns the use of resources of each module as JSON values; None if it was returned a moment ago.
+
+The argument is True for the last call, which returns it in any case.
+"""
+
 _DIGITS: Final = 6
 
 
 class SampleWriter:
     """Writer of measurements, as lines `{"time": T, "state": {NAME: [VALUE, MEASURED_AT]}}`; SI.
 
+    Some lines have `modules`, too: the use of resources of each.
     Written are all scalar variables, and the other variables that the site's rules read.
 
     Attributes:
@@ -40,10 +47,13 @@ class SampleWriter:
     Args:
         path: the file; lines are appended.
         site: declares state variables and rules.
+        usage: returns the use of resources; called with each line, and at the end; None to write none.
     """
 
-    def __init__(self, path: Path, site: Site) -> None:
+    def __init__(self, path: Path, site: Site, usage: Usage | None = None) -> None:
         self.lost = 0
+        self._usage = usage
+        self._now = 0.0
         self._kept = _recorded_variables(site)
         self._last: dict[str, float] = {}
         self._truths: dict[str, Any] = {}
@@ -71,7 +81,9 @@ class SampleWriter:
             self._write(now, state)
 
     def close(self) -> None:
-        """Close the file."""
+        """Write the use of resources for the last time, and close the file; safe to call twice."""
+        if self._usage is not None and not self._file.closed:
+            self._write(self._now, {}, is_last=True)
         self._file.close()
 
     def __enter__(self) -> Self:
@@ -80,13 +92,16 @@ class SampleWriter:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _write(self, now: float, state: Mapping[str, Reading]) -> None:
+    def _write(self, now: float, state: Mapping[str, Reading], *, is_last: bool = False) -> None:
         written = {
             name: [_to_json(one.value), one.time if isfinite(one.time) else None]
             for name, one in state.items()
             if name in self._kept
         }
-        line = json.dumps({"time": now, "state": written}, separators=(",", ":")) + "\n"
+        self._now = now
+        used = None if self._usage is None else self._usage(is_last)
+        extra = {} if used is None else {"modules": used}
+        line = json.dumps({"time": now, "state": written, **extra}, separators=(",", ":")) + "\n"
         try:
             self._file.write(line.encode())
         except OSError:

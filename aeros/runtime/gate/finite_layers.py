@@ -49,9 +49,12 @@ def finite_objections(
 
 
 def _access_objections(site: Site, ecm: Ecm, skill: Skill, kind: ActionKind) -> Iterator[Reason]:
-    usable = skill.actuators & ecm.requested_access.actuators & site.access_of(ecm.id).actuators
+    granted = site.access_of(ecm.id)
+    usable = skill.actuators & ecm.requested_access.actuators & granted.actuators
     for actuator in sorted(kind.actuators - usable):
         yield Reason("AE740", actuator, f"`{skill.id}` may not move `{actuator}`")
+    for channel in sorted(kind.channels - (ecm.requested_access.channels & granted.channels)):
+        yield Reason("AE740", channel, f"`{ecm.id}` may not use the channel `{channel}`")
 
 
 def _risk_objections(site: Site, skill: Skill, kind: ActionKind) -> Iterator[Reason]:

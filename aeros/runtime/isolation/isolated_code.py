@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import signal
 
+from aeros.runtime.isolation.control_groups import NO_GROUP
+from aeros.runtime.isolation.limits import USUAL_LIMITS, ProcessLimits
 from aeros.runtime.isolation.protocol import (
     ProtocolError,
     RuntimeRequest,
@@ -24,20 +26,35 @@ class IsolatedCode:
         pool: provides the worker.
         module: id of the module.
         memory: descriptor of memory that the worker shares, open for reading alone; None for none.
+        limits: limits on the worker.
 
     Raises:
         SkillRefusedError: there is no worker.
     """
 
-    def __init__(self, pool: ZygotePool, module: str, memory: int | None = None) -> None:
+    def __init__(
+        self,
+        pool: ZygotePool,
+        module: str,
+        memory: int | None = None,
+        limits: ProcessLimits = USUAL_LIMITS,
+    ) -> None:
         self._pool = pool
         self._module = module
         try:
-            self._zygote, channel = pool.spawn_worker(memory)
+            self._zygote, channel = pool.spawn_worker(memory, limits)
         except ZygoteError as failure:
             raise SkillRefusedError(f"there is no worker for module `{module}`: {failure}") from failure
         self._connection = WorkerConnection(channel)
         self._is_alive = True
+
+    def memory_peak(self) -> int | None:
+        """Return the most memory that the worker has mapped beyond its interpreter's, bytes.
+
+        Returns:
+            The size; None if the worker has ended or the system does not say.
+        """
+        return self._zygote.worker_memory() if self._is_alive else None
 
     def _request(self, question: RuntimeRequest, seconds: float) -> WorkerResponse:
         """Send a request and wait for the response; see `WorkerConnection.request`."""
@@ -94,6 +111,8 @@ def format_exit_code(code: int | None) -> str:
     """
     if code is None or code == -signal.SIGKILL:
         return "hung up or was killed"
+    if code == NO_GROUP:
+        return "could not enter its control group"
     if code >= 0:
         return f"ended with exit status {code}"
     try:

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from aeros.runtime.isolation.isolated_code import IsolatedCode, format_exit_code
 from aeros.runtime.isolation.layers import IsolationLayer
-from aeros.runtime.isolation.limits import MEMORY
+from aeros.runtime.isolation.limits import USUAL_LIMITS, ProcessLimits
 from aeros.runtime.isolation.protocol import (
     ActionRequested,
     CloseSkill,
@@ -50,7 +50,7 @@ class IsolatedRun(IsolatedCode):
         code: certified code of the skill.
         inputs: checked inputs, SI, by name.
         answer_within: limit on the time of each answer, s of real time.
-        memory: greatest memory beyond the zygote's, bytes.
+        limits: limits on its process.
 
     Raises:
         SkillRefusedError: there is no worker, or the code cannot be loaded in it.
@@ -63,9 +63,9 @@ class IsolatedRun(IsolatedCode):
         code: CertifiedCode,
         inputs: Mapping[str, Any],
         answer_within: float,
-        memory: int = MEMORY,
+        limits: ProcessLimits = USUAL_LIMITS,
     ) -> None:
-        super().__init__(pool, code.module)
+        super().__init__(pool, code.module, limits=limits)
         self._answer_within = answer_within
         self._is_open = False
         load = LoadSkill(
@@ -78,7 +78,7 @@ class IsolatedRun(IsolatedCode):
             code.function,
             dict(inputs),
             code.models,
-            memory,
+            limits.memory,
         )
         self._load(load, answer_within)
 

@@ -21,6 +21,7 @@ class IsolationLayer(Enum):
     SECCOMP = "seccomp"
     RLIMITS = "rlimits"
     BUBBLEWRAP = "bubblewrap"  # around the zygote, so every worker starts inside it
+    CGROUPS = "cgroups"  # around each worker, which enters its control group before anything else
 
 
 APPLY_LAYER: Final[dict[IsolationLayer, Callable[..., None]]] = {

@@ -1,8 +1,9 @@
-"""Resource limits of a worker: memory, processes, open files, processor time."""
+"""Resource limits of a worker: memory, processes, open files, processor time and share."""
 
 from __future__ import annotations
 
 import resource
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -14,6 +15,25 @@ FILES: Final = 16
 
 CPU: Final = 3600
 """Limit on processor time, s: the longest timeout a site may grant.  Ends orphaned processes too."""
+
+
+@dataclass(frozen=True)
+class ProcessLimits:
+    """Limits on a worker that its module and the site choose.
+
+    Attributes:
+        memory: bytes that it may map beyond those of the zygote.
+        processor: greatest share of one core, above 0 and at most 1.
+        processes: most processes and threads of a control group.
+    """
+
+    memory: int = MEMORY
+    processor: float = 1.0
+    processes: int = 32
+
+
+USUAL_LIMITS: Final = ProcessLimits()
+"""Limits of a worker for which nobody chooses others."""
 
 
 def restrict_resources(memory: int = MEMORY) -> None:

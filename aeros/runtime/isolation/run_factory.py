@@ -12,6 +12,7 @@ from typing import Any, Final, Self
 from aeros.models.load import modules_to_preload
 from aeros.runtime.isolation.isolated_run import IsolatedRun
 from aeros.runtime.isolation.layers import APPLY_LAYER, IsolationLayer
+from aeros.runtime.isolation.limits import ProcessLimits
 from aeros.runtime.isolation.zygote_pool import ZygoteError, ZygotePool
 from aeros.runtime.skills.contract import SkillRefusedError
 from aeros.runtime.skills.in_process_run import SkillRunProtocol, run_in_process
@@ -79,10 +80,9 @@ class SkillRunFactory:
             return run_in_process(site, ecm, skill, inputs)
         code = certified_code(ecm, skill)
         pool, layers = self.pool_and_layers(site, ecm, _preload_modules(ecm))
-        policy = site.isolation
-        limits = ecm.worker or WorkerLimits(policy.memory, policy.answer_timeout_s)
-        within = float(min(limits.answer_within, policy.answer_timeout_s))
-        return IsolatedRun(pool, layers, code, inputs, within, min(limits.memory, policy.memory))
+        asked = limits_in_force(site, ecm)
+        limits = ProcessLimits(asked.memory, float(asked.processor))
+        return IsolatedRun(pool, layers, code, inputs, float(asked.answer_within), limits)
 
     def pool_and_layers(
         self, site: Site, ecm: Ecm, preload: tuple[str, ...]
@@ -169,6 +169,25 @@ class SkillRunFactory:
         """Return the layers that `policy` requires and this host lacks, each with the reason."""
         why = {layer.value: missing for layer, missing in self._missing.items() if missing is not None}
         return {name: why[name] for name in sorted(policy.required_layers) if name in why}
+
+
+def limits_in_force(site: Site, ecm: Ecm) -> WorkerLimits:
+    """Return the limits on the processes of a module's skills.
+
+    Args:
+        site: the site in force.
+        ecm: the module.
+
+    Returns:
+        The module's own limits, as far as the site allows them; else those of the site.
+    """
+    policy = site.isolation
+    limits = ecm.worker or WorkerLimits(policy.memory, policy.answer_timeout_s, policy.processor)
+    return WorkerLimits(
+        min(limits.memory, policy.memory),
+        min(limits.answer_within, policy.answer_timeout_s),
+        min(limits.processor, policy.processor),
+    )
 
 
 def require_devices(site: Site, ecm: Ecm) -> None:

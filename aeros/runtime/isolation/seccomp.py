@@ -11,7 +11,7 @@ from __future__ import annotations
 import ctypes
 import errno
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Final, NamedTuple
 
 from aeros.runtime.isolation.kernel import process_control
@@ -55,6 +55,7 @@ _NOT_EXECUTABLE: Final = frozenset(("mmap", "mprotect"))
 # Instructions of the classic Berkeley packet filter.
 _LOAD: Final = 0x20
 _JUMP_EQUAL: Final = 0x15
+_JUMP_AT_LEAST: Final = 0x35
 _JUMP_BITS: Final = 0x45
 _RETURN: Final = 0x06
 
@@ -66,6 +67,11 @@ _PROT_EXEC: Final = 4
 _ALLOW: Final = 0x7FFF0000
 _DENY: Final = 0x00050000 | errno.EPERM
 _KILL: Final = 0x80000000
+
+_SOCKET_CALLS: Final = {"x86_64": (41, 425), "aarch64": (198, 425)}
+"""Numbers of `socket`, and of `io_uring_setup`, by which sockets can be made, too."""
+_X32_CALLS: Final = 0x40000000
+"""Least number of the calls of x86's other interface, which has the same number in the audit interface."""
 
 _PR_SET_SECCOMP: Final = 22
 _MODE_FILTER: Final = 2
@@ -93,18 +99,52 @@ def restrict_system_calls() -> None:
     machine = os.uname().machine
     if machine not in ARCHITECTURES:
         raise OSError(errno.ENOSYS, f"the system calls of {machine} are not listed")
-    instructions = [_Instruction(*fields) for fields in _filter(ARCHITECTURES[machine])]
+    _install(_filter(ARCHITECTURES[machine]))
+
+
+def restrict_sockets() -> None:
+    """Take the right to make sockets of any kind, permanently. Needs `drop_privileges` before.
+
+    Connected pairs of sockets (`socketpair`) lead nowhere and stay allowed.
+
+    Raises:
+        OSError: the architecture is not listed, or the kernel refuses the filter.
+    """
+    machine = os.uname().machine
+    if machine not in _SOCKET_CALLS:
+        raise OSError(errno.ENOSYS, f"the system calls of {machine} are not listed")
+    _install(_socket_filter(ARCHITECTURES[machine].audit, _SOCKET_CALLS[machine]))
+
+
+def _install(filter_: Iterable[tuple[int, int, int, int]]) -> None:
+    instructions = [_Instruction(*fields) for fields in filter_]
     array = (_Instruction * len(instructions))(*instructions)
     program = _FilterProgram(len(instructions), array)
     process_control(_PR_SET_SECCOMP, _MODE_FILTER, ctypes.byref(program))
 
 
-def _filter(architecture: CpuArchitecture) -> Iterator[tuple[int, int, int, int]]:
-    """Yield the program: (code, instructions to skip if true, if false, operand)."""
+def _load_call(audit: int) -> Iterator[tuple[int, int, int, int]]:
+    """Yield the start of a program: kill for a foreign architecture, and load the number of the call."""
     yield _LOAD, 0, 0, _ARCHITECTURE_OFFSET
-    yield _JUMP_EQUAL, 1, 0, architecture.audit
+    yield _JUMP_EQUAL, 1, 0, audit
     yield _RETURN, 0, 0, _KILL
     yield _LOAD, 0, 0, _CALL_NUMBER_OFFSET
+
+
+def _socket_filter(audit: int, denied: Iterable[int]) -> Iterator[tuple[int, int, int, int]]:
+    """Yield the program: (code, instructions to skip if true, if false, operand)."""
+    yield from _load_call(audit)
+    yield _JUMP_AT_LEAST, 0, 1, _X32_CALLS
+    yield _RETURN, 0, 0, _KILL
+    for number in denied:
+        yield _JUMP_EQUAL, 0, 1, number
+        yield _RETURN, 0, 0, _DENY
+    yield _RETURN, 0, 0, _ALLOW
+
+
+def _filter(architecture: CpuArchitecture) -> Iterator[tuple[int, int, int, int]]:
+    """Yield the program: (code, instructions to skip if true, if false, operand)."""
+    yield from _load_call(architecture.audit)
     for name, number in architecture.calls.items():
         if name in _NOT_EXECUTABLE:
             yield _JUMP_EQUAL, 0, 4, number

@@ -4,9 +4,15 @@ It runs no skill code itself, serves one worker at a time, and adopts the worker
 ended or is to end, the zygote kills all of its own descendants, and reports only when there are none left.
 It ends, and everything below it ends, when the runtime hangs up.
 
-Messages come one per packet:  spawn (with the worker's channel, and memory that it shares with the runtime,
-                               if any) | kill | probe PID PATH ADDRESS
-and the replies are:           ready | gone EXITCODE | JSON of the probes' results
+Messages come one per packet:
+    spawn MEMORY SHARE         with descriptors: the worker's channel; memory that it shares with the runtime,
+                               if MEMORY is 1; the entrances of its control group, if it has one; SHARE is the
+                               share of a core that the zygote sees to, and 1 in a control group
+    kill
+    probe PID PATH ADDRESS
+    compute                    with descriptors: the entrances of a control group
+and the replies are:
+    ready | gone EXITCODE | JSON of the probes' results | computed EXITCODE
 """
 
 from __future__ import annotations
@@ -19,17 +25,24 @@ import select
 import signal
 import socket
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
-from pathlib import Path
 from typing import Final
 
+from aeros.runtime.isolation.control_groups import NO_GROUP, enter_control_group
+from aeros.runtime.isolation.kernel import end_descendants
 from aeros.runtime.isolation.layers import APPLY_LAYER, IsolationLayer, close_all_but
 from aeros.runtime.isolation.privileges import become_subreaper
 from aeros.runtime.isolation.probe import probe_layer, probe_sandbox
+from aeros.runtime.isolation.processor_share import WatchedWorker
 from aeros.runtime.isolation.worker import serve
 
 _MAX_MESSAGE_BYTES: Final = 64 * 1024
+
+_MAX_DESCRIPTORS: Final = 8
+
+_COMPUTE_S: Final = 0.01
+"""Processor time of a probe of a control group, s; the kernel looks at its account every few milliseconds."""
 
 
 def main(control: int, preload: Sequence[str]) -> None:
@@ -48,59 +61,76 @@ def main(control: int, preload: Sequence[str]) -> None:
     with socket.socket(fileno=control) as channel:
         channel.send(b"ready")
         while True:
-            message, descriptors, _, _ = socket.recv_fds(channel, _MAX_MESSAGE_BYTES, 2)
-            word = message.partition(b" ")[0]
+            message, descriptors, _, _ = socket.recv_fds(channel, _MAX_MESSAGE_BYTES, _MAX_DESCRIPTORS)
+            word, *arguments = message.split(b" ", 3)
             if word == b"spawn" and descriptors:
-                _fork_worker(channel, *descriptors)
+                has_memory, share = int(arguments[0]), float(arguments[1])
+                worker_channel, memory = descriptors[0], descriptors[1] if has_memory else None
+                _fork_worker(channel, worker_channel, memory, descriptors[1 + has_memory :], share)
             elif word == b"probe":
-                channel.send(json.dumps(_probe(message.decode().split(" ", 3)[1:])).encode())
+                channel.send(json.dumps(_probe([one.decode() for one in arguments])).encode())
+            elif word == b"compute":
+                _, status = os.waitpid(_fork(_compute, descriptors), 0)
+                channel.send(b"computed %d" % os.waitstatus_to_exitcode(status))
             elif not message:
                 return
 
 
-def _fork_worker(control: socket.socket, channel: int, memory: int | None = None) -> None:
-    """Fork a worker that talks over `channel`; wait for its end and end all its descendants."""
-    worker = os.fork()
-    if worker == 0:
+def _fork(run: Callable[[], None], entrances: Sequence[int]) -> int:
+    """Fork a process that enters a control group, if there is one, and then calls `run`.
+
+    Returns:
+        Its process id.
+    """
+    child = os.fork()
+    if child == 0:
+        code = NO_GROUP
         try:
-            control.close()
-            serve(channel, memory)
-            os._exit(0)
+            enter_control_group(entrances)
+            code = 70
+            run()
+            code = 0
         finally:
-            os._exit(70)
+            os._exit(code)
+    for descriptor in entrances:
+        os.close(descriptor)
+    return child
+
+
+def _fork_worker(
+    control: socket.socket, channel: int, memory: int | None, entrances: Sequence[int], share: float
+) -> None:
+    """Fork a worker that talks over `channel`; wait for its end and end all its descendants."""
+
+    def run() -> None:
+        control.close()
+        serve(channel, memory)
+
+    worker = _fork(run, entrances)
     if memory is not None:
         os.close(memory)
     os.close(channel)
     ended = os.pidfd_open(worker)
+    watched = WatchedWorker(worker, share) if share < 1 else None
     try:
-        select.select([control.fileno(), ended], [], [])
+        while not any(
+            select.select([control.fileno(), ended], [], [], None if watched is None else watched.watch())
+        ):
+            pass
     finally:
         os.close(ended)
     # Either it ended by itself, or there is a message, which can only be `kill`.
     os.kill(worker, signal.SIGKILL)
     _, status = os.waitpid(worker, 0)
-    _end_descendants()
+    end_descendants()
     with suppress(OSError):
         control.send(b"gone %d" % os.waitstatus_to_exitcode(status))
 
 
-def _end_descendants() -> None:
-    """Kill descendants until none is left; orphans of a killed process become children, to be killed next."""
-    while True:
-        try:
-            reaped, _ = os.waitpid(-1, os.WNOHANG)
-        except ChildProcessError:
-            return
-        if reaped == 0:
-            for child in _children():
-                with suppress(ProcessLookupError):
-                    os.kill(child, signal.SIGKILL)
-            time.sleep(0.0005)
-
-
-def _children() -> list[int]:
-    files = Path("/proc/self/task").glob("*/children")
-    return [int(pid) for file in files for pid in file.read_text(encoding="ascii").split()]
+def _compute() -> None:
+    """Use more processor time than the control group of a probe has in one period."""
+    while time.process_time() < _COMPUTE_S:
+        pass
 
 
 def _probe(surroundings: Sequence[str]) -> dict[str, str | None]:

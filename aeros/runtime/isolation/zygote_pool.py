@@ -12,14 +12,16 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import IO, Final
 
 from aeros.files import temporary_folder
 from aeros.runtime.isolation.bubblewrap import find_bubblewrap, wrap_command
+from aeros.runtime.isolation.control_groups import ControlGroup, ControlGroupError, ControlGroups
 from aeros.runtime.isolation.layers import IsolationLayer
+from aeros.runtime.isolation.limits import USUAL_LIMITS, ProcessLimits
 
 _START: Final = 20.0
 """Timeout for the start of a zygote, s; it takes about 0.1."""
@@ -51,6 +53,7 @@ class Zygote:
     def __init__(self, preload: Sequence[str], program: str | None) -> None:
         self._channel, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self._process: subprocess.Popen[bytes] | None = None
+        self._group: ControlGroup | None = None
         # Handle of the first process in the namespaces, if there are any.
         self._first: int | None = None
         with theirs, tempfile.TemporaryFile() as stderr:
@@ -80,27 +83,78 @@ class Zygote:
             reasons = json.loads(self._receive(_START))
         return {IsolationLayer(name): missing for name, missing in reasons.items()}
 
-    def spawn_worker(self, memory: int | None = None) -> socket.socket:
+    def probe_group(self, groups: ControlGroups) -> str | None:
+        """Probe control groups by their effect on a process that computes.
+
+        Args:
+            groups: makes a group.
+
+        Returns:
+            Why they are missing; None if they bound its processor time.
+        """
+        try:
+            with closing(groups.make()) as group:
+                group.set_limits(ProcessLimits(processor=0.5), period_us=2000)
+                with group.entrances() as entrances:
+                    socket.send_fds(self._channel, [b"compute"], entrances)
+                code = int(self._expect_word(b"computed", _START))
+                if code != 0:
+                    return f"a process that was to enter a control group ended with {code}"
+                return None if group.throttled_periods() > 0 else "they were applied and have no effect"
+        except (ControlGroupError, OSError) as failure:
+            return str(failure)
+
+    def spawn_worker(
+        self,
+        memory: int | None = None,
+        limits: ProcessLimits = USUAL_LIMITS,
+        groups: ControlGroups | None = None,
+    ) -> socket.socket:
         """Fork a worker. The previous one must have ended.
 
         Args:
             memory: descriptor of memory that the worker shares, open for reading alone; None for none.
+            limits: limits on the worker.
+            groups: makes the control group that sets the limits; None if the zygote sees to its share.
 
         Returns:
             The channel to the worker.
 
         Raises:
-            ZygoteError: the zygote has ended.
+            ZygoteError: the zygote has ended, or there is no control group.
         """
         ours, theirs = socket.socketpair()
         with theirs:
             try:
                 shared = () if memory is None else (memory,)
-                socket.send_fds(self._channel, [b"spawn"], [theirs.fileno(), *shared])
+                share = limits.processor if groups is None else 1.0
+                with self._entrances(limits, groups) as entrances:
+                    message = f"spawn {len(shared)} {share}".encode()
+                    socket.send_fds(self._channel, [message], [theirs.fileno(), *shared, *entrances])
+            except ControlGroupError as failure:
+                ours.close()
+                raise ZygoteError(f"the worker has no control group: {failure}") from failure
             except OSError as failure:
                 ours.close()
                 raise ZygoteError(f"the zygote is gone: {failure}") from failure
         return ours
+
+    def worker_memory(self) -> int | None:
+        """Return the most memory that the worker has mapped beyond this zygote's, bytes.
+
+        Returns:
+            The size; None if there is no worker, or the system does not say.
+        """
+        if self._process is None:
+            return None
+        try:
+            *_, zygote, worker = _line_of_descent(self._process.pid)
+            # A worker is forked, so it has the command line of its zygote.
+            if _process_file(zygote, "cmdline") != _process_file(worker, "cmdline"):
+                return None
+            return max(_memory_field(worker, "VmPeak") - _memory_field(zygote, "VmSize"), 0)
+        except (OSError, ValueError):
+            return None
 
     def end_worker(self) -> int:
         """Kill the worker and every process that it started.
@@ -139,6 +193,21 @@ class Zygote:
             with suppress(ProcessLookupError):
                 os.killpg(self._process.pid, signal.SIGKILL)
             self._process.wait()
+        if self._group is not None:
+            self._group.close()
+            self._group = None
+
+    @contextmanager
+    def _entrances(self, limits: ProcessLimits, groups: ControlGroups | None) -> Iterator[list[int]]:
+        """Set the limits of this zygote's control group, and open its entrances; it serves every worker."""
+        if groups is None:
+            yield []
+            return
+        if self._group is None:
+            self._group = groups.make()
+        self._group.set_limits(limits)
+        with self._group.entrances() as entrances:
+            yield entrances
 
     def _start(self, control: int, preload: Sequence[str], program: str | None, stderr: IO[bytes]) -> None:
         roots = {name.partition(".")[0] for name in preload} - sys.stdlib_module_names
@@ -227,12 +296,21 @@ class ZygotePool:
         self.missing = self._idle[0].probe()
         if self._program is None:
             self.missing[IsolationLayer.BUBBLEWRAP] = why
+        self._groups: ControlGroups | None = None
+        try:
+            self._groups = ControlGroups()
+            self.missing[IsolationLayer.CGROUPS] = self._idle[0].probe_group(self._groups)
+        except ControlGroupError as failure:
+            self.missing[IsolationLayer.CGROUPS] = str(failure)
 
-    def spawn_worker(self, memory: int | None = None) -> tuple[Zygote, socket.socket]:
+    def spawn_worker(
+        self, memory: int | None = None, limits: ProcessLimits = USUAL_LIMITS
+    ) -> tuple[Zygote, socket.socket]:
         """Fork a worker.
 
         Args:
             memory: descriptor of memory that the worker shares, open for reading alone; None for none.
+            limits: limits on the worker; `rlimits` sets that of memory, too, which the worker does itself.
 
         Returns:
             The zygote that is lent for it, to be given to `release`; and the channel to the worker.
@@ -240,13 +318,18 @@ class ZygotePool:
         Raises:
             ZygoteError: there is no worker.
         """
+        groups = self._groups if self.missing[IsolationLayer.CGROUPS] is None else None
         while (zygote := self._pop()) is not None:
             try:
-                return zygote, zygote.spawn_worker(memory)
+                return zygote, zygote.spawn_worker(memory, limits, groups)
             except ZygoteError:
-                zygote.kill()  # something else ended it
+                zygote.kill()  # something else ended it, or removed its control group
         zygote = Zygote(self._preload, self._program)
-        return zygote, zygote.spawn_worker(memory)
+        try:
+            return zygote, zygote.spawn_worker(memory, limits, groups)
+        except ZygoteError:
+            zygote.kill()
+            raise
 
     def release(self, zygote: Zygote) -> None:
         """Return a zygote to the pool after its worker has ended.
@@ -282,6 +365,30 @@ def _folder_of(package: str) -> Path:
 def _bundled_library_folders(packages: Sequence[Path]) -> list[str]:
     """Return the folders in which wheels put their shared libraries."""
     return [str(folder.parent / f"{folder.name}.libs") for folder in packages]
+
+
+def _process_file(process: int, name: str) -> str:
+    return Path(f"/proc/{process}/{name}").read_text("utf-8", "replace")
+
+
+def _line_of_descent(process: int) -> list[int]:
+    """Return a process, its first child, the first child of that, and so on."""
+    line = [process]
+    while children := _process_file(line[-1], f"task/{line[-1]}/children").split():
+        line.append(int(children[0]))
+    return line
+
+
+def _memory_field(process: int, name: str) -> int:
+    """Read a size of a process from its status, bytes.
+
+    Raises:
+        ValueError: the status lacks it, as that of a process that has ended.
+    """
+    for line in _process_file(process, "status").splitlines():
+        if line.startswith(f"{name}:"):
+            return int(line.split()[1]) * 1024
+    raise ValueError(f"process {process} has no {name}")
 
 
 def _first_process_handle(info: int) -> int:

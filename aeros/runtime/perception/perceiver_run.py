@@ -8,6 +8,7 @@ from typing import Any, Final, NamedTuple, Protocol
 from aeros.descriptions import describe_exception
 from aeros.runtime.isolation.isolated_code import IsolatedCode, format_exit_code
 from aeros.runtime.isolation.layers import IsolationLayer
+from aeros.runtime.isolation.limits import ProcessLimits
 from aeros.runtime.isolation.protocol import (
     LoadPerceiver,
     PerceivedValue,
@@ -172,7 +173,8 @@ class IsolatedPerceiver(IsolatedCode):
         self._shared: SharedPictures | None = None
         shared = SharedPictures(perceiver.pictures)
         try:
-            super().__init__(pool, code.module, shared.descriptor)
+            limits = ProcessLimits(perceiver.memory, float(perceiver.processor))
+            super().__init__(pool, code.module, shared.descriptor, limits)
             self._shared = shared
             load = LoadPerceiver(
                 WorkerConnection.token(),

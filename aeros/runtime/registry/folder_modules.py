@@ -29,6 +29,7 @@ from aeros.spec.model.operator_settings import OperatorSettings
 from aeros.spec.model.site import Site
 from aeros.spec.text.digests import code_digest, text_digest
 from aeros.spec.text.discovery import MANIFEST, module_folders, reference_site_path
+from aeros.spec.verification.modules_with_settings import absent_module_problems
 from aeros.spec.verification.reports import Report
 
 _CERTIFICATE_CODES: Final = ("AE901", "AE902", "AE903")
@@ -118,6 +119,8 @@ class FolderModules:
         if site is not None:
             site = site.with_configurations(self._configurations)
         loaded = [load_ecm(one, site, diagnostics) for one in folders if site is not None]
+        for problem in absent_module_problems(self._configurations, folders):
+            diagnostics.report(problem)
         diagnostics.raise_if_errors()
         if site is None:
             raise InternalError("a site that was not read was not reported")

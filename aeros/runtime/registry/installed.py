@@ -200,9 +200,10 @@ class InstalledModules:
         for one in new.modules.values():
             if bundle_digest(module_files(folders[one.name])) != one.digest:
                 raise refusal("AE965", f"the stored files of `{one.name}` differ from the installed ones")
-        settings = OperatorSettings(blocks_in_force(new, new.identities), new.configurations)
         active = {name for name, one in new.modules.items() if one.state is ModuleState.ACTIVE}
         unconfigured = self._unconfigured(new)
+        given = {name: one for name, one in new.configurations.items() if name not in unconfigured}
+        settings = OperatorSettings(blocks_in_force(new, new.identities), given)
         configuration, report = self._prove(
             [folder for name, folder in folders.items() if name not in unconfigured],
             self.site_file(new),

@@ -28,9 +28,9 @@ def require_installed(module: declared.Ecm, installed: Iterable[Path], source: P
     here = _by_id(folder for folder in installed if folder.is_dir())
     modules = [name for name, _ in module.dependencies.modules if name.value not in here]
     capabilities = [
-        (name, text)
-        for name, text in module.dependencies.capabilities
-        if not _providers(here, name.value, text.value)
+        (name, one.version)
+        for name, one in module.dependencies.required_capabilities
+        if not _providers(here, name.value, one.version.value)
     ]
     if not modules and not capabilities:
         return

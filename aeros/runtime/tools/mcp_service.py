@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Mapping
+from collections.abc import AsyncIterator, Mapping, Sequence
 from contextlib import asynccontextmanager
 from typing import Any
 
@@ -13,15 +13,20 @@ from mcp.client.streamable_http import streamable_http_client
 from mcp.shared._httpx_utils import create_mcp_http_client
 
 from aeros.descriptions import describe_exception
+from aeros.runtime.tools.confinement import confine
 from aeros.runtime.tools.exchange import ToolError, bearer_header, parse_answer
+from aeros.spec.model.policy import IsolationPolicy
 from aeros.spec.model.tools import McpService
 
 
-def call_mcp(service: McpService, parameters: Mapping[str, Any], seconds: float) -> Any:
-    """Call a tool of an MCP server, in a session of its own.
+def call_mcp(
+    service: McpService, policy: IsolationPolicy, parameters: Mapping[str, Any], seconds: float
+) -> Any:
+    """Call a tool of an MCP server, in a session of its own; a server that is started is confined.
 
     Args:
         service: the server and its tool.
+        policy: says which layers must confine a server that is started.
         parameters: parameters of the action, SI; the tool's arguments.
         seconds: time limit, s.
 
@@ -31,8 +36,18 @@ def call_mcp(service: McpService, parameters: Mapping[str, Any], seconds: float)
     Raises:
         ToolError: the server cannot be reached, takes too long, or reports an error.
     """
+    if not service.command:
+        return _run(service, (), parameters, seconds)
+    with confine(service.command, service.confinement, policy, seconds) as confined:
+        try:
+            return _run(service, confined.arguments, parameters, seconds)
+        except ToolError as failure:
+            raise ToolError(confined.describe(str(failure))) from failure
+
+
+def _run(service: McpService, command: Sequence[str], parameters: Mapping[str, Any], seconds: float) -> Any:
     try:
-        return anyio.run(_call, service, dict(parameters), seconds)
+        return anyio.run(_call, service, command, dict(parameters), seconds)
     except ToolError:
         raise
     except BaseExceptionGroup as failures:
@@ -47,9 +62,11 @@ def call_mcp(service: McpService, parameters: Mapping[str, Any], seconds: float)
         raise ToolError(f"it cannot be reached: {describe_exception(failure)}") from failure
 
 
-async def _call(service: McpService, arguments: dict[str, Any], seconds: float) -> Any:
+async def _call(
+    service: McpService, command: Sequence[str], arguments: dict[str, Any], seconds: float
+) -> Any:
     with anyio.move_on_after(seconds):
-        async with _session(service) as session:
+        async with _session(service, command) as session:
             await session.initialize()
             result = await session.call_tool(service.tool, arguments)
             texts = [text for part in getattr(result, "content", ()) if (text := getattr(part, "text", None))]
@@ -63,9 +80,9 @@ async def _call(service: McpService, arguments: dict[str, Any], seconds: float) 
 
 
 @asynccontextmanager
-async def _session(service: McpService) -> AsyncIterator[ClientSession]:
-    if service.command:
-        program, *rest = service.command
+async def _session(service: McpService, command: Sequence[str]) -> AsyncIterator[ClientSession]:
+    if command:
+        program, *rest = command
         async with (
             stdio_client(StdioServerParameters(command=program, args=rest)) as (read, write),
             ClientSession(read, write) as session,

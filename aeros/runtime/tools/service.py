@@ -10,27 +10,33 @@ import signal
 import ssl
 import subprocess
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any, Final
 from urllib.parse import urlsplit
 
 from aeros.descriptions import describe_exception
+from aeros.runtime.tools.confinement import confine
 from aeros.runtime.tools.exchange import MAX_ANSWER, ToolError, bearer_header, parse_answer
+from aeros.spec.model.policy import IsolationPolicy
 from aeros.spec.model.tools import HttpService, McpService, Program, Tool
 
 _HEADERS: Final = {"Content-Type": "application/json", "Accept": "application/json"}
 _CHUNK: Final = 16 * 1024
 
+_END_S: Final = 2.0
+"""Time in which a launcher ends with all that it started, s; it takes some milliseconds."""
+
 ServiceCall = Callable[[Mapping[str, Any], float], Any]
 """Calls a service with parameters (SI) and a time limit (s); returns the parsed JSON of its answer."""
 
 
-def open_service(tool: Tool) -> ServiceCall:
+def open_service(tool: Tool, policy: IsolationPolicy) -> ServiceCall:
     """Return the function that calls the service of a tool.
 
     Args:
         tool: the tool.
+        policy: says which layers must confine a program that is started.
 
     Returns:
         The function, which raises `ToolError`. It takes about as long as its limit at most.
@@ -40,12 +46,12 @@ def open_service(tool: Tool) -> ServiceCall:
         case HttpService():
             return lambda parameters, seconds: call_http(service, parameters, seconds)
         case Program():
-            return lambda parameters, seconds: call_program(service, parameters, seconds)
+            return lambda parameters, seconds: call_program(service, policy, parameters, seconds)
         case McpService():
             # Needs the SDK, which no other tool does.
             from aeros.runtime.tools.mcp_service import call_mcp
 
-            return lambda parameters, seconds: call_mcp(service, parameters, seconds)
+            return lambda parameters, seconds: call_mcp(service, policy, parameters, seconds)
 
 
 def call_http(service: HttpService, parameters: Mapping[str, Any], seconds: float) -> Any:
@@ -85,11 +91,14 @@ def call_http(service: HttpService, parameters: Mapping[str, Any], seconds: floa
     return parse_answer(content)
 
 
-def call_program(service: Program, parameters: Mapping[str, Any], seconds: float) -> Any:
-    """Run a program, without a shell and with an environment of its own.
+def call_program(
+    service: Program, policy: IsolationPolicy, parameters: Mapping[str, Any], seconds: float
+) -> Any:
+    """Run a program confined, without a shell and with an environment of its own.
 
     Args:
         service: the program.
+        policy: says which layers must confine it.
         parameters: parameters of the action, SI; a JSON object on its standard input.
         seconds: time after which it is killed with all that it started, s.
 
@@ -97,16 +106,30 @@ def call_program(service: Program, parameters: Mapping[str, Any], seconds: float
         The parsed JSON of its standard output.
 
     Raises:
-        ToolError: it cannot be started, takes too long, ends with a code other than 0, or prints no JSON.
+        ToolError: it cannot be started or confined, takes too long, starts too many processes, ends with a
+            code other than 0, or prints no JSON.
     """
     deadline = time.monotonic() + seconds
+    with confine(service.command, service.confinement, policy, seconds) as confined:
+        try:
+            return _run(confined.arguments, parameters, deadline)
+        except ToolError as failure:
+            raise ToolError(confined.describe(str(failure))) from failure
+
+
+def _run(command: Sequence[str], parameters: Mapping[str, Any], deadline: float) -> Any:
+    """Start a command, and return its parsed answer.
+
+    Raises:
+        ToolError: there is none.
+    """
     try:
-        process = subprocess.Popen(  # noqa: S603 - the site's operator names the program
-            service.command,
+        process = subprocess.Popen(  # noqa: S603 - the launcher; the site's operator names the program
+            command,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
-            env={"PATH": os.defpath, "LANG": "C.UTF-8"},
+            env={},
             cwd="/",
             start_new_session=True,
         )
@@ -120,9 +143,7 @@ def call_program(service: Program, parameters: Mapping[str, Any], seconds: float
     except (subprocess.TimeoutExpired, OSError, ValueError) as failure:
         raise ToolError(f"it did not answer: {describe_exception(failure)}") from failure
     finally:
-        with suppress(ProcessLookupError):
-            os.killpg(process.pid, signal.SIGKILL)
-        process.wait()
+        _end(process)
         for pipe in (process.stdin, process.stdout):
             if pipe is not None:
                 with suppress(OSError):
@@ -130,6 +151,17 @@ def call_program(service: Program, parameters: Mapping[str, Any], seconds: float
     if code != 0:
         raise ToolError(f"it ended with code {code}")
     return parse_answer(content)
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    """Let the launcher kill what it started, and end it."""
+    try:
+        process.terminate()
+        process.wait(_END_S)
+    except subprocess.TimeoutExpired:
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
 
 
 def _exchange(process: subprocess.Popen[bytes], question: bytes, deadline: float) -> bytes:

@@ -36,11 +36,15 @@ from aeros.runtime.tools.exchange import ToolError
 from aeros.runtime.tools.service import ServiceCall, open_service
 from aeros.skill import Action
 from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.model.policy import IsolationPolicy
 from aeros.spec.model.site import Site
 from aeros.spec.model.tools import Tool
 
 POLL_S: Final = 0.02
 """Time between two looks at calls under way, s."""
+
+OpenService = Callable[[Tool, IsolationPolicy], ServiceCall]
+"""Returns the function that calls the service of a tool, under the site's policy."""
 
 _DONE: Final = MotionCompletion(completed=True)
 
@@ -78,7 +82,7 @@ class ToolPlant:
         plant: Plant,
         governor: Governor,
         record: RecordEvent,
-        open_service: Callable[[Tool], ServiceCall] = open_service,
+        open_service: OpenService = open_service,
     ) -> None:
         self._plant, self._governor, self._record = plant, governor, record
         self._open_service = open_service
@@ -247,10 +251,10 @@ class _AnswerWatch:
         announce_stop(self._monitor, reason, now)
 
 
-def _run(call: _Call, open_service: Callable[[Tool], ServiceCall], parameters: Mapping[str, Any]) -> None:
+def _run(call: _Call, open_service: OpenService, parameters: Mapping[str, Any]) -> None:
     """Carry out a call, in a thread of its own."""
     try:
-        answer = open_service(call.tool)(parameters, float(call.tool.timeout))
+        answer = open_service(call.tool, call.site.isolation)(parameters, float(call.tool.timeout))
         call.answer = check_answer(answer, call.tool, call.site)
     except ToolError as failure:
         call.failure = str(failure)

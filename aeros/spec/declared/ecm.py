@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
+from aeros.spec.declared.capability import Capability, RequiredCapability
 from aeros.spec.declared.composition import Composition
 from aeros.spec.declared.configuration import Need, Parameter
 from aeros.spec.declared.field_types import ByVariable, Identifier, Named, Reference, RiskWord, Slug
@@ -110,28 +111,6 @@ class Skill:
             "doc": "invariants that its envelope does not imply; the gate checks them at run time; `[any]` "
             "for all such invariants of any site"
         },
-    )
-
-
-@dataclass(frozen=True)
-class Capability:
-    """An ability. A step that names it runs one of the alternatives that provide it, so each must suffice.
-
-    Attributes:
-        span: its place in the file.
-    """
-
-    span: SourceSpan
-    description: TextField = field(metadata={"doc": "the ability that it gives the robot, for people"})
-    provided_by: tuple[Identifier | tuple[Identifier, ...], ...] = field(
-        metadata={
-            "doc": "alternatives: each a skill, a composition, or skills that run one after the other, as in "
-            "`provided_by: [wipe, [fetch, tidy]]`"
-        }
-    )
-    version: TextField | None = field(
-        default=None,
-        metadata={"doc": "its semantic version, which dependencies refer to; the module's if absent"},
     )
 
 
@@ -259,6 +238,10 @@ class WorkerLimits:
             "doc": "the real time that it needs at most before each action, as in `answer_within: 1 s`"
         },
     )
+    processor: TextField | None = field(
+        default=None,
+        metadata={"doc": "the share of one core that it needs at most, as in `processor: 50 %`"},
+    )
 
 
 @dataclass(frozen=True)
@@ -293,13 +276,21 @@ class Dependencies:
     modules: Named[TextField] = field(
         default=MappingField(), metadata={"doc": "other modules and their versions"}
     )
-    capabilities: Named[TextField] = field(
+    capabilities: Named[TextField | RequiredCapability] = field(
         default=MappingField(),
         metadata={
             "doc": "capabilities of any other modules and their versions, as in "
-            '`capabilities: {grasping: ">=1.2"}`'
+            '`capabilities: {grasping: ">=1.2"}`, or with the interface that it relies on'
         },
     )
+
+    @property
+    def required_capabilities(self) -> tuple[tuple[TextField, RequiredCapability], ...]:
+        """The required capabilities in one form, each with its name."""
+        return tuple(
+            (name, RequiredCapability(one.span, one) if isinstance(one, TextField) else one)
+            for name, one in self.capabilities
+        )
 
 
 @dataclass(frozen=True)

@@ -147,6 +147,13 @@ class Perceiver:
         metadata={"doc": "the real time that one call may take, as in `timeout: 200 ms`"}
     )
     memory: TextField = field(metadata={"doc": "the memory of its process, as in `memory: 256 MiB`"})
+    processor: TextField | None = field(
+        default=None,
+        metadata={
+            "doc": "the share of one core that its process needs at most, as in `processor: 20 %`; that of "
+            "the site if absent"
+        },
+    )
     pictures: Named[PictureRequest] = field(
         default=MappingField(), metadata={"doc": "the pictures that it gets, by camera"}
     )
@@ -187,4 +194,10 @@ class PerceptionPolicy:
     )
     memory: TextField | None = field(
         default=None, metadata={"doc": "the most memory of a perceiver; 1 GiB if absent"}
+    )
+    processor: TextField | None = field(
+        default=None,
+        metadata={
+            "doc": "the largest share of one core for a perceiver, as in `processor: 50 %`; 100 % if absent"
+        },
     )

@@ -110,6 +110,10 @@ class AuditPolicy:
     )
 
 
+LayerField = ChoiceField[Literal["bubblewrap", "cgroups", "landlock", "rlimits", "seccomp"]]
+"""Name of an isolation layer."""
+
+
 @dataclass(frozen=True)
 class IsolationPolicy:
     """Isolation of module code: its process, and the layers around it.
@@ -119,9 +123,9 @@ class IsolationPolicy:
     """
 
     span: SourceSpan
-    require: tuple[ChoiceField[Literal["bubblewrap", "landlock", "rlimits", "seccomp"]], ...] | None = field(
+    require: tuple[LayerField, ...] | None = field(
         default=None,
-        metadata={"doc": "the required isolation layers; all but bubblewrap if absent"},
+        metadata={"doc": "the required isolation layers; all but bubblewrap and cgroups if absent"},
     )
     missing: ChoiceField[Literal["refuse", "warn"]] | None = field(
         default=None,
@@ -137,6 +141,13 @@ class IsolationPolicy:
     memory: TextField | None = field(
         default=None,
         metadata={"doc": "the most memory of the process of a skill; 256 MiB if absent"},
+    )
+    processor: TextField | None = field(
+        default=None,
+        metadata={
+            "doc": "the largest share of one core for the process of a skill, as in `processor: 50 %`; "
+            "100 % if absent"
+        },
     )
 
 

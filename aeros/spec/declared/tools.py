@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Annotated
 
 from aeros.spec.declared.field_types import Identifier
 from aeros.spec.diagnostics.source import SourceSpan
-from aeros.spec.text.fields import TextField
+from aeros.spec.text.fields import BooleanField, IntegerField, TextField, ValueBounds
 
 
 @dataclass(frozen=True)
@@ -23,6 +24,37 @@ class McpServer:
         default=(), metadata={"doc": "the program that serves on its standard input and output"}
     )
     url: TextField | None = field(default=None, metadata={"doc": "the address of a running server"})
+
+
+@dataclass(frozen=True)
+class Confinement:
+    """Rights of a program that the runtime starts, beyond the system's libraries and a folder of its own.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    reads: tuple[TextField, ...] = field(
+        default=(), metadata={"doc": "files and folders that it may read, as in `reads: [/opt/recipes]`"}
+    )
+    writes: tuple[TextField, ...] = field(
+        default=(),
+        metadata={"doc": "files and folders that it may also change, as in `writes: [/var/lib/cookbook]`"},
+    )
+    network: BooleanField | None = field(
+        default=None, metadata={"doc": "`true` if it may make sockets; `false` if absent"}
+    )
+    memory: TextField | None = field(
+        default=None, metadata={"doc": "its greatest memory, as in `memory: 1 GiB`; 512 MiB if absent"}
+    )
+    processor: TextField | None = field(
+        default=None,
+        metadata={"doc": "its largest share of one core, as in `processor: 50 %`; 100 % if absent"},
+    )
+    processes: Annotated[IntegerField, ValueBounds(1, 1000)] | None = field(
+        default=None, metadata={"doc": "its most processes and threads at a time; 32 if absent"}
+    )
 
 
 @dataclass(frozen=True)
@@ -48,7 +80,21 @@ class Tool:
         default=(), metadata={"doc": "a program and its arguments, as in `program: [/usr/bin/ask, --time]`"}
     )
     mcp: McpServer | None = field(default=None, metadata={"doc": "a tool of an MCP server"})
+    confinement: Confinement | None = field(
+        default=None,
+        metadata={
+            "doc": "what the program of `program` or of an MCP `command` may use, as in "
+            "`confinement: {reads: [/opt/recipes]}`"
+        },
+    )
     token: TextField | None = field(
         default=None,
         metadata={"doc": "the environment variable that holds a bearer token for `http` or an MCP `url`"},
+    )
+    channel: Identifier | None = field(
+        default=None,
+        metadata={
+            "doc": "the channel that a call uses, which a module needs permission for, as in "
+            "`channel: internet`"
+        },
     )

@@ -153,6 +153,12 @@ _TABLE: Final = (
     DiagnosticCode(
         "AE306", "capability-version", "dependencies", "a required capability has another version"
     ),
+    DiagnosticCode(
+        "AE307",
+        "interface-not-kept",
+        "dependencies",
+        "an alternative does not keep the interface of the capability that it provides",
+    ),
     # AE4xx: permission
     DiagnosticCode(
         "AE401",
@@ -188,6 +194,9 @@ _TABLE: Final = (
         "actuator-not-held",
         "permission",
         "a skill moves an actuator that it does not hold as a resource",
+    ),
+    DiagnosticCode(
+        "AE411", "channel-not-permitted", "permission", "an action uses a channel that is not permitted"
     ),
     # AE5xx: safety
     DiagnosticCode(
@@ -269,7 +278,10 @@ _TABLE: Final = (
         "AE731", "outside-permission", "decision", "the action is outside the module's permission"
     ),
     DiagnosticCode(
-        "AE740", "no-access", "decision", "the action moves an actuator the module or skill may not use"
+        "AE740",
+        "no-access",
+        "decision",
+        "the action moves an actuator, or uses a channel, that the module or skill may not use",
     ),
     DiagnosticCode("AE741", "risk-above-ceiling", "decision", "the action carries more risk than is allowed"),
     DiagnosticCode("AE742", "quota-exhausted", "decision", "a quota has run out"),
@@ -388,7 +400,7 @@ _TABLE: Final = (
         "AE886",
         "absent-module",
         "configuration",
-        "the policy names a module or skill that is not in the configuration",
+        "the policy or a setting names a module or skill that is not in the configuration",
     ),
     # AE9xx: certificates
     DiagnosticCode("AE901", "certificate-missing", "certificate", "a module has no certificate"),
@@ -411,9 +423,7 @@ _TABLE: Final = (
         "difference",
         "two versions have different parameters, inputs or measurements",
     ),
-    DiagnosticCode(
-        "AE954", "otherwise-changed", "difference", "a change does not affect the allowed actions"
-    ),
+    DiagnosticCode("AE954", "otherwise-changed", "difference", "a change is not compared by what it allows"),
     # AE96x: what is installed on a robot
     DiagnosticCode("AE960", "not-now", "registry", "a command does not fit the state of a module or block"),
     DiagnosticCode("AE961", "bundle-unusable", "registry", "a module's files cannot be stored"),

@@ -5,19 +5,24 @@ Neither side is verified. What is compared is what the gate would allow, and Φ 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, SpanLabel
+from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.difference.module_changes import module_changes
-from aeros.spec.difference.policy_change import PolicyChange, Relation
+from aeros.spec.difference.other_changes import other_module_changes, other_site_changes
+from aeros.spec.difference.policy_change import PolicyChange, Relation, finite_change
 from aeros.spec.difference.site_changes import site_changes
-from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.elaborate.load import decode_manifest, decode_site, load_ecm, load_site
+from aeros.spec.model.configured import ModuleConfiguration
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import MANIFEST, module_folders
+from aeros.spec.verification.modules_with_settings import absent_module_problems
 
 
 @dataclass(frozen=True)
@@ -59,7 +64,13 @@ def is_site(path: Path) -> bool:
     return path.is_file() and path.name != MANIFEST
 
 
-def compare(old: Path, new: Path, site_path: Path, oracle: Oracle | None = None) -> PolicyDifference:
+def compare(
+    old: Path,
+    new: Path,
+    site_path: Path,
+    oracle: Oracle | None = None,
+    configurations: Mapping[str, ModuleConfiguration] = MappingProxyType({}),
+) -> PolicyDifference:
     """Compare two site files, or two modules or folders of modules.
 
     Args:
@@ -67,9 +78,13 @@ def compare(old: Path, new: Path, site_path: Path, oracle: Oracle | None = None)
         new: path of the new side, which decides what is compared.
         site_path: site under which modules are compared; unused for sites.
         oracle: answers the questions; None for one of the default budget.
+        configurations: settings of the modules of both sides, by module; unused for sites.
 
     Returns:
-        What going from `old` to `new` newly allows and denies.
+        What going from `old` to `new` newly allows and denies, and all that changed otherwise.
+
+    Raises:
+        InternalError: a fault of AEROS: a file was read before and cannot be read now.
     """
     oracle = oracle or Oracle()
     sink = Diagnostics()
@@ -77,9 +92,19 @@ def compare(old: Path, new: Path, site_path: Path, oracle: Oracle | None = None)
         before, after = load_site(old, sink), load_site(new, sink)
         if before is None or after is None:
             return PolicyDifference(problems=tuple(sink))
-        return PolicyDifference(tuple(site_changes(before, after, oracle)), tuple(sink))
+        changes = tuple(site_changes(before, after, oracle))
+        as_written = [decode_site(path) for path in (old, new)]
+        if as_written[0] is None or as_written[1] is None:
+            raise InternalError("a site that was read before cannot be read")
+        changes += tuple(other_site_changes(as_written[0], as_written[1], changes))
+        return PolicyDifference(changes, tuple(sink))
     site = load_site(site_path, sink)
+    if site is not None:
+        site = site.with_configurations(configurations)
     modules = [] if site is None else [_modules(path, site, sink) for path in (old, new)]
+    folders = [one for path in (old, new) for one in module_folders(path, Diagnostics())]
+    for problem in absent_module_problems(configurations, folders):
+        sink.report(problem)
     if site is None or sink.has_errors:
         return PolicyDifference(problems=tuple(sink))
     return PolicyDifference(tuple(_compare_modules(modules[0], modules[1], site, oracle)), tuple(sink))
@@ -109,7 +134,28 @@ def _compare_modules(
     """Compare modules of the same id; if each side has one module, these two."""
     if len(old) == len(new) == 1:
         ((before,), (after,)) = (old.values(), new.values())
-        yield from module_changes(after.id, before, after, site, oracle)
+        yield from _compare_versions(after.id, before, after, site, oracle)
         return
     for name in dict.fromkeys([*old, *new]):
-        yield from module_changes(name, old.get(name), new.get(name), site, oracle)
+        yield from _compare_versions(name, old.get(name), new.get(name), site, oracle)
+
+
+def _compare_versions(
+    name: str, old: Ecm | None, new: Ecm | None, site: Site, oracle: Oracle
+) -> Iterator[PolicyChange]:
+    """Compare two versions of a module; one that is on one side alone is reported as such.
+
+    Raises:
+        InternalError: a fault of AEROS: a manifest was read before and cannot be read now.
+    """
+    changes = tuple(module_changes(name, old, new, site, oracle))
+    yield from changes
+    if old is None or new is None:
+        headline = f"the module `{name}` {'is new' if old is None else 'was removed'}"
+        spans = (None if one is None else one.span for one in (old, new))
+        yield finite_change(name, Relation.CHANGED_OTHERWISE, headline, *spans)
+        return
+    before, after = (decode_manifest(Path(one.folder)) for one in (old, new))
+    if before is None or after is None:
+        raise InternalError(f"the manifest of `{name}` was read before and cannot be read")
+    yield from other_module_changes(name, before, after, changes)

@@ -2,14 +2,16 @@
 
 For each skill and action kind the compared set is envelope ∧ permission ∧ Φ. It is empty if the gate's finite
 layers (overrides, access, risk) deny the kind whatever its parameters are. Quotas, the age of measurements
-and attenuation belong to the site and so are the same on both sides. Not compared: tasks and compositions,
-which only choose among skills, and skill code.
+and attenuation belong to the site and so are the same on both sides. A permission is compared by itself, too:
+it is what the module asks for.  What is not compared by what it allows is compared as it is written
+(`other_changes`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.difference.perception_changes import perceiver_changes
@@ -25,6 +27,7 @@ from aeros.spec.difference.set_comparison import ComparedSet, SetCondition, comp
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.units import format_number
 from aeros.spec.model.ecm import ActionCondition, Ecm, Skill
+from aeros.spec.model.policy import IsolationPolicy
 from aeros.spec.model.rules import ActionKind
 from aeros.spec.model.site import Site
 
@@ -58,7 +61,7 @@ def module_changes(
     Yields:
         The change of each subject of either version.
     """
-    sites = [site.with_modules([one, *one.foreign.modules.values()] if one else ()) for one in (old, new)]
+    sites = [site.with_modules(one.with_owners if one else ()) for one in (old, new)]
     names = dict.fromkeys([*(old.skills if old else ()), *(new.skills if new else ())])
     for name in names:
         before, after = (_SkillVersion(ecm, ecm.skills.get(name) if ecm else None) for ecm in (old, new))
@@ -74,6 +77,57 @@ def module_changes(
             yield from _skill_changes(f"{module}/{name}", before.skill, after.skill, sites, oracle)
     if old is not None and new is not None:
         yield from _module_changes(old, new)
+        yield from _permission_changes(old, new, sites, oracle)
+        yield from _worker_changes(old, new, site.isolation)
+
+
+def _permission_changes(old: Ecm, new: Ecm, sites: Sequence[Site], oracle: Oracle) -> Iterator[PolicyChange]:
+    """Compare the widest sets of actions that the skills of a module may ask for."""
+    for name in dict.fromkeys([*old.permitted_actions, *new.permitted_actions]):
+        before, after = (
+            _permitted(ecm, under, under.kinds[name]) for ecm, under in zip((old, new), sites, strict=True)
+        )
+        what = f"a permission of `{new.id}` for `{name}`"
+        yield compare_sets(f"{new.id}/permissions/{name}", what, before, after, oracle)
+
+
+def _permitted(ecm: Ecm, site: Site, kind: ActionKind) -> ComparedSet:
+    clause = ecm.permitted_actions.get(kind.name)
+    declared = (*site.observed_variables.values(), *kind.parameters.values())
+    condition = SetCondition(t.FALSE, ecm.access_span)
+    if clause is not None:
+        condition = SetCondition(clause.term, clause.span)
+    return ComparedSet(declared, (condition,), condition.span)
+
+
+def _worker_changes(old: Ecm, new: Ecm, isolation: IsolationPolicy) -> Iterator[PolicyChange]:
+    """Compare the limits on the processes of skills; without any, those of the site hold."""
+    memory = [isolation.memory if one.worker is None else one.worker.memory for one in (old, new)]
+    within = [
+        isolation.answer_timeout_s if one.worker is None else one.worker.answer_within for one in (old, new)
+    ]
+    headline = (
+        f"the process of each skill of `{new.id}` may have {_mebibytes(memory[1])}, "
+        f"before {_mebibytes(memory[0])}"
+    )
+    relation = bounds_relation(memory[1] > memory[0], memory[1] < memory[0])
+    places = (old.access_span, new.access_span)
+    yield finite_change(f"{new.id}/worker/memory", relation, headline, *places)
+    headline = (
+        f"skills of `{new.id}` may compute for {format_number(within[1])} s before each action, "
+        f"before {format_number(within[0])} s"
+    )
+    relation = bounds_relation(within[1] > within[0], within[1] < within[0])
+    yield finite_change(f"{new.id}/worker/answer_within", relation, headline, *places)
+    share = [isolation.processor if one.worker is None else one.worker.processor for one in (old, new)]
+    shown = [f"{format_number(one * 100)} %" for one in share]
+    headline = f"the process of each skill of `{new.id}` may use {shown[1]} of a core, before {shown[0]}"
+    relation = bounds_relation(share[1] > share[0], share[1] < share[0])
+    yield finite_change(f"{new.id}/worker/processor", relation, headline, *places)
+
+
+def _mebibytes(size: int) -> str:
+    return f"{format_number(Fraction(size, 2**20))} MiB"
 
 
 def _allowed(asking: _SkillVersion, site: Site, kind: ActionKind) -> ComparedSet:
@@ -100,9 +154,12 @@ def _allowed(asking: _SkillVersion, site: Site, kind: ActionKind) -> ComparedSet
 
 def _is_denied_by_finite_layers(ecm: Ecm, site: Site, skill: Skill, kind: ActionKind) -> bool:
     """Return True if overrides, access or risk deny every action of the kind, as at the gate."""
-    usable = skill.actuators & ecm.requested_access.actuators & site.access_of(ecm.id).actuators
+    granted = site.access_of(ecm.id)
+    usable = skill.actuators & ecm.requested_access.actuators & granted.actuators
+    reachable = ecm.requested_access.channels & granted.channels
     blocked = any(block.matches(ecm.id, skill.id, kind.name) for block in site.blocks)
-    return blocked or not kind.actuators <= usable or not kind.risk <= skill.risk <= site.risk_ceiling
+    accessible = kind.actuators <= usable and kind.channels <= reachable
+    return blocked or not accessible or not kind.risk <= skill.risk <= site.risk_ceiling
 
 
 def _skill_changes(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
 
+from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.difference.policy_change import (
     PolicyChange,
     Relation,
@@ -15,7 +16,7 @@ from aeros.spec.difference.policy_change import (
 )
 from aeros.spec.expr.units import format_number, format_quantity
 from aeros.spec.model.ecm import Ecm
-from aeros.spec.model.perception import Perceiver
+from aeros.spec.model.perception import Perceiver, PerceptionPolicy
 from aeros.spec.model.site import Site
 from aeros.spec.model.variables import Declared
 
@@ -41,16 +42,27 @@ def vocabulary_changes(old: Mapping[str, Declared], new: Mapping[str, Declared])
         headline = f"`{name}` may be {format_number(ages[1])} s old, before {format_number(ages[0])} s"
         age = bounds_relation(ages[1] > ages[0], ages[1] < ages[0])
         yield finite_change(f"{subject}/max_age", age, headline, before.span, after.span)
-        doubts = [one.uncertainty or Fraction(0) for one in (before, after)]
-        shown = [format_quantity(doubt, after.unit) for doubt in doubts]
-        headline = f"`{name}` may be uncertain by {shown[1]}, before by {shown[0]}"
-        doubt = bounds_relation(doubts[1] > doubts[0], doubts[1] < doubts[0])
-        yield finite_change(f"{subject}/uncertainty", doubt, headline, before.span, after.span)
+        yield _uncertainty_change(f"{subject}/uncertainty", before, after)
+        public = bounds_relation(
+            after.is_public and not before.is_public, before.is_public and not after.is_public
+        )
+        headline = f"modules that require this one {'may' if after.is_public else 'may not'} read `{name}`"
+        yield finite_change(f"{subject}/public", public, headline, before.span, after.span)
         if before.sensor != after.sensor:
             headline = f"`{name}` was measured by `{before.sensor}` and is by `{after.sensor}`"
             yield finite_change(
                 f"{subject}/sensor", Relation.CHANGED_OTHERWISE, headline, before.span, after.span
             )
+
+
+def _uncertainty_change(subject: str, before: Declared, after: Declared) -> PolicyChange:
+    """Compare the greatest uncertainty of a value that is used; without one, none is asked of the value."""
+    then, now = before.uncertainty, after.uncertainty
+    more = then is not None and (now is None or now > then)
+    less = now is not None and (then is None or now < then)
+    shown = ["anything" if one is None else format_quantity(one, after.unit) for one in (then, now)]
+    headline = f"`{after.name}` may be uncertain by {shown[1]}, before by {shown[0]}"
+    return finite_change(subject, bounds_relation(more, less), headline, before.span, after.span)
 
 
 def site_perception_changes(old: Site, new: Site) -> Iterator[PolicyChange]:
@@ -93,9 +105,7 @@ def site_perception_changes(old: Site, new: Site) -> Iterator[PolicyChange]:
     public = bounds_relation(other.public and not one.public, one.public and not other.public)
     headline = f"modules {'may' if other.public else 'may not'} read what others declare as public"
     yield finite_change("policy/perception/public", public, headline, old.span, new.span)
-    yield from _limit_changes(
-        "policy/perception", "of a perceiver", one.timeout, other.timeout, one.memory, other.memory
-    )
+    yield from _limit_changes("policy/perception", "of a perceiver", one, other, (old.span, new.span))
 
 
 def perceiver_changes(old: Ecm, new: Ecm) -> Iterator[PolicyChange]:
@@ -122,31 +132,54 @@ def perceiver_changes(old: Ecm, new: Ecm) -> Iterator[PolicyChange]:
             spans = (None if one is None else one.span for one in (before, after))
             yield finite_change(subject, Relation.CHANGED_OTHERWISE, headline, *spans)
             continue
-        then, now = _sources(before), _sources(after)
-        headline = describe_set_change(f"sources of `{name}`", then, now)
-        yield finite_change(f"{subject}/sources", sets_relation(then, now), headline, before.span, after.span)
-        yield from _limit_changes(
-            subject, f"of `{name}`", before.timeout, after.timeout, before.memory, after.memory
+        yield from _picture_changes(subject, before, after)
+        then, now = frozenset(before.readings), frozenset(after.readings)
+        headline = describe_set_change(f"readings of `{name}`", then, now)
+        places = (before.span, after.span)
+        yield finite_change(f"{subject}/readings", sets_relation(then, now), headline, *places)
+        rates = [one.rate or Fraction(0) for one in (before, after)]
+        shown = [f"{format_number(rate)} Hz" if rate else "with pictures only" for rate in rates]
+        headline = f"`{name}` gets readings {shown[1]}, before {shown[0]}"
+        relation = bounds_relation(rates[1] > rates[0], rates[1] < rates[0])
+        yield finite_change(f"{subject}/rate", relation, headline, *places)
+        yield from _limit_changes(subject, f"of `{name}`", before, after, places)
+
+
+def _picture_changes(subject: str, old: Perceiver, new: Perceiver) -> Iterator[PolicyChange]:
+    """Compare the pictures that a perceiver gets; another camera, more pixels or depth is more."""
+    before, after = ({one.name: one for one in perceiver.pictures} for perceiver in (old, new))
+    for camera in dict.fromkeys([*before, *after]):
+        then, now, below = before.get(camera), after.get(camera), f"{subject}/pictures/{camera}"
+        if then is None or now is None:
+            relation = bounds_relation(then is None, now is None)
+            headline = f"`{new.id}` {'gets' if then is None else 'no longer gets'} pictures of `{camera}`"
+            yield finite_change(below, relation, headline, old.span, new.span)
+            continue
+        parts = [(one.width, one.height, one.depth) for one in (then, now)]
+        relation = bounds_relation(
+            any(is_now > was for was, is_now in zip(*parts, strict=True)),
+            any(is_now < was for was, is_now in zip(*parts, strict=True)),
         )
-
-
-def _sources(perceiver: Perceiver) -> frozenset[str]:
-    """Describe everything that a perceiver gets."""
-    pictures = (
-        f"{one.camera} {one.width} x {one.height}{' with depth' if one.depth else ''}"
-        for one in perceiver.pictures
-    )
-    rate = "" if perceiver.rate is None else f" at {format_number(perceiver.rate)} Hz"
-    return frozenset((*pictures, *(f"{name}{rate}" for name in perceiver.readings)))
+        shown = [
+            f"{one.width} x {one.height} pixels{' with depth' if one.depth else ''}" for one in (then, now)
+        ]
+        headline = f"`{new.id}` gets {shown[1]} of `{camera}`, before {shown[0]}"
+        yield finite_change(f"{below}/size", relation, headline, old.span, new.span)
 
 
 def _limit_changes(
-    subject: str, whose: str, timeout: Fraction, now_timeout: Fraction, memory: int, now_memory: int
+    subject: str,
+    whose: str,
+    old: Perceiver | PerceptionPolicy,
+    new: Perceiver | PerceptionPolicy,
+    places: tuple[SourceSpan, SourceSpan],
 ) -> Iterator[PolicyChange]:
-    """Compare a timeout, s, and a memory, bytes; larger ones allow more."""
-    headline = f"the timeout {whose} was {format_number(timeout)} s and is {format_number(now_timeout)} s"
-    relation = bounds_relation(now_timeout > timeout, now_timeout < timeout)
-    yield finite_change(f"{subject}/timeout", relation, headline)
-    headline = f"the memory {whose} was {memory >> 20} MiB and is {now_memory >> 20} MiB"
-    relation = bounds_relation(now_memory > memory, now_memory < memory)
-    yield finite_change(f"{subject}/memory", relation, headline)
+    """Compare limits on the process of a perceiver; larger ones allow more."""
+    for what, then, now, unit in (
+        ("timeout", old.timeout, new.timeout, "s"),
+        ("memory", Fraction(old.memory, 2**20), Fraction(new.memory, 2**20), "MiB"),
+        ("processor", old.processor * 100, new.processor * 100, "%"),
+    ):
+        named = "processor share" if what == "processor" else what
+        headline = f"the {named} {whose} was {format_number(then)} {unit} and is {format_number(now)} {unit}"
+        yield finite_change(f"{subject}/{what}", bounds_relation(now > then, now < then), headline, *places)

@@ -18,7 +18,7 @@ class Relation(Enum):
     NEWLY_ALLOWED = "newly allowed"
     NEWLY_DENIED = "newly denied"
     INCOMPARABLE = "incomparable"  # some things newly allowed, others newly denied
-    CHANGED_OTHERWISE = "changed"  # allows and denies the same, and yet is not the same
+    CHANGED_OTHERWISE = "changed"  # not compared by what it allows, and not the same
     NOT_COMPARABLE = "not comparable"  # the two speak of different things
     UNDECIDED = "undecided"
 

@@ -4,7 +4,7 @@ For each action kind the compared set is the conjunction of its invariants; it i
 risk ceiling denies the kind to every module. For each joint rule it is the set of allowed pairs. Access,
 overrides of single modules, limits, quotas and the age of measurements are compared one by one. The effect of
 an attenuation on an action that is denied as requested is not compared; a change of one is reported as
-changed.
+changed, and so is everything that is only compared as it is written (`other_changes`).
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from aeros.spec.difference.policy_change import (
     sets_relation,
 )
 from aeros.spec.difference.set_comparison import ComparedSet, SetCondition, compare_sets
+from aeros.spec.difference.tool_changes import tool_changes
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.units import format_number
 from aeros.spec.model.policy import Access, Execute, OperatorOverride, Quota
@@ -111,6 +112,7 @@ def _kind_changes(old: Site, new: Site, before: ActionKind, after: ActionKind) -
     moved = sets_relation(after.actuators, before.actuators)  # fewer to be permitted allows more
     headline = describe_set_change(f"actuators that `{after.name}` moves", before.actuators, after.actuators)
     yield finite_change(f"{subject}/actuators", moved, headline, *places)
+    yield from tool_changes(f"{subject}/tool", before, after)
     reduced = [
         {
             rule.id: rule.attenuations[after.name]
@@ -243,6 +245,10 @@ def _isolation_changes(old: Site, new: Site) -> Iterator[PolicyChange]:
     headline = f"the process of a skill may have {shown[1]} MiB; the limit was {shown[0]} MiB"
     relation = bounds_relation(after.memory > before.memory, after.memory < before.memory)
     yield finite_change("policy/isolation/memory", relation, headline, *places)
+    shown = [format_number(one.processor * 100) for one in (before, after)]
+    headline = f"the process of a skill may use {shown[1]} % of a core; the limit was {shown[0]} %"
+    relation = bounds_relation(after.processor > before.processor, after.processor < before.processor)
+    yield finite_change("policy/isolation/processor", relation, headline, *places)
 
 
 def _mcp_changes(old: Site, new: Site) -> Iterator[PolicyChange]:

@@ -81,6 +81,19 @@ def _elaborate_with_diagnostics(source: Source) -> tuple[Site | None, Diagnostic
     ), diagnostics
 
 
+def decode_site(path: str | os.PathLike[str]) -> declared_site.Site | None:
+    """Read a site file as it is declared.
+
+    Args:
+        path: path of the site file.
+
+    Returns:
+        The site as it declares itself; None if the file has a fault.
+    """
+    source = _source(path, Diagnostics())
+    return None if source is None else _decode_source(source, declared_site.Site, Diagnostics())
+
+
 def load_ecm(
     folder: Path,
     site: Site,
@@ -137,7 +150,7 @@ def _foreign_names(
 ) -> ForeignNames:
     """Load the modules that a module requires, as far as they can be read; list what it may call of them."""
     needed = {name.value for name, _ in declared.dependencies.modules}
-    ranges = {name.value: text.value for name, text in declared.dependencies.capabilities}
+    ranges = {name.value: one.version.value for name, one in declared.dependencies.required_capabilities}
     above |= {declared.id.value}
     modules: dict[str, Ecm] = {}
     providers: dict[str, list[tuple[Ecm, bool]]] = {name: [] for name in ranges}

@@ -17,7 +17,11 @@ from aeros.spec.declared import site as declared_site
 from aeros.spec.diagnostics.codes import Diagnostics, SpanLabel, did_you_mean
 from aeros.spec.elaborate.expressions import elaborate_expression, elaborate_quantity
 from aeros.spec.elaborate.names import check_name_is_free, meanings_of_names, resolve_name
-from aeros.spec.elaborate.quantities import elaborate_memory, elaborate_module_variable
+from aeros.spec.elaborate.quantities import (
+    elaborate_memory,
+    elaborate_module_variable,
+    elaborate_processor_share,
+)
 from aeros.spec.elaborate.scopes import state_scope
 from aeros.spec.elaborate.vocabulary import SiteVocabulary
 from aeros.spec.expr.types import BoolType
@@ -90,7 +94,10 @@ def elaborate_perception_policy(
         else elaborate_memory(policy.memory, diagnostics) or usual.memory
     )
     public = policy.public is not None and policy.public.value
-    return PerceptionPolicy(shared, in_invariants, timeout, memory, public)
+    processor = usual.processor
+    if policy.processor is not None:
+        processor = elaborate_processor_share(policy.processor, Fraction(1), diagnostics) or processor
+    return PerceptionPolicy(shared, in_invariants, timeout, memory, public, processor)
 
 
 def elaborate_cameras(
@@ -245,6 +252,10 @@ class ModulePerception:
         if memory > limits.memory:
             allowed = f"{limits.memory >> 20} MiB"
             self._report_limit(f"this site allows a perceiver at most {allowed}", perceiver.memory)
+        processor = limits.processor
+        if perceiver.processor is not None:
+            share = elaborate_processor_share(perceiver.processor, limits.processor, self._diagnostics)
+            processor = share or processor
         rate = None
         if perceiver.rate is not None:
             rate = elaborate_quantity(perceiver.rate, TIME**-1, self._diagnostics)
@@ -279,6 +290,7 @@ class ModulePerception:
             memory=memory,
             span=name.span,
             entry_span=perceiver.entry.span,
+            processor=processor,
         )
 
     def _report_limit(self, headline: str, at: TextField) -> None:

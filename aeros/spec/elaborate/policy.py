@@ -13,7 +13,7 @@ from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.elaborate.expressions import elaborate_quantity
 from aeros.spec.elaborate.names import resolve_site_name
-from aeros.spec.elaborate.quantities import elaborate_memory
+from aeros.spec.elaborate.quantities import elaborate_memory, elaborate_processor_share
 from aeros.spec.elaborate.rules import resolve_kinds
 from aeros.spec.elaborate.vocabulary import SiteVocabulary
 from aeros.spec.expr.units import TIME, format_number
@@ -191,6 +191,9 @@ def elaborate_isolation(
         frozenset(name.value for name in isolation.trusted),
         within or usual.answer_timeout_s,
         usual.memory if isolation.memory is None else elaborate_memory(isolation.memory, diagnostics) or 0,
+        usual.processor
+        if isolation.processor is None
+        else elaborate_processor_share(isolation.processor, Fraction(1), diagnostics) or usual.processor,
     )
 
 
@@ -209,7 +212,7 @@ def elaborate_worker_limits(
     """
     if worker is None:
         return None
-    memory, within = isolation.memory, isolation.answer_timeout_s
+    memory, within, processor = isolation.memory, isolation.answer_timeout_s, isolation.processor
     if worker.memory is not None:
         memory = elaborate_memory(worker.memory, diagnostics) or 0
         if memory > isolation.memory:
@@ -222,7 +225,10 @@ def elaborate_worker_limits(
             most = format_number(isolation.answer_timeout_s)
             headline = f"skill code has above 0 s and at most {most} s before each action at this site"
             diagnostics.error("AE129", headline, worker.answer_within.span)
-    return WorkerLimits(memory, within)
+    if worker.processor is not None:
+        share = elaborate_processor_share(worker.processor, isolation.processor, diagnostics)
+        processor = share or processor
+    return WorkerLimits(memory, within, processor)
 
 
 def elaborate_mcp(mcp: declared.McpPolicy | None) -> McpPolicy:
@@ -268,4 +274,5 @@ def policy_spans(site: Site) -> dict[str, SourceSpan]:
         "policy/limits/replans": limits.replans.span,
         **{place: setting.span for place, setting in optional.items() if setting is not None},
         **{f"resources/{name.value}": count.span for name, count in site.resources},
+        **{f"modules/{name.value}": name.span for name, _ in site.modules},
     }

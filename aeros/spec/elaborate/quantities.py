@@ -24,12 +24,14 @@ from aeros.spec.expr.types import (
     Type,
     VectorType,
 )
-from aeros.spec.expr.units import NUMBER, TIME, Unit
+from aeros.spec.expr.units import NUMBER, TIME, Unit, format_number
 from aeros.spec.model.variables import Declared
 from aeros.spec.text.fields import NumberField, TextField
 
 Enums = Mapping[str, EnumType]
 _MEMORY: Final = re.compile(r"([1-9][0-9]{0,5}) ?(MiB|GiB)")
+_LEAST_SHARE: Final = Fraction(1, 100)
+"""Least processor share; the kernel bounds no smaller one in its usual period."""
 _TYPES = ("bool", "int", "real", "vec3")
 
 
@@ -215,6 +217,25 @@ def _range(
         )
         return None
     return numbers[0].value * unit.factor, numbers[1].value * unit.factor
+
+
+def elaborate_processor_share(text: TextField, most: Fraction, diagnostics: Diagnostics) -> Fraction | None:
+    """Elaborate a share of one core.
+
+    Args:
+        text: the share, as in `50 %`.
+        most: greatest share that may stand here, at most 1.
+        diagnostics: receives the fault.
+
+    Returns:
+        The share; None after reporting that it is none, below 1 %, or above `most`.
+    """
+    share = elaborate_quantity(text, NUMBER, diagnostics)
+    if share is not None and not _LEAST_SHARE <= share <= most:
+        headline = f"a processor share is at least 1 % and at most {format_number(most * 100)} % here"
+        diagnostics.error("AE129", headline, text.span)
+        return None
+    return share
 
 
 def elaborate_memory(text: TextField, diagnostics: Diagnostics) -> int | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
@@ -13,11 +14,12 @@ from aeros.spec.declared import tools as declared
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.expressions import elaborate_quantity
 from aeros.spec.elaborate.names import resolve_name
+from aeros.spec.elaborate.quantities import elaborate_memory, elaborate_processor_share
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import FamilyType
 from aeros.spec.expr.units import TIME
 from aeros.spec.model.rules import JointRule, Rule
-from aeros.spec.model.tools import HttpService, McpService, Program, Tool
+from aeros.spec.model.tools import Confinement, HttpService, McpService, Program, Tool
 from aeros.spec.model.variables import Declared, History
 from aeros.spec.text.fields import TextField
 
@@ -73,7 +75,8 @@ def elaborate_tool(
             diagnostics.error("AE137", headline, variable.span, help=("add it to `answers` of the tool",))
     if service is None or len(diagnostics) > before:
         return None
-    return Tool(service, timeout, tuple(dict.fromkeys(answer.value for answer in tool.answers)))
+    channel = None if tool.channel is None else tool.channel.value
+    return Tool(service, timeout, tuple(dict.fromkeys(answer.value for answer in tool.answers)), channel)
 
 
 def check_rules_read_no_answers(
@@ -135,10 +138,15 @@ def _service(
         cure = "`token` names an environment variable, as in `COOKBOOK_TOKEN`, for a service with an address"
         diagnostics.error("AE137", cure, tool.token.span)
         return None
+    if tool.confinement is not None and has_address:
+        headline = "`confinement` is of a program that AEROS starts, and this service has an address"
+        diagnostics.error("AE137", headline, tool.confinement.span)
+        return None
     if tool.http is not None:
         return HttpService(tool.http.value, token) if _is_safe_url(tool.http, diagnostics) else None
+    confinement = _confinement(tool.confinement, diagnostics)
     if tool.mcp is None:
-        return Program(tuple(one.value for one in tool.program))
+        return Program(tuple(one.value for one in tool.program), confinement)
     server = tool.mcp
     if (server.url is None) == (not server.command):
         _report(name, "its MCP server has either `command` or `url`", diagnostics)
@@ -146,7 +154,32 @@ def _service(
     if server.url is not None and not _is_safe_url(server.url, diagnostics):
         return None
     command = tuple(one.value for one in server.command)
-    return McpService(server.tool.value, command, "" if server.url is None else server.url.value, token)
+    url = "" if server.url is None else server.url.value
+    return McpService(server.tool.value, command, url, token, confinement)
+
+
+def _confinement(confinement: declared.Confinement | None, diagnostics: Diagnostics) -> Confinement:
+    usual = Confinement()
+    if confinement is None:
+        return usual
+    for path in (*confinement.reads, *confinement.writes):
+        if not path.value.startswith("/") or os.path.normpath(path.value) != path.value:
+            headline = f"`{path.value}` is not an absolute path without `..`"
+            diagnostics.error("AE137", headline, path.span, help=("write it like `/opt/recipes`",))
+    memory, processor = usual.memory, usual.processor
+    if confinement.memory is not None:
+        memory = elaborate_memory(confinement.memory, diagnostics) or memory
+    if confinement.processor is not None:
+        share = elaborate_processor_share(confinement.processor, Fraction(1), diagnostics)
+        processor = share or processor
+    return Confinement(
+        tuple(path.value for path in confinement.reads),
+        tuple(path.value for path in confinement.writes),
+        confinement.network is not None and confinement.network.value,
+        memory,
+        processor,
+        usual.processes if confinement.processes is None else confinement.processes.value,
+    )
 
 
 def _is_safe_url(url: TextField, diagnostics: Diagnostics) -> bool:

@@ -22,7 +22,7 @@ def control_flow_graph(composition: Composition) -> nx.DiGraph[str]:
     """Build the control-flow graph of a composition; an edge's `on` says when it is followed.
 
     Nodes: `start`, `done` and `stopped`; each step by `step/NAME`, handler by `handler/NAME`,
-    condition by `if/TEXT@OFFSET`, and the two ends of a `par` by `fork@OFFSET` and `join@OFFSET`.
+    condition by `if/TEXT@NUMBER`, and the two ends of a `par` by `fork@NUMBER` and `join@NUMBER`.
 
     Args:
         composition: the composition.
@@ -79,14 +79,14 @@ def _add(graph: nx.DiGraph[str], part: Part, loose: _DanglingEdges) -> _Dangling
             for inner in parts:
                 loose = _add(graph, inner, loose)
             return loose
-        case Par(branches=branches, span=span):
-            fork, join = f"fork@{span.start}", f"join@{span.start}"
+        case Par(branches=branches):
+            fork, join = f"fork@{len(graph)}", f"join@{len(graph)}"
             _connect(graph, fork, part, loose)
             ends = [end for branch in branches for end in _add(graph, branch, [(fork, "")])]
             _connect(graph, join, part, ends)
             return [(join, "")]
-        case If(text=text, span=span, then=then, otherwise=otherwise):
-            node = f"if/{text}@{span.start}"
+        case If(text=text, then=then, otherwise=otherwise):
+            node = f"if/{text}@{len(graph)}"
             _connect(graph, node, part, loose)
             then_ends = _add(graph, then, [(node, "then")])
             return then_ends if otherwise is None else then_ends + _add(graph, otherwise, [(node, "else")])

@@ -79,7 +79,8 @@ class PathExploration:
         state: state variables of the site by name.
         handlers: handlers of the composition by name.
         states_at_steps: by step or `handler/NAME`, the situations in which its skill is about to start.
-        states_at_ifs: by offset of an `if` in its file, the situations in which it is decided.
+        states_at_ifs: by `id` of an `if`, as the same may stand at two places, the situations in which it
+            is decided.
         final_states: the situations in which the whole composition has succeeded.
     """
 
@@ -141,7 +142,7 @@ class PathExploration:
 
     def _if(self, part: If[Step], before: SymbolicStates, failed: SymbolicStates) -> SymbolicStates:
         if self._is_recording:
-            _merge(self.states_at_ifs.setdefault(part.span.start, {}), before)
+            _merge(self.states_at_ifs.setdefault(id(part), {}), before)
         then: SymbolicStates = {}
         otherwise: SymbolicStates = {}
         for situation, trace in before.items():

@@ -9,7 +9,7 @@ whole composition stops as failed. `par` succeeds when all its branches have.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 from aeros.spec.diagnostics.source import SourceSpan
@@ -50,6 +50,7 @@ class Step:
         on_failure: the handler that runs after the last try has failed, `STOP_ON_FAILURE`, or None if nothing
             is declared.
         choices: the skills any of which may run, if `skill` is a capability.
+        is_nested: it is of another composition, which stands here as a whole and may skip it.
     """
 
     id: str
@@ -61,6 +62,7 @@ class Step:
     on_failure: str | None
     span: SourceSpan
     choices: tuple[str, ...] = ()
+    is_nested: bool = False
 
     @property
     def runs(self) -> tuple[str, ...]:
@@ -121,3 +123,39 @@ def handlers_of(step: Step, handlers: Mapping[str, Step]) -> Iterator[Step]:
             seen.add(name)
             yield handlers[name]
             pending += reversed(handlers[name].handlers)
+
+
+def nested(name: str, composition: Composition) -> tuple[Part, dict[str, Step]]:
+    """Make a part of another composition of a whole composition.
+
+    Args:
+        name: name of the part; the steps and handlers in it are called `NAME.STEP` and `NAME.HANDLER`.
+        composition: the composition.
+
+    Returns:
+        The part, which fails where the precondition of the composition does not hold, and its handlers.
+    """
+
+    def renamed(step: Step) -> Step:
+        flows = {
+            key: replace(flow, step=f"{name}.{flow.step}") for key, flow in step.output_references.items()
+        }
+        between, last = (
+            handler if handler in (None, STOP_ON_FAILURE) else f"{name}.{handler}"
+            for handler in (step.between_tries, step.on_failure)
+        )
+        return replace(
+            step,
+            id=f"{name}.{step.id}",
+            output_references=flows,
+            between_tries=between,
+            on_failure=last,
+            is_nested=True,
+        )
+
+    body = step_graph.map_graph_steps(composition.body, renamed)
+    span = composition.precondition_span
+    if span is not None:
+        body = step_graph.If(composition.precondition, span.text, body, None, span, is_precondition=True)
+    handlers = {f"{name}.{key}": renamed(one) for key, one in composition.handlers.items()}
+    return step_graph.as_nested(body), handlers

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
@@ -76,6 +77,69 @@ class ModuleConfiguration:
 UNCONFIGURED: Final = ModuleConfiguration()
 """No setting."""
 
+_NAME: Final = re.compile(r"[a-z][a-z0-9_]*")
+_DOTTED: Final = re.compile(r"[a-z][a-z0-9_]*(\.[a-z][a-z0-9_]*)?")
+_MAX_VALUE: Final = 200  # characters; no quantity needs more
+
+
+def setting_fault(name: str, value: str, *, is_binding: bool) -> str | None:
+    """Describe the fault in the form of a setting that an operator or a program gives.
+
+    Args:
+        name: name of a need or parameter, with or without its module before it.
+        value: the site's name for a need, or the value of a parameter.
+        is_binding: True for a need.
+
+    Returns:
+        The fault as a sentence; None if there is none.
+    """
+    if not _DOTTED.fullmatch(name) or not value.strip() or (is_binding and not _NAME.fullmatch(value)):
+        example = "surface=bench" if is_binding else "force=6 N"
+        return f"`{name}={value}` is not a setting, as in `{example}`"
+    if len(value) > _MAX_VALUE or not value.isprintable():
+        return f"the value of `{name}` is not one line of at most {_MAX_VALUE} characters"
+    return None
+
+
+def settings_by_module(settings: Mapping[str, str]) -> dict[str, dict[str, str]]:
+    """Sort settings by the module before the dot of each name.
+
+    Args:
+        settings: values by `MODULE.NAME`.
+
+    Returns:
+        Values by name, by module.
+
+    Raises:
+        ValueError: a name does not begin with a module; the text shows the setting and the cure.
+    """
+    found: dict[str, dict[str, str]] = {}
+    for full_name, value in settings.items():
+        module, dot, name = full_name.partition(".")
+        if not dot:
+            given = f"{full_name}={value}"
+            raise ValueError(f"{given}: begin with the module, as in `clean_pot.{given}`")
+        found.setdefault(module, {})[name] = value
+    return found
+
+
+def join_settings(
+    bindings: Mapping[str, Mapping[str, str]], parameters: Mapping[str, Mapping[str, str]]
+) -> dict[str, ModuleConfiguration]:
+    """Join the bindings and the parameters of each module.
+
+    Args:
+        bindings: bindings by module.
+        parameters: values of parameters by module.
+
+    Returns:
+        Settings by module.
+    """
+    return {
+        name: ModuleConfiguration(bindings.get(name, {}), parameters.get(name, {}))
+        for name in dict.fromkeys([*bindings, *parameters])
+    }
+
 
 @dataclass(frozen=True)
 class BoundNames:
@@ -90,6 +154,7 @@ class BoundNames:
         actuators: actuators by the name of an actuator, or of an action that moves them.
         resources: resources by the name of a resource, or of what occupies them by having their names.
         parameters: value of each parameter, as an expression.
+        channels: channels by the name of an action whose tool uses them.
     """
 
     bindings: Mapping[str, str] = field(default_factory=dict)
@@ -100,6 +165,7 @@ class BoundNames:
     actuators: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     resources: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     parameters: Mapping[str, str] = field(default_factory=dict)
+    channels: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def site_name(self, name: str) -> str:
         """Return the site's name for something.

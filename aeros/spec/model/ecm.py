@@ -12,6 +12,7 @@ from typing import Any
 
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.units import format_number
 from aeros.spec.model.composition import Composition, Step
 from aeros.spec.model.configured import BoundNames
 from aeros.spec.model.models import ModuleModel
@@ -211,6 +212,25 @@ class Task:
 
 
 @dataclass(frozen=True)
+class CapabilityInterface:
+    """Promise of every alternative that provides a capability.
+
+    Attributes:
+        inputs: inputs that each has, by name, with the range that it accepts at least.
+        outputs: outputs that each has, by name, with the range that it keeps.
+        precondition: condition on state and inputs under which each can start; None for every state.
+        achieves: condition on the state after each success; None if there is none.
+        span: place of the interface in the manifest.
+    """
+
+    inputs: Mapping[str, Declared]
+    outputs: Mapping[str, Declared]
+    precondition: ActionCondition | None
+    achieves: ActionCondition | None
+    span: SourceSpan
+
+
+@dataclass(frozen=True)
 class Alternative:
     """One way to do what a step names.
 
@@ -239,11 +259,13 @@ class ForeignNames:
         modules: required modules that were found, by name.
         skills: their skills by `MODULE.SKILL`, whose ids are these names.
         capabilities: alternatives by `MODULE.CAPABILITY`, and by the name of each required capability.
+        owners: every module that owns one of the skills, by name.
     """
 
     modules: Mapping[str, Ecm] = field(default_factory=dict)
     skills: Mapping[str, Skill] = field(default_factory=dict)
     capabilities: Mapping[str, tuple[Alternative, ...]] = field(default_factory=dict)
+    owners: Mapping[str, Ecm] = field(default_factory=dict)
 
     @property
     def public_variables(self) -> dict[str, Declared]:
@@ -283,6 +305,7 @@ class Ecm:
         capability_versions: version of each of its capabilities, by name.
         required_capabilities: capabilities that it needs some module for, by name, with a PEP 440 specifier.
         capability_spans: place of each of these.
+        interfaces: interface of each own or required capability that has one, by its name.
         foreign: skills and capabilities of other modules that its steps may name.
         names: the site's names for what it needs, and the values of its parameters.
         worker: limits on the processes of its skills; None for those of the site.
@@ -313,6 +336,7 @@ class Ecm:
     capability_versions: Mapping[str, str] = field(default_factory=dict)
     required_capabilities: Mapping[str, str] = field(default_factory=dict)
     capability_spans: Mapping[str, SourceSpan] = field(default_factory=dict)
+    interfaces: Mapping[str, CapabilityInterface] = field(default_factory=dict)
     foreign: ForeignNames = field(default_factory=ForeignNames)
     names: BoundNames = field(default_factory=BoundNames)
     worker: WorkerLimits | None = None
@@ -321,6 +345,24 @@ class Ecm:
     def configuration(self) -> Mapping[str, str]:
         """The site's name for everything that it needs, and the value of each parameter, by its own names."""
         return {**self.names.bindings, **self.names.parameters}
+
+    @property
+    def with_owners(self) -> tuple[Ecm, ...]:
+        """The module, and all others whose skills its steps may run."""
+        return (self, *self.foreign.owners.values())
+
+    @property
+    def resources(self) -> Mapping[str, str]:
+        """Limits that it declares on the processes of its skills, and shares of a core of its perceivers."""
+        limits: dict[str, str] = {}
+        if self.worker is not None:
+            limits["skills.memory"] = f"{self.worker.memory >> 20} MiB"
+            limits["skills.answer_within"] = f"{format_number(self.worker.answer_within)} s"
+            limits["skills.processor"] = f"{format_number(self.worker.processor * 100)} %"
+        for name, perceiver in self.perceivers.items():
+            if perceiver.processor < 1:
+                limits[f"{name}.processor"] = f"{format_number(perceiver.processor * 100)} %"
+        return limits
 
     @property
     def callable_skills(self) -> Mapping[str, Skill]:

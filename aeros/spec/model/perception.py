@@ -56,6 +56,7 @@ class Perceiver:
         memory: greatest memory of its process, bytes.
         span: place of its name.
         entry_span: place of its `entry`.
+        processor: greatest share of one core that its process may use, above 0 and at most 1.
     """
 
     id: str
@@ -69,6 +70,7 @@ class Perceiver:
     memory: int
     span: SourceSpan
     entry_span: SourceSpan
+    processor: Fraction = Fraction(1)
 
     @property
     def readings(self) -> tuple[str, ...]:
@@ -118,6 +120,7 @@ class PerceptionPolicy:
         in_invariants: those of them that the invariants Φ may read.
         timeout: greatest timeout of a perceiver, s.
         memory: greatest memory of a perceiver, bytes.
+        processor: greatest share of one core that a perceiver may use, above 0 and at most 1.
         public: True if modules may read what modules that they require declare as public.
     """
 
@@ -126,3 +129,4 @@ class PerceptionPolicy:
     timeout: Fraction = Fraction(1)
     memory: int = 2**30
     public: bool = False
+    processor: Fraction = Fraction(1)

@@ -134,6 +134,7 @@ class IsolationPolicy:
         trusted_modules: modules whose code runs in the runtime's own process.
         answer_timeout_s: seconds that skill code may compute before each action.
         memory: bytes that the process of a skill may map, beyond those of its interpreter.
+        processor: greatest share of one core that it may use, above 0 and at most 1.
     """
 
     required_layers: frozenset[str] = frozenset(("landlock", "seccomp", "rlimits"))
@@ -141,6 +142,7 @@ class IsolationPolicy:
     trusted_modules: frozenset[str] = frozenset()
     answer_timeout_s: Fraction = Fraction(5)
     memory: int = 2**28
+    processor: Fraction = Fraction(1)
 
 
 @dataclass(frozen=True)
@@ -150,10 +152,12 @@ class WorkerLimits:
     Attributes:
         memory: bytes that it may map, beyond those of its interpreter.
         answer_within: seconds of real time that it may compute before each action.
+        processor: greatest share of one core that it may use, above 0 and at most 1.
     """
 
     memory: int
     answer_within: Fraction
+    processor: Fraction = Fraction(1)
 
 
 class Execute(Enum):

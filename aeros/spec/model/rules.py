@@ -42,6 +42,12 @@ class ActionKind:
     span: SourceSpan
     tool: Tool | None = None
 
+    @property
+    def channels(self) -> frozenset[str]:
+        """Channels that its tool uses."""
+        channel = None if self.tool is None else self.tool.channel
+        return frozenset() if channel is None else frozenset((channel,))
+
 
 @dataclass(frozen=True)
 class Conjunct:

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Generic, TypeAlias, TypeVar
 
 from aeros.spec.diagnostics.source import SourceSpan
@@ -56,6 +56,8 @@ class If(Generic[S]):
         then: part that runs if it is true.
         otherwise: None if the condition is claimed to be always true.
         span: place in the manifest.
+        is_nested: it is of another composition, which stands here as a whole.
+        is_precondition: it is the precondition of that composition.
     """
 
     condition: t.Term
@@ -63,6 +65,8 @@ class If(Generic[S]):
     then: Part[S]
     otherwise: Part[S] | None
     span: SourceSpan
+    is_nested: bool = False
+    is_precondition: bool = False
 
     def __str__(self) -> str:
         otherwise = "" if self.otherwise is None else f" else {self.otherwise}"
@@ -133,8 +137,31 @@ def map_graph_steps(part: Part[S], become: Callable[[S], R]) -> Part[R]:
             return Seq(tuple(map_graph_steps(child, become) for child in inner))
         case Par(branches=inner, span=span):
             return Par(tuple(map_graph_steps(child, become) for child in inner), span)
-        case If(condition=condition, text=text, then=then, otherwise=otherwise, span=span):
-            other = None if otherwise is None else map_graph_steps(otherwise, become)
-            return If(condition, text, map_graph_steps(then, become), other, span)
+        case If() as choice:
+            other = None if choice.otherwise is None else map_graph_steps(choice.otherwise, become)
+            then = map_graph_steps(choice.then, become)
+            nested = choice.is_nested, choice.is_precondition
+            return If(choice.condition, choice.text, then, other, choice.span, *nested)
         case step:
             return become(step)
+
+
+def as_nested(part: Part[S]) -> Part[S]:
+    """Mark every choice of a graph as one of another composition, which stands here as a whole.
+
+    Args:
+        part: graph.
+
+    Returns:
+        A graph of the same shape.
+    """
+    match part:
+        case Seq(parts=inner):
+            return Seq(tuple(map(as_nested, inner)))
+        case Par(branches=inner, span=span):
+            return Par(tuple(map(as_nested, inner)), span)
+        case If(then=then, otherwise=otherwise):
+            other = None if otherwise is None else as_nested(otherwise)
+            return replace(part, then=as_nested(then), otherwise=other, is_nested=True)
+        case _:
+            return part

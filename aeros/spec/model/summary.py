@@ -56,6 +56,7 @@ class ModuleSummary:
         required_capabilities: as in its model.
         capability_spans: as in its model.
         configuration: as in its model.
+        resources: as in its model.
     """
 
     id: str
@@ -77,6 +78,7 @@ class ModuleSummary:
     required_capabilities: Mapping[str, str] = field(default_factory=dict)
     capability_spans: Mapping[str, SourceSpan] = field(default_factory=dict)
     configuration: Mapping[str, str] = field(default_factory=dict)
+    resources: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def has_requirements(self) -> bool:
@@ -111,6 +113,7 @@ class SiteSummary:
         grants: modules that the site grants something, and where.
         blocks: operator overrides that name a module.
         shared: variables of modules that the site shares, by full name, and where.
+        settings: modules that have settings, and where in the site file; None if the operator alone has any.
     """
 
     id: str
@@ -118,6 +121,7 @@ class SiteSummary:
     grants: Mapping[str, SourceSpan]
     blocks: tuple[BlockSummary, ...]
     shared: Mapping[str, SourceSpan] = field(default_factory=dict)
+    settings: Mapping[str, SourceSpan | None] = field(default_factory=dict)
 
 
 def summarize_site(site: Site) -> SiteSummary:
@@ -139,6 +143,7 @@ def summarize_site(site: Site) -> SiteSummary:
             if block.module is not None
         ),
         {name: one.span for name, one in site.perception.shared.items()},
+        {name: site.policy_spans.get(f"modules/{name}") for name in site.configurations},
     )
 
 
@@ -180,6 +185,7 @@ def summarize_module(ecm: Ecm) -> ModuleSummary:
         dict(ecm.required_capabilities),
         dict(ecm.capability_spans),
         dict(ecm.configuration),
+        dict(ecm.resources),
     )
 
 
@@ -288,4 +294,5 @@ def site_summary_from_json(data: Any, file: Source) -> SiteSummary:
             for id_, module, skill, *at in data["blocks"]
         ),
         {name: SourceSpan(file, *at) for name, at in data["shared"].items()},
+        {name: None if at is None else SourceSpan(file, *at) for name, at in data["settings"].items()},
     )

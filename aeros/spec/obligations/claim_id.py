@@ -222,6 +222,7 @@ class ClaimForm:
     VERSIONS_AGREE = ClaimPattern("configuration/dependency/{module}")
     GRANT_IS_USED = ClaimPattern("configuration/grant/{module}")
     BLOCK_IS_USED = ClaimPattern("configuration/block/{block}")
+    SETTINGS_ARE_USED = ClaimPattern("configuration/settings/{module}")
     SHARED_IS_USED = ClaimPattern("configuration/shared/{variable}")
 
     # The AEROS version and the other modules that a module needs.
@@ -229,6 +230,13 @@ class ClaimForm:
     DEPENDENCIES_ACYCLIC = ClaimPattern("dependencies/acyclic")
     DEPENDENCY_MET = ClaimPattern("dependencies/{module}")
     CAPABILITY_PROVIDED = ClaimPattern("dependencies/capability/{capability}")
+
+    # The interface of a capability, for each alternative that provides it.
+    INTERFACE_CAN_START = ClaimPattern("interface/{capability}/can-start")
+    INTERFACE_FITS = ClaimPattern("interface/{capability}/{alternative}/fits")
+    INTERFACE_READY = ClaimPattern("interface/{capability}/{alternative}/ready")
+    INTERFACE_ACHIEVED = ClaimPattern("interface/{capability}/{alternative}/achieved")
+    INTERFACE_ACHIEVED_CASE = ClaimPattern("interface/{capability}/{alternative}/achieved/{case}")
 
     # Skill code.
     CODE_REACHES_NOTHING = ClaimPattern("form/code/{path}")
@@ -255,6 +263,7 @@ class ClaimForm:
     DEFINITION_SENSORS_PERMITTED = ClaimPattern("permission/definition/{variable}/sensors")
     PERCEIVER_SENSORS_PERMITTED = ClaimPattern("permission/perceiver/{perceiver}/sensors")
     ENVELOPE_ACTUATORS_DECLARED = ClaimPattern("permission/{skill}/{action}/actuators")
+    ENVELOPE_CHANNELS_PERMITTED = ClaimPattern("permission/{skill}/{action}/channels")
     ENVELOPE_PERMITTED = ClaimPattern("permission/{skill}/{action}")
 
     # A site's policy.

@@ -4,7 +4,8 @@
   for the first step's precondition alone; the gate's decisions on a skill's actions never assume it
   (docs/decisions/0003-precondition-is-not-assumed.md).
 - covers: an `if` without `else` is reached only where its condition holds.
-- reachable: every step and handler runs on some path.
+- reachable: every step and handler runs on some path, but for those of another composition that a step stands
+  for, of which it is claimed by itself.
 - handled: every step that may fail declares how its failure is handled; handlers do not form a cycle.
 - data: an output that flows to an input is available on every path, of its type and unit, inside its range.
 
@@ -14,8 +15,7 @@ compositions has no obligation of this group.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Mapping
 from typing import Final
 
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
@@ -36,10 +36,11 @@ from aeros.spec.model.hold_conditions import HOLD_LOST
 from aeros.spec.model.site import Site
 from aeros.spec.model.step_graph import If, steps_of, walk_parts
 from aeros.spec.model.variables import Declared
-from aeros.spec.obligations.claim_id import ClaimForm, ClaimId, ClaimPattern
+from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
 from aeros.spec.obligations.data_flow import data_obligations
 from aeros.spec.obligations.obligation import ClaimMode, LabelledConjunct, Obligation, VariableSpace
 from aeros.spec.obligations.parallel import parallel_obligations
+from aeros.spec.obligations.per_situation import obligation_per_situation
 from aeros.spec.obligations.verdicts import StaticClaim, Verdict
 
 
@@ -129,140 +130,62 @@ def _path_obligations(composition: Composition, ecm: Ecm, site: Site) -> Iterato
     listed += [(f"handler/{id_}", _HANDLER, id_, step) for id_, step in composition.handlers.items()]
     for visited, (reachable, ready, ready_case), id_, step in listed:
         visits = paths.states_at_steps.get(visited, {})
-        yield _reachable(reachable(composition.id, id_), composition, step, visits, states)
+        if not step.is_nested:
+            yield _reachable(reachable(composition.id, id_), composition, step, visits, states)
         for name in step.runs:
             clause = skills[name].precondition
             if clause is None:
                 continue
             arguments = step_arguments(step, steps, skills, name)
             shown = f"`{step.id}`" if len(step.runs) == 1 else f"`{name}`, which `{step.id}` may run,"
-            yield from _obligation_per_state(
-                (ready, ready_case),
-                (composition.id, id_ if len(step.runs) == 1 else f"{id_}-{name}"),
+            claim = Obligation(
+                ready(composition.id, id_ if len(step.runs) == 1 else f"{id_}-{name}"),
+                "AE851",
+                ClaimMode.ALWAYS,
+                VariableSpace((*states, *arguments.variables), ()),
                 t.substitute(clause.term, arguments.terms),
-                visits,
-                site.state,
-                _obligation(
-                    "AE851",
-                    f"{shown} may start where its precondition does not hold",
-                    SpanLabel(step.span, "started here"),
-                    SpanLabel(clause.span, "may not hold then"),
-                    "add a step before it that makes the precondition true, or declare it for the "
-                    "composition",
-                    (*states, *arguments.variables),
-                ),
-                [
+                f"{shown} may start where its precondition does not hold",
+                SpanLabel(step.span, "started here"),
+                (SpanLabel(clause.span, "may not hold then"),),
+                ("add a step before it that makes the precondition true, or declare it for the composition",),
+                labelled_conjuncts=tuple(
                     LabelledConjunct(
                         t.substitute(part.term, arguments.terms), SpanLabel(part.span, "may not hold then")
                     )
                     for part in clause.conjuncts
-                ],
+                ),
             )
+            yield from obligation_per_situation(claim, ready_case, visits, site.state)
     conditions = [part for part in walk_parts(composition.body) if isinstance(part, If)]
     for number, part in enumerate(conditions, 1):
         if part.otherwise is None:
-            yield from _obligation_per_state(
-                (ClaimForm.IF_COVERS, ClaimForm.IF_COVERS_CASE),
-                (composition.id, number),
-                part.condition,
-                paths.states_at_ifs.get(part.span.start, {}),
-                site.state,
-                _obligation(
-                    "AE857",
-                    f"the composition does not say how to continue if `{part.text}` does not hold",
-                    SpanLabel(part.span, "may not hold here"),
-                    None,
-                    "add `else` with a part, or `else: nothing`",
-                    states,
-                ),
-            )
+            claim = _always_true(ClaimForm.IF_COVERS(composition.id, number), part, states)
+            situations = paths.states_at_ifs.get(id(part), {})
+            yield from obligation_per_situation(claim, ClaimForm.IF_COVERS_CASE, situations, site.state)
+
+
+def _always_true(claim_id: ClaimId, part: If[Step], states: tuple[Declared, ...]) -> Obligation:
+    """Claim that a condition without an `else` holds wherever it is decided."""
+    text, help_ = f"if `{part.text}` does not hold", "add `else` with a part, or `else: nothing`"
+    code, headline = "AE857", f"the composition does not say how to continue {text}"
+    if part.is_precondition:
+        code = "AE851"
+        headline = f"a composition may start where `{part.text}`, its precondition, does not hold"
+        help_ = "add a step before it that makes the precondition true"
+    return Obligation(
+        claim_id,
+        code,
+        ClaimMode.ALWAYS,
+        VariableSpace(states, ()),
+        part.condition,
+        headline,
+        SpanLabel(part.span, "may not hold here"),
+        help=(help_,),
+    )
 
 
 _STEP: Final = ClaimForm.STEP_REACHABLE, ClaimForm.STEP_READY, ClaimForm.STEP_READY_CASE
 _HANDLER: Final = ClaimForm.HANDLER_REACHABLE, ClaimForm.HANDLER_READY, ClaimForm.HANDLER_READY_CASE
-
-_ObligationFactory = Callable[[ClaimId, tuple[t.Term, ...], t.Term, str, tuple[Declared, ...]], Obligation]
-"""Makes an obligation of an id, assumptions, the conclusion, a note and further variables."""
-
-
-def _obligation(
-    code: str,
-    headline: str,
-    primary: SpanLabel,
-    secondary: SpanLabel | None,
-    help_: str,
-    declared: tuple[Declared, ...],
-) -> _ObligationFactory:
-    def build(
-        claim_id: ClaimId,
-        assumed: tuple[t.Term, ...],
-        conclusion: t.Term,
-        note: str,
-        further: tuple[Declared, ...],
-    ) -> Obligation:
-        return Obligation(
-            claim_id,
-            code,
-            ClaimMode.ALWAYS,
-            VariableSpace((*declared, *further), assumed),
-            conclusion,
-            headline,
-            primary,
-            () if secondary is None else (secondary,),
-            (help_,),
-            notes=(note,) if note else (),
-        )
-
-    return build
-
-
-def _obligation_per_state(
-    forms: tuple[ClaimPattern, ClaimPattern],
-    about: tuple[str | int, ...],
-    term: t.Term,
-    situations: SymbolicStates,
-    state: Mapping[str, Declared],
-    build: _ObligationFactory,
-    parts: Sequence[LabelledConjunct] = (),
-) -> Iterator[Obligation | StaticClaim]:
-    """Claim that `term` holds in every situation.
-
-    It is settled at once where no variable matters, else there is an obligation for each situation.  Where it
-    certainly fails in one, that situation is the only one reported.
-
-    Args:
-        forms: kind of the claim if it is one, and kind of each claim if they are several, numbered from 1.
-        about: names of the composition and of the thing in it that the claim is about.
-        term: the condition.
-        situations: situations in which it must hold.
-        state: state variables of the site by name.
-        build: maker of obligations.
-        parts: the conjuncts of `term`.
-    """
-    asked: dict[tuple[tuple[t.Term, ...], t.Term], tuple[str, tuple[LabelledConjunct, ...]]] = {}
-    for situation, trace in situations.items():
-        condition = situation.condition(term, state)
-        assumed = tuple(sorted(situation.path_condition, key=repr))
-        if condition == t.TRUE:
-            continue
-        values = dict(situation.assignment)
-        then = [
-            f"then {name} = {str(values[name]).lower()}" for name in t.variables_of(term) if name in values
-        ]
-        note = "\n".join(["after", *trace, *then]) if trace else ""
-        members = tuple(LabelledConjunct(situation.condition(part.term, state), part.label) for part in parts)
-        if condition == t.FALSE and not assumed:
-            yield replace(build(forms[0](*about), (), condition, note, ()), labelled_conjuncts=members)
-            return
-        asked.setdefault((assumed, condition), (note, members))
-    if not asked:
-        yield StaticClaim(forms[0](*about), None)
-    for number, ((assumed, condition), (note, members)) in enumerate(asked.items(), 1):
-        claim_id = forms[1](*about, number) if len(asked) > 1 else forms[0](*about)
-        yield replace(
-            build(claim_id, assumed, condition, note, earlier_measurements(assumed, state)),
-            labelled_conjuncts=members,
-        )
 
 
 def _reachable(

@@ -8,7 +8,7 @@ are shared.  So the claims are about the meaning of names:
 
 - identity: no two modules have one name, as the second would get the permissions granted to the first;
 - absent: a grant or block for a name that is not in the set would apply to any module that takes that name,
-  and so would the sharing of its variables.
+  and so would the sharing of its variables (`absent_modules`).
 
 Nor does a module's own state variable change a decision about another.  Its full name begins with the name of
 its module, which is unique, and no name of a site has a `.`.  Φ and the conditions of other modules read it
@@ -33,6 +33,7 @@ from aeros.spec.diagnostics.codes import Diagnostic, Severity, SpanLabel
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.diagnostics.words import normalized_words
 from aeros.spec.model.summary import ModuleSummary, SiteSummary
+from aeros.spec.obligations.absent_modules import policy_name_obligations
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.verdicts import StaticClaim
 from aeros.spec.text.versions import is_compatible_version
@@ -64,7 +65,7 @@ def configuration_obligations(ecms: Sequence[ModuleSummary], site: SiteSummary) 
         yield StaticClaim(ClaimForm.CAPABILITY_UNIQUE(capability), twice)
     yield from _effects(ecms)
     yield from _dependencies(ecms)
-    yield from _unknown_policy_names(ecms, site)
+    yield from policy_name_obligations(ecms, site)
 
 
 def _group_by_key(pairs: Iterable[tuple[_K, _V]]) -> dict[_K, list[_V]]:
@@ -202,36 +203,3 @@ def _dependencies(ecms: Sequence[ModuleSummary]) -> Iterator[StaticClaim]:
                 help=("verify and install all modules that belong together, in versions that agree",),
             ),
         )
-
-
-def _unknown_policy_names(ecms: Sequence[ModuleSummary], site: SiteSummary) -> Iterator[StaticClaim]:
-    """Warn of grants and overrides for modules or skills that are not in the set."""
-    skills = {ecm.id: ecm.skills for ecm in ecms}
-    for name, span in site.grants.items():
-        warning = _missing_module(
-            f"the site grants further access to `{name}`, which is not in this set",
-            span,
-            "a module that takes this name gets the access: remove the grant until a module needs it",
-        )
-        yield StaticClaim(ClaimForm.GRANT_IS_USED(name), None if name in skills else warning)
-    for name, span in site.shared.items():
-        module = name.partition(".")[0]
-        warning = _missing_module(
-            f"the site shares `{name}`, but `{module}` is not in this set, so the value is never known",
-            span,
-            "install the module, or remove the entry until there is one",
-        )
-        yield StaticClaim(ClaimForm.SHARED_IS_USED(name), None if module in skills else warning)
-    for block in site.blocks:
-        is_present = block.module in skills and (block.skill is None or block.skill in skills[block.module])
-        named = block.module if block.skill is None else f"{block.module}.{block.skill}"
-        warning = _missing_module(
-            f"the operator override `{block.id}` blocks `{named}`, which is not in this set",
-            block.span,
-            "correct the name if something is meant to be blocked",
-        )
-        yield StaticClaim(ClaimForm.BLOCK_IS_USED(block.id), None if is_present else warning)
-
-
-def _missing_module(headline: str, at: SourceSpan, help_: str) -> Diagnostic:
-    return Diagnostic("AE886", headline, SpanLabel(at), help=(help_,), severity=Severity.WARNING)

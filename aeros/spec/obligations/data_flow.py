@@ -95,16 +95,25 @@ def _type_mismatch(name: str, flow: OutputReference, output: Declared, input_: D
     (low, high), (least, most) = output.range, input_.range
     if least <= low and high <= most:
         return None
-    shown = _range(output.range, output.unit)
+    shown = format_range(output.range, output.unit)
     return Diagnostic(
         "AE852",
         f"`{flow.step}.{flow.output}` may be outside the range of the input `{name}`",
         SpanLabel(flow.span),
-        (SpanLabel(output.span, shown), SpanLabel(input_.span, _range(input_.range, input_.unit))),
+        (SpanLabel(output.span, shown), SpanLabel(input_.span, format_range(input_.range, input_.unit))),
         help=("widen the input's range, or narrow the output's",),
     )
 
 
-def _range(bounds: tuple[Fraction, Fraction], unit: Unit) -> str:
+def format_range(bounds: tuple[Fraction, Fraction], unit: Unit) -> str:
+    """Format a closed range for people.
+
+    Args:
+        bounds: its lowest and highest value, SI.
+        unit: unit to write them in.
+
+    Returns:
+        Text as in `2 to 8 N`.
+    """
     low, high = (format_number(bound / unit.factor) for bound in bounds)
     return f"{low} to {high}" + ("" if unit.text == "1" else f" {unit.text}")

@@ -62,7 +62,8 @@ def permission_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Static
         read += [(invariant.term, invariant.span) for invariant in task.invariants]
         yield _reads_permitted(ClaimForm.TASK_SENSORS_PERMITTED(task.id), ecm, site, read)
     for composition in ecm.compositions.values():
-        guards = [part for part in walk_parts(composition.body) if isinstance(part, If)]
+        parts = walk_parts(composition.body)
+        guards = [part for part in parts if isinstance(part, If) and not part.is_nested]
         read = [(guard.condition, guard.span) for guard in guards]
         read.append((composition.precondition, composition.precondition_span or composition.span))
         claim_id = ClaimForm.COMPOSITION_SENSORS_PERMITTED(composition.id)
@@ -116,6 +117,18 @@ def _envelope_permitted(ecm: Ecm, site: Site, skill: Skill) -> Iterator[Obligati
                 help=("add it to the skill's `actuators`, or take the action out of its envelope",),
             ),
         )
+        used = sorted(site.kinds[kind].channels - ecm.requested_access.channels)
+        if site.kinds[kind].channels:
+            yield _static_claim(
+                ClaimForm.ENVELOPE_CHANNELS_PERMITTED(skill.id, kind),
+                not used,
+                Diagnostic(
+                    "AE411",
+                    f"`{kind}` uses {_join_names(used)}, which `{ecm.id}` has no permission for",
+                    SpanLabel(clause.span),
+                    help=("add it to `permissions.channels`, or take the action out of the envelope",),
+                ),
+            )
         if permitted is None:
             yield StaticClaim(
                 ClaimForm.ENVELOPE_PERMITTED(skill.id, kind),

@@ -57,6 +57,8 @@ class Certificate:
             solver; left out where it is empty.
         configuration: the site's name for everything that the module needs, and the value of each of its
             parameters, by the module's name; left out where it is empty.
+        resources: limits that the module declares on its processes, as in `skills.processor: 50 %`; left out
+            where it is empty.
     """
 
     schema: str
@@ -71,6 +73,7 @@ class Certificate:
     obligations: Mapping[ClaimId, str]
     engines: Mapping[ClaimId, str] = field(default_factory=dict)
     configuration: Mapping[str, str] = field(default_factory=dict)
+    resources: Mapping[str, str] = field(default_factory=dict)
 
     @cached_property
     def digest(self) -> str:
@@ -179,6 +182,7 @@ def certificate_for(
         dict(obligations),
         dict(engines),
         dict(ecm.configuration),
+        dict(ecm.resources),
     )
 
 
@@ -254,7 +258,8 @@ def _body(certificate: Certificate) -> dict[str, Any]:
     body = {field.name: getattr(certificate, field.name) for field in fields(certificate)}
     body["obligations"] = {str(claim_id): one for claim_id, one in certificate.obligations.items()}
     body["engines"] = {str(claim_id): one for claim_id, one in certificate.engines.items()}
-    return {name: one for name, one in body.items() if one or name not in ("engines", "configuration")}
+    optional = ("engines", "configuration", "resources")
+    return {name: one for name, one in body.items() if one or name not in optional}
 
 
 def _dump_json(value: Mapping[str, Any], margin: str) -> str:

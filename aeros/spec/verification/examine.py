@@ -22,6 +22,7 @@ from aeros.spec.obligations.closed_loop import closed_loop_obligations
 from aeros.spec.obligations.composition import composition_obligations
 from aeros.spec.obligations.dependencies import runtime_obligations
 from aeros.spec.obligations.entry_points import entry_point_obligations
+from aeros.spec.obligations.interfaces import interface_obligations
 from aeros.spec.obligations.joint import joint_policy_obligations
 from aeros.spec.obligations.models import model_obligations
 from aeros.spec.obligations.obligation import Obligation
@@ -93,7 +94,7 @@ def examine_module(
     if loaded is None:
         return ModuleFindings(None, tuple(diagnostics))
     ecm = loaded.ecm
-    site = site.with_modules((ecm, *ecm.foreign.modules.values()))
+    site = site.with_modules(ecm.with_owners)
     presence, files = summarize_module(ecm), read_skill_files(ecm.folder, loaded.code)
     before = (
         *entry_point_obligations(ecm, files),
@@ -105,6 +106,7 @@ def examine_module(
         *permission_obligations(ecm, site),
         *safety_obligations(ecm, site),
         *composition_obligations(ecm, site),
+        *interface_obligations(ecm, site),
         *closed_loop_obligations(ecm, site),
     )
     settled, findings = _discharge_and_explain(claims, site, oracle)

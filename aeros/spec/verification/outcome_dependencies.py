@@ -24,12 +24,16 @@ _PATH_CLAIM_GROUPS: Final = frozenset(
 )
 """Claims about compositions that are proved of paths of outcomes."""
 
+_ACHIEVEMENTS: Final = frozenset((ClaimForm.INTERFACE_ACHIEVED, ClaimForm.INTERFACE_ACHIEVED_CASE))
+"""Claims about what an alternative of a capability achieves."""
+
 
 def obligations_assuming_outcomes(ecm: Ecm, skill: str, certificate: Certificate) -> list[ClaimId]:
     """List the obligations that rest on the declared outcomes of a skill.
 
-    They are those of tasks that run it, and those about paths through compositions that run it.  Claims about
-    actions do not rest on outcomes: safety and permission hold, and the gate decides, whatever the outcome.
+    They are those of tasks that run it, those about paths through compositions that run it, and those about
+    what a capability achieves that it provides.  Claims about actions do not rest on outcomes: safety and
+    permission hold, and the gate decides, whatever the outcome.
 
     Args:
         ecm: the module.
@@ -49,6 +53,8 @@ def obligations_assuming_outcomes(ecm: Ecm, skill: str, certificate: Certificate
     def rests(claim_id: ClaimId) -> bool:
         if claim_id.group == "closed-loop":
             return claim_id.name_of("task") in tasks
+        if claim_id.form in _ACHIEVEMENTS:
+            return claim_id.name_of("alternative") in {skill, *compositions}
         return claim_id.form in _PATH_CLAIM_GROUPS and claim_id.name_of("composition") in compositions
 
     return sorted(filter(rests, certificate.obligations), key=str)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, Severity
 from aeros.spec.diagnostics.errors import InternalError, UserError
 from aeros.spec.model.summary import ModuleSummary, SiteSummary
+from aeros.spec.obligations.absent_modules import settings_obligations
 from aeros.spec.obligations.claim_id import ClaimId
 from aeros.spec.obligations.configuration import configuration_obligations
 from aeros.spec.obligations.dependencies import dependency_obligations
@@ -269,19 +270,27 @@ def certificate_verdicts(claims: Iterable[ClaimSummary]) -> dict[ClaimId, str]:
     return verdicts
 
 
-def configuration_report(modules: Sequence[ModuleSummary], site: SiteSummary) -> SubjectReport | None:
+def configuration_report(
+    modules: Sequence[ModuleSummary], site: SiteSummary, others: Collection[str] = ()
+) -> SubjectReport | None:
     """Report on several modules together.
 
     Args:
         modules: summaries of the modules.
         site: summary of the site.
+        others: names of further modules for which there may be settings.
 
     Returns:
-        The report; None for fewer than two modules.
+        The report; None for fewer than two modules, unless there are settings for a module that is absent.
     """
+    names = {*(one.id for one in modules), *others}
+    settings = tuple(settings_obligations(site.settings, names)) if names else ()
     if len(modules) < 2:
+        settled = tuple(one for one in settings if one.diagnostic is not None)
+    else:
+        settled = (*configuration_obligations(modules, site), *settings)
+    if not settled:
         return None
-    settled = tuple(configuration_obligations(modules, site))
     claims = Claims.from_claims(map(summarize_static_claim, settled))
     problems = diagnostics_of(claims)
     return SubjectReport("configuration", Path(), conclusion_of(problems), problems, claims, settled)

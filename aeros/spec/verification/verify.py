@@ -7,7 +7,7 @@ everything never imports it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from enum import Enum
 from functools import cached_property
@@ -160,9 +160,26 @@ def _report(
     modules = [module_report(folder, one, site, around) for folder, one in findings.items()]
     agreement = prover.agreement(progress)
     prover.close()
-    configuration = configuration_report(list(given.values()), site)
+    others = _others_with_settings(site, given, folders, prover.surroundings)
+    configuration = configuration_report(list(given.values()), site, others)
     report = Report(site_report, (*refused, *modules), prover.site_model, configuration, agreement)
     return report, Known((site, site_report) if known.site is None else None, proved)
+
+
+def _others_with_settings(
+    site: SiteSummary,
+    given: Mapping[Path, ModuleSummary],
+    folders: Sequence[Path],
+    surroundings: Surroundings,
+) -> Collection[str]:
+    """Return names of modules that could not be read, or that have settings and are next to those given."""
+    absent = site.settings.keys() - {one.id for one in given.values()}
+    if not absent:
+        return ()
+    # Imported here, as it costs time that most runs need not pay.
+    from aeros.spec.verification.modules_with_settings import other_modules
+
+    return other_modules(absent, [one for one in folders if one not in given], folders, surroundings)
 
 
 class _LazyProver:

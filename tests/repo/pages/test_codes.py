@@ -35,6 +35,7 @@ _COMMANDS = {
 _USUAL = "aeros verify tidy --site site.yaml --no-lock"
 
 ACCOMPANIED = {
+    "AE953": {"AE954"},  # inputs that cannot be compared are shown with their text, too
     "AE504": {"AE851"},  # the composition that runs the skill cannot start it either
     "AE507": {"AE802"},  # a goal that never holds is never reached either
     "AE508": {"AE805"},  # a goal that always holds is reached from the start

@@ -11,6 +11,7 @@ PAGE = "docs/threat-model.md"
 ACTORS = (
     "Author of a module",
     "Operator",
+    "Program of a tool",
     "Peer on the bus",
     "MCP client",
     "Other users of the host",

@@ -176,3 +176,22 @@ def test_a_finished_run_is_seen_whole(tmp_path: Path) -> None:
     assert run.ended["reached"] is True
     assert run.counts["ALLOW"] == verify_log(out / "audit.jsonl").decisions.allowed > 100
     assert run.last[-1].usage.keys() == {"grip-rate"}
+
+
+def test_the_use_of_resources_and_the_calls_of_tools_are_followed(tmp_path: Path) -> None:
+    writing = Writing(tmp_path)
+    for used in (1, 2):
+        line = {"time": float(used), "state": {}, "modules": {"polish": {"processes": used}}}
+        writing.write(
+            "measured.jsonl", json.dumps(line) + "\n" + json.dumps({"time": 3.0, "state": {}}) + "\n"
+        )
+    writing.record("tool-answered", tool="ask", time=1.0, answer={})
+    writing.record("tool-failed", tool="ask", time=2.0, reason="it did not answer", unknown=[])
+    writing.record("tool-answered", tool=7, time=1.0, answer={})
+    run = RunFollower(tmp_path)
+    run.read()
+    assert run.modules == {"polish": {"processes": 2}}
+    assert run.tool_calls == {"ask": (2, 1)}
+    view = run_view(run, None, is_there=True)
+    assert view["modules"] == {"polish": {"processes": 2}}
+    assert view["tools"] == {"ask": {"calls": 2, "failed": 1, "timeout": None, "quotas": {}}}

@@ -23,9 +23,10 @@ SETTINGS = (
     Setting("eye", "", ("top", "side"), False, "", "a camera"),
     Setting("go", "move", ("move",), False, "only choice", "an action kind"),
     Setting("arm", "arm", ("arm", "leg"), False, "same name", "an actuator"),
-    Setting("force", "6 N", (), True, "set", "1 to 8 N"),
-    Setting("pause", "2 s", (), True, "default", "1 to 8 s"),
-    Setting("count", "", (), True, "default", "int"),
+    Setting("foot", "", (), False, "", "what it stands on"),
+    Setting("force", "6 N", (), True, "set", "on the surface", "1 to 8 N"),
+    Setting("pause", "2 s", (), True, "default", "", "1 to 8 s"),
+    Setting("count", "", (), True, "default", "", "int"),
 )
 
 
@@ -82,11 +83,12 @@ def test_one_modules_settings_need_no_module() -> None:
 def test_every_setting_is_shown_with_its_reason(capsys: pytest.CaptureFixture[str]) -> None:
     print_settings(SETTINGS)
     assert capsys.readouterr().out.splitlines() == [
-        "  surface = bench  set; also possible: table",
-        "  eye     = ?      open: top, side",
-        "  go      = move   the only one here that suits",
-        "  arm     = arm    of the same name; also possible: leg",
-        "  force   = 6 N    set; 1 to 8 N",
+        "  surface = bench  set; also possible: table (a volume)",
+        "  eye     = ?      open: top, side (a camera)",
+        "  go      = move   the only one here that suits (an action kind)",
+        "  arm     = arm    of the same name; also possible: leg (an actuator)",
+        "  foot    = ?      open (what it stands on)",
+        "  force   = 6 N    set; 1 to 8 N (on the surface)",
         "  pause   = 2 s    default; 1 to 8 s",
         "  count   = ?      open; int",
     ]

@@ -279,7 +279,7 @@ def test_on_physics_trials_that_share_find_what_each_finds_alone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(KIND, "_traces", PlantTraceCache())  # those of other tests aside
-    faults = (ROOT / "aeros/experiments/data/faults/fetch_object.yaml").read_text()
+    faults = (ROOT / "experiments/faults/fetch_object.yaml").read_text()
     given = settings("fetch_object", faults=faults)
     named = (("flat", "1/10"), ("flat", "9/10"), ("behaviour_tree", "1/10"), ("behaviour_tree", "9/10"))
     conditions = [

@@ -130,7 +130,7 @@ def test_a_length_of_bursts_with_which_a_trial_would_be_the_same_shares_it(
 
 @pytest.mark.physics
 def test_physics_shares_trials_alike(tmp_path: Path) -> None:
-    faults = (ROOT / "aeros/experiments/data/faults/fetch_object.yaml").read_text()
+    faults = (ROOT / "experiments/faults/fetch_object.yaml").read_text()
     made = settings("fetch_object", faults=faults)
     rates = ("1/10", "3/10", "9/10")
     conditions = [TrialCondition.create("task", "physics", {**made, "rate": rate}) for rate in rates]

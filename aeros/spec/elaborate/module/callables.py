@@ -123,6 +123,7 @@ def foreign_names(
         capability; if active modules provide it, only theirs.
     """
     skills: dict[str, Skill] = {}
+    owners = {name: one for ecm in modules.values() for name, one in ecm.foreign.owners.items()}
     for name, ecm in modules.items():
         skills |= ecm.foreign.skills  # its compositions may run these
         skills |= {f"{name}.{one.id}": replace(one, id=f"{name}.{one.id}") for one in ecm.skills.values()}
@@ -137,7 +138,7 @@ def foreign_names(
         if preferred:
             ways = [way for ecm in preferred for way in alternatives_of(ecm, capability)]
             capabilities[capability] = tuple(ways)
-    return ForeignNames(called, skills, capabilities)
+    return ForeignNames(called, skills, capabilities, owners | dict(modules))
 
 
 def alternatives_of(ecm: Ecm, capability: str) -> tuple[Alternative, ...]:

@@ -6,7 +6,8 @@ Every fault is reported, and a composition with a fault is left out.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from graphlib import CycleError, TopologicalSorter
 from typing import Any
 
 from aeros.spec.declared import composition as declared
@@ -19,7 +20,7 @@ from aeros.spec.elaborate.names import resolve_name
 from aeros.spec.elaborate.scopes import state_scope
 from aeros.spec.elaborate.values import elaborate_value
 from aeros.spec.expr import terms as t
-from aeros.spec.model.composition import STOP_ON_FAILURE, Composition, OutputReference, Part, Step
+from aeros.spec.model.composition import STOP_ON_FAILURE, Composition, OutputReference, Part, Step, nested
 from aeros.spec.model.ecm import Skill
 from aeros.spec.model.site import Site
 from aeros.spec.model.step_graph import If, Par, Seq
@@ -39,14 +40,14 @@ def elaborate_compositions(
     Args:
         entries: declared compositions by name.
         site: site under which the module is elaborated; its names and retry limit apply.
-        names: skills and capabilities that steps may name.
+        names: skills and capabilities that steps may name, with the sequences that provide some of them.
         diagnostics: receives the faults.
 
     Returns:
-        The compositions without faults, by name.
+        The compositions without faults, by name, and those sequences.
     """
     compositions: dict[str, Composition] = {}
-    for name, one in entries:
+    for name, one in _callees_first(entries, names, diagnostics):
         if name.value in names.skills:
             diagnostics.error(
                 "AE121",
@@ -54,10 +55,36 @@ def elaborate_compositions(
                 name.span,
                 help=("choose another name for the composition",),
             )
-        elaborated = _Elaborator(one, site, names, diagnostics).composition(name)
+        known = replace(names, compositions={**names.compositions, **compositions})
+        elaborated = _Elaborator(one, site, known, diagnostics).composition(name)
         if elaborated is not None:
             compositions[name.value] = elaborated
-    return compositions
+    written = (name.value for name, _ in entries)
+    return {name: compositions[name] for name in written if name in compositions} | dict(names.compositions)
+
+
+def _callees_first(
+    entries: MappingField[declared.Composition], names: CallableNames, diagnostics: Diagnostics
+) -> list[tuple[TextField, declared.Composition]]:
+    """Order compositions so that each stands after those that its steps run; report a cycle of them."""
+    by_name = {name.value: (name, one) for name, one in entries}
+    calls = {
+        name: [
+            run
+            for part in _subparts(one.do)
+            if part.skill is not None
+            for run in names.capabilities.get(part.skill.value, ())
+            if run in by_name
+        ]
+        for name, (_, one) in by_name.items()
+    }
+    try:
+        return [by_name[name] for name in TopologicalSorter(calls).static_order()]
+    except CycleError as error:
+        cycle: list[str] = error.args[1]
+        headline = "compositions run each other in a cycle: " + " → ".join(f"`{one}`" for one in cycle)
+        diagnostics.error("AE122", headline, by_name[cycle[0]][0].span)
+        return []
 
 
 def elaborate_sequence(
@@ -196,6 +223,11 @@ class _Elaborator:
             run = _InvocationFields(
                 part.skill, part.inputs.items, part.retry, part.between_tries, part.on_failure
             )
+            composition = self._sole_composition(run)
+            if composition is not None:
+                body, handlers = nested(name.value, composition)
+                self._handlers |= handlers
+                return body
             return self._step(name.value, run, part.skill.span)
         if part.if_ is not None:
             return self._if(part, part.if_)
@@ -231,6 +263,21 @@ class _Elaborator:
         if term is None or then is None:
             return None
         return If(term, condition.value, then, otherwise, condition.span)
+
+    def _sole_composition(self, run: _InvocationFields) -> Composition | None:
+        """Return the composition that a step stands for: the only alternative of a capability."""
+        found = self._names.alternatives(run.skill, Diagnostics())
+        composition = found[0].composition if len(found) == 1 else None
+        if composition is None:
+            return None
+        if run.inputs:
+            headline = f"`{composition.id}`, which provides `{run.skill.value}`, has no inputs"
+            self._report(headline, run.skill.span)
+        for field in (run.retry, run.between_tries, run.on_failure):
+            if field is not None and field.value != STOP_ON_FAILURE:
+                headline = f"`{run.skill.value}` cannot be tried again or recovered here: steps of it are"
+                self._diagnostics.error("AE122", headline, field.span)
+        return composition
 
     def _step(self, name: str, run: _InvocationFields, span: SourceSpan) -> Step | None:
         skills = self._names.skills_for(run.skill, self._diagnostics)

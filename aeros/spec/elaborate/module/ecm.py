@@ -14,6 +14,7 @@ from aeros.spec.diagnostics.codes import Diagnostics, quoted
 from aeros.spec.elaborate.module.action_conditions import elaborate_action_conditions
 from aeros.spec.elaborate.module.callables import CallableNames, alternative_name, capability_names
 from aeros.spec.elaborate.module.composition import elaborate_compositions, elaborate_sequence
+from aeros.spec.elaborate.module.interfaces import elaborate_interfaces
 from aeros.spec.elaborate.module.models import elaborate_models
 from aeros.spec.elaborate.module.needs import ModuleNeeds
 from aeros.spec.elaborate.module.skills import elaborate_skill
@@ -71,16 +72,14 @@ def elaborate_ecm(
         for name, skill in ecm.skills
     }
     capabilities = _capabilities(ecm, diagnostics)
-    required = {name.value: specifier.value for name, specifier in ecm.dependencies.capabilities}
+    required = {name.value: one.version.value for name, one in ecm.dependencies.required_capabilities}
     modules = {name.value: specifier.value for name, specifier in ecm.dependencies.modules}
     requirements = frozenset((*required, *modules))
     names = CallableNames(ecm.id.value, skills, capabilities, {}, foreign, requirements)
+    sequences = [one for _, each in ecm.capabilities for one in each.provided_by if isinstance(one, tuple)]
+    made = [elaborate_sequence(one, alternative_name(one), names, diagnostics) for one in sequences]
+    names = replace(names, compositions={one.id: one for one in made if one is not None})
     compositions = elaborate_compositions(ecm.compositions, site, names, diagnostics)
-    for _, capability in ecm.capabilities:
-        for one in capability.provided_by:
-            if isinstance(one, tuple):
-                made = elaborate_sequence(one, alternative_name(one), names, diagnostics)
-                compositions |= {} if made is None else {made.id: made}
     names = replace(names, compositions=compositions)
     elaborated = Ecm(
         id=ecm.id.value,
@@ -108,6 +107,7 @@ def elaborate_ecm(
         },
         required_capabilities=required,
         capability_spans={name.value: name.span for name, _ in ecm.dependencies.capabilities},
+        interfaces=elaborate_interfaces(ecm, site, diagnostics),
         foreign=foreign,
         state=perception.state,
         perceivers=perception.perceivers,
@@ -125,6 +125,7 @@ def _requested_access(permissions: declared.Permissions, names: BoundNames) -> A
         asked,
         actuators=site_names(asked.actuators, names.actuators),
         sensors=site_names(asked.sensors, names.sensors),
+        channels=site_names(asked.channels, names.channels),
     )
 
 
@@ -147,8 +148,9 @@ def _check_metadata(ecm: declared.Ecm, diagnostics: Diagnostics) -> None:
     for _, capability in ecm.capabilities:
         if capability.version is not None:
             _check_version(capability.version, parse_version, "as in `1.0.0`", diagnostics)
-    needed = (*ecm.dependencies.modules, *ecm.dependencies.capabilities)
-    for specifier in (ecm.dependencies.aeros, *(text for _, text in needed)):
+    modules = (specifier for _, specifier in ecm.dependencies.modules)
+    capabilities = (one.version for _, one in ecm.dependencies.required_capabilities)
+    for specifier in (ecm.dependencies.aeros, *modules, *capabilities):
         _check_version(specifier, parse_range, 'as in `">=1.0,<2"`', diagnostics)
 
 

@@ -40,7 +40,8 @@ class Setting:
         choices: names of the things of the site that suit; empty for a parameter.
         is_parameter: True for a parameter.
         source: the reason for the value: `set`, `same name`, `only choice` or `default`.
-        description: its meaning; the allowed range for a parameter.
+        description: its meaning, in the words of the manifest; empty if a parameter has none.
+        allowed: the values that a parameter may have; empty for a need.
     """
 
     name: str
@@ -49,6 +50,7 @@ class Setting:
     is_parameter: bool
     source: str
     description: str
+    allowed: str = ""
 
     @property
     def is_open(self) -> bool:
@@ -110,12 +112,13 @@ class ModuleNeeds:
             name: (one,) for name, one in self._of_sort(bindings, "actuator").items()
         }
         actuators |= {name: tuple(sorted(site.kinds[one].actuators)) for name, one in kinds.items()}
+        channels = {name: tuple(sorted(site.kinds[one].channels)) for name, one in kinds.items()}
         resources: dict[str, tuple[str, ...]] = {
             name: (one,) for name, one in self._of_sort(bindings, "resource").items()
         }
         for name, needed in (*actuators.items(), *sensors.items()):
             resources.setdefault(name, tuple(one for one in needed if one in site.resources))
-        return BoundNames(bindings, variables, cameras, kinds, sensors, actuators, resources, texts)
+        return BoundNames(bindings, variables, cameras, kinds, sensors, actuators, resources, texts, channels)
 
     def _site_as_seen(self, bindings: Mapping[str, str], values: Mapping[str, t.Term]) -> Site:
         site, names = self._given, self.names
@@ -210,10 +213,17 @@ class ModuleNeeds:
         )
         text = configuration.parameters.get(name.value)
         written = parameter.default if text is None else expression_of_argument(f"--set {name.value}", text)
-        allowed = _range_text(parameter)
         source = "default" if text is None else "set"
         self._settings.append(
-            Setting(name.value, "" if written is None else written.value, (), True, source, allowed)
+            Setting(
+                name.value,
+                "" if written is None else written.value,
+                (),
+                True,
+                source,
+                parameter.description.value if parameter.description else "",
+                _range_text(parameter),
+            )
         )
         if quantity is None:
             return "", None

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from fractions import Fraction
 from typing import Final
 
 from aeros.spec.declared import ecm as declared
-from aeros.spec.declared.quantity import Quantity
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.elaborate.expressions import elaborate_quantity
@@ -16,11 +14,10 @@ from aeros.spec.elaborate.module.action_conditions import (
     elaborate_action_condition,
     elaborate_action_conditions,
 )
-from aeros.spec.elaborate.names import check_name_is_free, resolve_name
-from aeros.spec.elaborate.quantities import elaborate_variable
+from aeros.spec.elaborate.module.interfaces import elaborate_inputs, elaborate_outputs
+from aeros.spec.elaborate.names import resolve_name
 from aeros.spec.elaborate.scopes import state_scope
-from aeros.spec.elaborate.values import elaborate_state_values, elaborate_value
-from aeros.spec.expr import terms as t
+from aeros.spec.elaborate.values import elaborate_state_values
 from aeros.spec.expr.types import FamilyType, VectorType
 from aeros.spec.expr.units import TIME, format_number, parse_quantity
 from aeros.spec.model.configured import BoundNames, site_names
@@ -70,10 +67,10 @@ class _SkillElaborator:
         self._diagnostics = diagnostics
 
     def skill(self, name: TextField, skill: declared.Skill) -> Skill:
-        inputs = self._inputs(skill.inputs)
+        inputs = elaborate_inputs(skill.inputs, self._site, self._diagnostics)
         precondition = self._state_condition(skill.precondition, inputs)
         hold = self._hold_condition(skill.hold, inputs)
-        outputs = self._outputs(skill.outputs)
+        outputs = elaborate_outputs(skill.outputs, self._site, self._diagnostics)
         resources = {**self._site.resources, **dict.fromkeys(self._names.resources)}
         for resource in skill.resources:
             resolve_name(resource, resources, "a resource of this site", self._diagnostics)
@@ -130,27 +127,6 @@ class _SkillElaborator:
             if model is not None and not model.file:
                 self._diagnostics.error("AE122", f"`{name.value}` has no file to use", name.span)
         return tuple(dict.fromkeys(name.value for name in skill.models))
-
-    def _inputs(self, entries: MappingField[declared.Input]) -> dict[str, Declared]:
-        inputs: dict[str, Declared] = {}
-        for name, one in entries:
-            if not check_name_is_free(name, {}, "input", self._diagnostics):
-                continue
-            variable = self._variable(f"inputs.{name.value}", one)
-            if variable is None:
-                continue
-            default = None
-            if one.default is not None:
-                default = elaborate_value(one.default, variable, self._site, self._diagnostics)
-            inputs[name.value] = replace(variable, default_value=default)
-        return inputs
-
-    def _outputs(self, entries: MappingField[Quantity]) -> dict[str, Declared]:
-        variables = {name.value: self._variable(name.value, quantity) for name, quantity in entries}
-        return {name: variable for name, variable in variables.items() if variable is not None}
-
-    def _variable(self, name: str, quantity: Quantity) -> Declared | None:
-        return elaborate_variable(name, quantity, t.VariableRole.INPUT, self._site.enums, self._diagnostics)
 
     def _state_condition(
         self, expression: ExpressionField | None, inputs: Mapping[str, Declared]

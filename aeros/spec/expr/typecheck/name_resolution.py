@@ -84,7 +84,7 @@ def resolve_attribute(node: s.Attribute, scope: Scope, bound: Bound) -> tuple[t.
     if variable is not None:
         return variable, value_type(variable.type)
     if base == "inputs":
-        among, fault = scope.inputs, f"this skill has no input `{text}`"
+        among, fault = scope.inputs, f"there is no input `{text}`"
         otherwise: str | None = "declare it under `inputs`"
     elif base in scope.roles:
         among, fault = scope.roles[base], f"the action `{base}` has no parameter `{text}`"

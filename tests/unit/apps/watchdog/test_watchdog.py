@@ -106,7 +106,7 @@ def asked(what: str, state: Path) -> None:
 @pytest.mark.parametrize("seed", [4, pytest.param(3, marks=pytest.mark.deep)])
 def test_after_any_kill_the_task_ends_and_nothing_is_done_twice_or_lost(seed: int) -> None:
     modules = premises().configuration.modules
-    trial = trial_of(seed, "symbolic", modules, 0.8, WHERE, longest=PATIENCE)
+    trial = trial_of(seed, "symbolic", modules, 0.8, WHERE, "make dumplings", longest=PATIENCE)
     assert trial.violations == []
     assert set(trial.kills) <= set(VICTIMS)
 

@@ -141,7 +141,27 @@ def test_a_budget_that_runs_out_is_undecided(here: Path, capsys: pytest.CaptureF
     [
         ("tidy", "site.yaml"),
         ("site.yaml", "new.yaml", "--site", "site.yaml"),
+        ("site.yaml", "new.yaml", "--bind", "tidy.surface=bench"),
     ],
 )
 def test_a_site_is_compared_with_a_site_only(here: Path, arguments: tuple[str, ...]) -> None:
     assert diff(*arguments) == Exit.USAGE
+
+
+def test_modules_with_open_needs_are_compared_as_they_are_bound(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = (here / "tidy" / "ecm.yaml").read_text("utf-8")
+    for folder, limit in (("tidy", "12 N"), ("new", "most")):
+        parameters = "parameters:\n  most: {type: real, unit: N, range: [0, 20]}\n"
+        changed = text.replace("capabilities:", f"{parameters}capabilities:", 1)
+        changed = changed.replace("force <= 10 N", "force <= most").replace(
+            "force <= 15 N", f"force <= {limit}"
+        )
+        (here / folder / "ecm.yaml").write_text(changed, "utf-8")
+    assert diff(*MODULES) == Exit.REJECTED
+    assert "the parameter `most` of `tidy` has no value" in capsys.readouterr().out
+    assert diff(*MODULES, "--set", "tidi.most=15 N") == Exit.REJECTED
+    assert "settings are given for `tidi`" in capsys.readouterr().out
+    assert diff(*MODULES, "--set", "tidy.most=12 N", "--fail-on", "newly-allowed") == Exit.SUCCESS
+    assert diff(*MODULES, "--set", "tidy.most=16 N", "--fail-on", "newly-allowed") == Exit.REJECTED

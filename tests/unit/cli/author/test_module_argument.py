@@ -9,6 +9,7 @@ import pytest
 from aeros.cli.author.module_argument import read_module, select_declared
 from aeros.exit_codes import UsageError
 from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.model.configured import ModuleConfiguration
 from tests.repo.tree import ROOT
 from tests.unit.agent.dumplings import DUMPLING, module
 
@@ -41,6 +42,14 @@ def test_a_site_that_cannot_be_read_is_refused_before_the_module(tmp_path: Path)
     with pytest.raises(UserError) as refused:
         read_module(tmp_path / "nowhere", tmp_path / "site.yaml", {})
     assert {problem.code for problem in refused.value.diagnostics} == {"AE102"}
+
+
+def test_settings_of_another_module_are_refused() -> None:
+    settings = {"tidi": ModuleConfiguration({"surface": "bench"})}
+    with pytest.raises(UserError) as refused:
+        read_module(BASE / "tidy", BASE / "site.yaml", settings)
+    (problem,) = refused.value.diagnostics
+    assert (problem.code, problem.help) == ("AE886", ("did you mean `tidy`?",))
 
 
 @pytest.mark.parametrize(("name", "found"), [(None, 1), ("clean_up", 1), ("serve", 2)])

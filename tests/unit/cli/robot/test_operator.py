@@ -51,6 +51,22 @@ def test_nobody_is_paused_where_nobody_runs(tmp_path: Path, capsys: pytest.Captu
 
 
 @pytest.mark.usefixtures("robot")
+def test_a_policy_with_settings_of_a_module_that_is_not_installed_is_a_warning(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    other = tmp_path / "other.yaml"
+    other.write_text((BASE / "site.yaml").read_text() + "modules:\n  polish: {set: {force: 6 N}}\n")
+    capsys.readouterr()
+    assert run("policy", str(other)) == 0
+    shown = capsys.readouterr()
+    assert shown.out.startswith("bench is in force; sha256:")
+    assert "warning[AE886] absent-module: the site has settings for `polish`" in shown.err
+    assert f"{other}:" in shown.err
+    assert run("policy", str(BASE / "site.yaml")) == 0
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.usefixtures("robot")
 @pytest.mark.parametrize("command", ["pause", "resume", "stop"])
 def test_each_command_prints_a_confirmation(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     capsys.readouterr()

@@ -220,3 +220,15 @@ def test_examples_hold_whole_numbers_and_histories(
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(line.encode())))
     assert main(counting) == Exit.SUCCESS
     assert json.loads(capsys.readouterr().out)["verdict"] == "ALLOW"
+
+
+def test_a_module_decides_as_it_is_bound(capsys: pytest.CaptureFixture[str]) -> None:
+    module = Path(__file__).parents[2] / "session" / "data" / "hover_high"
+    command = ["decide", "--ecm", str(module), "--skill", "rise", "--print-examples"]
+    assert main(command) == Exit.REJECTED
+    assert "`hover_high` needs `area`" in capsys.readouterr().err
+    settings = ["--bind", "hover_high.area=table_area", "--set", "hover_high.pace=60 mm/s"]
+    assert main([*command, *settings]) == Exit.SUCCESS
+    shown = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    speeds = [one["action"]["parameters"].get("speed", 0) for one in shown]
+    assert 0 < max(speeds) <= 0.061

@@ -83,7 +83,7 @@ def test_a_run_leaves_a_trace_and_a_sound_log_that_says_where_skill_code_ran(tmp
     modules = ["clean_table", "fetch_object", "inspect_table", "make_dumplings", "serve_table"]
     assert record["details"]["isolated"] == modules
     assert record["details"]["trusted"] == []
-    assert set(record["details"]["layers"]) == {"bubblewrap", "landlock", "rlimits", "seccomp"}
+    assert set(record["details"]["layers"]) == {one.value for one in IsolationLayer}
 
 
 def test_an_instruction_that_nobody_can_carry_out_is_refused_by_name(

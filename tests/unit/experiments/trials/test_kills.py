@@ -212,8 +212,8 @@ def slept(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     return seen
 
 
-def tried(seed: int, duration: float = 10.0, **more: Any) -> KillTrial:
-    return trial_of(seed, "symbolic", MODULES, duration, premises().paths, **more)
+def tried(seed: int, duration: float = 10.0, instruction: str = "make dumplings", **more: Any) -> KillTrial:
+    return trial_of(seed, "symbolic", MODULES, duration, premises().paths, instruction, **more)
 
 
 def test_a_task_is_killed_up_to_three_times_and_then_ends(slept: list[float]) -> None:

@@ -71,7 +71,7 @@ def test_an_agent_forgoes_retries_that_28_failures_have_made_hopeless_which_is_n
 
 
 def test_in_place_of_a_plan_that_is_late_the_rest_of_the_one_before_is_followed() -> None:
-    options = {"retries": 0, "recovery": False, "replans": 2, "planning_timeout": 1.5, "replan_delay_s": 9.0}
+    options = {"retries": 0, "recovery": False, "replans": 2, "planning_timeout": 3.0, "replan_delay_s": 6.5}
     changed = {"architecture": "aeros", "rate": "1", "options": options}
     (found,) = trials(range(1), **changed)
     # Laid out, and then folded three times: as often as with plans that are in time.
@@ -83,7 +83,7 @@ def test_in_place_of_a_plan_that_is_late_the_rest_of_the_one_before_is_followed(
 
 def test_a_plan_made_in_the_background_is_followed_like_one_made_in_place() -> None:
     changed = {"architecture": "aeros", "rate": "0"}
-    options = {"planning_timeout": 1.5, "first_plan_delay_s": 0.0, "replan_delay_s": 0.0}
+    options = {"planning_timeout": 6.0, "first_plan_delay_s": 0.0, "replan_delay_s": 0.0}
     (here,), (in_background,) = (trials(range(1), **changed, options=one) for one in ({}, options))
     assert in_background["steps"] == here["steps"]
     assert KIND.expected_values(condition(**changed, options=options), premises()) == KIND.expected_values(

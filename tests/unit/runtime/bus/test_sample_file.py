@@ -94,3 +94,20 @@ def test_a_file_that_cannot_be_written_is_counted_and_nothing_raised() -> None:
         samples.on_tick(0.0, {"human_distance": 3.0}, RobotChain())
         samples.on_tick(1.0, {"human_distance": 3.0}, RobotChain())
         assert samples.lost == 2
+
+
+def test_the_use_of_resources_is_written_with_a_line_and_at_the_end(tmp_path: Path) -> None:
+    asked: list[bool] = []
+
+    def usage(is_last: bool) -> dict[str, Any] | None:
+        asked.append(is_last)
+        return {"polish": len(asked)} if is_last or len(asked) == 1 else None
+
+    with SampleWriter(tmp_path / "m", site(), usage) as samples:
+        for now in (1.0, 2.0):
+            samples.on_tick(now, {"human_distance": 3.0}, RobotChain())
+    assert asked == [False, False, True]
+    assert [line.get("modules") for line in lines(tmp_path / "m")] == [{"polish": 1}, None, {"polish": 3}]
+    assert lines(tmp_path / "m")[-1] == {"time": 2.0, "state": {}, "modules": {"polish": 3}}
+    samples.close()
+    assert len(lines(tmp_path / "m")) == 3

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from fractions import Fraction
 from typing import Any
 
 import pytest
@@ -12,6 +13,7 @@ from aeros.runtime.gate.decision import Caller
 from aeros.runtime.gate.finite_layers import finite_objections
 from aeros.spec.model.policy import Access, OperatorOverride
 from aeros.spec.model.rules import Risk
+from aeros.spec.model.tools import Program, Tool
 from tests.unit.runtime.bench import unproved
 
 FRESH = {"carry-rate": 0}
@@ -94,6 +96,27 @@ def test_missing_actuators_are_named_in_order() -> None:
     site = unproved().site
     kinds = {**site.kinds, "carry": replace(site.kinds["carry"], actuators=frozenset({"b", "c", "a", "arm"}))}
     assert objections(under=under(kinds=kinds)) == [("AE740", "a"), ("AE740", "b"), ("AE740", "c")]
+
+
+def test_a_channel_needs_module_and_site() -> None:
+    ecm, site = unproved().modules["handling"], unproved().site
+    tool = Tool(Program(("ask",)), Fraction(1), (), "internet")
+    kinds = {**site.kinds, "carry": replace(site.kinds["carry"], tool=tool)}
+    internet = frozenset({"internet"})
+    for asked, granted in ((False, False), (False, True), (True, False), (True, True)):
+        requested = replace(ecm.requested_access, channels=internet if asked else frozenset())
+        for_all = replace(site.access, channels=internet if granted else frozenset())
+        configuration = replace(
+            unproved(),
+            site=replace(site, kinds=kinds, access=for_all),
+            modules={"handling": replace(ecm, requested_access=requested)},
+        )
+        expected = [] if asked and granted else [("AE740", "internet")]
+        assert objections(under=configuration) == expected
+        alone = replace(
+            configuration.site, access=site.access, grants={"handling": Access(channels=internet)}
+        )
+        assert objections(under=replace(configuration, site=alone)) == ([] if asked else expected)
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ import pytest
 from aeros.runtime.isolation import zygote_pool as module
 from aeros.runtime.isolation.isolated_run import IsolatedRun
 from aeros.runtime.isolation.layers import APPLY_LAYER, IsolationLayer
+from aeros.runtime.isolation.limits import USUAL_LIMITS, ProcessLimits
 from aeros.runtime.isolation.zygote_pool import ZygotePool
 from aeros.runtime.skills.load import CertifiedCode
 from aeros.spec.obligations.skill_syntax.allowed_names import ALLOWED_MODULES
@@ -82,7 +83,7 @@ def wrapped() -> Iterator[ZygotePool]:
 @pytest.fixture(params=["alone", "in bubblewrap"])
 def nursery(request: pytest.FixtureRequest) -> ZygotePool:
     """Zygotes whose workers can put on every layer that this host offers; skipped where it lacks one."""
-    wanted = [layer for layer in IsolationLayer if layer in APPLY_LAYER or request.param != "alone"]
+    wanted = [*APPLY_LAYER, *([IsolationLayer.BUBBLEWRAP] if request.param != "alone" else [])]
     require_layers(*(layer.value for layer in wanted))
     found: ZygotePool = request.getfixturevalue("bare" if request.param == "alone" else "wrapped")
     lacking = {layer.value: found.missing[layer] for layer in wanted if found.missing[layer] is not None}
@@ -107,8 +108,9 @@ def start() -> Iterator[Start]:
         inputs: Mapping[str, Any],
         layers: Iterable[IsolationLayer] = APPLY_LAYER,
         answer_within: float = 20.0,
+        limits: ProcessLimits = USUAL_LIMITS,
     ) -> IsolatedRun:
-        one = IsolatedRun(nursery, layers, probe_code(name), inputs, answer_within)
+        one = IsolatedRun(nursery, layers, probe_code(name), inputs, answer_within, limits)
         started.append(one)
         return one
 

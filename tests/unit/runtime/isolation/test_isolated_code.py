@@ -29,7 +29,7 @@ def test_the_end_of_a_worker_in_words(code: int | None, words: str) -> None:
 
 def test_without_a_worker_the_code_is_refused() -> None:
     class Empty:
-        def spawn_worker(self, memory: int | None = None) -> None:
+        def spawn_worker(self, *_: object) -> None:
             raise ZygoteError("the zygote is gone")
 
     with pytest.raises(SkillRefusedError, match="there is no worker for module `m`: the zygote is gone"):

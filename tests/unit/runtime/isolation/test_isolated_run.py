@@ -232,3 +232,26 @@ def _lives(pid: int) -> bool:
             return file.read().rpartition(")")[2].split()[0] != "Z"
     except OSError:
         return False
+
+
+def test_the_memory_of_a_worker_is_that_beyond_its_zygote(nursery: ZygotePool) -> None:
+    text = HEAD + (
+        "def lift(o, i):\n"
+        "    yield act('say')\n"
+        "    held = bytearray(40_000_000)\n"
+        "    yield act('say')\n"
+        "    del held\n"
+        "    yield act('say')\n"
+    )
+    skill, peaks = run(nursery, text), []
+    for _ in range(3):
+        skill.resume({}, 60.0)
+        peaks.append(skill.memory_peak())
+    small, large, later = peaks
+    assert small is not None
+    assert large is not None
+    assert small < 20_000_000
+    assert 40_000_000 <= large < 60_000_000
+    assert later == large
+    skill.close()
+    assert skill.memory_peak() is None

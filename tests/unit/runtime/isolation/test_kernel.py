@@ -5,12 +5,15 @@ from __future__ import annotations
 import ctypes
 import errno
 import os
+import signal
 from collections.abc import Iterator
 
 import pytest
 
-from aeros.runtime.isolation.kernel import process_control, system_call
+from aeros.runtime.isolation.kernel import child_processes, end_descendants, process_control, system_call
+from aeros.runtime.isolation.privileges import become_subreaper
 from aeros.runtime.isolation.seccomp import ARCHITECTURES
+from tests.unit.runtime.isolation.support.forked import in_child
 
 PR_SET_NAME, PR_GET_NAME, PR_SET_TIMERSLACK, PR_GET_TIMERSLACK = 15, 16, 29, 30
 PR_GET_NO_NEW_PRIVS = 39
@@ -70,3 +73,24 @@ def test_an_unknown_operation_raises() -> None:
     with pytest.raises(OSError, match="Invalid argument") as failure:
         process_control(123_456)
     assert failure.value.errno == errno.EINVAL
+
+
+def test_all_descendants_are_found_and_ended() -> None:
+    def end(_: int) -> list[list[int]]:
+        become_subreaper()
+        ready, write_end = os.pipe()
+        if os.fork() == 0:
+            if os.fork() == 0:
+                os.setsid()
+                os.write(write_end, b"x")
+            signal.pause()
+        os.read(ready, 1)
+        (child,) = child_processes()
+        (grandchild,) = child_processes(child)
+        end_descendants()
+        for ended in (child, grandchild):
+            with pytest.raises(ProcessLookupError):
+                os.kill(ended, 0)
+        return [child_processes(), child_processes(child)]
+
+    assert in_child(end) == [[], []]

@@ -6,13 +6,17 @@ import ctypes
 import os
 import subprocess
 import sys
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from aeros.runtime.isolation import landlock
 from aeros.runtime.isolation.landlock import restrict_files
+from aeros.runtime.isolation.privileges import drop_privileges
 from tests.host_layers import require_layers
+from tests.unit.runtime.isolation.support.forked import in_child
 
 CREATE_RULESET, RESTRICT_SELF = 444, 446
 
@@ -80,6 +84,49 @@ def test_a_kernel_that_refuses_is_an_error_and_leaves_no_file_open(monkeypatch: 
         restrict_files()
     with pytest.raises(OSError, match="Bad file descriptor"):
         os.fstat(kernel.descriptor)
+
+
+@pytest.mark.layers
+def test_named_paths_stay_open_and_folders_below_them(tmp_path: Path) -> None:
+    require_layers("landlock")
+    for name in ("read", "write", "shut"):
+        (tmp_path / name / "below").mkdir(parents=True)
+        (tmp_path / name / "below" / "file").write_text("x")
+
+    def attempts(_: int) -> dict[str, list[str]]:
+        drop_privileges()
+        file = tmp_path / "shut" / "below" / "file"
+        restrict_files([str(tmp_path / "read")], [str(tmp_path / "write"), str(file)])
+        return {name: _denied(tmp_path / name / "below") for name in ("read", "write", "shut")}
+
+    assert in_child(attempts) == {
+        "read": ["write", "make"],
+        "write": [],
+        "shut": ["list", "make"],  # of the file alone it has the rights
+    }
+
+
+def _denied(folder: Path) -> list[str]:
+    acts: dict[str, Callable[[], object]] = {
+        "read": (folder / "file").read_text,
+        "list": lambda: list(folder.iterdir()),
+        "write": lambda: (folder / "file").write_text("y"),
+        "make": (folder / "new").mkdir,
+    }
+    found = []
+    for name, act in acts.items():
+        try:
+            act()
+        except PermissionError:
+            found.append(name)
+    return found
+
+
+def test_with_a_network_tcp_stays_open_and_signals_do_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    kernel = Kernel(6)
+    monkeypatch.setattr(landlock, "system_call", kernel.call)
+    restrict_files(allows_network=True)
+    assert kernel.rights == [((1 << 16) - 1, 0, 0b10)]
 
 
 SHUT = """

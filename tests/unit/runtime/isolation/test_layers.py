@@ -87,4 +87,5 @@ def test_a_layer_that_cannot_be_applied_raises(monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_the_names_are_those_of_site_files_and_records() -> None:
-    assert [layer.value for layer in IsolationLayer] == ["landlock", "seccomp", "rlimits", "bubblewrap"]
+    names = ["landlock", "seccomp", "rlimits", "bubblewrap", "cgroups"]
+    assert [layer.value for layer in IsolationLayer] == names

@@ -20,8 +20,9 @@ from aeros.runtime.gate.decision import Decision, DecisionKind
 from aeros.runtime.gate.port import Gate
 from aeros.runtime.isolation.isolated_run import IsolatedRun
 from aeros.runtime.isolation.layers import IsolationLayer
-from aeros.runtime.isolation.run_factory import SkillRunFactory
-from aeros.runtime.isolation.zygote_pool import ZygotePool
+from aeros.runtime.isolation.limits import ProcessLimits
+from aeros.runtime.isolation.run_factory import SkillRunFactory, limits_in_force
+from aeros.runtime.isolation.zygote_pool import ZygoteError, ZygotePool
 from aeros.runtime.ports import StepRequest, StepResult, StepStatus
 from aeros.runtime.skills.contract import SkillRefusedError
 from aeros.runtime.skills.in_process_run import InProcessRun
@@ -38,10 +39,15 @@ INPUTS = {"height": 0.1}
 
 
 class FakeNursery:
-    """A host that lacks given layers; it is never asked for a worker."""
+    """A host that lacks given layers, and has no worker."""
 
     def __init__(self, **missing: str) -> None:
         self.missing = {layer: missing.get(layer.value) for layer in IsolationLayer}
+        self.limits: list[ProcessLimits] = []
+
+    def spawn_worker(self, _: int | None, limits: ProcessLimits) -> None:
+        self.limits.append(limits)
+        raise ZygoteError("this host has none")
 
     def close(self) -> None:
         pass
@@ -90,10 +96,11 @@ def test_code_that_was_changed_is_refused_before_any_worker_sees_it(
         SkillRunFactory(site, [ecm], lambda preload: nursery)(site, ecm, ecm.skills["lift"], INPUTS)
 
 
-@pytest.mark.parametrize("layer", ["landlock", "seccomp", "rlimits"])
-def test_a_host_that_lacks_a_layer_refuses(layer: str, site: Site, make_ecm: Any) -> None:
+@pytest.mark.parametrize("layer", ["landlock", "seccomp", "rlimits", "cgroups"])
+def test_a_host_that_lacks_a_required_layer_refuses(layer: str, site: Site, make_ecm: Any) -> None:
     ecm = make_ecm(CODE)
-    runs = _runs(site, ecm, IsolationPolicy(), **{layer: "no such call"})
+    policy = IsolationPolicy(IsolationPolicy().required_layers | {"cgroups"})
+    runs = _runs(site, ecm, policy, **{layer: "no such call"})
     assert runs.unavailable_reason is not None
     assert (
         f"`handling` may not run here: the site requires isolation that this host lacks ({layer}: no such"
@@ -101,7 +108,7 @@ def test_a_host_that_lacks_a_layer_refuses(layer: str, site: Site, make_ecm: Any
     )
     assert runs.audit_details()["layers"][layer] == "missing: no such call"
     with pytest.raises(SkillRefusedError, match="no such call"):
-        runs(site, ecm, ecm.skills["lift"], INPUTS)
+        runs(replace(site, isolation=policy), ecm, ecm.skills["lift"], INPUTS)
 
 
 def test_a_host_without_bubblewrap_refuses_where_the_site_requires_it(site: Site, make_ecm: Any) -> None:
@@ -259,6 +266,23 @@ def test_a_skill_has_the_time_of_its_module_before_each_action(
 
 
 @pytest.mark.parametrize(
+    ("of_module", "of_site", "share"),
+    [(Fraction(1, 2), Fraction(1), 0.5), (Fraction(1), Fraction(1, 4), 0.25), (None, Fraction(1, 4), 0.25)],
+)
+def test_a_skill_has_the_processor_share_of_its_module_within_that_of_the_site(
+    site: Site, make_ecm: Any, of_module: Fraction | None, of_site: Fraction, share: float
+) -> None:
+    worker = None if of_module is None else WorkerLimits(2**28, Fraction(5), of_module)
+    ecm = replace(make_ecm(CODE), worker=worker)
+    host = FakeNursery()
+    limited = replace(site, isolation=IsolationPolicy(processor=of_site))
+    factory = SkillRunFactory(limited, [ecm], lambda preload: cast("ZygotePool", host))
+    with pytest.raises(SkillRefusedError, match="there is no worker"):
+        factory(limited, ecm, ecm.skills["lift"], INPUTS)
+    assert host.limits == [ProcessLimits(2**28, share)]
+
+
+@pytest.mark.parametrize(
     ("devices", "reason"),
     [({}, "the site declares no such device"), ({"gpu": "/dev/no-gpu"}, "has no `/dev/no-gpu`")],
 )
@@ -275,3 +299,11 @@ def test_a_module_that_needs_a_device_runs_only_where_it_is(
         runs(elsewhere, ecm, ecm.skills["lift"], INPUTS)
     with pytest.raises(SkillRefusedError, match="needs `gpu`"):
         SkillRunFactory(elsewhere, [ecm], lambda preload: nursery)
+
+
+def test_a_module_has_its_own_limits_as_far_as_the_site_allows(site: Site, make_ecm: Any) -> None:
+    ecm = replace(make_ecm("def lift(o, i):\n    yield\n"), worker=None)
+    policy = site.isolation
+    assert limits_in_force(site, ecm) == WorkerLimits(policy.memory, policy.answer_timeout_s)
+    asked = replace(ecm, worker=WorkerLimits(policy.memory * 2, policy.answer_timeout_s / 2))
+    assert limits_in_force(site, asked) == WorkerLimits(policy.memory, policy.answer_timeout_s / 2)

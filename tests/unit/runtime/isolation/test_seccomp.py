@@ -55,7 +55,7 @@ def test_architectures_have_the_audit_numbers_of_the_kernel() -> None:
 class Filter:
     """A filter as the kernel would run it, taken from the call that installs it."""
 
-    def __init__(self, machine: str) -> None:
+    def __init__(self, machine: str, name: str = "restrict_system_calls") -> None:
         installed: list[list[tuple[int, int, int, int]]] = []
 
         def take(option: int, mode: int, program: Any) -> int:
@@ -68,7 +68,7 @@ class Filter:
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(module, "process_control", take)
             patch.setattr(os, "uname", lambda: SimpleNamespace(machine=machine))
-            module.restrict_system_calls()
+            getattr(module, name)()
         (self.instructions,) = installed
 
     def run(self, architecture: int, call: int, third: int = 0) -> int:
@@ -83,6 +83,8 @@ class Filter:
                     (loaded,) = struct.unpack_from("<I", data, operand)
                 case 0x15:  # jump if equal
                     place += if_true if loaded == operand else if_false
+                case 0x35:  # jump if at least
+                    place += if_true if loaded >= operand else if_false
                 case 0x45:  # jump if any bit is set
                     place += if_true if loaded & operand else if_false
                 case 0x06:
@@ -119,8 +121,20 @@ def test_memory_is_never_made_executable(machine: str, name: str) -> None:
     assert program.run(audit, calls["read"], 4) == ALLOW
 
 
-def test_on_an_unknown_machine_nothing_can_be_restricted(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(("machine", "call"), [("x86_64", 41), ("aarch64", 198)])
+def test_sockets_and_rings_are_denied_and_nothing_else(machine: str, call: int) -> None:
+    audit, _ = ARCHITECTURES[machine]
+    program = Filter(machine, "restrict_sockets")
+    verdicts = {number: program.run(audit, number) for number in range(4096)}
+    assert {number for number, verdict in verdicts.items() if verdict == DENY} == {call, 425}
+    assert set(verdicts.values()) == {ALLOW, DENY}
+    assert program.run(audit, 0x40000000 | call) == KILL  # the x32 variant
+    assert {program.run(other, 0) for other in (0, 0x40000003, audit ^ 1)} == {KILL}
+
+
+@pytest.mark.parametrize("name", ["restrict_system_calls", "restrict_sockets"])
+def test_on_an_unknown_machine_nothing_can_be_restricted(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(os, "uname", lambda: SimpleNamespace(machine="abacus"))
     with pytest.raises(OSError, match="the system calls of abacus are not listed") as failure:
-        module.restrict_system_calls()
+        getattr(module, name)()
     assert failure.value.errno == errno.ENOSYS

@@ -36,7 +36,7 @@ class Control:
     def spawn(self) -> socket.socket:
         ours, theirs = socket.socketpair()
         with theirs:
-            socket.send_fds(self.socket, [b"spawn"], [theirs.fileno()])
+            socket.send_fds(self.socket, [b"spawn 0 1.0"], [theirs.fileno()])
         return ours
 
     def children(self) -> list[int]:

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from aeros.runtime.isolation import zygote_pool as module
-from aeros.runtime.isolation.layers import APPLY_LAYER, IsolationLayer
+from aeros.runtime.isolation.layers import IsolationLayer
 from aeros.runtime.isolation.protocol import CloseSkill, SkillClosed, WorkerConnection
 from aeros.runtime.isolation.zygote_pool import Zygote, ZygoteError, ZygotePool
 
@@ -119,7 +119,7 @@ def test_an_idle_zygote_that_was_killed_is_replaced(bare: ZygotePool) -> None:
 def test_a_pool_probes_its_host_once_and_ends_its_zygotes(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "find_bubblewrap", lambda: None)
     pool = ZygotePool(["fractions"])
-    assert pool.missing.keys() == {*APPLY_LAYER, IsolationLayer.BUBBLEWRAP}
+    assert pool.missing.keys() == set(IsolationLayer)
     assert pool.missing[IsolationLayer.RLIMITS] is None
     assert pool.missing[IsolationLayer.BUBBLEWRAP] == "there is no program `bwrap`"
     zygote, channel = pool.spawn_worker()
@@ -196,3 +196,14 @@ def test_in_namespaces_the_first_process_is_killed_with_the_zygote(tmp_path: Pat
     else:
         pytest.fail("the first process goes on")
     os.close(kept)
+
+
+def test_a_zygote_without_a_worker_has_no_memory_of_one(nursery: ZygotePool) -> None:
+    zygote, channel = nursery.spawn_worker()
+    channel.close()
+    zygote.end_worker()
+    assert zygote.worker_memory() is None
+    nursery.release(zygote)
+    other = Zygote(("math",), None)
+    other.close()
+    assert other.worker_memory() is None

@@ -14,6 +14,7 @@ from aeros.runtime.registry.operator_block import UNKNOWN_DIGEST, OperatorBlock
 from aeros.runtime.registry.registry import Registry
 from aeros.runtime.registry.store import RegistrySnapshot
 from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.model.configured import ModuleConfiguration
 from tests.unit.runtime.registry.conftest import BASE, Author
 
 
@@ -107,3 +108,12 @@ def test_the_folder_ecms_is_used_until_a_module_is_installed(
     assert uses_installed_modules(registry)
     registry.remove("tidy")
     assert uses_installed_modules(registry)
+
+
+def test_settings_of_an_absent_module_are_refused_without_a_proof(registry: Registry, folder: Path) -> None:
+    settings = {"tidi": ModuleConfiguration({"surface": "bench"})}
+    modules = FolderModules(folder, None, registry, configurations=settings)
+    for load in (modules.load, modules.load_unproved):
+        with pytest.raises(UserError, match="settings are given for `tidi`") as refused:
+            load(registry.snapshot())
+        assert [one.code for one in refused.value.diagnostics] == ["AE886"]

@@ -12,6 +12,8 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
+from aeros.spec.model.tools import Confinement
+
 Answer = Callable[[dict[str, Any]], tuple[int, bytes]]
 
 
@@ -66,6 +68,10 @@ def slow(seconds: float) -> Answer:
         return 200, b"{}"
 
     return answer
+
+
+PYTHON = Confinement(reads=tuple({sys.prefix, sys.base_prefix}))
+"""Confinement of this interpreter, which may be in somebody's home."""
 
 
 def python(body: str) -> tuple[str, ...]:

@@ -8,14 +8,17 @@ import pytest
 
 from aeros.runtime.tools.exchange import ToolError
 from aeros.runtime.tools.mcp_service import call_mcp
+from aeros.spec.model.policy import IsolationPolicy
 from aeros.spec.model.tools import McpService
-from tests.unit.runtime.tools.services import mcp_server
+from tests.unit.runtime.tools.services import PYTHON, mcp_server
+
+POLICY = IsolationPolicy(refuses_missing=False)
 
 
 @pytest.mark.parametrize(("tool", "seconds"), [("ask", 3.0), ("text", 7.5)])
 def test_the_result_is_structured_or_the_json_of_its_text(tmp_path: Path, tool: str, seconds: float) -> None:
-    service = McpService(tool, mcp_server(tmp_path))
-    assert call_mcp(service, {"mass": 0.05}, 20.0) == {"cooking_time": seconds}
+    service = McpService(tool, mcp_server(tmp_path), confinement=PYTHON)
+    assert call_mcp(service, POLICY, {"mass": 0.05}, 20.0) == {"cooking_time": seconds}
 
 
 @pytest.mark.parametrize(
@@ -24,7 +27,7 @@ def test_the_result_is_structured_or_the_json_of_its_text(tmp_path: Path, tool: 
 )
 def test_a_result_that_is_none_has_a_reason(tmp_path: Path, tool: str, seconds: float, reason: str) -> None:
     with pytest.raises(ToolError, match=reason):
-        call_mcp(McpService(tool, mcp_server(tmp_path)), {}, seconds)
+        call_mcp(McpService(tool, mcp_server(tmp_path), confinement=PYTHON), POLICY, {}, seconds)
 
 
 @pytest.mark.parametrize(
@@ -32,5 +35,5 @@ def test_a_result_that_is_none_has_a_reason(tmp_path: Path, tool: str, seconds: 
     [McpService("ask", ("/no/such/program",)), McpService("ask", url="http://127.0.0.1:1/mcp")],
 )
 def test_a_server_that_is_not_there_has_a_reason(service: McpService) -> None:
-    with pytest.raises(ToolError, match="cannot be reached"):
-        call_mcp(service, {}, 5.0)
+    with pytest.raises(ToolError, match=r"cannot be (reached|started)"):
+        call_mcp(service, POLICY, {}, 5.0)

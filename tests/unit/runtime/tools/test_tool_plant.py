@@ -22,6 +22,7 @@ from aeros.sim.fake import FakePlant
 from aeros.skill import Action
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
+from aeros.spec.model.policy import IsolationPolicy
 from aeros.spec.model.site import Site
 from aeros.spec.model.tools import Program, Tool
 from tests.unit.spec.elaborate.faults import TABLE
@@ -39,7 +40,7 @@ class Services:
         self.go = threading.Event()
         self.go.set()
 
-    def __call__(self, tool: Tool) -> ServiceCall:
+    def __call__(self, tool: Tool, policy: IsolationPolicy) -> ServiceCall:
         def call(parameters: Mapping[str, Any], seconds: float) -> Any:
             self.asked.append(parameters)
             self.go.wait(10.0)

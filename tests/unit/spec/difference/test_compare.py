@@ -64,7 +64,7 @@ def test_a_warning_does_not_stop_the_comparison(old: Path, new: Path) -> None:
 def test_two_single_modules_are_compared_under_any_names(old: Path, new: Path) -> None:
     change(new / "tidy" / "ecm.yaml", "id: tidy", "id: neat")
     change(new / "tidy" / "ecm.yaml", "force <= 10 N", "force <= 11 N")
-    assert changed(modules(old, new)) == {"neat/pick_cloth/grip": "newly allowed"}
+    assert changed(modules(old, new)) == {"neat/pick_cloth/grip": "newly allowed", "neat/id": "changed"}
 
 
 def test_of_several_modules_those_of_one_name_are_compared(old: Path, new: Path) -> None:
@@ -78,6 +78,7 @@ def test_of_several_modules_those_of_one_name_are_compared(old: Path, new: Path)
     assert {name: word for name, word in gone.items() if name.startswith("tidy/")} == {
         f"tidy/{one}": "newly denied" for one in ("pick_cloth/grip", "wipe/move", "wipe/wait", "rest/wait")
     }
+    assert gone["tidy"] == "changed"
 
 
 def test_two_modules_of_one_name_on_one_side_are_refused(old: Path, new: Path) -> None:

@@ -10,7 +10,7 @@ import pytest
 from tests.unit.spec.difference.versions import change, changed, modules, named
 
 MODULE_CHANGES = [
-    # 1: newly allowed, and newly denied the other way round; -1: the reverse.
+    # 1: newly allowed, and newly denied the other way round; -1: the reverse; 0: changed.
     ("force <= 10 N", "force <= 11 N", {"tidy/pick_cloth/grip": 1}),
     (
         "precondition: cloth_held\n",
@@ -25,7 +25,7 @@ MODULE_CHANGES = [
     (
         "range: [0, 20], default",
         "range: [0, 21], default",
-        {"tidy/rest/wait": 1, "tidy/rest/precondition": 1},
+        {"tidy/rest/wait": 1, "tidy/rest/precondition": 1, "tidy/skills/rest/inputs/pause/range": 0},
     ),
     ("timeout: 20 s", "timeout: 21 s", {"tidy/pick_cloth/timeout": 1}),
     ("timeout: 20 s", "timeout: 20 s\n    idempotent: true", {"tidy/pick_cloth/idempotent": 1}),
@@ -33,15 +33,35 @@ MODULE_CHANGES = [
     (
         "      wait: duration <= 5 s\n",
         "      wait: duration <= 5 s\n      turn: true\n",
-        {},
+        {"tidy/skills/wipe/envelope/turn": 0},
     ),
     (
         "sensors: [scanner, gripper, camera]",
         "sensors: [scanner, gripper, camera, panel]",
         {"tidy/sensors": 1},
     ),
-    ("    wait: duration <= 20 s", "    wait: duration <= 4 s", {"tidy/wipe/wait": -1, "tidy/rest/wait": -1}),
-    ("    grip: force <= 15 N\n", "", {"tidy/pick_cloth/grip": -1}),
+    (
+        "    wait: duration <= 20 s",
+        "    wait: duration <= 4 s",
+        {"tidy/wipe/wait": -1, "tidy/rest/wait": -1, "tidy/permissions/wait": -1},
+    ),
+    ("    wait: duration <= 20 s", "    wait: duration <= 21 s", {"tidy/permissions/wait": 1}),
+    (
+        "    wait: duration <= 20 s",
+        "    wait: duration <= 20 s\n    turn: true",
+        {"tidy/permissions/turn": 1},
+    ),
+    ("    grip: force <= 15 N\n", "", {"tidy/pick_cloth/grip": -1, "tidy/permissions/grip": -1}),
+    (
+        "  sensors: [scanner",
+        "  worker: {memory: 64 MiB}\n  sensors: [scanner",
+        {"tidy/worker/memory": -1},
+    ),
+    (
+        "  sensors: [scanner",
+        "  worker: {answer_within: 1 s}\n  sensors: [scanner",
+        {"tidy/worker/answer_within": -1},
+    ),
     ("    resources: [arm]\n", "", {"tidy/wipe/resources": -1}),
 ]
 
@@ -51,7 +71,7 @@ def test_a_change_of_a_module_is_found_in_its_direction(
     before: str, after: str, expected: dict[str, int], old: Path, new: Path
 ) -> None:
     change(new / "tidy" / "ecm.yaml", before, after)
-    words = {1: "newly allowed", -1: "newly denied"}
+    words = {1: "newly allowed", 0: "changed", -1: "newly denied"}
     assert changed(modules(old, new)) == {name: words[way] for name, way in expected.items()}
     assert changed(modules(new, old)) == {name: words[-way] for name, way in expected.items()}
 
@@ -69,8 +89,9 @@ def test_a_new_skill_is_newly_allowed_for_all_its_inputs(old: Path, new: Path) -
     start, end = text.index("  rest:\n"), text.index("tasks:\n")
     text = text[:start] + text[end:]
     manifest.write_text(text.replace("        - {skill: rest}\n", ""))
-    assert changed(modules(old, new)) == {"tidy/rest/wait": "newly allowed"}
-    assert changed(modules(new, old)) == {"tidy/rest/wait": "newly denied"}
+    step = {"tidy/compositions/clean_once/do/seq/3": "changed"}
+    assert changed(modules(old, new)) == {"tidy/rest/wait": "newly allowed", **step}
+    assert changed(modules(new, old)) == {"tidy/rest/wait": "newly denied", **step}
 
 
 def test_an_input_of_another_type_cannot_be_compared(old: Path, new: Path) -> None:
@@ -80,6 +101,8 @@ def test_an_input_of_another_type_cannot_be_compared(old: Path, new: Path) -> No
     assert changed(modules(old, new)) == {
         "tidy/rest/wait": "not comparable",
         "tidy/rest/precondition": "not comparable",
+        "tidy/skills/rest/inputs/pause/unit": "changed",
+        "tidy/skills/rest/inputs/pause/default": "changed",
     }
     assert modules(old, new).undecided
 

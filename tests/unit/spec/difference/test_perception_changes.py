@@ -5,12 +5,20 @@
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 
 import pytest
 
+from aeros.spec.diagnostics.source import Source
 from aeros.spec.difference.compare import compare
+from aeros.spec.difference.perception_changes import vocabulary_changes
 from aeros.spec.difference.policy_change import Relation
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.types import RealType
+from aeros.spec.expr.units import NUMBER
+from aeros.spec.model.variables import Declared
 from tests.unit.spec.difference.versions import changed
 from tests.unit.spec.elaborate.faults import CORPUS, TABLE
 
@@ -18,6 +26,10 @@ KETTLE = CORPUS / "accepted" / "measures_its_own_predicate"
 MORE, LESS = Relation.NEWLY_ALLOWED.value, Relation.NEWLY_DENIED.value
 BOTH, OTHER = Relation.INCOMPARABLE.value, Relation.CHANGED_OTHERWISE.value
 OWN = "measures_its_own_predicate"
+
+
+def quantity(name: str) -> Declared:
+    return Declared(t.Variable(name, RealType(NUMBER), t.VariableRole.STATE), Source("a", "b").span(0, 1))
 
 
 def differences(tmp_path: Path, old: Path, before: str, after: str) -> dict[str, str]:
@@ -37,8 +49,10 @@ def differences(tmp_path: Path, old: Path, before: str, after: str) -> dict[str,
     [
         ("clean: {type: bool, max_age: 1 s}", "clean: {type: bool, max_age: 2 s}", {f"state/{OWN}.clean/max_age": MORE}),
         ("uncertainty: 1 mm", "uncertainty: 2 mm", {f"state/{OWN}.level/uncertainty": MORE}),
-        ("width: 320", "width: 321", {f"{OWN}/perceivers/watch/sources": BOTH}),
-        ("    readings: [hand]\n    rate: 20 Hz\n", "", {f"{OWN}/perceivers/watch/sources": LESS}),
+        ("clean: {type: bool, max_age: 1 s}", "clean: {type: bool, max_age: 1 s, public: true}", {f"state/{OWN}.clean/public": MORE}),
+        ("width: 320", "width: 321", {f"{OWN}/perceivers/watch/pictures/overhead/size": MORE}),
+        ("    readings: [hand]\n    rate: 20 Hz\n", "", {f"{OWN}/perceivers/watch/{one}": LESS for one in ("readings", "rate")}),
+        ("rate: 20 Hz", "rate: 30 Hz", {f"{OWN}/perceivers/watch/rate": MORE}),
         ("timeout: 200 ms", "timeout: 300 ms", {f"{OWN}/perceivers/watch/timeout": MORE}),
         ("memory: 256 MiB", "memory: 128 MiB", {f"{OWN}/perceivers/watch/memory": LESS}),
     ],
@@ -49,9 +63,23 @@ def test_a_change_of_a_perceiver_is_found(
     assert differences(tmp_path, KETTLE, before, after) == expected
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "expected"), [(None, 1, LESS), (1, None, MORE), (1, 2, MORE), (2, 2, "equal")]
+)
+def test_a_variable_without_a_bound_may_be_uncertain_by_anything(
+    old: int | None, new: int | None, expected: str
+) -> None:
+    sides = [
+        replace(quantity("level"), uncertainty=None if one is None else Fraction(one)) for one in (old, new)
+    ]
+    found = vocabulary_changes({"level": sides[0]}, {"level": sides[1]})
+    (change,) = [one for one in found if one.subject.endswith("uncertainty")]
+    assert change.relation.value == expected
+
+
 def test_a_change_of_a_variables_type_makes_conditions_over_it_incomparable(tmp_path: Path) -> None:
     found = differences(tmp_path, KETTLE, "range: [0, 100]", "range: [0, 200]")
-    assert found == {f"{OWN}/tidy/approach": MORE}
+    assert found == {f"{OWN}/tidy/approach": MORE, f"{OWN}/state/level/range": OTHER}
 
 
 @pytest.mark.parametrize(
@@ -88,6 +116,7 @@ def test_new_variables_and_perceivers_are_reported(tmp_path: Path) -> None:
         ("gauge.dial_green: {type: bool, ", "gauge.dial_green: {type: bool, in_invariants: true, ", {"policy/perception/in_invariants": MORE}),
         ("    timeout: 500 ms", "    timeout: 400 ms", {"policy/perception/timeout": LESS}),
         ("memory: 512 MiB", "memory: 1 GiB", {"policy/perception/memory": MORE}),
+        ("memory: 512 MiB", "memory: 512 MiB\n    processor: 50 %", {"policy/perception/processor": LESS}),
     ],
 )  # fmt: skip
 def test_a_change_of_a_sites_perception_is_found(

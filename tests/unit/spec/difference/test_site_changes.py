@@ -22,9 +22,9 @@ SITE_CHANGES = [
     ("resources: {arm: 1}", "resources: {arm: 2}", {"resources/arm": 1}),
     ("sensor: camera, max_age: 1 s", "sensor: camera, max_age: 2 s", {"state/bench_clean/max_age": 1}),
     ("angle: {type: real, unit: rad, range: [-4, 4]}", "angle: {type: real, unit: rad, range: [-1, 4]}",
-     {"actions/turn": -1}),
+     {"actions/turn": -1, "actions/turn/parameters/angle/range": 0}),
     ("unit: m, range: [0, 20]", "unit: m, range: [0, 9]",
-     {"actions/move": -1, "actions/turn": -1, "actions/grip": -1}),
+     {"actions/move": -1, "actions/turn": -1, "actions/grip": -1, "state/human_distance/range": 0}),
     ("  quotas:\n", "  blocks:\n    - {id: no-turns, action: turn, reason: an example}\n  quotas:\n",
      {"actions/turn": -1, "policy/blocks/no-turns": -1}),
     ("  quotas:\n", "  isolation: {trusted: [tidy]}\n  quotas:\n", {"policy/isolation/trusted": 1}),
@@ -34,6 +34,7 @@ SITE_CHANGES = [
     ("  quotas:\n", "  isolation: {missing: warn}\n  quotas:\n", {"policy/isolation/missing": 1}),
     ("  quotas:\n", "  isolation: {answer_within: 2 s}\n  quotas:\n", {"policy/isolation/answer_within": -1}),
     ("  quotas:\n", "  isolation: {memory: 64 MiB}\n  quotas:\n", {"policy/isolation/memory": -1}),
+    ("  quotas:\n", "  isolation: {processor: 50 %}\n  quotas:\n", {"policy/isolation/processor": -1}),
     ("  quotas:\n", "  mcp: {execute: allowed}\n  quotas:\n", {"policy/mcp/execute": 1}),
     ("  quotas:\n", "  mcp: {execute: denied}\n  quotas:\n", {"policy/mcp/execute": -1}),
     ("  quotas:\n", "  mcp: {most_steps: 21}\n  quotas:\n", {"policy/mcp/most_steps": 1}),
@@ -46,7 +47,7 @@ def test_a_change_of_a_site_is_found_in_its_direction(
     before: str, after: str, expected: dict[str, int], old: Path, new: Path
 ) -> None:
     change(new / "site.yaml", before, after)
-    words = {1: "newly allowed", -1: "newly denied"}
+    words = {1: "newly allowed", 0: "changed", -1: "newly denied"}
     assert changed(sites(old, new)) == {name: words[way] for name, way in expected.items()}
     assert changed(sites(new, old)) == {name: words[-way] for name, way in expected.items()}
 
@@ -102,7 +103,7 @@ def test_a_change_of_what_motions_are_decided_by_is_reported_as_allowing_more_an
     old: Path, new: Path
 ) -> None:
     change(new / "site.yaml", "clearance: 10 mm", "clearance: 9 mm")
-    assert changed(sites(old, new)) == {"motion": "incomparable"}
+    assert changed(sites(old, new)) == {"motion": "incomparable", "motion/clearance": "changed"}
     assert [one.subject for one in sites(old, new).changes if one.relation.allows_more] == ["motion"]
 
 

@@ -87,6 +87,10 @@ def test_a_shared_variable_is_read_by_modules_that_require_its_module() -> None:
         (("rate: 20 Hz", "rate: 1001 Hz"), "a rate is above 0 Hz and at most 1000 Hz"),
         (("memory: 256 MiB", "memory: 513 MiB"), "this site allows a perceiver at most 512 MiB"),
         (("memory: 256 MiB", "memory: much"), "`much` is not an amount of memory"),
+        (
+            ("memory: 256 MiB", "memory: 256 MiB\n    processor: 101 %"),
+            "a processor share is at least 1 % and at most 100 % here",
+        ),
         (("timeout: 200 ms", "timeout: 0 s"), "a perceiver's timeout is above 0 s and at most 0.5 s"),
         (("readings: [hand]", "readings: [hnad]"), "`hnad` is not a state variable that it may read"),
         (("readings: [hand]", "readings: [gauge.dial_green]"), "is not a state variable that it may read"),
@@ -110,6 +114,10 @@ def test_a_fault_of_perception_is_reported(tmp_path: Path, edit: tuple[str, str]
     [
         (("    timeout: 500 ms\n", "    timeout: 61 s\n"), "a timeout must be above 0 s and at most 60 s"),
         (("memory: 512 MiB", "memory: 1 TiB"), "`1 TiB` is not an amount of memory"),
+        (
+            ("memory: 512 MiB", "memory: 512 MiB\n    processor: 0 %"),
+            "a processor share is at least 1 % and at most 100 % here",
+        ),
         (("  underneath: {sensor", "  beside: {sensor"), "`beside` is not a member of the enum `cameras`"),
         (("gauge.dial_green: {type: bool", "gauge.dial_green: {type: boole"), "`boole` is not a type"),
     ],

@@ -2,11 +2,21 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from pathlib import Path
 
 import pytest
 
+from aeros.spec.declared import ecm as declared_ecm
+from aeros.spec.declared import policy as declared_policy
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.diagnostics.source import Source
+from aeros.spec.elaborate.policy import elaborate_isolation, elaborate_worker_limits
+from aeros.spec.text.fields import TextField
+from aeros.spec.text.nodes import ScalarNode
 from tests.unit.spec.elaborate.faults import messages_of_module, messages_of_site
+
+SPAN = Source("site.yaml", "policy").span(0, 6)
 
 
 def test_a_limit_beyond_every_double_is_refused(tmp_path: Path) -> None:
@@ -46,6 +56,9 @@ def test_a_fault_of_the_policy_is_reported(tmp_path: Path, edit: tuple[str, str]
         ("{answer_within: 6 s}", "skill code has above 0 s and at most 5 s before each action"),
         ("{answer_within: 0 s}", "skill code has above 0 s and at most 5 s before each action"),
         ("{answer_within: 2 N}", "error[AE204]"),
+        ("{processor: 101 %}", "a processor share is at least 1 % and at most 100 % here"),
+        ("{processor: 0.5 %}", "a processor share is at least 1 % and at most 100 % here"),
+        ("{processor: 1 s}", "error[AE204]"),
     ],
 )
 def test_a_module_asks_for_no_more_than_the_site_allows(tmp_path: Path, worker: str, message: str) -> None:
@@ -53,9 +66,51 @@ def test_a_module_asks_for_no_more_than_the_site_allows(tmp_path: Path, worker: 
     assert message in found
 
 
-@pytest.mark.parametrize("worker", ["{}", "{memory: 256 MiB}", "{memory: 64 MiB, answer_within: 500 ms}"])
+@pytest.mark.parametrize(
+    "worker",
+    [
+        "{}",
+        "{memory: 256 MiB}",
+        "{memory: 64 MiB, answer_within: 500 ms}",
+        "{processor: 1 %}",
+        "{processor: 1}",
+    ],
+)
 def test_a_module_may_ask_for_less(tmp_path: Path, worker: str) -> None:
     assert messages_of_module(tmp_path, ("permissions:\n", f"permissions:\n  worker: {worker}\n")) == []
+
+
+@pytest.mark.parametrize(
+    ("asked", "granted", "share"),
+    [("50 %", "50 %", Fraction(1, 2)), ("0.25", "0.5", Fraction(1, 4)), (None, "50 %", Fraction(1, 2))],
+)
+def test_a_module_has_the_share_that_it_asks_for_within_that_of_the_site(
+    tmp_path: Path, asked: str | None, granted: str, share: Fraction
+) -> None:
+    diagnostics = Diagnostics()
+    isolation = elaborate_isolation(_isolation(granted), diagnostics)
+    worker = elaborate_worker_limits(_worker(asked), isolation, diagnostics)
+    assert worker is not None
+    assert worker.processor == share
+    assert len(diagnostics) == 0
+    assert elaborate_worker_limits(_worker("51 %"), isolation, diagnostics) is not None
+    (refused,) = diagnostics
+    assert (refused.code, refused.headline) == (
+        "AE129",
+        "a processor share is at least 1 % and at most 50 % here",
+    )
+
+
+def _text(value: str | None) -> TextField | None:
+    return None if value is None else TextField(value, SPAN, ScalarNode(value, SPAN))
+
+
+def _isolation(processor: str) -> declared_policy.IsolationPolicy:
+    return declared_policy.IsolationPolicy(SPAN, processor=_text(processor))
+
+
+def _worker(processor: str | None) -> declared_ecm.WorkerLimits:
+    return declared_ecm.WorkerLimits(SPAN, processor=_text(processor))
 
 
 def test_a_computing_device_has_a_file_by_which_it_shows(tmp_path: Path) -> None:

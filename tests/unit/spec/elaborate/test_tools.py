@@ -9,7 +9,7 @@ import pytest
 
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
-from aeros.spec.model.tools import HttpService, McpService, Program, Tool
+from aeros.spec.model.tools import Confinement, HttpService, McpService, Program, Tool
 from tests.unit.spec.elaborate.faults import TABLE, messages_of_site
 
 STATE = (
@@ -40,6 +40,15 @@ def kind(tool: str, more: str = "") -> tuple[str, str]:
             Program(("/usr/bin/ask", "--time")),
         ),
         (
+            "{program: [ask], confinement: {reads: [/opt/a], writes: [/var/b], network: true, memory: 1 GiB, "
+            "processor: 50 %, processes: 4}, timeout: 2 s, answers: [recipe]}",
+            Program(("ask",), Confinement(("/opt/a",), ("/var/b",), True, 2**30, Fraction(1, 2), 4)),
+        ),
+        (
+            "{mcp: {tool: time, command: [cook]}, confinement: {}, timeout: 2 s, answers: [recipe]}",
+            McpService("time", ("cook",)),
+        ),
+        (
             "{mcp: {tool: time, command: [cook, serve]}, timeout: 2 s, answers: [recipe]}",
             McpService("time", ("cook", "serve")),
         ),
@@ -68,6 +77,30 @@ def test_a_tool_is_one_service(
 @pytest.mark.parametrize(
     ("tool", "message"),
     [
+        (
+            "{program: [ask], confinement: {reads: [opt]}, timeout: 2 s, answers: [recipe]}",
+            "`opt` is not an absolute path without `..`",
+        ),
+        (
+            "{program: [ask], confinement: {writes: [/opt/../etc]}, timeout: 2 s, answers: [recipe]}",
+            "`/opt/../etc` is not an absolute path without `..`",
+        ),
+        (
+            "{program: [ask], confinement: {processor: 2}, timeout: 2 s, answers: [recipe]}",
+            "a processor share is at least 1 % and at most 100 % here",
+        ),
+        (
+            "{program: [ask], confinement: {memory: 1 TB}, timeout: 2 s, answers: [recipe]}",
+            "`1 TB` is not an amount of memory",
+        ),
+        (
+            "{http: 'https://a/', confinement: {network: true}, timeout: 2 s, answers: [recipe]}",
+            "this service has an address",
+        ),
+        (
+            "{mcp: {tool: t, url: 'https://a/'}, confinement: {}, timeout: 2 s, answers: [recipe]}",
+            "this service has an address",
+        ),
         ("{timeout: 2 s, answers: [recipe]}", "it has one of `http`, `program` and `mcp`"),
         (
             "{http: http://127.0.0.1/, program: [ask], timeout: 2 s, answers: [recipe]}",

@@ -2,7 +2,16 @@
 
 from __future__ import annotations
 
-from aeros.spec.model.composition import STOP_ON_FAILURE, Step, handlers_of
+from aeros.spec.expr import terms as t
+from aeros.spec.model.composition import (
+    STOP_ON_FAILURE,
+    Composition,
+    OutputReference,
+    Step,
+    handlers_of,
+    nested,
+)
+from aeros.spec.model.step_graph import If, Seq, steps_of
 from tests.unit.agent.dumplings import SPAN
 
 
@@ -33,3 +42,28 @@ def test_handlers_that_lead_back_are_given_once() -> None:
     assert [one.id for one in handlers_of(_step("fetch", "park"), handlers)] == ["park", "rest"]
     itself = {"park": _step("park", "park")}
     assert [one.id for one in handlers_of(itself["park"], itself)] == ["park"]
+
+
+def test_a_nested_composition_has_names_and_flows_of_its_own() -> None:
+    flows = {"width": OutputReference("look", "width", SPAN)}
+    flowing = Step("tidy", "tidy", {}, flows, 1, "rest", STOP_ON_FAILURE, SPAN)
+    body = Seq((_step("look", last="park"), flowing))
+    handlers = {"rest": _step("rest", None, "park"), "park": _step("park")}
+    part, renamed = nested("clean", Composition("c", t.TRUE, None, body, handlers, SPAN))
+    look, tidy = steps_of(part)
+    assert (look.id, look.skill, look.on_failure) == ("clean.look", "look", "clean.park")
+    assert (tidy.id, tidy.between_tries, tidy.on_failure) == ("clean.tidy", "clean.rest", STOP_ON_FAILURE)
+    assert tidy.output_references["width"].step == "clean.look"
+    assert {name: one.id for name, one in renamed.items()} == {
+        "clean.rest": "clean.rest",
+        "clean.park": "clean.park",
+    }
+    assert renamed["clean.rest"].on_failure == "clean.park"
+    assert all(one.is_nested for one in (look, tidy, *renamed.values()))
+
+
+def test_a_nested_composition_fails_where_its_precondition_does_not_hold() -> None:
+    part, _ = nested("clean", Composition("c", t.FALSE, SPAN, _step("look"), {}, SPAN))
+    assert isinstance(part, If)
+    assert (part.condition, part.otherwise, part.is_precondition) == (t.FALSE, None, True)
+    assert part.is_nested

@@ -8,7 +8,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.spec.expr import terms as t
-from aeros.spec.model.step_graph import If, Par, Part, Seq, children_of, map_graph_steps, steps_of, walk_parts
+from aeros.spec.model.step_graph import (
+    If,
+    Par,
+    Part,
+    Seq,
+    as_nested,
+    children_of,
+    map_graph_steps,
+    steps_of,
+    walk_parts,
+)
 from tests.unit.agent.dumplings import SPAN
 
 
@@ -77,3 +87,12 @@ def test_replacing_each_step_by_itself_changes_nothing(graph: Part[str]) -> None
 @given(GRAPHS)
 def test_steps_of_a_replaced_graph_are_the_replaced_steps(graph: Part[str]) -> None:
     assert list(steps_of(map_graph_steps(graph, str.upper))) == [step.upper() for step in steps_of(graph)]
+
+
+@given(GRAPHS)
+def test_a_nested_graph_differs_in_the_marks_of_its_choices_alone(graph: Part[str]) -> None:
+    marked = as_nested(graph)
+    assert str(marked) == str(graph)
+    assert all(one.is_nested for one in walk_parts(marked) if isinstance(one, If))
+    assert as_nested(marked) == marked
+    assert map_graph_steps(marked, lambda step: step) == marked

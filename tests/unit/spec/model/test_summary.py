@@ -11,6 +11,7 @@ import pytest
 
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.diagnostics.source import Source
+from aeros.spec.model.configured import ModuleConfiguration
 from aeros.spec.model.ecm import Ecm, Task
 from aeros.spec.model.perception import PerceptionPolicy
 from aeros.spec.model.policy import Access, OperatorOverride
@@ -72,6 +73,8 @@ SITE = replace(
     ),
     span=FILE.span(0, 19),
     perception=PerceptionPolicy({"kettle.hot": replace(state("kettle.hot"), span=FILE.span(8, 9))}),
+    configurations={"kitchen": ModuleConfiguration({"pot": "pan"}), "cellar": ModuleConfiguration()},
+    policy_spans={"modules/kitchen": FILE.span(11, 13)},
 )
 
 
@@ -132,6 +135,7 @@ def test_a_site_in_json_has_offsets_for_spans() -> None:
         "grants": {"kitchen": [2, 4], "laundry": [0, 19]},
         "blocks": [["one", "kitchen", None, 5, 6], ["three", "kitchen", "boil", 0, 19]],
         "shared": {"kettle.hot": [8, 9]},
+        "settings": {"kitchen": [11, 13], "cellar": None},
     }
 
 

@@ -1,8 +1,15 @@
-"""Identities of claims: two that differ never have one text, whatever names authors and operators choose."""
+"""Identities of claims: two that differ never have one text, whatever names authors and operators choose.
+
+Certificates list claims by their texts, so a text that changes makes every certificate stale.
+
+AEROS_UPDATE_GOLDEN=1 pytest tests/unit/spec/obligations/test_claim_id.py   rewrites `names.txt`, and fails
+"""
 
 from __future__ import annotations
 
 import json
+import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -111,3 +118,44 @@ def test_every_claim_of_a_module_whose_names_clash_is_in_its_certificate() -> No
     assert written["safety/goal/move/effective"] == "PROVED"
     assert written["safety/skill=goal/action=move/invariant=effective"] == "GUARDED"
     assert "effective" in module.certificate.runtime_checked_rules("goal", "move")
+
+
+CORPUS = Path(__file__).parents[3] / "corpus"
+GOLDEN = Path(__file__).parent / "data" / "names.txt"
+CASES = (
+    "accepted/both_together_just_slow_enough",
+    "accepted/capability_with_an_interface",
+    "accepted/handler_that_leads_back",
+    "accepted/input_that_keeps_the_sum_low",
+    "accepted/invariant_kept_through_failures",
+    "accepted/modules_that_need_each_other_in_one_direction",
+    "accepted/words_side_by_side",
+    "rejected/closed_loop/rules_over_numbers",
+    "rejected/composition/both_branches_turn_the_table",
+    "rejected/composition/case_without_a_branch",
+    "rejected/composition/more_paths_than_are_explored",
+    "rejected/composition/person_comes_when_both_have_begun",
+    "rejected/composition/retry_after_a_handler_that_undoes",
+    "rejected/configuration/two_versions_needed",
+)
+
+
+def _lines() -> Iterator[str]:
+    for number, case in enumerate(CASES):
+        report = verify([CORPUS / case], CORPUS / "site" / "table.yaml")
+        for subject in report.subjects[1 if number else 0 :]:  # the site is the same for all
+            yield f"{case}: {subject.name}"
+            claims = [one.obligation.id for one in subject.findings] + [
+                one.id for one in subject.static_claims
+            ]
+            names = list(map(str, claims))
+            assert len(names) == len(set(names))
+            yield from (f"  {name}" for name in sorted(names))
+
+
+def test_every_claim_has_a_name_of_its_own_that_stays() -> None:
+    shown = "\n".join(_lines()) + "\n"
+    if os.environ.get("AEROS_UPDATE_GOLDEN") == "1":
+        GOLDEN.write_text(shown, encoding="utf-8")
+        pytest.fail("the golden file was rewritten: read the difference, then run without the variable")
+    assert shown == GOLDEN.read_text(encoding="utf-8")

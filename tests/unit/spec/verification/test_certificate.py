@@ -66,6 +66,23 @@ def test_a_comment_added_anywhere_makes_it_stale(module: Path, site: Path, file:
     assert found.headline == f"the certificate of `left_to_the_gate` is stale: {field} differs"
 
 
+def test_it_states_the_limits_that_the_module_declares(module: Path, site: Path) -> None:
+    assert not certificate_of(module, site).resources
+    assert "resources" not in certificate_of(module, site).text()
+    manifest = module / "ecm.yaml"
+    asked = "permissions:\n  worker: {memory: 64 MiB, processor: 25 %}\n"
+    manifest.write_text(manifest.read_text().replace("permissions:\n", asked))
+    expected = {
+        "skills.memory": "64 MiB",
+        "skills.answer_within": "5 s",
+        "skills.processor": "25 %",
+    }
+    for _ in range(2):  # the second is from the cache
+        certificate = certificate_of(module, site)
+        assert certificate.resources == expected
+        assert json.loads(certificate.text())["resources"] == expected
+
+
 def test_line_ends_rewritten_make_it_stale(module: Path, site: Path) -> None:
     code = module / "skills.py"
     code.write_bytes(code.read_bytes().replace(b"\n", b"\r\n"))

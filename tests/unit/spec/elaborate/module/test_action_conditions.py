@@ -28,4 +28,4 @@ def test_an_unknown_action_kind_of_an_envelope_is_reported(tmp_path: Path) -> No
 
 def test_a_permission_may_not_read_inputs(tmp_path: Path) -> None:
     (message,) = messages_of_module(tmp_path, ("wait: true", "wait: duration <= inputs.pace"))
-    assert "this skill has no input `pace`" in message
+    assert "there is no input `pace`" in message

@@ -129,7 +129,7 @@ FAULTS = [
     ("nrom(p) <= 1 m", "AE202", "there is no function `nrom`", "nrom", "did you mean `norm`?"),
     ("p in cel", "AE202", "`cel` is not a volume of this site", "cel", "did you mean `cell`?"),
     ("all(a for j in Joints)", "AE202", "`Joints` is not a set", "Joints", "did you mean `Joint`?"),
-    ("speed <= inputs.pase", "AE202", "this skill has no input `pase`", "inputs.pase", "`pace`"),
+    ("speed <= inputs.pase", "AE202", "there is no input `pase`", "inputs.pase", "`pace`"),
     (
         "all(a for x in Joint)",
         "AE202",

@@ -128,8 +128,8 @@ def test_the_attribute_of_anything_else_is_left_to_the_caller() -> None:
 @pytest.mark.parametrize(
     ("base", "text", "message", "cure"),
     [
-        ("inputs", "pcae", "this skill has no input `pcae`", "did you mean `pace`?"),
-        ("inputs", "width", "this skill has no input `width`", "declare it under `inputs`"),
+        ("inputs", "pcae", "there is no input `pcae`", "did you mean `pace`?"),
+        ("inputs", "width", "there is no input `width`", "declare it under `inputs`"),
         ("moving", "sped", "the action `moving` has no parameter `sped`", "did you mean `speed`?"),
         ("moving", "width", "the action `moving` has no parameter `width`", None),
     ],

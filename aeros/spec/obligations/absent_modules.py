@@ -1,0 +1,96 @@
+"""Claims about the modules that a site names: its grants, overrides and settings are for existing modules.
+
+A misspelt name would be without effect, and a module that takes the name later would get what was meant for
+another.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Mapping
+
+from aeros.spec.diagnostics.codes import Diagnostic, Severity, SpanLabel, did_you_mean
+from aeros.spec.diagnostics.source import SourceSpan
+from aeros.spec.model.summary import ModuleSummary, SiteSummary
+from aeros.spec.obligations.claim_id import ClaimForm
+from aeros.spec.obligations.verdicts import StaticClaim
+
+
+def policy_name_obligations(ecms: Iterable[ModuleSummary], site: SiteSummary) -> Iterator[StaticClaim]:
+    """Claim that the modules and skills that the policy names are in the set; the others are warnings.
+
+    Args:
+        ecms: the modules.
+        site: the site they would be installed at.
+
+    Yields:
+        A claim for each grant, shared variable and override.
+    """
+    skills = {ecm.id: ecm.skills for ecm in ecms}
+    for name, span in site.grants.items():
+        warning = _missing_module(
+            f"the site grants further access to `{name}`, which is not in this set",
+            span,
+            "a module that takes this name gets the access: remove the grant until a module needs it",
+        )
+        yield StaticClaim(ClaimForm.GRANT_IS_USED(name), None if name in skills else warning)
+    for name, span in site.shared.items():
+        module = name.partition(".")[0]
+        warning = _missing_module(
+            f"the site shares `{name}`, but `{module}` is not in this set, so the value is never known",
+            span,
+            "install the module, or remove the entry until there is one",
+        )
+        yield StaticClaim(ClaimForm.SHARED_IS_USED(name), None if module in skills else warning)
+    for block in site.blocks:
+        is_present = block.module in skills and (block.skill is None or block.skill in skills[block.module])
+        named = block.module if block.skill is None else f"{block.module}.{block.skill}"
+        warning = _missing_module(
+            f"the operator override `{block.id}` blocks `{named}`, which is not in this set",
+            block.span,
+            "correct the name if something is meant to be blocked",
+        )
+        yield StaticClaim(ClaimForm.BLOCK_IS_USED(block.id), None if is_present else warning)
+
+
+def settings_obligations(
+    settings: Mapping[str, SourceSpan | None], names: Collection[str]
+) -> Iterator[StaticClaim]:
+    """Claim that modules with settings are among those that are there.
+
+    Args:
+        settings: modules with settings, and where in the site file; None if the operator alone gives any.
+        names: names of the modules that are there.
+
+    Yields:
+        A claim for each of the settings.  One that is not met is a warning if the settings are in a site
+        file, which several sets of modules may use, and else an error.
+    """
+    for name, span in settings.items():
+        problem = None if name in names else absent_settings(name, span, names)
+        yield StaticClaim(ClaimForm.SETTINGS_ARE_USED(name), problem)
+
+
+def absent_settings(name: str, span: SourceSpan | None, names: Collection[str]) -> Diagnostic:
+    """Describe settings for a module that is not there.
+
+    Args:
+        name: name of the module.
+        span: where in the site file; None if the operator gives them.
+        names: names of the modules that are there.
+
+    Returns:
+        A warning for a site file, and else an error.
+    """
+    near = did_you_mean(name, names)
+    listed = ", ".join(f"`{one}`" for one in sorted(names))
+    known = f"the modules are {listed}" if listed else "there is no module"
+    help_ = f"did you mean `{near}`?" if near else known
+    if span is None:
+        headline = f"settings are given for `{name}`, and there is no such module"
+        return Diagnostic("AE886", headline, help=(help_,))
+    headline = f"the site has settings for `{name}`, which is not in this set, so they have no effect"
+    return Diagnostic("AE886", headline, SpanLabel(span), help=(help_,), severity=Severity.WARNING)
+
+
+def _missing_module(headline: str, at: SourceSpan, help_: str) -> Diagnostic:
+    return Diagnostic("AE886", headline, SpanLabel(at), help=(help_,), severity=Severity.WARNING)

@@ -1,0 +1,66 @@
+"""One claim in many situations: an obligation for each in which it is not settled at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+from aeros.spec.expr import terms as t
+from aeros.spec.flow.symbolic_paths import SymbolicState, SymbolicStates, earlier_measurements
+from aeros.spec.model.variables import Declared
+from aeros.spec.obligations.claim_id import ClaimPattern
+from aeros.spec.obligations.obligation import LabelledConjunct, Obligation, VariableSpace
+from aeros.spec.obligations.verdicts import StaticClaim
+
+
+def obligation_per_situation(
+    claim: Obligation, case: ClaimPattern, situations: SymbolicStates, state: Mapping[str, Declared]
+) -> Iterator[Obligation | StaticClaim]:
+    """Claim that a condition holds in every situation.
+
+    It is settled at once where no variable matters, else there is an obligation for each situation.  Where it
+    certainly fails in one, that situation is the only one reported.
+
+    Args:
+        claim: the claim, whose conclusion is a condition on the state in a situation.
+        case: kind of the claim if there are several; it takes the names of `claim`, and a number from 1.
+        situations: situations in which the condition must hold.
+        state: state variables of the site by name.
+
+    Yields:
+        The claim if it is settled, or its obligations, whose conclusions are about the state at the start.
+    """
+    asked: dict[tuple[tuple[t.Term, ...], t.Term], Obligation] = {}
+    for situation, trace in situations.items():
+        found = _claim_in(situation, trace, claim, state)
+        if found.conclusion == t.TRUE:
+            continue
+        if found.conclusion == t.FALSE and not situation.path_condition:
+            yield found
+            return
+        asked.setdefault((found.space.assumptions, found.conclusion), found)
+    if not asked:
+        yield StaticClaim(claim.id, None)
+    for number, found in enumerate(asked.values(), 1):
+        yield replace(found, id=case(*claim.id.names, number)) if len(asked) > 1 else found
+
+
+def _claim_in(
+    situation: SymbolicState, trace: tuple[str, ...], claim: Obligation, state: Mapping[str, Declared]
+) -> Obligation:
+    """Express a claim in one situation as an obligation about the state at the start."""
+    assumed = tuple(sorted(situation.path_condition, key=repr))
+    values = dict(situation.assignment)
+    named = (name for name in t.variables_of(claim.conclusion) if name in values)
+    then = [f"then {name} = {str(values[name]).lower()}" for name in named]
+    members = (
+        LabelledConjunct(situation.condition(one.term, state), one.label) for one in claim.labelled_conjuncts
+    )
+    variables = (*claim.space.variables, *earlier_measurements(assumed, state))
+    return replace(
+        claim,
+        space=VariableSpace(variables, assumed),
+        conclusion=situation.condition(claim.conclusion, state),
+        labelled_conjuncts=tuple(members),
+        notes=("\n".join(["after", *trace, *then]),) if trace else (),
+    )

@@ -1,0 +1,60 @@
+"""Interfaces are elaborated in the module's words, and each fault is reported at its place."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from pathlib import Path
+
+import pytest
+
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.model.ecm import Ecm
+
+HELPER = Path(__file__).parents[4] / "corpus" / "accepted" / "capability_with_an_interface" / "helper"
+
+
+def loaded(folder: Path) -> tuple[Ecm | None, list[tuple[str, str]]]:
+    sink = Diagnostics()
+    site = load_site(HELPER.parents[2] / "site" / "table.yaml", sink)
+    assert site is not None
+    found = load_ecm(folder, site, sink)
+    return None if found is None else found.ecm, [(one.code, one.headline) for one in sink]
+
+
+def test_inputs_outputs_and_conditions_are_in_si() -> None:
+    ecm, problems = loaded(HELPER)
+    assert problems == []
+    assert ecm is not None
+    fetching, weighing = ecm.interfaces["fetching"], ecm.interfaces["weighing"]
+    assert (fetching.inputs, fetching.outputs, fetching.precondition) == ({}, {}, None)
+    assert fetching.achieves is not None
+    assert fetching.achieves.text == "fetched == sponge"
+    assert weighing.inputs["force"].range == (Fraction(2), Fraction(8))
+    assert weighing.outputs["found"].range == (Fraction(0), Fraction(5))
+    assert weighing.achieves is None
+
+
+@pytest.mark.parametrize(
+    ("interface", "code", "words"),
+    [
+        ("{}", "AE112", "an interface promises something"),
+        ("{achieves: fetched == spunge}", "AE202", "spunge"),
+        ("{achieves: inputs.force <= 4 N}", "AE202", "no input `force`"),
+        ("{precondition: dirt}", "AE203", "expected bool"),
+        ("{inputs: {force: {type: real}}}", "AE208", "a number needs a range"),
+        ("{outputs: {found: {type: spunge}}}", "AE122", "spunge"),
+        ("{achives: table_tidy}", "AE101", "achives"),
+    ],
+)
+def test_each_fault_of_an_interface_is_reported(
+    tmp_path: Path, interface: str, code: str, words: str
+) -> None:
+    text = (HELPER / "ecm.yaml").read_text().replace("{achieves: fetched == sponge}", interface)
+    folder = tmp_path / "helper"
+    folder.mkdir()
+    (folder / "ecm.yaml").write_text(text)
+    (folder / "skills.py").write_text((HELPER / "skills.py").read_text())
+    ecm, problems = loaded(folder)
+    assert ecm is None
+    assert [one for one, headline in problems if words in headline] == [code], problems

@@ -1,0 +1,32 @@
+"""Settings of modules: a claim for each, and a problem for those of a module that is not there."""
+
+from __future__ import annotations
+
+from aeros.spec.diagnostics.codes import Severity
+from aeros.spec.diagnostics.source import Source
+from aeros.spec.obligations.absent_modules import absent_settings, settings_obligations
+
+SPAN = Source("site.yaml", "polish: {}").span(0, 6)
+
+
+def test_settings_of_modules_that_are_there_are_claims_without_a_problem() -> None:
+    claims = list(settings_obligations({"polish": SPAN, "serve": None}, {"polish", "serve"}))
+    assert [str(one.id) for one in claims] == [
+        "configuration/settings/polish",
+        "configuration/settings/serve",
+    ]
+    assert [one.diagnostic for one in claims] == [None, None]
+
+
+def test_settings_of_a_site_file_are_a_warning_and_those_of_the_operator_an_error() -> None:
+    claims = settings_obligations({"polish": SPAN, "serve": None}, {"polsh"})
+    warning, error = (one.diagnostic for one in claims)
+    assert warning is not None
+    assert error is not None
+    assert (warning.severity, error.severity) == (Severity.WARNING, Severity.ERROR)
+    assert (warning.primary and warning.primary.span, error.primary) == (SPAN, None)
+    assert (warning.help, error.help) == (("did you mean `polsh`?",), ("the modules are `polsh`",))
+
+
+def test_without_any_module_none_is_suggested() -> None:
+    assert absent_settings("polish", None, ()).help == ("there is no module",)
