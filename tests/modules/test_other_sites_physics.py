@@ -22,7 +22,7 @@ pytestmark = pytest.mark.physics
         (("ecms/clean_table",), "clean the table", slower_site),
         (("ecms/make_dumplings",), "make dumplings", site_with_other_names),
         (("ecms/fetch_object",), "fetch the object", site_with_other_names),
-        (("learned/hold_sponge", "ecms/clean_table"), "hold the sponge", site_with_other_names),
+        (("learned/hold_sponge",), "hold the sponge", site_with_other_names),
         pytest.param(
             ("ecms/clean_table", "ecms/inspect_table", "ecms/serve_table"),
             "get the table ready for guests",
@@ -41,7 +41,6 @@ def test_the_goal_is_reached(
 ) -> None:
     for module in modules:
         shutil.copytree(ROOT / module, tmp_path / "modules" / Path(module).name)
-    # The scene of `hold_sponge` is that of `clean_table`, and says nothing of its goal.
     names = [Path(module).name for module in modules]
     bound = [] if make_site is slower_site else bindings(*names)
     around = ["--site", str(make_site(tmp_path)), *bound]
@@ -50,4 +49,4 @@ def test_the_goal_is_reached(
     ran = ["run", instruction, "--ecms", str(tmp_path / "modules"), "--seed", "100"]
     assert main([*ran, *around, *out]) == Exit.SUCCESS
     printed = capsys.readouterr().out
-    assert ("true in the simulator" in printed) or instruction == "hold the sponge"
+    assert "true in the simulator" in printed

@@ -333,8 +333,8 @@ def _failure_of(step: PlanStep, attempt: AttemptResult, denied: set[str]) -> Pla
             attempt.pause_s,
             is_declared=attempt.is_retryable,
         )
-    skill = step.skill if attempt.record is None else attempt.record.skill
-    name = f"`{step.module}.{skill}`"
+    ran_by = step if attempt.record is None else attempt.record  # a capability may be of another module
+    name = f"`{ran_by.module}.{ran_by.skill}`"
     if attempt.is_halted:
         return PlanFailure(f"{name} was stopped: {attempt.reason}", is_final=True)
     if attempt.ends_run:
@@ -350,7 +350,7 @@ def _failure_of(step: PlanStep, attempt: AttemptResult, denied: set[str]) -> Pla
     if attempt.is_transient:
         return PlanFailure(f"{name} was denied: {attempt.reason}", wait=attempt.wait)
     inputs = {key: to_json_value(value) for key, value in step.inputs.items()}
-    request = json.dumps([step.module, skill, inputs], sort_keys=True)
+    request = json.dumps([ran_by.module, ran_by.skill, inputs], sort_keys=True)
     if request in denied:
         return PlanFailure(f"{name} was denied a second time: {attempt.reason}", is_final=True)
     denied.add(request)

@@ -44,7 +44,7 @@ class SkillRunFactory:
         make_pool: makes a pool of zygotes that have the given Python modules imported.
 
     Raises:
-        SkillRefusedError: a module cannot be isolated here, or asks for a device that is not here.
+        SkillRefusedError: a module cannot be isolated here.
     """
 
     def __init__(
@@ -55,8 +55,6 @@ class SkillRunFactory:
     ) -> None:
         self._policy = site.isolation
         modules = tuple(modules)
-        for ecm in modules:
-            require_devices(site, ecm)
         self._make_pool = make_pool or ZygotePool
         self._pools: dict[tuple[str, ...], ZygotePool] = {}
         self._isolated = [ecm for ecm in modules if ecm.id not in self._policy.trusted_modules]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from aeros.spec.declared import ecm as declared
@@ -41,8 +41,10 @@ def require_installed(module: declared.Ecm, installed: Iterable[Path], source: P
         problems.append(_missing("AE301", module, f"the module `{name.value}`", name.span, found))
     for name, text in capabilities:
         found = [folder for _, folder in _providers(nearby, name.value, text.value)]
+        others = ", ".join(f"`{one}` {version}" for one, version in _versions(here, name.value))
         what = f"the capability `{name.value}` {text.value}"
-        problems.append(_missing("AE305", module, what, name.span, found))
+        code = "AE306" if others else "AE305"
+        problems.append(_missing(code, module, what, name.span, found, others))
     raise UserError(problems)
 
 
@@ -58,6 +60,14 @@ def _modules_next_to(source: Path) -> list[Path]:
 def _by_id(folders: Iterable[Path]) -> dict[str, tuple[declared.Ecm, Path]]:
     found = ((decode_manifest(folder), folder) for folder in folders)
     return {one.id.value: (one, folder) for one, folder in found if one is not None}
+
+
+def _versions(modules: Mapping[str, tuple[declared.Ecm, Path]], capability: str) -> Iterator[tuple[str, str]]:
+    """Yield the modules that provide a capability, each with the capability's version."""
+    for one, _ in modules.values():
+        for name, provided in one.capabilities:
+            if name.value == capability:
+                yield one.id.value, (one.version if provided.version is None else provided.version).value
 
 
 def _providers(
@@ -80,8 +90,9 @@ def _is_compatible(specifier: str, version: str) -> bool:
 
 
 def _missing(
-    code: str, module: declared.Ecm, what: str, at: SourceSpan, folders: Iterable[Path]
+    code: str, module: declared.Ecm, what: str, at: SourceSpan, folders: Iterable[Path], others: str = ""
 ) -> Diagnostic:
     help_ = tuple(f"`aeros install {folder}` provides it" for folder in folders)
-    headline = f"`{module.id.value}` needs {what}, and nothing that is installed provides it"
+    headline = f"`{module.id.value}` needs {what}, and "
+    headline += f"installed is only {others}" if others else "nothing that is installed provides it"
     return Diagnostic(code, headline, SpanLabel(at), help=help_ or ("install a module that provides it",))

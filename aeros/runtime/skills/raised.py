@@ -6,9 +6,12 @@ import difflib
 from collections.abc import Callable, Collection
 from pathlib import PurePath
 from types import TracebackType
-from typing import Any
+from typing import Any, Final
 
 from aeros.descriptions import describe_exception
+
+_CLOSE: Final = 0.85
+"""Least similarity of a misspelt name: variables of one kind, such as positions, have similar names."""
 
 
 def describe_raised(failure: BaseException, function: Callable[..., Any], known: Collection[str]) -> str:
@@ -26,7 +29,7 @@ def describe_raised(failure: BaseException, function: Callable[..., Any], known:
     line = _last_line_in(failure.__traceback__, path)
     place = "" if line is None else f"{PurePath(path).name}:{line}: "
     missing = _missing_name(failure)
-    near = () if missing is None else difflib.get_close_matches(missing, list(known), 1)
+    near = () if missing is None else difflib.get_close_matches(missing, list(known), 1, _CLOSE)
     return f"{place}{describe_exception(failure)}" + (f"; did you mean `{near[0]}`?" if near else "")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import AsyncIterator, Mapping, Sequence
 from contextlib import asynccontextmanager
 from typing import Any
@@ -83,11 +84,13 @@ async def _call(
 async def _session(service: McpService, command: Sequence[str]) -> AsyncIterator[ClientSession]:
     if command:
         program, *rest = command
-        async with (
-            stdio_client(StdioServerParameters(command=program, args=rest)) as (read, write),
-            ClientSession(read, write) as session,
-        ):
-            yield session
+        # What it prints on its standard error would reach the operator's terminal as it is.
+        with open(os.devnull, "w", encoding="utf-8") as unread:
+            async with (
+                stdio_client(StdioServerParameters(command=program, args=rest), unread) as (read, write),
+                ClientSession(read, write) as session,
+            ):
+                yield session
         return
     async with (
         create_mcp_http_client(headers=bearer_header(service.token)) as client,

@@ -23,6 +23,7 @@ from aeros.spec.model.tools import HttpService, McpService, Program, Tool
 
 _HEADERS: Final = {"Content-Type": "application/json", "Accept": "application/json"}
 _CHUNK: Final = 16 * 1024
+_LATE: Final = "it did not answer in time"
 
 _END_S: Final = 2.0
 """Time in which a launcher ends with all that it started, s; it takes some milliseconds."""
@@ -82,6 +83,8 @@ def call_http(service: HttpService, parameters: Mapping[str, Any], seconds: floa
         connection.request("POST", path, body, {**_HEADERS, **bearer_header(service.token)})
         response = connection.getresponse()
         content = response.read(MAX_ANSWER + 1)
+    except TimeoutError as failure:
+        raise ToolError(_LATE) from failure
     except (OSError, http.client.HTTPException, ValueError) as failure:
         raise ToolError(f"it cannot be reached: {describe_exception(failure)}") from failure
     finally:
@@ -140,7 +143,9 @@ def _run(command: Sequence[str], parameters: Mapping[str, Any], deadline: float)
         if len(content) > MAX_ANSWER:
             return parse_answer(content)  # which refuses it
         code = process.wait(max(0.0, deadline - time.monotonic()))
-    except (subprocess.TimeoutExpired, OSError, ValueError) as failure:
+    except subprocess.TimeoutExpired as failure:
+        raise ToolError(_LATE) from failure
+    except (OSError, ValueError) as failure:
         raise ToolError(f"it did not answer: {describe_exception(failure)}") from failure
     finally:
         _end(process)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import TypeVar
@@ -154,6 +154,7 @@ def _foreign_names(
     above |= {declared.id.value}
     modules: dict[str, Ecm] = {}
     providers: dict[str, list[tuple[Ecm, bool]]] = {name: [] for name in ranges}
+    unsuitable: dict[str, tuple[tuple[str, str], ...]] = {}
     for one in surroundings.around(folder):
         source = _source(one / MANIFEST, Diagnostics())
         if source is None or not may_provide(source.text, needed | ranges.keys()):
@@ -169,9 +170,12 @@ def _foreign_names(
             continue
         modules[loaded.ecm.id] = loaded.ecm
         for name in provided:
-            if _is_in_range(ranges[name], loaded.ecm.capability_versions[name]):
+            version = loaded.ecm.capability_versions[name]
+            if _is_in_range(ranges[name], version):
                 providers[name].append((loaded.ecm, one in surroundings.active))
-    return foreign_names(modules, needed, providers)
+            else:
+                unsuitable[name] = (*unsuitable.get(name, ()), (loaded.ecm.id, version))
+    return replace(foreign_names(modules, needed, providers), unsuitable=unsuitable)
 
 
 def _is_in_range(specifier: str, version: str) -> bool:

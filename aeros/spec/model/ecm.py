@@ -260,12 +260,15 @@ class ForeignNames:
         skills: their skills by `MODULE.SKILL`, whose ids are these names.
         capabilities: alternatives by `MODULE.CAPABILITY`, and by the name of each required capability.
         owners: every module that owns one of the skills, by name.
+        unsuitable: modules that provide a required capability in another version, with that version, by the
+            capability's name.
     """
 
     modules: Mapping[str, Ecm] = field(default_factory=dict)
     skills: Mapping[str, Skill] = field(default_factory=dict)
     capabilities: Mapping[str, tuple[Alternative, ...]] = field(default_factory=dict)
     owners: Mapping[str, Ecm] = field(default_factory=dict)
+    unsuitable: Mapping[str, tuple[tuple[str, str], ...]] = field(default_factory=dict)
 
     @property
     def public_variables(self) -> dict[str, Declared]:

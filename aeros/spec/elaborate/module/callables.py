@@ -67,7 +67,11 @@ class CallableNames:
         if text in self.foreign.capabilities:
             return self.foreign.capabilities[text]
         if text in self.requirements:
-            diagnostics.error("AE305", f"no module here provides `{text}`", name.span, "needed here")
+            listed = ", ".join(f"`{one}` {version}" for one, version in self.foreign.unsuitable.get(text, ()))
+            code, headline = "AE305", f"no module here provides `{text}`"
+            if listed:
+                code, headline = "AE306", f"`{text}` is here in versions that do not suit: {listed}"
+            diagnostics.error(code, headline, name.span, "needed here")
             return ()
         named = {**dict.fromkeys(self.all_skills), **dict.fromkeys(self.capabilities)}
         named |= dict.fromkeys(self.foreign.capabilities)

@@ -108,6 +108,8 @@ class ModuleNeeds:
         }
         sensors |= {name: (site.state[one].sensor or "",) for name, one in variables.items()}
         sensors |= {name: (site.cameras[one].sensor,) for name, one in cameras.items() if one in site.cameras}
+        # What a tool answers is measured by its action.
+        sensors |= {name: (one,) for name, one in self._of_sort(bindings, "tool").items()}
         actuators: dict[str, tuple[str, ...]] = {
             name: (one,) for name, one in self._of_sort(bindings, "actuator").items()
         }

@@ -297,8 +297,7 @@ def test_a_module_that_needs_a_device_runs_only_where_it_is(
     elsewhere = replace(site, devices=devices)
     with pytest.raises(SkillRefusedError, match=f"needs `gpu`, and .*{reason}"):
         runs(elsewhere, ecm, ecm.skills["lift"], INPUTS)
-    with pytest.raises(SkillRefusedError, match="needs `gpu`"):
-        SkillRunFactory(elsewhere, [ecm], lambda preload: nursery)
+    SkillRunFactory(elsewhere, [ecm], lambda preload: nursery)  # other modules may run
 
 
 def test_a_module_has_its_own_limits_as_far_as_the_site_allows(site: Site, make_ecm: Any) -> None:

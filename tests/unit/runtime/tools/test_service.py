@@ -42,7 +42,7 @@ def test_a_service_gets_the_parameters_and_its_answer_is_parsed(monkeypatch: pyt
         (ok(b"[" * 30_000), "is not JSON"),
         (ok(b"\xff"), "is not JSON"),
         (ok(b'"' + b"x" * MAX_ANSWER + b'"'), f"more than {MAX_ANSWER} bytes"),
-        (slow(2.0), "cannot be reached"),
+        (slow(2.0), "did not answer in time"),
     ],
 )
 def test_an_answer_that_cannot_be_used_has_a_reason(answer: Answer, reason: str) -> None:

@@ -44,7 +44,7 @@ def test_inputs_outputs_and_conditions_are_in_si() -> None:
         ("{precondition: dirt}", "AE203", "expected bool"),
         ("{inputs: {force: {type: real}}}", "AE208", "a number needs a range"),
         ("{outputs: {found: {type: spunge}}}", "AE122", "spunge"),
-        ("{achives: table_tidy}", "AE101", "achives"),
+        ("{achieve: table_tidy}", "AE101", "achieve"),
     ],
 )
 def test_each_fault_of_an_interface_is_reported(
