@@ -201,3 +201,7 @@ class PerceptionPolicy:
             "doc": "the largest share of one core for a perceiver, as in `processor: 50 %`; 100 % if absent"
         },
     )
+    rate: TextField | None = field(
+        default=None,
+        metadata={"doc": "the highest rate of a perceiver, as in `rate: 50 Hz`; 1000 Hz if absent"},
+    )

@@ -115,6 +115,7 @@ SITE_FIELDS: Final = (
     "policy.perception.timeout",
     "policy.perception.memory",
     "policy.perception.processor",
+    "policy.perception.rate",
     "policy.perception.shared.*.max_age",
     "policy.perception.shared.*.uncertainty",
     "policy.perception.shared.*.in_invariants",

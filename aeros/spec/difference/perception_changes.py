@@ -106,6 +106,10 @@ def site_perception_changes(old: Site, new: Site) -> Iterator[PolicyChange]:
     headline = f"modules {'may' if other.public else 'may not'} read what others declare as public"
     yield finite_change("policy/perception/public", public, headline, old.span, new.span)
     yield from _limit_changes("policy/perception", "of a perceiver", one, other, (old.span, new.span))
+    shown = [format_number(policy.rate) for policy in (one, other)]
+    headline = f"the rate of a perceiver was at most {shown[0]} Hz and is at most {shown[1]} Hz"
+    relation = bounds_relation(other.rate > one.rate, other.rate < one.rate)
+    yield finite_change("policy/perception/rate", relation, headline, old.span, new.span)
 
 
 def perceiver_changes(old: Ecm, new: Ecm) -> Iterator[PolicyChange]:

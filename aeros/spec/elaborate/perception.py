@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
-from typing import Final
 
 from aeros.spec.declared import ecm as declared_ecm
 from aeros.spec.declared import perception as declared
@@ -31,9 +30,6 @@ from aeros.spec.model.perception import Definition, Perceiver, PerceptionPolicy,
 from aeros.spec.model.site import Site
 from aeros.spec.model.variables import Declared
 from aeros.spec.text.fields import ExpressionField, TextField
-
-MAX_RATE: Final = 1000
-"""Greatest rate at which readings are sampled, 1/s."""
 
 
 def elaborate_shared_variables(
@@ -97,7 +93,13 @@ def elaborate_perception_policy(
     processor = usual.processor
     if policy.processor is not None:
         processor = elaborate_processor_share(policy.processor, Fraction(1), diagnostics) or processor
-    return PerceptionPolicy(shared, in_invariants, timeout, memory, public, processor)
+    rate = usual.rate
+    if policy.rate is not None:
+        rate = elaborate_quantity(policy.rate, TIME**-1, diagnostics) or rate
+        if not 0 < rate <= usual.rate:
+            headline = f"a rate is above 0 Hz and at most {format_number(usual.rate)} Hz"
+            diagnostics.error("AE129", headline, policy.rate.span)
+    return PerceptionPolicy(shared, in_invariants, timeout, memory, public, processor, rate)
 
 
 def elaborate_cameras(
@@ -259,8 +261,9 @@ class ModulePerception:
         rate = None
         if perceiver.rate is not None:
             rate = elaborate_quantity(perceiver.rate, TIME**-1, self._diagnostics)
-            if rate is not None and not 0 < rate <= MAX_RATE:
-                self._report_limit(f"a rate is above 0 Hz and at most {MAX_RATE} Hz", perceiver.rate)
+            if rate is not None and not 0 < rate <= limits.rate:
+                allowed = f"{format_number(limits.rate)} Hz"
+                self._report_limit(f"a perceiver's rate is above 0 Hz and at most {allowed}", perceiver.rate)
         if not perceiver.pictures and not perceiver.readings:
             headline = f"`{name.value}` gets neither pictures nor readings, so it can measure nothing"
             self._diagnostics.error("AE112", headline, name.span, help=("add `pictures` or `readings`",))

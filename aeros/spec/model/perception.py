@@ -122,6 +122,7 @@ class PerceptionPolicy:
         memory: greatest memory of a perceiver, bytes.
         processor: greatest share of one core that a perceiver may use, above 0 and at most 1.
         public: True if modules may read what modules that they require declare as public.
+        rate: highest rate at which readings are sampled for a perceiver, 1/s.
     """
 
     shared: Mapping[str, Declared] = field(default_factory=dict)
@@ -130,3 +131,4 @@ class PerceptionPolicy:
     memory: int = 2**30
     public: bool = False
     processor: Fraction = Fraction(1)
+    rate: Fraction = Fraction(1000)

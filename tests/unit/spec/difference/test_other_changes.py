@@ -76,6 +76,7 @@ SITE_CASES: dict[str, tuple[str, ...]] = {
     "policy.undeclared_outcome": ("undeclared_outcome: replan", "undeclared_outcome: stop"),
     "policy.perception.public": ("    public: true\n", ""),
     "policy.perception.timeout": ("timeout: 500 ms", "timeout: 400 ms"),
+    "policy.perception.rate": ("rate: 60 Hz", "rate: 61 Hz"),
     "policy.perception.processor": ("processor: 70 %", "processor: 71 %"),
     "policy.perception.memory": ("memory: 512 MiB", "memory: 511 MiB"),
     "policy.perception.shared.*.max_age": ("range: [0, 1], max_age: 1 s", "range: [0, 1], max_age: 2 s"),

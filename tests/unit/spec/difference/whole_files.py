@@ -24,6 +24,7 @@ RICH_SITE = (
     timeout: 500 ms
     memory: 512 MiB
     processor: 70 %
+    rate: 60 Hz
 """),
     ("enums: {joints: [shoulder]}", "enums: {joints: [shoulder], cameras: [top]}"),
     ("replans: 10}", "replans: 10, planning: 20 s}"),

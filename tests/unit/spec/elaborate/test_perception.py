@@ -72,6 +72,17 @@ def test_a_site_declares_cameras_and_what_it_shares() -> None:
     assert (one.perception.timeout, one.perception.memory) == (Fraction(1, 2), 512 * 2**20)
 
 
+def test_a_site_caps_the_rate_of_perceivers(tmp_path: Path) -> None:
+    assert messages_of_site(tmp_path, ("timeout: 500 ms", "timeout: 500 ms\n    rate: 19 Hz")) == []
+    capped = load_site(tmp_path / "site.yaml", Diagnostics())
+    assert capped is not None
+    problems = Diagnostics()
+    assert load_ecm(CORPUS / "accepted" / OWN, capped, problems) is None
+    assert [one.headline for one in problems] == ["a perceiver's rate is above 0 Hz and at most 19 Hz"]
+    (message,) = messages_of_site(tmp_path, ("timeout: 500 ms", "timeout: 500 ms\n    rate: 1001 Hz"))
+    assert "a rate is above 0 Hz and at most 1000 Hz" in message
+
+
 def test_a_shared_variable_is_read_by_modules_that_require_its_module() -> None:
     reader = module("reads_what_another_shares/reader")
     assert reader.state == {}
@@ -84,7 +95,7 @@ def test_a_shared_variable_is_read_by_modules_that_require_its_module() -> None:
     ("edit", "message"),
     [
         (("rate: 20 Hz", "rate: 2 kg"), "expected a value in 1/s, found kg"),
-        (("rate: 20 Hz", "rate: 1001 Hz"), "a rate is above 0 Hz and at most 1000 Hz"),
+        (("rate: 20 Hz", "rate: 1001 Hz"), "a perceiver's rate is above 0 Hz and at most 1000 Hz"),
         (("memory: 256 MiB", "memory: 513 MiB"), "this site allows a perceiver at most 512 MiB"),
         (("memory: 256 MiB", "memory: much"), "`much` is not an amount of memory"),
         (
