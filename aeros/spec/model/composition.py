@@ -156,6 +156,8 @@ def nested(name: str, composition: Composition) -> tuple[Part, dict[str, Step]]:
     body = step_graph.map_graph_steps(composition.body, renamed)
     span = composition.precondition_span
     if span is not None:
-        body = step_graph.If(composition.precondition, span.text, body, None, span, is_precondition=True)
+        body = step_graph.NestedIf(
+            composition.precondition, span.text, body, None, span, is_precondition=True
+        )
     handlers = {f"{name}.{key}": renamed(one) for key, one in composition.handlers.items()}
     return step_graph.as_nested(body), handlers

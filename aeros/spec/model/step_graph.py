@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Generic, TypeAlias, TypeVar
 
 from aeros.spec.diagnostics.source import SourceSpan
@@ -56,8 +56,6 @@ class If(Generic[S]):
         then: part that runs if it is true.
         otherwise: None if the condition is claimed to be always true.
         span: place in the manifest.
-        is_nested: it is of another composition, which stands here as a whole.
-        is_precondition: it is the precondition of that composition.
     """
 
     condition: t.Term
@@ -65,12 +63,21 @@ class If(Generic[S]):
     then: Part[S]
     otherwise: Part[S] | None
     span: SourceSpan
-    is_nested: bool = False
-    is_precondition: bool = False
 
     def __str__(self) -> str:
         otherwise = "" if self.otherwise is None else f" else {self.otherwise}"
         return f"(if {self.text} then {self.then}{otherwise})"
+
+
+@dataclass(frozen=True, slots=True)
+class NestedIf(If[S]):
+    """Choice of another composition, which stands here as a whole.
+
+    Attributes:
+        is_precondition: it is the precondition of that composition.
+    """
+
+    is_precondition: bool = False
 
 
 Part: TypeAlias = Seq[S] | Par[S] | If[S] | S
@@ -130,7 +137,7 @@ def map_graph_steps(part: Part[S], become: Callable[[S], R]) -> Part[R]:
         become: function from a step to its replacement, called in the order written.
 
     Returns:
-        A graph of the same shape.
+        A graph of the same shape, without the marks of `as_nested`.
     """
     match part:
         case Seq(parts=inner):
@@ -140,8 +147,7 @@ def map_graph_steps(part: Part[S], become: Callable[[S], R]) -> Part[R]:
         case If() as choice:
             other = None if choice.otherwise is None else map_graph_steps(choice.otherwise, become)
             then = map_graph_steps(choice.then, become)
-            nested = choice.is_nested, choice.is_precondition
-            return If(choice.condition, choice.text, then, other, choice.span, *nested)
+            return If(choice.condition, choice.text, then, other, choice.span)
         case step:
             return become(step)
 
@@ -160,8 +166,10 @@ def as_nested(part: Part[S]) -> Part[S]:
             return Seq(tuple(map(as_nested, inner)))
         case Par(branches=inner, span=span):
             return Par(tuple(map(as_nested, inner)), span)
-        case If(then=then, otherwise=otherwise):
-            other = None if otherwise is None else as_nested(otherwise)
-            return replace(part, then=as_nested(then), otherwise=other, is_nested=True)
+        case If() as choice:
+            other = None if choice.otherwise is None else as_nested(choice.otherwise)
+            is_precondition = isinstance(choice, NestedIf) and choice.is_precondition
+            then = as_nested(choice.then)
+            return NestedIf(choice.condition, choice.text, then, other, choice.span, is_precondition)
         case _:
             return part

@@ -34,7 +34,7 @@ from aeros.spec.model.composition import Composition, Step
 from aeros.spec.model.ecm import Ecm, Skill
 from aeros.spec.model.hold_conditions import HOLD_LOST
 from aeros.spec.model.site import Site
-from aeros.spec.model.step_graph import If, steps_of, walk_parts
+from aeros.spec.model.step_graph import If, NestedIf, steps_of, walk_parts
 from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
 from aeros.spec.obligations.data_flow import data_obligations
@@ -168,7 +168,7 @@ def _always_true(claim_id: ClaimId, part: If[Step], states: tuple[Declared, ...]
     """Claim that a condition without an `else` holds wherever it is decided."""
     text, help_ = f"if `{part.text}` does not hold", "add `else` with a part, or `else: nothing`"
     code, headline = "AE857", f"the composition does not say how to continue {text}"
-    if part.is_precondition:
+    if isinstance(part, NestedIf) and part.is_precondition:
         code = "AE851"
         headline = f"a composition may start where `{part.text}`, its precondition, does not hold"
         help_ = "add a step before it that makes the precondition true"

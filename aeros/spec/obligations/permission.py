@@ -15,7 +15,7 @@ from aeros.spec.model.ecm import Ecm, Skill
 from aeros.spec.model.perception import Perceiver
 from aeros.spec.model.rules import Risk
 from aeros.spec.model.site import Site
-from aeros.spec.model.step_graph import If, walk_parts
+from aeros.spec.model.step_graph import If, NestedIf, walk_parts
 from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
 from aeros.spec.obligations.obligation import ClaimMode, Obligation, label_conjuncts
 from aeros.spec.obligations.policy import action_space
@@ -63,7 +63,7 @@ def permission_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Static
         yield _reads_permitted(ClaimForm.TASK_SENSORS_PERMITTED(task.id), ecm, site, read)
     for composition in ecm.compositions.values():
         parts = walk_parts(composition.body)
-        guards = [part for part in parts if isinstance(part, If) and not part.is_nested]
+        guards = [part for part in parts if isinstance(part, If) and not isinstance(part, NestedIf)]
         read = [(guard.condition, guard.span) for guard in guards]
         read.append((composition.precondition, composition.precondition_span or composition.span))
         claim_id = ClaimForm.COMPOSITION_SENSORS_PERMITTED(composition.id)

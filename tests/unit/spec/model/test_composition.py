@@ -11,7 +11,7 @@ from aeros.spec.model.composition import (
     handlers_of,
     nested,
 )
-from aeros.spec.model.step_graph import If, Seq, steps_of
+from aeros.spec.model.step_graph import NestedIf, Seq, steps_of
 from tests.unit.agent.dumplings import SPAN
 
 
@@ -64,6 +64,5 @@ def test_a_nested_composition_has_names_and_flows_of_its_own() -> None:
 
 def test_a_nested_composition_fails_where_its_precondition_does_not_hold() -> None:
     part, _ = nested("clean", Composition("c", t.FALSE, SPAN, _step("look"), {}, SPAN))
-    assert isinstance(part, If)
+    assert isinstance(part, NestedIf)
     assert (part.condition, part.otherwise, part.is_precondition) == (t.FALSE, None, True)
-    assert part.is_nested
