@@ -71,6 +71,7 @@ class Segment:
         joint: word of the link, for messages; empty if there is none.
         is_new: True if its first words show that it is wanted, even after a prohibition.
         is_perfect: True if its verb is in the perfect, as in `once you have cleaned …`.
+        openers: words before those of a request that change nothing in it, unless a task begins with them.
     """
 
     mood: Mood
@@ -80,6 +81,7 @@ class Segment:
     joint: str = ""
     is_new: bool = False
     is_perfect: bool = False
+    openers: Words = ()
 
     @property
     def text(self) -> str:
@@ -187,7 +189,8 @@ def _segments(tokens: Words) -> Iterator[Segment]:
         elif words[-1:] == ("first",) and joint.endswith("but"):
             words, link = words[:-1], Link.AFTER
         before = mood
-        yield Segment(mood, words, link, marker, joint, is_new, is_perfect)
+        openers = tokens[position:start] if mood is Mood.REQUEST else ()
+        yield Segment(mood, words, link, marker, joint, is_new, is_perfect, openers)
         position, link, joint = after, next_link, next_joint
     if link is not Link.START and joint not in ("", _COMMA) and position >= len(tokens):
         raise InstructionError(f"nothing follows after {quoted(joint)}")

@@ -363,16 +363,22 @@ def _task_of(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence[Er
         if word in english.CHOICES:
             raise InstructionError(f"{quoted(segment.text)} leaves a choice; ask for one thing")
     last = before[-1].routed if before else None
-    coverages = [
-        entry.cover(segment.words, knows_pronoun=entry.routed == last, is_perfect=segment.is_perfect)
-        for entry in tasks
-    ]
-    whole = [coverage.entry.routed for coverage in coverages if coverage.is_whole]
-    if len(whole) == 1:
-        return whole[0]
-    if whole:
-        raise _ambiguous(segment.text, whole)
-    raise _not_covered(segment, coverages)
+    refusal: InstructionError | None = None
+    for number in range(len(segment.openers) + 1):
+        # The phrase of a task may begin with words that are openers elsewhere, as in `go on`.
+        words = segment.openers[len(segment.openers) - number :] + segment.words
+        coverages = [
+            entry.cover(words, knows_pronoun=entry.routed == last, is_perfect=segment.is_perfect)
+            for entry in tasks
+        ]
+        whole = [coverage.entry.routed for coverage in coverages if coverage.is_whole]
+        if len(whole) == 1:
+            return whole[0]
+        if whole:
+            raise _ambiguous(segment.text, whole)
+        refusal = refusal or _not_covered(segment, coverages)
+    assert refusal is not None  # noqa: S101 - the first round makes one
+    raise refusal
 
 
 def _ambiguous(text: str, candidates: Sequence[RoutedTask]) -> AmbiguousInstructionError:

@@ -145,6 +145,14 @@ def test_a_task_without_objects_needs_only_its_words() -> None:
         understand("clean thoughts", MODULES)
 
 
+def test_the_phrase_of_a_task_may_begin_with_words_that_are_openers_elsewhere() -> None:
+    going = module("going", (), task("go_on", ("go on", "please proceed to the next one"), "dumpling_cooked"))
+    for text in ("go on", "please go on", "robot, go on", "please proceed to the next one"):
+        assert understand(text, {"going": going}).first.task.id == "go_on", text
+    with pytest.raises(InstructionError, match="provides `on`"):
+        understand("on", {"going": going})
+
+
 def test_an_ambiguous_instruction_names_all_tasks_that_it_may_mean() -> None:
     twice = {
         "m": module("m", (), task("a", ("go",), "wrapper_aligned"), task("b", ("go",), "wrapper_aligned"))
