@@ -4,4 +4,4 @@ from aeros.perception import Perception, View
 def see(view: View) -> Perception:
     while True:
         grey = view.pictures["overhead"].rgb.mean(axis=2)
-        view = yield {"needle_up": bool(grey.max() > 200)}
+        view = yield {"dial_green": bool(grey.max() > 200)}
