@@ -78,7 +78,11 @@ def prove_configuration(
         raise refusal([problem for subject in report.subjects for problem in subject.diagnostics])
     if certified:
         _require_locks(report)
-    surroundings = NEIGHBOURS if active_folders is None else Surroundings(paths, frozenset(active_folders))
+    surroundings = (
+        Surroundings(named=tuple(module.path for module in report.modules))
+        if active_folders is None
+        else Surroundings(paths, frozenset(active_folders))
+    )
     return configuration_of(report, site, settings, active, surroundings), report
 
 

@@ -43,6 +43,7 @@ from aeros.runtime.records.failed_measurements import RecordEvent, failure_text
 from aeros.runtime.skills.in_process_run import OpenRun
 from aeros.runtime.tools.tool_plant import ToolPlant
 from aeros.session.bag import open_bag
+from aeros.session.plant_vocabulary import require_declared_measurements
 from aeros.session.resource_meter import ResourceMeter
 from aeros.session.setup import AUDIT, open_isolated_skills
 from aeros.session.trace import TRACE, TraceWriter
@@ -217,7 +218,7 @@ def open_recorded_plant(setup: SessionSetup) -> Iterator[RecordedPlant]:
         SkillRefusedError: This host isolates skills less than the site requires.
         BagOutputError: The bag or MCAP file cannot be written.
         AuditError: The audit log cannot be written, or its content is not sound.
-        PlantSetupError: The plant cannot be opened.
+        PlantSetupError: The plant cannot be opened, or measures what the site does not declare.
     """
     site = setup.configuration.site
     with (
@@ -237,6 +238,7 @@ def open_recorded_plant(setup: SessionSetup) -> Iterator[RecordedPlant]:
         ) as samples,
         setup.open_plant(observe := _observer(setup, trace)) as plant,
     ):
+        require_declared_measurements(plant, site)
         recorders = (samples,) if feed is None else (samples, feed)
         yield RecordedPlant(plant, audit, skills, meter, observe, feed, (*recorders, *setup.listeners))
 

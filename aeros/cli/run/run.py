@@ -128,8 +128,8 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument(
         "--ecms",
         type=existing_path,
-        help="the modules to load (default: those that are active on this robot; `ecms` if none was ever "
-        "installed)",
+        help="the modules to load, with those that they require and that lie next to them (default: those "
+        "that are active on this robot; `ecms` if none was ever installed)",
     )
     add_module_settings(parser)
     parser.add_argument(

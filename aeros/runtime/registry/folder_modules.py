@@ -23,6 +23,7 @@ from aeros.runtime.registry.store import RegistrySnapshot
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.errors import InternalError, UserError
 from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.elaborate.required_folders import with_required_folders
 from aeros.spec.model.configured import ModuleConfiguration
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.operator_settings import OperatorSettings
@@ -39,7 +40,7 @@ DEFAULT_MODULES: Final = Path("ecms")
 
 
 class FolderModules:
-    """Modules of a folder; implements `RunModules`.
+    """Modules of a folder, and those that they require and that lie next to them; implements `RunModules`.
 
     At first each module needs the certificate that its proof results in.  Afterwards they are proved again
     under each change of policy and blocks, and their manifests and code must stay as they were.
@@ -85,7 +86,7 @@ class FolderModules:
         blocks = blocks_in_force(snapshot, identities)
         if blocks or withheld:
             configuration, report = self._prove(
-                [self._folder],
+                self._folders(),
                 site,
                 certified=False,
                 settings=OperatorSettings(blocks, self._configurations),
@@ -115,7 +116,7 @@ class FolderModules:
         """
         diagnostics = Diagnostics()
         site = load_site(self._site_file(snapshot)[0], diagnostics)
-        folders = [] if site is None else module_folders(self._folder, diagnostics)
+        folders = [] if site is None else with_required_folders(module_folders(self._folder, diagnostics))
         if site is not None:
             site = site.with_configurations(self._configurations)
         loaded = [load_ecm(one, site, diagnostics) for one in folders if site is not None]
@@ -137,6 +138,10 @@ class FolderModules:
             withheld,
         )
 
+    def _folders(self) -> list[Path]:
+        """Return the folders to prove; the given one if it holds no module, so that the proof says so."""
+        return with_required_folders(module_folders(self._folder, Diagnostics())) or [self._folder]
+
     def _prove_unblocked(self, site: Path) -> tuple[Configuration, Report]:
         """Prove all modules without blocks, as their certificates are written.
 
@@ -146,11 +151,16 @@ class FolderModules:
         certified = self._needs_certificates and self._contents is None
         try:
             settings = OperatorSettings(configurations=self._configurations)
-            return self._prove([self._folder], site, certified=certified, settings=settings)
+            return self._prove(self._folders(), site, certified=certified, settings=settings)
         except UserError as refused:
             if site == reference_site_path():
                 raise
-            cure = f"the run is under `{site}`: `aeros verify {self._folder} --site {site}`"
+            given = {one.resolve() for one in module_folders(self._folder, Diagnostics())}
+            further = [
+                one for one in self._folders() if one.resolve() not in given | {self._folder.resolve()}
+            ]
+            paths = " ".join(map(str, (self._folder, *further)))
+            cure = f"the run is under `{site}`: `aeros verify {paths} --site {site}`"
             problems = [
                 replace(one, help=(*one.help, cure)) if one.code in _CERTIFICATE_CODES else one
                 for one in refused.diagnostics

@@ -14,6 +14,7 @@ from aeros.spec.declared.decode import decode
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.source import Source
+from aeros.spec.elaborate.module.absent_modules import blame_missing_modules
 from aeros.spec.elaborate.module.callables import foreign_names
 from aeros.spec.elaborate.module.ecm import elaborate_ecm
 from aeros.spec.elaborate.site import elaborate_site
@@ -132,7 +133,9 @@ def load_ecm(
     needed = declared.dependencies
     if needed.modules.items or needed.capabilities.items:
         foreign = _foreign_names(declared, folder, site, surroundings, above)
-        ecm = elaborate_ecm(declared, site, str(folder), digests, diagnostics, foreign)
+        faults = Diagnostics()
+        ecm = elaborate_ecm(declared, site, str(folder), digests, faults, foreign)
+        diagnostics.extend(blame_missing_modules(declared, foreign, faults))
     elif declared.models:  # files, which elaboration reads itself
         ecm = elaborate_ecm(declared, site, str(folder), digests, diagnostics)
     else:
@@ -160,7 +163,7 @@ def _foreign_names(
         if source is None or not may_provide(source.text, needed | ranges.keys()):
             continue
         other = decode_manifest_text(source)
-        if other is None or other.id.value in above:
+        if other is None or other.id.value in above or other.id.value in modules:
             continue
         provided = {name.value for name, _ in other.capabilities} & ranges.keys()
         if other.id.value not in needed and not provided:

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 
 import aeros
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
+from aeros.spec.diagnostics.missing_module import missing_module
 from aeros.spec.model.summary import ModuleSummary
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.verdicts import StaticClaim
@@ -70,15 +71,13 @@ def dependency_obligations(
 def _unmet_dependency(
     ecm: ModuleSummary, name: str, specifier: str, co_installed: Mapping[str, ModuleSummary]
 ) -> Diagnostic | None:
-    label = SpanLabel(ecm.requires_spans[name])
+    span = ecm.requires_spans[name]
     module = co_installed.get(name)
     if module is None:
-        help_ = (f"put the module into the folder of `{ecm.id}`, or remove the dependency",)
-        return Diagnostic("AE301", f"`{ecm.id}` needs `{name}`, which is missing", label, help=help_)
+        return missing_module("AE301", ecm.id, name, span)
     if not is_compatible_version(specifier, module.version):
-        return Diagnostic(
-            "AE302", f"`{ecm.id}` needs `{name}` {specifier}, but found version {module.version}", label
-        )
+        headline = f"`{ecm.id}` needs `{name}` {specifier}, but found version {module.version}"
+        return Diagnostic("AE302", headline, SpanLabel(span))
     return None
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Final
 
@@ -54,10 +55,13 @@ class Surroundings:
     Attributes:
         folders: folders of modules; None for the modules next to it.
         active: the folders of these that are active; a capability is provided by them, if by any of them.
+        named: where `folders` is None, folders of modules that are verified together, wherever they lie. They
+            come before modules that are merely next to it.
     """
 
     folders: tuple[Path, ...] | None = None
     active: frozenset[Path] = frozenset()
+    named: tuple[Path, ...] = ()
 
     def place(self, folder: Path) -> Path | None:
         """Return the folder that holds a module and all around it.
@@ -83,7 +87,18 @@ class Surroundings:
         """
         if self.folders is not None or place is None:
             return self.folders or ()
-        return tuple(one for one in sorted(place.iterdir()) if (one / MANIFEST).is_file())
+        neighbours = [one for one in sorted(place.iterdir()) if (one / MANIFEST).is_file()]
+        if not self.named:
+            return tuple(neighbours)
+        paths = {one.resolve(): one for one in neighbours}
+        first = [one for path, one in paths.items() if path in self._resolved]
+        elsewhere = [one for path, one in self._resolved.items() if path not in paths]
+        return (*first, *elsewhere, *(one for path, one in paths.items() if path not in self._resolved))
+
+    @cached_property
+    def _resolved(self) -> dict[Path, Path]:
+        """The named folders by their resolved paths."""
+        return {one.resolve(): one for one in self.named}
 
     def around(self, folder: Path) -> tuple[Path, ...]:
         """List the folders of the modules around one.

@@ -317,7 +317,7 @@ def dependency_candidates(
     around: dict[str, ModuleSummary] = {}
     for place in places:
         for neighbour in surroundings.members(place):
-            if neighbour not in known:
+            if neighbour.resolve() not in known:
                 summary = read(neighbour)
                 around |= {} if summary is None else {summary.id: summary}
     return around | {one.id: one for one in given.values()}

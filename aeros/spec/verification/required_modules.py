@@ -29,6 +29,7 @@ class RequiredModules:
     def __init__(self, surroundings: Surroundings) -> None:
         self._surroundings = surroundings
         self._members: dict[Path | None, dict[Path, Source]] = {}
+        self._manifests: dict[Path, Source] = {}
         self._digests: dict[Path, list[Any]] = {}
 
     def names(self, folder: Path, manifest: Source) -> frozenset[str] | None:
@@ -80,12 +81,17 @@ class RequiredModules:
         place = self._surroundings.place(folder)
         if place not in self._members:
             members = self._surroundings.members(place)
-            self._members[place] = {one: read_source(one / MANIFEST) for one in members}
+            self._members[place] = {one: self._manifest_of(one) for one in members}
         return {
             one: manifest
             for one, manifest in self._members[place].items()
             if may_provide(manifest.text, names)
         }
+
+    def _manifest_of(self, folder: Path) -> Source:
+        if folder not in self._manifests:
+            self._manifests[folder] = read_source(folder / MANIFEST)
+        return self._manifests[folder]
 
     def _digest_of(self, folder: Path, manifest: Source) -> list[Any]:
         if folder not in self._digests:

@@ -21,7 +21,7 @@ from aeros.spec.diagnostics.errors import InternalError, MisuseError, UserError
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.model.operator_settings import NO_SETTINGS, OperatorSettings
 from aeros.spec.model.summary import ModuleSummary, SiteSummary, summarize_site
-from aeros.spec.text.discovery import NEIGHBOURS, Surroundings, module_folders
+from aeros.spec.text.discovery import Surroundings, module_folders
 from aeros.spec.text.files import read_source
 from aeros.spec.verification.proof_cache import ProofCache
 from aeros.spec.verification.reports import (
@@ -97,7 +97,11 @@ def verify(
     diagnostics = Diagnostics()
     folders = list(dict.fromkeys(folder for path in paths for folder in module_folders(path, diagnostics)))
     refused = missing_module_report(diagnostics)
-    surroundings = NEIGHBOURS if active is None else Surroundings(tuple(folders), frozenset(active))
+    surroundings = (
+        Surroundings(named=tuple(folders))
+        if active is None
+        else Surroundings(tuple(folders), frozenset(active))
+    )
     try:
         source = read_source(site_path)
     except UserError as error:

@@ -98,11 +98,7 @@ class CallableNames:
 
     def _report_owner(self, name: TextField, owner: str, diagnostics: Diagnostics) -> None:
         if owner in self.requirements:
-            headline = f"`{self.module}` needs `{owner}`, which is missing or cannot be read"
-            help_ = f"put the module into the folder of `{self.module}`"
-            if any(one.headline == headline for one in diagnostics):
-                return  # once for all its names
-            diagnostics.error("AE301", headline, name.span, "called here", help=(help_,))
+            diagnostics.error("AE122", f"`{name.value}` is of a module that is missing", name.span)
             return
         headline = f"`{name.value}` is of another module, and no dependency declares `{owner}`"
         help_ = f'add `{owner}: ">=1.0"` to `dependencies.modules`'

@@ -15,7 +15,10 @@ from aeros.runtime.registry.registry import Registry
 from aeros.runtime.registry.store import RegistrySnapshot
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.model.configured import ModuleConfiguration
+from tests.repo.tree import ROOT
 from tests.unit.runtime.registry.conftest import BASE, Author
+
+CORPUS = ROOT / "tests" / "corpus"
 
 
 @pytest.fixture
@@ -117,3 +120,29 @@ def test_settings_of_an_absent_module_are_refused_without_a_proof(registry: Regi
         with pytest.raises(UserError, match="settings are given for `tidi`") as refused:
             load(registry.snapshot())
         assert [one.code for one in refused.value.diagnostics] == ["AE886"]
+
+
+def test_a_run_finds_a_required_module_next_to_its_folder(tmp_path: Path) -> None:
+    shutil.copytree(CORPUS / "accepted" / "steps_of_a_required_module", tmp_path / "all")
+    asker, helper = tmp_path / "all" / "asker", tmp_path / "all" / "helper"
+    registry, site = Registry(tmp_path / "robot"), CORPUS / "site" / "table.yaml"
+    modules = FolderModules(asker, site, registry, needs_certificates=False)
+    assert modules.load(registry.snapshot()).configuration.modules.keys() == {"asker", "helper"}
+    assert modules.load_unproved(registry.snapshot())[1].keys() == {"asker", "helper"}
+    with pytest.raises(UserError, match="AE901") as refused:
+        FolderModules(asker, site, registry).load(registry.snapshot())
+    assert f"`aeros verify {asker} {helper} --site {site}`" in refused.value.diagnostics[0].help[-1]
+    shutil.move(helper, tmp_path / "elsewhere")
+    helper.symlink_to(tmp_path / "elsewhere", target_is_directory=True)
+    linked = FolderModules(asker, site, registry, needs_certificates=False)
+    assert linked.load(registry.snapshot()).configuration.modules.keys() == {"asker", "helper"}
+    helper.unlink()
+    alone = FolderModules(asker, site, registry, needs_certificates=False)
+    with pytest.raises(UserError, match="AE301") as missing:
+        alone.load(registry.snapshot())
+    assert "put the folder of `helper` next to that of `asker`" in missing.value.diagnostics[0].help[0]
+
+
+def test_a_folder_without_modules_is_refused(registry: Registry, tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="AE130"):
+        FolderModules(tmp_path / "robot", None, registry).load(registry.snapshot())

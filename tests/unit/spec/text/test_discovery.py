@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from aeros.spec.diagnostics.codes import Diagnostics
-from aeros.spec.text.discovery import may_provide, module_folders, reference_site_path
+from aeros.spec.text.discovery import Surroundings, may_provide, module_folders, reference_site_path
 
 
 def found(path: Path) -> list[Path]:
@@ -84,3 +84,18 @@ def test_a_path_without_modules_is_refused(tmp_path: Path) -> None:
 )
 def test_a_manifest_provides_what_it_spells_or_may_spell(manifest: str, provides: bool) -> None:
     assert may_provide(manifest, {"near", "sweeping"}) is provides
+
+
+def test_named_modules_come_first_and_wherever_they_lie(tmp_path: Path) -> None:
+    asker, beside = module(tmp_path / "a" / "asker"), module(tmp_path / "a" / "beside")
+    together, apart = module(tmp_path / "a" / "together"), module(tmp_path / "b" / "apart")
+    named = Surroundings(named=(asker, apart, together))
+    assert named.around(asker) == (together, apart, beside)
+    assert named.around(apart) == (asker, together)
+    assert Surroundings().around(asker) == (beside, together)
+
+
+def test_a_named_link_is_the_folder_that_it_leads_to(tmp_path: Path) -> None:
+    asker, helper = module(tmp_path / "a" / "asker"), module(tmp_path / "b" / "helper")
+    (tmp_path / "a" / "link").symlink_to(helper, target_is_directory=True)
+    assert Surroundings(named=(asker, helper)).around(asker) == (tmp_path / "a" / "link",)

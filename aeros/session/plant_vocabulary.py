@@ -1,0 +1,67 @@
+"""Comparison of what a plant measures with what the site declares, before a run starts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from aeros.runtime.gate.request_check import is_module_variable
+from aeros.runtime.ports import Plant
+from aeros.session.plant_factory import PlantSetupError
+from aeros.spec.declared.site import StateVariable
+from aeros.spec.elaborate.load import decode_site
+from aeros.spec.expr.units import format_number
+from aeros.spec.model.site import Site
+from aeros.spec.text.discovery import reference_site_path
+
+
+def require_declared_measurements(plant: Plant, site: Site) -> None:
+    """Require that the site declares every state variable that the plant measures.
+
+    The gate denies every request that holds a reading of an unknown name, so nothing could run. A declared
+    variable that the plant does not measure is no error: it is unknown, as one of a sensor that failed.
+
+    Args:
+        plant: The plant, at its start.
+        site: The site in force, with the variables of the modules.
+
+    Raises:
+        PlantSetupError: Some are not declared; the message has a declaration for each.
+    """
+    readings = plant.observe()
+    missing = [name for name in readings if name not in site.state and not is_module_variable(name)]
+    if not missing:
+        return
+    reference = _reference_declarations()
+    lines = [
+        f"  {name}: {_declaration(reference.get(name), readings[name].value)}" for name in sorted(missing)
+    ]
+    count = "1 state variable" if len(missing) == 1 else f"{len(missing)} state variables"
+    raise PlantSetupError(
+        f"the plant measures {count} that the site `{site.id}` does not declare, so the gate would deny "
+        "every action; add under `state` in the site file, with the site's own names of sensors and of the "
+        f"enum of joints (docs/plants.md, A site for the simulators):\n" + "\n".join(lines)
+    )
+
+
+def _reference_declarations() -> Mapping[str, StateVariable]:
+    site = decode_site(reference_site_path())
+    return {} if site is None else {name.value: one for name, one in site.state}
+
+
+def _declaration(reference: StateVariable | None, value: Any) -> str:
+    """Write a declaration as the reference site has it; one by the measured value for other names."""
+    if reference is None:
+        kind = "bool" if type(value) is bool else "real, unit: UNIT, range: [LOW, HIGH]"
+        if isinstance(value, tuple | list):
+            kind = f"vec3{kind[4:]}" if len(value) == 3 else f"real, index: ENUM{kind[4:]}"
+        return f"{{type: {kind}, sensor: SENSOR, max_age: 50 ms}}"
+    parts = [f"type: {reference.type.value}"]
+    if reference.index is not None:
+        parts.append(f"index: {reference.index.value}")
+    if reference.unit is not None:
+        parts.append(f"unit: {reference.unit.value}")
+    if reference.range is not None:
+        parts.append(f"range: [{', '.join(format_number(bound.value) for bound in reference.range)}]")
+    parts += [f"sensor: {reference.sensor.value}", f"max_age: {reference.max_age.value}"]
+    return f"{{{', '.join(parts)}}}"
