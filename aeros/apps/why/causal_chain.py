@@ -28,11 +28,13 @@ class CausalLink:
         record: Sequence number of the audit record.
         text: The event in one line.
         causes: Causes of the event as data; empty if none were recorded.
+        is_failed_measurement: True if a perceiver or tool failed, so that values were unknown at the end.
     """
 
     record: int
     text: str
     causes: tuple[Cause, ...] = ()
+    is_failed_measurement: bool = False
 
 
 @dataclass(frozen=True)
@@ -62,7 +64,7 @@ class CausalExplanation:
 
     Attributes:
         headline: The end in one line.
-        chain: Links from the end back to the first cause.
+        chain: Failed measurements, then links from the end back to the first cause.
         failed: Steps that failed before.
         broken_assumptions: Assumptions of certificates that were broken in the run.
         stops: Stops of the robot, and how it came to rest.
@@ -146,8 +148,12 @@ class RunLog:
         if details.get("reached") is True:
             return CausalExplanation(f"{_text(details, 'task')}: goal reached{goal}", failed=failed)
         headline = f"{_text(details, 'task')}: the goal was not reached{goal}"
-        chain = [CausalLink(place, _text(details, "reason")), *self._cause_of_end(place)]
-        return CausalExplanation(headline, tuple(chain), failed)
+        links = [CausalLink(place, _text(details, "reason")), *self._cause_of_end(place)]
+        failures = {one.record: one for one in links if one.is_failed_measurement}
+        failures |= {one.record: one for one in self._failed_measurements(0, place, _text(details, "task"))}
+        # What a failed perceiver left unknown came before all that followed from it.
+        chain = (*failures.values(), *(one for one in links if not one.is_failed_measurement))
+        return CausalExplanation(headline, chain, failed)
 
     def _is_disagreement(self, place: int) -> bool:
         return bool(self._records[place]["event"] == "gate-disagreement")
@@ -223,6 +229,7 @@ class RunLog:
         event, details = next((event, noted) for at, event, noted in self._notes if at == step.end_index)
         judged = _causes(details)
         if event == "step-not-started":
+            yield from self._failed_measurements(step.start_index, step.end_index, step.skill)
             yield CausalLink(step.end_index, f"{step.skill} was not started: {step.reason}", judged)
             return
         ended = self._last_before(step.end_index, "step-ended", step.skill)
@@ -245,12 +252,16 @@ class RunLog:
         if any(link.causes for link in deeper):
             reason = _text(details, "status").replace("_", " ")
         text = f"step {step.number}, {step.skill}: {reason}"
+        if step.failed:
+            yield from self._failed_measurements(step.start_index, step.end_index, step.skill)
         yield CausalLink(step.end_index, text, judged if deeper and step.failed else _causes(details))
         if step.failed:
             yield from deeper
-            module = step.skill.partition(".")[0]
-            for at, failure in failures_before(self._records, step.start_index, step.end_index, module):
-                yield CausalLink(at, failure)
+
+    def _failed_measurements(self, start: int, end: int, name: str) -> Iterator[CausalLink]:
+        """Yield failures that left values unknown at the end of a step or task `MODULE.NAME`."""
+        for at, failure in failures_before(self._records, start, end, name.partition(".")[0]):
+            yield CausalLink(at, failure, is_failed_measurement=True)
 
     def _last_before(self, place: int, event: str, skill: str) -> int | None:
         return next(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from aeros.agent.execution.report import RunReport
@@ -19,6 +19,7 @@ def summary(
     simulated: float,
     real: float,
     judgement: GoalJudgement | None = None,
+    failures: Sequence[str] = (),
 ) -> str:
     """Summarize a run in a few lines.
 
@@ -29,6 +30,7 @@ def summary(
         simulated: Duration on the plant's clock, in seconds.
         real: Duration on the wall clock, in seconds.
         judgement: The referee's judgement of the goal; None if there is no referee.
+        failures: Measurements that had failed at the end, one line each; they come before the reason.
 
     Returns:
         Lines of text.
@@ -36,9 +38,8 @@ def summary(
     measured = _measured(report.measured)
     obligations = sum(module.claim_count for module in proof_report.modules)
     guarded = sum(module.runtime_checked_count for module in proof_report.modules)
-    outcome = (
-        "goal reached" if report.reached else f"goal not reached: {escape_invisible(str(report.reason))}"
-    )
+    reasons = [escape_invisible(one) for one in (*failures, str(report.reason))]
+    outcome = "goal reached" if report.reached else f"goal not reached: {'; then: '.join(reasons)}"
     return "\n".join(
         (
             "",

@@ -15,6 +15,7 @@ from aeros.agent.planning.base import Planner
 from aeros.agent.recovery.checkpoint import CheckpointStore, TaskEnd
 from aeros.apps.report_page.run_data import read_run_data
 from aeros.apps.watchdog.resumable_run import delete_run_options, end_plant, end_task
+from aeros.apps.why.causal_chain import RunLog
 from aeros.cli.arguments import print_warning
 from aeros.cli.latest_run import save_latest_run
 from aeros.cli.records.report import write_report
@@ -23,6 +24,7 @@ from aeros.cli.run.run_plant import PlantSetup, open_run_plant
 from aeros.cli.run.run_report import summary
 from aeros.cli.terminal import print_line
 from aeros.exit_codes import Exit
+from aeros.runtime.audit.check import Record
 from aeros.runtime.audit.checkpoints import SigningConfiguration, verify_signed
 from aeros.runtime.audit.log import AuditLog, AuditReport, verify_log
 from aeros.runtime.bus.feed import BusFeed
@@ -170,7 +172,9 @@ def _report_run(
 ) -> Exit:
     """Print the summary and the outputs; return the exit code: a goal that is believed only is no success."""
     out = staged.out
-    print(summary(request.proof_report, report, staged.arguments.plant, simulated, seconds, judgement))
+    failures = () if report.reached else _failed_measurements(out / AUDIT)
+    plant = staged.arguments.plant
+    print(summary(request.proof_report, report, plant, simulated, seconds, judgement, failures))
     if tally is not None and GateMode(staged.arguments.gate) is GateMode.CHECKED:
         print(f"checked    Z3 confirmed {tally.confirmed} of {tally.decided} decisions")
     audited, sound = _check_log(out / AUDIT, request.signing)
@@ -180,6 +184,14 @@ def _report_run(
     _report_outputs(staged, feed, sound)
     is_success = report.reached and not (judgement is not None and judgement.is_false_claim)
     return Exit.SUCCESS if is_success and audited.bad_record is None else Exit.REJECTED
+
+
+def _failed_measurements(log: Path) -> tuple[str, ...]:
+    """Describe the perceivers and tools that had failed when the run ended."""
+    records: list[Record] = []
+    verify_log(log, lambda record, own: records.append(record))
+    chain = RunLog(records).explain_end().chain
+    return tuple(link.text for link in chain if link.is_failed_measurement)
 
 
 def _report_outputs(staged: PlantSetup, feed: BusFeed | None, sound: str) -> None:

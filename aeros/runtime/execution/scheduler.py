@@ -447,8 +447,7 @@ class Scheduler:
         by, _, rule = ending.reason.partition("monitor:")
         if by or not rule:
             return ending
-        site = self._followed.configuration.site
-        ending = ending._replace(causes=(stop_cause(site, rule, violation),))
-        if violation is None or violation.rule != rule:
-            return ending
-        return ending._replace(reason=f"{ending.reason}: {violation}")
+        cause = stop_cause(self._followed.configuration.site, rule, violation)
+        values = ", ".join(map(str, cause.shortfalls))
+        reason = f"{ending.reason}: {values}" if values else ending.reason
+        return ending._replace(reason=reason, causes=(cause,))

@@ -10,7 +10,7 @@ from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.decision import Caller, Decision, Reason
 from aeros.runtime.gate.request_check import unpack_arguments, unpack_readings
 from aeros.runtime.gate.value_check import Scalars, value_checkers
-from aeros.runtime.gate.violation import RuleViolation
+from aeros.runtime.gate.violation import MotionDeviation, RuleViolation
 from aeros.runtime.ports import Readings
 from aeros.skill import Action
 from aeros.spec.expr import terms as t
@@ -49,7 +49,7 @@ def denial_causes(
     return tuple(_Denial(configuration, caller, readings, requested_action, now).causes(decision))
 
 
-def stop_cause(site: Site, rule: str, violation: RuleViolation | None) -> Cause:
+def stop_cause(site: Site, rule: str, violation: RuleViolation | MotionDeviation | None) -> Cause:
     """Explain as data why the monitor stopped a motion.
 
     Args:
@@ -73,7 +73,7 @@ def stop_cause(site: Site, rule: str, violation: RuleViolation | None) -> Cause:
     for one in rules:
         if one.id == rule:
             return Cause("rule", rule, one.text, one.source, file_and_line(one.require_span), parts)
-    return Cause("stopped", rule, rule)
+    return Cause("stopped", rule, rule, shortfalls=parts)
 
 
 class _Denial:

@@ -30,3 +30,19 @@ class RuleViolation(NamedTuple):
     def __str__(self) -> str:
         """Describe each part that does not hold, as in `link_speed is 0.31 m/s (at most 0.25 m/s)`."""
         return ", ".join(map(str, self.unmet_bounds))
+
+
+class MotionDeviation(NamedTuple):
+    """A motion that the robot does not follow as it was decided.
+
+    Attributes:
+        rule: name under which the robot is stopped.
+        unmet_bounds: the measured values and the bounds that they broke.
+    """
+
+    rule: str
+    unmet_bounds: tuple[UnmetBound, ...]
+
+    def __str__(self) -> str:
+        """Describe each part, as in `distance from the decided path is 0.034 m (at most 0.01 m)`."""
+        return ", ".join(map(str, self.unmet_bounds))

@@ -33,6 +33,7 @@ from aeros.runtime.isolation.protocol import (
 )
 from aeros.runtime.skills.contract import SkillRefusedError
 from aeros.runtime.skills.perceiver_code import PerceiverFunction, PerceiverNames, execute_perceiver
+from aeros.runtime.skills.raised import describe_raised
 
 
 class PerceiverWorker:
@@ -79,7 +80,8 @@ class PerceiverWorker:
         except StopIteration:
             return SkillRaised(question.token, "the perceiver returned: it yields values for every view")
         except BaseException as failure:
-            return SkillRaised(question.token, sanitize_text(describe_exception(failure)))
+            known = (*question.readings, *(slot.camera for slot in self._load.slots))
+            return SkillRaised(question.token, sanitize_text(describe_raised(failure, self._function, known)))
 
     def _handle_load(self, load: LoadPerceiver) -> WorkerResponse:
         try:

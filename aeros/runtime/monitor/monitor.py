@@ -22,7 +22,7 @@ from typing import Any, Final, NamedTuple
 from aeros.runtime.gate.compiled.rules import CompiledRuleSet, FastTickCheck, MonitorRules
 from aeros.runtime.gate.joint_rules import ActiveAction
 from aeros.runtime.gate.value_check import Scalars, check_freshness, is_reading
-from aeros.runtime.gate.violation import RuleViolation
+from aeros.runtime.gate.violation import MotionDeviation, RuleViolation
 from aeros.runtime.monitor.history import HistoryTracker, HistoryValues
 from aeros.runtime.monitor.stop_record import StopRecords, stop_quantities
 from aeros.runtime.monitor.tracking import MotionTracker
@@ -101,7 +101,7 @@ class RuntimeMonitor:
         self._actions_changed = False  # an action was added or removed since the last tick
         self._watches: list[_MonitoredActions] = []
         self._readings: dict[str, Reading] = {}
-        self.violation: RuleViolation | None = None
+        self.violation: RuleViolation | MotionDeviation | None = None
         """The last rule that did not hold, with its values."""
 
     def add(self, active_action: ActiveAction, plan: object = None) -> None:
@@ -170,7 +170,9 @@ class RuntimeMonitor:
         known = self._update_histories(now, measured)
         if stops.stop is not None:
             return self._back_off_violation(stops.stop.reason, now, measured, known)
-        rule = self._first_violation(now, measured, known) or is_off
+        rule = self._first_violation(now, measured, known)
+        if rule is None and is_off is not None:
+            rule, self.violation = is_off, tracker.deviation
         if rule is not None:
             self.begin_stop(rule, now)
             stops.add(measured)

@@ -22,10 +22,12 @@ from math import dist, inf, isfinite
 from typing import Any, Final
 
 from aeros.kinematic_chain import frames_of, mounting_of
+from aeros.runtime.gate.violation import MotionDeviation
 from aeros.runtime.motion.bezier import Piece, joint_box, split_in_half
 from aeros.runtime.motion.merged import moves_base
 from aeros.runtime.motion.swept_volume import moves_joints
 from aeros.runtime.ports import JointPath, JointVector, Reading, RobotBody, Trajectory, Vec3
+from aeros.spec.expr.shortfall import UnmetBound
 from aeros.spec.model.motion import MotionPolicy
 
 DECIDED_PATH: Final = "decided-path"
@@ -57,10 +59,12 @@ class MotionTracker:
 
     Attributes:
         is_idle: no motion is under way.
+        deviation: the last motion that was not followed, with the measured values; None if there is none.
     """
 
     def __init__(self, policy: MotionPolicy | None) -> None:
         self.is_idle = True
+        self.deviation: MotionDeviation | None = None
         tracking = None if policy is None else policy.tracking
         self._tracking = tracking
         self._joint_variable = "" if policy is None else policy.start_variable
@@ -131,8 +135,12 @@ class MotionTracker:
             robot follows. Malformed values count as if they were not measured.
         """
         fault = None if self._tracking is None else self._distance_fault(now, measured)
-        if fault is None and any(rates.is_broken(now, measured) for rates in self._rates.values()):
-            return DECLARED_RATES
+        if fault is None:
+            for rates in self._rates.values():
+                unmet = rates.unmet_bounds(now, measured)
+                if unmet:
+                    self.deviation = MotionDeviation(DECLARED_RATES, unmet)
+                    return DECLARED_RATES
         return fault
 
     def _distance_fault(self, now: float, measured: Mapping[str, Any]) -> str | None:
@@ -154,7 +162,11 @@ class MotionTracker:
             off += greatest_displacement(self._body, decided, joints, self._levers)
         except (TypeError, ValueError):
             return f"input:{name}"
-        return None if off <= self._bound else DECIDED_PATH
+        if off <= self._bound:
+            return None
+        distance = UnmetBound("distance from the decided path", off, "at most", self._bound, "m")
+        self.deviation = MotionDeviation(DECIDED_PATH, (distance,))
+        return DECIDED_PATH
 
 
 def greatest_displacement(
@@ -310,7 +322,7 @@ class FeedbackRates:
         self._tool_offset = plan.body.tool_offset
         self._window: deque[tuple[float, tuple[float, ...], tuple[float, ...]]] = deque()
 
-    def is_broken(self, now: float, measured: Mapping[str, Any]) -> bool:
+    def unmet_bounds(self, now: float, measured: Mapping[str, Any]) -> tuple[UnmetBound, ...]:
         """Add a tick, and compare the way in the last window with the declared speeds.
 
         Args:
@@ -318,25 +330,33 @@ class FeedbackRates:
             measured: values (SI) or readings, by vocabulary name.
 
         Returns:
-            True if a joint or the tool went farther than the declared speed allows. False for ticks without
-            well-formed joints, which other checks refuse.
+            The ways of joints (rad) and tool (m) that are longer than the declared speed allows. None
+            for ticks without well-formed joints, which other checks refuse.
         """
         value, servo = measured.get(self._variable), self._servo
         time = value.time if type(value) is Reading else now
         joints = value.value if type(value) is Reading else value
         if servo is None or not isinstance(joints, tuple | list) or len(joints) != len(self._mountings):
-            return False
+            return ()
         if not all(type(one) is float and isfinite(one) for one in joints):
-            return False
+            return ()
         if self._window and time <= self._window[-1][0]:
-            return False
+            return ()
         tool = frames_of(self._mountings, joints)[-1].to_base(self._tool_offset)
         while self._window and self._window[0][0] < time - _WINDOW_S:
             self._window.popleft()
         self._window.append((time, tuple(joints), tool))
         start, were, tool_was = self._window[0]
         lasted = time - start
-        return dist(tool, tool_was) > servo.tool_speed * lasted + _TOOL_TOLERANCE or any(
-            abs(one - was) > speed * lasted + _JOINT_TOLERANCE
-            for one, was, speed in zip(joints, were, servo.speed, strict=True)
+        ways = [
+            ("way of the tool", dist(tool, tool_was), servo.tool_speed * lasted + _TOOL_TOLERANCE, "m"),
+            *(
+                (f"way of joint {number}", abs(one - was), speed * lasted + _JOINT_TOLERANCE, "rad")
+                for number, (one, was, speed) in enumerate(zip(joints, were, servo.speed, strict=True), 1)
+            ),
+        ]
+        return tuple(
+            UnmetBound(f"{name} in {lasted:.3g} s", way, "at most", bound, unit)
+            for name, way, bound, unit in ways
+            if way > bound
         )

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Iterable, Mapping
 from typing import Any, Final, NamedTuple, Protocol
 
-from aeros.descriptions import describe_exception
 from aeros.runtime.isolation.isolated_code import IsolatedCode, format_exit_code
 from aeros.runtime.isolation.layers import IsolationLayer
 from aeros.runtime.isolation.limits import ProcessLimits
@@ -25,6 +24,7 @@ from aeros.runtime.perception.shared_pictures import SharedPictures, UnfitPictur
 from aeros.runtime.ports import CameraPicture
 from aeros.runtime.skills.load import CertifiedCode
 from aeros.runtime.skills.perceiver_code import PerceiverNames, execute_perceiver
+from aeros.runtime.skills.raised import describe_raised
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.perception import Perceiver
 from aeros.spec.model.site import Site
@@ -139,7 +139,8 @@ class InProcessPerceiver:
         except StopIteration as end:
             raise PerceiverError("the perceiver returned: it yields values for every view") from end
         except BaseException as failure:
-            raise PerceiverError(describe_exception(failure)) from failure
+            known = (*view.readings, *view.pictures)
+            raise PerceiverError(describe_raised(failure, self._function, known)) from failure
 
     def close(self) -> None:
         """Implements `PerceiverRun.close`."""

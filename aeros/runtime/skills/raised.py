@@ -1,4 +1,4 @@
-"""Description of what skill code raised: the line, the exception, and the name that was probably meant."""
+"""Description of what a skill or perceiver raised: line, exception, and the name that was probably meant."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ _CLOSE: Final = 0.85
 
 
 def describe_raised(failure: BaseException, function: Callable[..., Any], known: Collection[str]) -> str:
-    """Describe an exception that the code of a skill raised.
+    """Describe an exception that the code of a skill or perceiver raised.
 
     Args:
         failure: the exception.
-        function: the generator function of the skill.
-        known: names that the skill may look up: variables that it senses and its inputs.
+        function: the generator function.
+        known: names that the code may look up: variables that it senses, its inputs and its pictures.
 
     Returns:
         As in `skills.py:36: KeyError: 'bloc_position'; did you mean `block_position`?`.

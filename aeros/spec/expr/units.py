@@ -78,8 +78,9 @@ _NAMES = {
     FORCE: "N",
     FORCE * LENGTH: "N*m",
     FORCE * LENGTH**-2: "Pa",
-    FORCE * LENGTH * TIME**-1: "W",
+    FORCE * LENGTH * TIME**-1: "N*m/s",
 }
+"""Names of dimensions. Torque has that of energy, and its rate that of power: robots have the torques."""
 
 _ATOMS: dict[str, tuple[Fraction, Dimension]] = {
     "1": (Fraction(1), NUMBER),

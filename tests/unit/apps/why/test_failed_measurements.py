@@ -42,7 +42,25 @@ def test_the_last_failure_of_each_that_has_not_recovered_counts() -> None:
     ]
 
 
-def test_they_are_links_of_the_chain_of_a_step_that_failed() -> None:
+def test_they_come_before_the_end_of_a_step_that_failed() -> None:
     log = RunLog(LOG)
-    texts = [link.text for link in log.explain_step(log.steps[0]).chain]
-    assert texts[-2:] == [text for _, text in failures_before(LOG, 4, 11, "tidy")]
+    chain = log.explain_step(log.steps[0]).chain
+    assert [link.text for link in chain[:2]] == [text for _, text in failures_before(LOG, 4, 11, "tidy")]
+    assert [link.is_failed_measurement for link in chain] == [True, True, False, False]
+
+
+def test_they_come_before_the_end_of_a_run_each_once() -> None:
+    ended = record(
+        "note",
+        event="run-ended",
+        details={"task": "tidy.clean", "reached": False, "reason": "the gate denied"},
+    )
+    chain = RunLog([*LOG[:12], ended]).explain_end().chain
+    assert [link.record for link in chain] == [5, 7, 12, 11, 10]
+    assert [link.is_failed_measurement for link in chain] == [True, True, False, False, False]
+
+
+def test_a_run_without_a_step_names_the_perceivers_of_its_task() -> None:
+    ended = record("note", event="run-ended", details={"task": "tidy.clean", "reached": False, "reason": "x"})
+    chain = RunLog([failed("top", "too dark"), failed("top", "not asked", "wipe"), ended]).explain_end().chain
+    assert [(link.record, link.is_failed_measurement) for link in chain] == [(0, True), (2, False)]

@@ -38,6 +38,10 @@ def test_the_summary_holds_the_numbers_of_the_report() -> None:
         refereed[3] == "truth      goal reached: believed true, false in the simulator: a = true, b = false"
     )
     assert refereed[:3] + refereed[4:] == message.replace("symbolic", "physics").splitlines()
+    blind = summary(
+        proof, report(reached=False, reason="why"), "symbolic", 0.0, 0.0, failures=["dark", "late"]
+    )
+    assert "goal not reached: dark; then: late; then: why" in blind
     missed = summary(proof, report(reached=False, reason="why"), "symbolic", 0.0, 0.0)
     assert "m.t: goal not reached: why" in missed
 

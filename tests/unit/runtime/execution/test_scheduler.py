@@ -118,7 +118,8 @@ def test_an_unreadable_value_at_a_tick_is_a_violation_too(cart: MakeCart, measur
     one.start("drive")
     one.plant.during = [measured]
     (name,) = measured
-    assert {result.reason for result in one.ends(2).values()} == {f"monitor:input:{name}"}
+    reason = f"monitor:input:{name}: `{name}` is missing, old or malformed"
+    assert {result.reason for result in one.ends(2).values()} == {reason}
 
 
 def test_one_that_is_late_is_halted_and_the_other_goes_on(cart: MakeCart) -> None:

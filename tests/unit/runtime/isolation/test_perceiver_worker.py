@@ -125,7 +125,7 @@ def test_the_next_view_shows_what_the_memory_then_holds(memory: int) -> None:
         ("yield {'a': view}", "the perceiver yielded values that are not plain data"),
         ("yield {'a': 'x' * 70000}", "the perceiver yielded values of more than 65536 bytes"),
         ("yield {'a': 10 ** 30}", "the perceiver yielded values that are not plain data"),
-        ("yield 1 / 0", "ZeroDivisionError: division by zero"),
+        ("yield 1 / 0", "eye.py:3: ZeroDivisionError: division by zero"),
         ("return\n    yield", "the perceiver returned: it yields values for every view"),
     ],
 )

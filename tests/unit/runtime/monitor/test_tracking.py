@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
@@ -27,7 +28,7 @@ def rates(joint_speed: float, tool_speed: float) -> FeedbackRates:
 
 
 def is_found(one: FeedbackRates, speed: float, ticks: int = 48) -> bool:
-    return any(one.is_broken(tick * TICK, {"q": (speed * tick * TICK,)}) for tick in range(ticks))
+    return any(one.unmet_bounds(tick * TICK, {"q": (speed * tick * TICK,)}) for tick in range(ticks))
 
 
 @pytest.mark.parametrize(("speed", "found"), [(0.2, False), (0.29, False), (0.4, True), (-0.4, True)])
@@ -42,14 +43,15 @@ def test_a_tool_that_is_faster_than_declared_is_found(speed: float, found: bool)
 
 def test_readings_count_at_their_own_times() -> None:
     one = rates(0.2, 9.0)
-    assert not one.is_broken(0.0, {"q": Reading((0.0,), 0.0)})
-    assert not one.is_broken(0.02, {"q": Reading((0.5,), 0.0)})  # not measured anew
-    assert one.is_broken(0.03, {"q": Reading((0.5,), 0.03)})
+    assert not one.unmet_bounds(0.0, {"q": Reading((0.0,), 0.0)})
+    assert not one.unmet_bounds(0.02, {"q": Reading((0.5,), 0.0)})  # not measured anew
+    (joint,) = one.unmet_bounds(0.03, {"q": Reading((0.5,), 0.03)})
+    assert str(joint) == "way of joint 1 in 0.03 s is 0.5 rad (at most 0.011 rad)"
 
 
 @pytest.mark.parametrize("odd", [None, 3.0, "x", (nan,), (0.0, 0.0), (1,), ("x",), Reading(None, 0.0)])
 def test_malformed_joints_are_left_to_other_checks(odd: Any) -> None:
-    assert not rates(0.0, 0.0).is_broken(1.0, {"q": odd})
+    assert not rates(0.0, 0.0).unmet_bounds(1.0, {"q": odd})
 
 
 # Where the robot is.
@@ -183,6 +185,7 @@ def test_a_halted_motion_is_compared_with_where_it_came_to_rest() -> None:
     assert one.violation(5.0, {"q": (0.0, 0.12), "base": base}) is None
     assert one.violation(5.0, {"q": (0.0, 0.12), "base": base}) is None
     assert one.violation(5.0, {"q": (0.0, 0.15), "base": base}) == "decided-path"
+    assert re.fullmatch(r"distance from the decided path is 0\.\d+ m \(at most 0\.01 m\)", str(one.deviation))
 
 
 def test_readings_are_compared_with_the_path_at_their_own_time() -> None:

@@ -176,6 +176,10 @@ ENDINGS: dict[str, tuple[str, str]] = {
         "view.pictures['overhead'].rgb.setflags(write=True)\nyield {}",
         "ValueError: cannot set WRITEABLE flag",
     ),
+    "it reads what it does not get": (
+        "view.pictures['overheat']\nyield {}",
+        r"^\w+\.py:\d+: KeyError: 'overheat'; did you mean `overhead`\?$",
+    ),
     "it opens a file": ("open('/etc/passwd')\nyield {}", "NameError: name 'open' is not defined"),
     "it runs text": ("eval('1')\nyield {}", "NameError: name 'eval' is not defined"),
     "it takes an attribute by name": ("getattr(np, 'abs')\nyield {}", "NameError: name 'getattr'"),
