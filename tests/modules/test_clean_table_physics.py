@@ -119,7 +119,7 @@ def test_red_and_magenta_blocks_in_the_area_are_put_into_the_bin_before_it_is_wi
         assert all(plant.truth().values())
 
 
-def test_a_block_that_is_too_large_to_grip_stays_and_the_area_is_never_said_to_be_clear() -> None:
+def test_a_block_that_is_too_large_to_grip_stays_and_the_area_does_not_count_as_clear() -> None:
     robot, plant = table(0, "large_block.yaml")
     with closing(plant):
         assert robot.run("organize") is None

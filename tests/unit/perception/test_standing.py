@@ -46,7 +46,7 @@ def test_parts_are_components_that_are_large_enough() -> None:
     ]
 
 
-def test_what_is_less_than_three_pixels_wide_is_eroded_away() -> None:
+def test_parts_less_than_three_pixels_wide_are_eroded_away() -> None:
     assert erode(drawn("......", ".###..", ".###.#", ".###.#", ".....#")).tolist() == (
         drawn("......", "......", "..#...", "......", "......").tolist()
     )
