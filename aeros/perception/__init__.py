@@ -15,6 +15,7 @@ from aeros.perception.rectangles import (
     top_points,
     wrap_heading,
 )
+from aeros.perception.standing import erode, find_ground, heights_above, separate_parts
 from aeros.perception.view import Estimate, Perception, Picture, Sample, View, estimate
 
 __all__ = [
@@ -30,7 +31,9 @@ __all__ = [
     "Sample",
     "View",
     "connected_components",
+    "erode",
     "estimate",
+    "find_ground",
     "find_plane",
     "fit_circle",
     "fit_plane",
@@ -38,11 +41,13 @@ __all__ = [
     "has_hsv_colour",
     "has_red_ratios",
     "has_size",
+    "heights_above",
     "inlier_mask",
     "largest_component",
     "locate_cylinder",
     "min_area_rectangle",
     "point_cloud",
+    "separate_parts",
     "to_hsv",
     "top_face",
     "top_points",

@@ -1,13 +1,13 @@
 """Scenes of tasks: from the folder of the task's module, from AEROS, or from another module.
 
-A scene is no code of the robot, so it is no part of a module's digest: no proof speaks of it, and another
-position of a crate in a simulator asks for no new certificate. The digest of a scene's files is part of the
+A scene is no code of the robot, so it is no part of a module's certificate: no proof speaks of it, and another
+position of a crate in a simulator asks for no new certificate. It is part of the module's bundle. The digest of a scene's files is part of the
 scene, so a report can name what a run took place in. The registry keeps the files with the module.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from aeros.runtime.gate.configuration import Configuration
 from aeros.spec.diagnostics.codes import Diagnostic
@@ -54,9 +54,9 @@ def scene_of_task(configuration: Configuration, task: Task, extra: str | None = 
         headline = f"the task's scene is `{task.scene}`, but there is only {', '.join(sorted(known))}"
         help_ = ("add its file to the module's folder `scenes`", "or use `--plant symbolic`")
         raise UserError([Diagnostic("AE002", headline, help=help_)])
-    cameras = _site_cameras(configuration)
-    scene = require_robot(load_scene(task.scene, folders, cameras))
-    return scene if extra is None else add_scene(scene, extra, folders, cameras)
+    cameras, variables = _site_cameras(configuration), _state_variables(configuration)
+    scene = require_robot(load_scene(task.scene, folders, cameras, variables))
+    return scene if extra is None else add_scene(scene, extra, folders, cameras, variables)
 
 
 def scene_named(configuration: Configuration, name: str) -> Scene:
@@ -73,9 +73,19 @@ def scene_named(configuration: Configuration, name: str) -> Scene:
         UserError: there is no such file, or it has problems.
     """
     folders = module_folders(configuration, None)
-    return require_robot(load_scene(name, folders, _site_cameras(configuration)))
+    cameras, variables = _site_cameras(configuration), _state_variables(configuration)
+    return require_robot(load_scene(name, folders, cameras, variables))
 
 
 def _site_cameras(configuration: Configuration) -> dict[str, Mapping[str, str]]:
     """Return for each module the site's names of cameras by the module's."""
     return {module: ecm.names.cameras for module, ecm in configuration.modules.items()}
+
+
+def _state_variables(configuration: Configuration) -> dict[str, Collection[str]]:
+    """Return for each module the short names of its own state variables, and the site's by the empty name."""
+    own = {
+        module: [name.rpartition(".")[2] for name in ecm.state]
+        for module, ecm in configuration.modules.items()
+    }
+    return {**own, "": [name for name in configuration.site.state if "." not in name]}

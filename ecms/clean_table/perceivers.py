@@ -1,24 +1,30 @@
-"""Perceivers of a table: sponge and clutter by colour and depth, dirt by brightness.
+"""Perceivers of a table: the sponge by colour and size, what else stands there by depth, dirt by brightness.
 
-All lengths in metres, in the world frame; the table's top is z = 0. An object lies on its largest face: the
-rectangle of least area around its top gives middle and heading, as its sides are straight.
+All lengths in metres, in the world frame. The table's top is z = 0; in a picture it is the plane that is
+fitted to it, from which heights count. An object lies on its largest face: the rectangle of least area around
+its upper half gives its middle and heading, as its sides are straight.
 """
 
-from math import dist, inf, pi
-from typing import Any
+from collections.abc import Iterator
+from math import cos, dist, inf, pi, sin
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from aeros.perception import (
-    Estimate,
     Mask,
     Perception,
     Picture,
     Points,
+    Rectangle,
     View,
+    erode,
     estimate,
-    has_dominant_colour,
+    find_ground,
     has_red_ratios,
+    heights_above,
+    min_area_rectangle,
+    separate_parts,
     top_face,
     top_points,
     wrap_heading,
@@ -38,14 +44,17 @@ WIPED_SHARE = 0.95
 DIRT_BRIGHTNESS = 0.7
 """Share of the bare table's brightness below which a pixel shows dirt."""
 
-WAY_AROUND = 0.06
+WAY_AROUND = 0.04
 """Distance from the area within which sponge and fingers pass, m."""
 
-TOPS = (0.012, 0.12)
-"""Height range of the tops of objects on the table, m: below is the table, above is the arm."""
+FLAT = 0.012
+"""Greatest height of the table's own points, m: depth is some millimetres off."""
 
-STANDING = (0.012, 0.30)
-"""Height range of anything that stands on the table, m."""
+FOAM_TOPS = (FLAT, 0.12)
+"""Height range of the sponge's foam, m, however it lies."""
+
+STANDING = (FLAT, 0.30)
+"""Height range of anything that stands on the table, m: above is the arm."""
 
 INSPECTED = ((0.22, -0.62), (0.75, 0.50))
 """Lowest and highest corner (x, y) of the inspected area, m: all of the table that the arm works on."""
@@ -53,11 +62,14 @@ INSPECTED = ((0.22, -0.62), (0.75, 0.50))
 MIN_PIXELS = 25
 """Least number of pixels of an object: fewer are noise, or an object that is mostly hidden."""
 
+MIN_CORE = 4
+"""Least number of pixels of a piece without its outermost ones: a wall of the bin has fewer."""
+
+MIN_TABLE = 1000
+"""Least number of pixels of the table: a picture with fewer shows no table."""
+
 MIN_BRIGHTNESS = 60
 """Least brightness of a coloured pixel (of 255)."""
-
-DOMINANCE = 1.5
-"""Least ratio of a piece's colour to the two others, in any light."""
 
 YELLOW = (0.6, 0.5)
 """Colour of the sponge: least green over red, greatest blue over red."""
@@ -72,6 +84,9 @@ SPONGE_HEIGHT = 0.03
 SPONGE_RADIUS = 0.08
 """Radius around the sponge's middle that belongs to the sponge, m."""
 
+SPONGE_MARGIN = 0.012
+"""Margin around the foam of a sponge that lies flat, m: depth and edges are a pixel off."""
+
 RETURNED_WITHIN = 0.03
 """Greatest distance of the sponge from its rest at which it counts as returned, m."""
 
@@ -85,6 +100,18 @@ BIN_MARGIN = 0.015
 """Margin around the inside of the bin that belongs to the bin, m: its walls are 5 mm, and depth is a
 pixel off."""
 
+BIN_EDGE = 0.010
+"""The same of a picture from above, m, where a piece may be at the wall."""
+
+HAND_ROOM = (0.15, 0.05)
+"""Radius around the tool, and depth below it, of the hand and of what it holds, m."""
+
+HAND_LOWEST = 0.12
+"""Height below which the hand counts as something in the way, m: it hides what is there."""
+
+GRASPABLE = (0.065, 0.15, 0.08)
+"""Greatest shorter side, longer side and height of a piece that fits the hand and the bin, m."""
+
 UNCERTAINTY = 0.005
 """Standard uncertainty of a place, m: a pixel is 4 mm."""
 
@@ -92,33 +119,55 @@ HEADING_UNCERTAINTY = 0.05
 """Standard uncertainty of a heading, rad."""
 
 
+class Piece(NamedTuple):
+    """A thing on the table that is neither the sponge nor the hand.
+
+    Attributes:
+        points: its points (n, 3), m; z counts from the table.
+        place: its middle at half its height, m.
+        heading: of its longer side, rad.
+        sides: shorter side, longer side and height, m.
+    """
+
+    points: Points
+    place: Place
+    heading: float
+    sides: tuple[float, float, float]
+
+
 def see_table(view: View) -> Perception:
-    """Find sponge, clutter and dirt in a picture from above; clutter that it does not show is not there."""
+    """Find sponge, clutter and dirt in a picture from above; without the table in it, clutter is unknown."""
     while True:
         picture, readings = view.pictures["overhead"], view.readings
-        points = picture.points()
-        low = (points[:, :, 2] > TOPS[0]) & (points[:, :, 2] < TOPS[1])
+        points, has_table = _level(picture)
         rgb = picture.rgb.astype(np.float64)
-        colours = (has_dominant_colour(rgb, channel, DOMINANCE, MIN_BRIGHTNESS) for channel in (2, 1))
-        sponge = _lying(points[low & _is_yellow(rgb)], pi, SPONGE_LENGTHS)
+        sponge = _find_sponge(points, rgb)
         values: dict[str, Any] = {"sponge_seen": sponge is not None}
         if sponge is not None:
-            values["sponge_position"], values["sponge_yaw"] = _estimates(*sponge)
+            values["sponge_position"] = estimate(_middle(sponge), UNCERTAINTY)
+            values["sponge_yaw"] = estimate(wrap_heading(sponge[0].longer_heading, pi), HEADING_UNCERTAINTY)
         clean = _clean_share(points, rgb)
         values["wiped_fraction"] = estimate(clean, 0.01)
         values["table_wiped"] = clean >= WIPED_SHARE
-        if "bin_position" in readings:
-            pieces = [_lying(points[low & colour], pi / 2.0) for colour in colours]
+        if has_table and "bin_position" in readings:
+            other = _in_rectangle(points, *INSPECTED) & _stands(points)
+            other &= ~_is_bin(points, readings["bin_position"], BIN_EDGE)
+            other &= ~_is_hand(points, readings.get("tool_position"))
+            if sponge is not None:
+                other &= ~_is_of_sponge(points, *sponge)
             loose = [
-                one for one in pieces if one is not None and not _is_in_bin(one[0], readings["bin_position"])
+                one
+                for one in _pieces(points, erode(other), other)
+                if not _is_in_bin(one.place, readings["bin_position"])
             ]
             values["clutter_on_table"] = bool(loose)
-            values["wiping_area_clear"] = not any(_is_in_the_way(place) for place, _ in loose)
-            if loose:
-                values["clutter_position"], values["clutter_yaw"] = _estimates(*loose[0])
+            values["wiping_area_clear"] = not any(
+                _is_in_the_way(points[part]) for part in separate_parts(other, MIN_PIXELS)
+            )
+            values |= _next_piece(loose)
             if "sponge_rest_position" in readings:
                 rest = readings["sponge_rest_position"]
-                is_back = sponge is not None and dist(sponge[0], rest) < RETURNED_WITHIN
+                is_back = sponge is not None and dist(_middle(sponge), rest) < RETURNED_WITHIN
                 values["table_organized"] = not loose and is_back
         view = yield values
 
@@ -139,44 +188,119 @@ def check_table(view: View) -> Perception:
 
 
 def _is_clean(picture: Picture, opening: Place, rest: Place) -> bool:
-    points, rgb = picture.points(), picture.rgb.astype(np.float64)
-    x, y, z = points[:, :, 0], points[:, :, 1], points[:, :, 2]
-    standing = _in_rectangle(points, *INSPECTED) & (z > STANDING[0]) & (z < STANDING[1])
+    points, rgb = _level(picture)[0], picture.rgb.astype(np.float64)
+    standing = _in_rectangle(points, *INSPECTED) & _stands(points)
     foam = points[standing & _is_yellow(rgb)]
     if len(foam) < MIN_PIXELS:
         return False
     face = top_points(foam)
     u, v = ((face[:, :2].min(axis=0) + face[:, :2].max(axis=0)) / 2.0).tolist()
     sponge = (u, v, float(np.median(face[:, 2])) - SPONGE_HEIGHT / 2.0)
-    in_bin = (np.abs(x - opening[0]) < BIN_HALF[0] + BIN_MARGIN) & (
-        np.abs(y - opening[1]) < BIN_HALF[1] + BIN_MARGIN
-    )
-    other = standing & ~in_bin & (np.hypot(x - u, y - v) > SPONGE_RADIUS)
+    is_of_sponge = np.hypot(points[:, :, 0] - u, points[:, :, 1] - v) <= SPONGE_RADIUS
+    other = standing & ~_is_bin(points, opening, BIN_MARGIN) & ~is_of_sponge
     is_empty = int(other.sum()) < MIN_PIXELS
     return is_empty and dist(sponge, rest) < RETURNED_WITHIN and _clean_share(points, rgb) >= WIPED_SHARE
 
 
-def _lying(
-    points: Points, period: float, lengths: tuple[float, float] = (0.0, inf)
-) -> tuple[Place, float] | None:
-    """Locate an object that looks the same when it is turned by `period`: its middle, and a hand's heading.
+def _level(picture: Picture) -> tuple[Points, bool]:
+    """Return the points of a picture, whose z counts from the table, and True if it shows the table.
 
-    Its middle is at half its height. The longer side of its top is between `lengths`, m; else it is another.
+    The table is the plane that most points near z = 0 are on: a camera may be tilted a little.
     """
-    if len(points) < MIN_PIXELS:
-        return None
-    face, top = top_face(points)
-    if not lengths[0] < max(face.length, face.width) < lengths[1]:
-        return None
-    return (face.x, face.y, top / 2.0), wrap_heading(face.longer_heading, period)
+    points = picture.points()
+    near = points[_in_rectangle(points, *INSPECTED) & (np.abs(points[:, :, 2]) < FLAT)]
+    ground = find_ground(near, FLAT / 2.0, MIN_TABLE)
+    if ground is not None:
+        points[:, :, 2] = heights_above(points, ground)
+    return points, ground is not None
 
 
-def _estimates(place: Place, heading: float) -> tuple[Estimate, Estimate]:
-    return estimate(place, UNCERTAINTY), estimate(heading, HEADING_UNCERTAINTY)
+def _find_sponge(points: Points, rgb: Points) -> tuple[Rectangle, float] | None:
+    """Find the top of the foam and its height: yellow, and as long as a sponge.
+
+    Another yellow thing may lie beside it, and in a bad picture the foam may be in parts.
+    """
+    z = points[:, :, 2]
+    yellow = (z > FOAM_TOPS[0]) & (z < FOAM_TOPS[1]) & _is_yellow(rgb)
+    for part in (*separate_parts(yellow, MIN_PIXELS), yellow):
+        if int(part.sum()) >= MIN_PIXELS:
+            face, top = top_face(points[part])
+            if SPONGE_LENGTHS[0] < max(face.length, face.width) < SPONGE_LENGTHS[1]:
+                return face, top
+    return None
+
+
+def _middle(sponge: tuple[Rectangle, float]) -> Place:
+    face, top = sponge
+    return (face.x, face.y, top / 2.0)
+
+
+def _pieces(points: Points, cores: Mask, mask: Mask) -> Iterator[Piece]:
+    """Locate each piece of a mask, whose core has neither its outermost pixels nor what is very thin."""
+    for core in separate_parts(cores, MIN_CORE):
+        # A core has lost one pixel on each side, and two at corners.
+        part = ~erode(erode(~core)) & mask
+        piece = points[part]
+        top = float(np.median(top_points(piece)[:, 2]))
+        box = min_area_rectangle(top_points(piece, top / 2.0)[:, :2])
+        shorter, longer = sorted((box.length, box.width))
+        yield Piece(piece, (box.x, box.y, top / 2.0), box.longer_heading, (shorter, longer, top))
+
+
+def _next_piece(loose: list[Piece]) -> dict[str, Any]:
+    """Choose the piece to grip next: one in the way, else the nearest to the arm; none that is too large."""
+    fitting = [
+        one for one in loose if all(side < most for side, most in zip(one.sides, GRASPABLE, strict=True))
+    ]
+    if not fitting:
+        return {}
+    piece = min(fitting, key=lambda one: (not _is_in_the_way(one.points), one.place[0]))
+    # It is gripped across; where both sides fit, along as well.
+    period = pi / 2.0 if piece.sides[1] < GRASPABLE[0] else pi
+    return {
+        "clutter_position": estimate(piece.place, UNCERTAINTY),
+        "clutter_yaw": estimate(wrap_heading(piece.heading, period), HEADING_UNCERTAINTY),
+        "clutter_length": estimate(piece.sides[1], UNCERTAINTY),
+    }
 
 
 def _is_yellow(rgb: Points) -> Mask:
     return has_red_ratios(rgb, (YELLOW[0], None), (None, YELLOW[1]), MIN_BRIGHTNESS)
+
+
+def _stands(points: Points) -> Mask:
+    z = points[:, :, 2]
+    stands: Mask = (z > STANDING[0]) & (z < STANDING[1])
+    return stands
+
+
+def _is_bin(points: Points, opening: Place, margin: float) -> Mask:
+    low, high = (
+        (opening[0] + sign * (BIN_HALF[0] + margin), opening[1] + sign * (BIN_HALF[1] + margin))
+        for sign in (-1.0, 1.0)
+    )
+    return _in_rectangle(points, low, high)
+
+
+def _is_hand(points: Points, tool: Place | None) -> Mask:
+    """Find the points of the robot's own hand and of what it holds, if it is over the table."""
+    x, y, z = tool or (0.0, 0.0, inf)
+    radius, depth = HAND_ROOM
+    near = np.hypot(points[:, :, 0] - x, points[:, :, 1] - y) < radius
+    hand: Mask = near & (points[:, :, 2] > max(z - depth, HAND_LOWEST))
+    return hand
+
+
+def _is_of_sponge(points: Points, face: Rectangle, top: float) -> Mask:
+    """Find the points of the sponge: over foam that lies flat, else around it, as its block is beside."""
+    x, y = points[:, :, 0] - face.x, points[:, :, 1] - face.y
+    if abs(top - SPONGE_HEIGHT) > FLAT:
+        around: Mask = np.hypot(x, y) <= SPONGE_RADIUS
+        return around
+    c, s = cos(face.heading), sin(face.heading)
+    half = (face.length / 2.0 + SPONGE_MARGIN, face.width / 2.0 + SPONGE_MARGIN)
+    over: Mask = (np.abs(x * c + y * s) < half[0]) & (np.abs(y * c - x * s) < half[1])
+    return over
 
 
 def _is_in_bin(place: Place, opening: Place) -> bool:
@@ -184,10 +308,10 @@ def _is_in_bin(place: Place, opening: Place) -> bool:
     return abs(dx) < BIN_HALF[0] and abs(dy) < BIN_HALF[1] and -BIN_DEPTH < dz < 0.0
 
 
-def _is_in_the_way(place: Place) -> bool:
-    """Return True if a piece's middle is where sponge and fingers pass."""
-    low, high = AREA
-    return all(a - WAY_AROUND < at < b + WAY_AROUND for a, at, b in zip(low, place, high, strict=False))
+def _is_in_the_way(points: Points) -> bool:
+    """Return True if some point of a thing is where sponge and fingers pass."""
+    low, high = np.array(AREA[0]) - WAY_AROUND, np.array(AREA[1]) + WAY_AROUND
+    return bool(((points[:, :2] > low) & (points[:, :2] < high)).all(axis=1).any())
 
 
 def _in_rectangle(points: Points, low: tuple[float, float], high: tuple[float, float]) -> Mask:
@@ -202,7 +326,7 @@ def _clean_share(points: Points, rgb: Points) -> float:
     """
     low, high = AREA
     red = rgb[:, :, 0]
-    top = _in_rectangle(points, *INSPECTED) & (np.abs(points[:, :, 2]) < STANDING[0])
+    top = _in_rectangle(points, *INSPECTED) & (np.abs(points[:, :, 2]) < FLAT)
     inside = top & _in_rectangle(points, low, high)
     outside = top & ~inside
     if not outside.any():

@@ -96,11 +96,18 @@ LOOKS = 5
 """Largest number of looks for a sponge or clutter that is not seen."""
 
 SPONGE = ("sponge_position", "sponge_yaw")
-CLUTTER = ("clutter_position", "clutter_yaw")
-"""Poses of the sponge and of the next piece of clutter; unknown if the last picture does not show them."""
+CLUTTER = ("clutter_position", "clutter_yaw", "clutter_length")
+"""Pose of the sponge; pose and length of the next piece of clutter: unknown if the last picture does not show
+them, or no piece that fits the hand."""
+
+BOTH_SIDES_FIT = 0.065
+"""Length below which a piece can be gripped along as well as across, m."""
 
 DROPS = (-0.045, 0.045)
 """Places along the bin where successive pieces are released, m from its middle."""
+
+DROP_ROOM = 0.08
+"""From the bin's middle to where the end of a piece that is let go may be, along x, m."""
 
 
 def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
@@ -253,6 +260,8 @@ def _bin_clutter(observed: Observation, pace: float, offset: float) -> Task:
             if not _is_clutter_seen(observed):
                 return observed
     x, y, z = observed["clutter_position"]
+    room = max(0.0, DROP_ROOM - observed["clutter_length"] / 2.0)
+    offset = min(max(offset, -room), room)
     yaw = _along_the_bin(observed)
     observed = yield from _grasp(observed, pace, (x, y, z + CLUTTER_GRASP), yaw, 0.02)
     observed = yield from _rise(observed, pace, yaw)
@@ -276,8 +285,11 @@ def _outside(observed: Observation) -> tuple[float, float]:
 
 def _room_missing(observed: Observation) -> float:
     """Room that a hand lacks between the next piece and the nearest wall of the bin, m."""
-    turn = abs(observed["clutter_yaw"])
-    return HAND_HALF[0] * cos(turn) + HAND_HALF[1] * sin(turn) - max(_outside(observed))
+    yaw, outside = _along_the_bin(observed), _outside(observed)
+    along_x, along_y = abs(cos(yaw)), abs(sin(yaw))
+    if outside[1] > outside[0]:
+        along_x, along_y = along_y, along_x
+    return HAND_HALF[0] * along_x + HAND_HALF[1] * along_y - max(outside)
 
 
 def _drag_from_the_bin(observed: Observation, pace: float) -> Task:
@@ -299,13 +311,14 @@ def _drag_from_the_bin(observed: Observation, pace: float) -> Task:
 def _along_the_bin(observed: Observation) -> float:
     """The yaw to grip the next piece at: the fingers close along a wall of the bin that they are near.
 
-    A piece can be gripped across or along, so a quarter of a turn leaves it as good a grip.
+    Where both sides of a piece fit, a quarter of a turn leaves it as good a grip.
     """
     outside = _outside(observed)
     yaw: float = observed["clutter_yaw"]
     near = max(outside) < HAND_REACH
     across = outside[1] > outside[0]
-    return yaw - pi / 2 if near and across else yaw
+    can_turn = observed["clutter_length"] < BOTH_SIDES_FIT
+    return yaw - pi / 2 if near and across and can_turn else yaw
 
 
 def _grasp(observed: Observation, pace: float, place: Place, yaw: float, width: float) -> Task:

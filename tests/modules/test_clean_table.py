@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import dist, pi
 from typing import Any
 
+import numpy as np
 import pytest
+from numpy.typing import NDArray
 
+from aeros.perception import Picture
 from aeros.sim.geometry import Camera, Pose, Vector3, yaw_of, yaw_orientation
 from aeros.sim.layouts.cameras import fixed_camera
 from tests.modules.looking import Put, Top, Watched, draw
@@ -143,6 +147,96 @@ def test_a_piece_in_the_bin_is_no_clutter(x: float, y: float, z: float, in_bin: 
     assert (found["clutter_on_table"], found["table_organized"]) == (not in_bin, in_bin)
 
 
+COLOURS = {
+    "red": (200, 40, 30),
+    "magenta": (200, 40, 190),
+    "blue": BLUE,
+    "green": GREEN,
+    "yellow": FOAM,
+    "white": (255, 255, 255),
+    "black": (0, 0, 0),
+    "the table's": (200, 200, 200),
+}
+
+
+@pytest.mark.parametrize("colour", COLOURS.values(), ids=COLOURS)
+def test_a_block_of_any_colour_is_in_the_way_and_can_be_gripped(colour: tuple[int, int, int]) -> None:
+    found = seen(SPONGE, Top(0.5, 0.05, 0.04, (0.02, 0.02), colour, 0.3))
+    assert (found["clutter_on_table"], found["wiping_area_clear"], found["sponge_seen"]) == (
+        True,
+        False,
+        True,
+    )
+    assert found["clutter_position"] == pytest.approx((0.5, 0.05, 0.02), abs=0.004)
+    assert found["clutter_yaw"] == pytest.approx(0.3, abs=0.1)
+    assert found["clutter_length"] == pytest.approx(0.04, abs=0.006)
+
+
+@pytest.mark.parametrize(
+    ("top", "fits"),
+    [
+        (Top(0.5, -0.25, 0.04, (0.028, 0.028), GREEN), True),
+        (Top(0.5, -0.25, 0.04, (0.036, 0.036), GREEN), False),
+        (Top(0.5, -0.25, 0.075, (0.02, 0.02), GREEN), True),
+        (Top(0.5, -0.25, 0.085, (0.02, 0.02), GREEN), False),
+        (Top(0.5, -0.25, 0.04, (0.07, 0.02), GREEN), True),
+        (Top(0.5, -0.25, 0.04, (0.08, 0.02), GREEN), False),
+    ],
+)
+def test_a_piece_that_fits_neither_hand_nor_bin_is_seen_and_not_offered(top: Top, fits: bool) -> None:
+    found = seen(SPONGE, top)
+    assert (found["clutter_on_table"], found["table_organized"]) == (True, False)
+    for name in ("clutter_position", "clutter_yaw", "clutter_length"):
+        assert (name in found) is fits
+    # The next one that fits is offered.
+    other = seen(SPONGE, top, Top(0.65, -0.25, 0.04, (0.02, 0.02), BLUE))
+    assert other["clutter_position"][0] == pytest.approx(0.5 if fits else 0.65, abs=0.004)
+
+
+@pytest.mark.parametrize("yaw", [-1.2, -0.6, 0.0, 0.9])
+def test_a_long_piece_is_gripped_across(yaw: float) -> None:
+    found = seen(Top(0.5, 0.05, 0.04, (0.06, 0.015), GREEN, yaw))
+    assert apart(found["clutter_yaw"], yaw, pi) < 0.08
+    assert found["clutter_length"] == pytest.approx(0.12, abs=0.006)
+
+
+def test_a_thin_thing_that_stands_in_the_area_is_in_the_way() -> None:
+    found = seen(SPONGE, Top(0.5, 0.0, 0.06, (0.1, 0.003), GREEN))
+    assert (found["wiping_area_clear"], found["clutter_on_table"]) == (False, False)
+
+
+def test_a_yellow_block_next_to_the_sponge_is_clutter_and_the_sponge_is_seen() -> None:
+    found = seen(SPONGE, Top(0.54, 0.34, 0.04, (0.02, 0.02), FOAM))
+    assert found["sponge_position"] == pytest.approx(REST, abs=0.003)
+    assert found["clutter_position"] == pytest.approx((0.54, 0.34, 0.02), abs=0.004)
+
+
+@pytest.mark.parametrize(
+    ("tool", "is_clear"), [((0.5, 0.0, 0.2), True), ((0.2, -0.3, 0.2), False), (None, False)]
+)
+def test_the_hand_over_the_table_is_not_in_the_way(
+    tool: tuple[float, float, float] | None, is_clear: bool
+) -> None:
+    readings = PLACES if tool is None else {**PLACES, "tool_position": tool}
+    hand = draw(OVERHEAD, [SPONGE, Top(0.5, 0.0, 0.25, (0.05, 0.1), (250, 250, 250))])
+    found = Watched("clean_table", "see_table", readings).see(0.0, hand)
+    assert (found["wiping_area_clear"], found["clutter_on_table"]) == (is_clear, not is_clear)
+
+
+def test_a_low_hand_hides_the_table_and_is_in_the_way() -> None:
+    hand = draw(OVERHEAD, [SPONGE, Top(0.5, 0.0, 0.11, (0.05, 0.1), (250, 250, 250))])
+    readings = {**PLACES, "tool_position": (0.5, 0.0, 0.02)}
+    assert not Watched("clean_table", "see_table", readings).see(0.0, hand)["wiping_area_clear"]
+
+
+def test_a_picture_without_the_table_says_neither_clear_nor_cluttered() -> None:
+    picture = draw(OVERHEAD, [SPONGE])
+    assert picture.depth is not None
+    dazzled = replace(picture, rgb=np.full_like(picture.rgb, 255), depth=np.full_like(picture.depth, 10.0))
+    found = Watched("clean_table", "see_table", PLACES).see(0.0, dazzled)
+    assert found == {"sponge_seen": False, "wiped_fraction": 0.0, "table_wiped": False}
+
+
 def test_the_first_piece_outside_the_bin_is_the_next_one() -> None:
     blue, green = Top(0.38, -0.25, 0.04, (0.02, 0.02), BLUE), Top(0.56, -0.25, 0.05, (0.02, 0.02), GREEN)
     assert seen(blue, green)["clutter_position"] == pytest.approx((0.38, -0.25, 0.02), abs=0.003)
@@ -221,6 +315,42 @@ def test_sponge_and_clutter_are_seen_where_they_are(seed: int) -> None:
     scene.remove("cube", "can")
     found = watched.see(1.0, scene.look("overhead", 1.0))
     assert (found["clutter_on_table"], found["table_organized"]) == (False, True)
+
+
+def disturbed(picture: Picture, deviation: float, raised: float, tilted: float) -> Picture:
+    """A picture with noise in its depth, of a camera that believes to be higher and to look elsewhere; m."""
+    noise: NDArray[np.float64] = np.random.default_rng(7).normal(0.0, deviation, picture.rgb.shape[:2])
+    assert picture.depth is not None
+    (x, y, z), (u, v, w) = picture.eye, picture.target
+    return replace(
+        picture,
+        depth=(picture.depth + noise).astype(np.float32),
+        eye=(x, y, z + raised),
+        target=(u + tilted, v, w + raised),
+    )
+
+
+@pytest.mark.parametrize(
+    ("deviation", "raised", "tilted"),
+    [(0.003, 0.0, 0.0), (0.0, 0.006, 0.0), (0.0, 0.0, 0.008), (0.002, -0.004, 0.006)],
+)
+@pytest.mark.parametrize("seed", range(3))
+def test_a_camera_with_noise_or_askew_sees_what_stands_and_no_more(
+    seed: int, deviation: float, raised: float, tilted: float
+) -> None:
+    scene, rest = table(seed)
+    watched = Watched("clean_table", "see_table", {"bin_position": BIN, "sponge_rest_position": rest})
+    cube = scene.poses["cube"]
+    found = watched.see(0.0, disturbed(scene.look("overhead"), deviation, raised, tilted))
+    assert (found["clutter_on_table"], found["wiping_area_clear"]) == (True, True)
+    assert dist(found["clutter_position"], cube.position) < 0.003 + tilted + 3.0 * deviation
+    scene.put("cube", 0.5, 0.1, 0.02)
+    found = watched.see(1.0, disturbed(scene.look("overhead", 1.0), deviation, raised, tilted))
+    assert (found["clutter_on_table"], found["wiping_area_clear"]) == (True, False)
+    for body, x in (("cube", 0.42), ("can", 0.48)):
+        scene.put(body, x, -0.5, 0.03)
+    found = watched.see(2.0, disturbed(scene.look("overhead", 2.0), deviation, raised, tilted))
+    assert (found["clutter_on_table"], found["wiping_area_clear"]) == (False, True)
 
 
 def test_the_mast_verifies_a_clean_table_with_its_sponge_and_nothing_else() -> None:

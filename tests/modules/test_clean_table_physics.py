@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import runpy
 from contextlib import closing
+from pathlib import Path
 
 import pytest
 
@@ -14,17 +15,21 @@ from aeros.sim.randomness import RandomSource
 from aeros.sim.scenes import physics_scene
 from aeros.sim.scenes.physics_scene import PhysicsScene
 from aeros.skill import Action, act
-from aeros.spec.model.scene import Scene
+from aeros.spec.model.scene import BodyPart, Scene
+from aeros.spec.scenes.load import add_scene
 from tests.modules.robot import Robot
 from tests.shipped_scenes import ECMS, shipped_scene
 
 pytestmark = pytest.mark.physics
 
+EXTRAS = Path(__file__).parent / "scenes"
+
 SKILLS = ECMS / "clean_table" / "skills.py"
 
 
-def table(seed: int) -> tuple[Robot, PhysicsPlant]:
-    plant = make_plant(shipped_scene("table"), seed)
+def table(seed: int, extra: str | None = None) -> tuple[Robot, PhysicsPlant]:
+    scene = shipped_scene("table")
+    plant = make_plant(scene if extra is None else add_scene(scene, str(EXTRAS / extra)), seed)
     return Robot("clean_table", plant), plant
 
 
@@ -99,6 +104,38 @@ def test_clutter_at_the_bin_is_reached_and_a_can_that_lies_is_gripped(
         assert robot.observed()["table_organized"]
 
 
+def test_red_and_magenta_blocks_in_the_area_are_put_into_the_bin_before_it_is_wiped() -> None:
+    robot, plant = table(0, "coloured_blocks.yaml")
+    with closing(plant):
+        assert robot.observed()["wiping_area_clear"] is False
+        assert robot.run("organize") is None
+        after = robot.observed()
+        assert (after["table_organized"], after["wiping_area_clear"]) == (True, True)
+        for block in ("red", "magenta"):
+            assert is_in_bin(plant, block)
+        assert robot.run("wipe") is None
+        assert robot.run("verify") is None
+        assert robot.observed()["table_verified"]
+        assert all(plant.truth().values())
+
+
+def test_a_block_that_is_too_large_to_grip_stays_and_the_area_does_not_count_as_clear() -> None:
+    robot, plant = table(0, "large_block.yaml")
+    with closing(plant):
+        assert robot.run("organize") is None
+        after = robot.observed()
+        assert (after["table_organized"], after["wiping_area_clear"]) == (False, False)
+        assert "clutter_position" not in after
+        assert all(is_in_bin(plant, piece) for piece in ("cube", "can"))
+
+
+def is_in_bin(plant: PhysicsPlant, body: str) -> bool:
+    """True if the middle of a body is in the bin."""
+    assert isinstance(plant._scene, PhysicsScene)
+    x, y, _ = plant._scene.pose_of(BodyPart(body)).position
+    return abs(x - 0.45) < 0.09 and abs(y + 0.50) < 0.08
+
+
 OBSERVED = {
     "holding": False,
     "tool_position": (0.4, 0.0, 0.2),
@@ -110,6 +147,7 @@ OBSERVED = {
     "clutter_on_table": True,
     "clutter_position": (0.4, -0.25, 0.02),
     "clutter_yaw": 0.0,
+    "clutter_length": 0.04,
 }
 
 
@@ -122,6 +160,7 @@ LOOKED_FOR = {
     "clutter_on_table",
     "clutter_position",
     "clutter_yaw",
+    "clutter_length",
 }
 
 

@@ -40,6 +40,7 @@ OBSERVED: Final[dict[str, Any]] = {
     "sponge_yaw": 0.0,
     "clutter_position": (0.4, -0.25, 0.02),
     "clutter_yaw": 0.3,
+    "clutter_length": 0.04,
     "wiped_fraction": 0.5,
     # make_dumplings
     "press_position": (0.5, 0.0, 0.083),

@@ -23,6 +23,7 @@ from aeros.cli.arguments import (
 )
 from aeros.cli.author.reports.result import LocatedDiagnostic, VerifyResult
 from aeros.cli.author.reports.text import as_text
+from aeros.cli.author.scene_checks import add_scene_warnings
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.terminal import print_coloured, print_diagnostics, show_progress
 from aeros.exit_codes import Exit, exit_for
@@ -105,7 +106,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
         print_diagnostics(_disagreement(error))
         return Exit.INTERNAL_ERROR
     locks = [] if arguments.no_lock else _update_certificates(report, write=not arguments.check)
-    result = VerifyResult(report, tuple(locks))
+    result = VerifyResult(add_scene_warnings(report), tuple(locks))
     as_asked = _renderer(arguments.format)
     if arguments.output is not None and not _write_report(arguments.output, as_asked(result)):
         return Exit.USAGE

@@ -57,6 +57,7 @@ class ModuleSummary:
         capability_spans: as in its model.
         configuration: as in its model.
         resources: as in its model.
+        scenes: scenes that its tasks name, and where.
     """
 
     id: str
@@ -79,6 +80,7 @@ class ModuleSummary:
     capability_spans: Mapping[str, SourceSpan] = field(default_factory=dict)
     configuration: Mapping[str, str] = field(default_factory=dict)
     resources: Mapping[str, str] = field(default_factory=dict)
+    scenes: Mapping[str, SourceSpan] = field(default_factory=dict)
 
     @property
     def has_requirements(self) -> bool:
@@ -114,6 +116,7 @@ class SiteSummary:
         blocks: operator overrides that name a module.
         shared: variables of modules that the site shares, by full name, and where.
         settings: modules that have settings, and where in the site file; None if the operator alone has any.
+        variables: names of its own state variables.
     """
 
     id: str
@@ -122,6 +125,7 @@ class SiteSummary:
     blocks: tuple[BlockSummary, ...]
     shared: Mapping[str, SourceSpan] = field(default_factory=dict)
     settings: Mapping[str, SourceSpan | None] = field(default_factory=dict)
+    variables: tuple[str, ...] = ()
 
 
 def summarize_site(site: Site) -> SiteSummary:
@@ -144,6 +148,7 @@ def summarize_site(site: Site) -> SiteSummary:
         ),
         {name: one.span for name, one in site.perception.shared.items()},
         {name: site.policy_spans.get(f"modules/{name}") for name in site.configurations},
+        tuple(name for name in site.state if "." not in name),
     )
 
 
@@ -186,6 +191,7 @@ def summarize_module(ecm: Ecm) -> ModuleSummary:
         dict(ecm.capability_spans),
         dict(ecm.configuration),
         dict(ecm.resources),
+        {task.scene: task.span for task in ecm.tasks.values() if task.scene is not None},
     )
 
 
@@ -265,6 +271,7 @@ def module_summary_from_json(data: Any, manifest: Source) -> ModuleSummary:
             "runtime_span": span(data["runtime_span"]),
             "variables": tuple(data["variables"]),
             "capability_spans": {name: span(at) for name, at in data["capability_spans"].items()},
+            "scenes": {name: span(at) for name, at in data["scenes"].items()},
         }
     )
 
@@ -295,4 +302,5 @@ def site_summary_from_json(data: Any, file: Source) -> SiteSummary:
         ),
         {name: SourceSpan(file, *at) for name, at in data["shared"].items()},
         {name: None if at is None else SourceSpan(file, *at) for name, at in data["settings"].items()},
+        tuple(data["variables"]),
     )

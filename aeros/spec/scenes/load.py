@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -19,6 +19,7 @@ from aeros.spec.model.scene import Scene, ScenePart
 from aeros.spec.scenes.elaborate import elaborate_scene
 from aeros.spec.scenes.merging import merge, moved
 from aeros.spec.scenes.quantities import Quantities
+from aeros.spec.scenes.truth_names import check_truth
 from aeros.spec.text.digests import text_digest
 from aeros.spec.text.files import read_source
 from aeros.spec.text.yaml_reader import read_yaml
@@ -72,6 +73,7 @@ def load_scene(
     name_or_path: str,
     module_folders: Sequence[str | os.PathLike[str]] = (),
     cameras: Mapping[str, Mapping[str, str]] = MappingProxyType({}),
+    variables: Mapping[str, Collection[str]] | None = None,
 ) -> Scene:
     """Load a scene.
 
@@ -80,6 +82,8 @@ def load_scene(
         module_folders: folders of modules whose scenes may be named, there and in `include`.
         cameras: for each module, the site's names of cameras by the module's; a scene of the module uses
             the module's.
+        variables: for each module, the short names of its own state variables, and those of the site by the
+            empty name: `truth` may define these alone; None does not check its names.
 
     Returns:
         The scene with all that it includes.
@@ -87,7 +91,7 @@ def load_scene(
     Raises:
         UserError: there is no such file, or it has problems.
     """
-    loader = _Loader(known_scenes(module_folders), cameras)
+    loader = _Loader(known_scenes(module_folders), cameras, variables)
     scene = loader.load(loader.find(name_or_path, Path(), None))
     loader.diagnostics.raise_if_errors()
     return scene
@@ -120,14 +124,18 @@ class _Loader:
     Attributes:
         known: paths of scenes by name.
         cameras: for each module, the site's names of cameras by the module's.
+        variables: as in `load_scene`.
         diagnostics: receives the faults.
         under_way: the files that are being loaded.
+        prefix: put before the names of the file that is being loaded.
     """
 
     known: dict[str, Path]
     cameras: Mapping[str, Mapping[str, str]]
+    variables: Mapping[str, Collection[str]] | None
     diagnostics: Diagnostics = field(default_factory=Diagnostics)
     under_way: list[Path] = field(default_factory=list)
+    prefix: str = ""
 
     def find(self, name_or_path: str, folder: Path, at: SourceSpan | None) -> Path:
         """Find a file by name, or by path from `folder`.
@@ -169,6 +177,8 @@ class _Loader:
             whole = merge(whole, added, include.scene.span, self.diagnostics)
         self.under_way.pop()
         cameras = {} if file.module is None else self.cameras.get(file.module.value, {})
+        if self.variables is not None:
+            check_truth(file, self.variables, self.prefix, self.diagnostics)
         return elaborate_scene(file, whole, path.parent, self.diagnostics, cameras)
 
     def _include(self, include: declared.Include, folder: Path) -> Scene:
@@ -188,7 +198,10 @@ class _Loader:
             raise UserError(self.diagnostics)
         prefix = "" if include.prefix is None else include.prefix.value
         offset = Quantities(self.diagnostics).point(include.at)
-        added = moved(self.load(path), prefix, offset)
+        around, self.prefix = self.prefix, self.prefix + prefix
+        loaded = self.load(path)
+        self.prefix = around
+        added = moved(loaded, prefix, offset)
         if added.coatings and offset[2] != 0.0:
             self.diagnostics.error(
                 "AE208", "a coating is at z = 0 of W, so its scene cannot be raised", include.span
@@ -222,6 +235,7 @@ def add_scene(
     name_or_path: str,
     module_folders: Sequence[str | os.PathLike[str]] = (),
     cameras: Mapping[str, Mapping[str, str]] = MappingProxyType({}),
+    variables: Mapping[str, Collection[str]] | None = None,
 ) -> Scene:
     """Add the things of another scene file.
 
@@ -230,6 +244,7 @@ def add_scene(
         name_or_path: as in `load_scene`.
         module_folders: as in `load_scene`.
         cameras: as in `load_scene`.
+        variables: as in `load_scene`.
 
     Returns:
         Both together.
@@ -238,6 +253,7 @@ def add_scene(
         UserError: there is no such file, it has problems, or both have the same names.
     """
     diagnostics = Diagnostics()
-    whole = merge(scene, load_scene(name_or_path, module_folders, cameras), None, diagnostics)
+    added = load_scene(name_or_path, module_folders, cameras, variables)
+    whole = merge(scene, added, None, diagnostics)
     diagnostics.raise_if_errors()
     return whole

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, Severity
 from aeros.spec.diagnostics.errors import InternalError, UserError
+from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.model.summary import ModuleSummary, SiteSummary
 from aeros.spec.obligations.absent_modules import settings_obligations
 from aeros.spec.obligations.claim_id import ClaimId
@@ -53,6 +54,8 @@ class SubjectReport:
         findings: results of the other claims, in full; empty where only the report was asked for.
         lock: the expected `ecm.lock` of a module that is PROVED.
         ecm: the model of a module; None where only the report was asked for.
+        variables: names of its own state variables, a module's without its own name.
+        scenes: scenes that a module's tasks name, and where.
     """
 
     name: str
@@ -64,6 +67,8 @@ class SubjectReport:
     findings: tuple[ObligationResult, ...] = ()
     lock: LockFile | None = None
     ecm: Ecm | None = None
+    variables: tuple[str, ...] = ()
+    scenes: Mapping[str, SourceSpan] = field(default_factory=dict)
 
     @property
     def certificate(self) -> Certificate | None:
@@ -231,11 +236,20 @@ def module_report(
     problems = (*one.first_problems, *diagnostics_of(of_others), *one.last_problems)
     conclusion = conclusion_of(problems)
     lock = _lock(conclusion, presence, site, claims, one.lock_digest)
+    report = SubjectReport(
+        presence.id,
+        folder,
+        conclusion,
+        problems,
+        claims,
+        lock=lock,
+        variables=presence.variables,
+        scenes=presence.scenes,
+    )
     if one.findings is None:
-        return SubjectReport(presence.id, folder, conclusion, problems, claims, lock=lock)
+        return report
     ecm, before, after, findings = one.findings
-    settled = (*before, *dependencies, *after)
-    return SubjectReport(presence.id, folder, conclusion, problems, claims, settled, findings, lock, ecm)
+    return replace(report, static_claims=(*before, *dependencies, *after), findings=findings, ecm=ecm)
 
 
 def _lock(

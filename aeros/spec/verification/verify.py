@@ -166,7 +166,8 @@ def _report(
     prover.close()
     others = _others_with_settings(site, given, folders, prover.surroundings)
     configuration = configuration_report(list(given.values()), site, others)
-    report = Report(site_report, (*refused, *modules), prover.site_model, configuration, agreement)
+    about_site = replace(site_report, variables=site.variables)
+    report = Report(about_site, (*refused, *modules), prover.site_model, configuration, agreement)
     return report, Known((site, site_report) if known.site is None else None, proved)
 
 

@@ -34,6 +34,7 @@ TEA = build(
     object_phrases=("tea", "green tea"),
     word_spans=(FILE.span(1, 2), FILE.span(3, 5)),
     span=FILE.span(0, 6),
+    scene="stove",
 )
 MODULE = build(
     Ecm,
@@ -89,6 +90,7 @@ def test_a_module_is_summarized_for_others() -> None:
     )
     assert summary.requires == {"pouring": ">=1"}
     assert summary.variables == ("warm",)
+    assert summary.scenes == {"stove": FILE.span(0, 6)}
 
 
 def test_effects_are_those_of_successes_of_any_skill() -> None:
@@ -130,6 +132,7 @@ def test_a_module_in_json_has_offsets_for_spans_and_sorted_sets() -> None:
 
 def test_a_site_in_json_has_offsets_for_spans() -> None:
     assert summary_to_json(summarize_site(SITE)) == {
+        "variables": [name for name in SITE.state if "." not in name],
         "id": "home",
         "digest": "5" * 64,
         "grants": {"kitchen": [2, 4], "laundry": [0, 19]},
