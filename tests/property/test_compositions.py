@@ -379,7 +379,8 @@ def test_a_part_that_stands_for_a_composition_does_what_the_composition_does(
     composition: Composition, skills: dict[str, Skill]
 ) -> None:
     alone = _Machine(composition, skills)
-    body, handlers = nested("part", composition)
+    place = TEXT.span(999, 1000)
+    body, handlers = nested("part", composition, place)
     inside = _Machine(Composition("outer", t.TRUE, None, body, handlers, TEXT.span(0, 1)), skills)
 
     def ends(machine: _Machine) -> set[tuple[tuple[str, Any], ...]]:
@@ -394,7 +395,7 @@ def test_a_part_that_stands_for_a_composition_does_what_the_composition_does(
     assert inside.started == names(alone.started)
     assert inside.unready == names(alone.unready)
     refused = any(not is_true(composition.precondition, state) for state in STATES)
-    own = set() if composition.precondition_span is None else {composition.precondition_span.start}
+    own = set() if composition.precondition_span is None else {place.start}
     assert inside.uncovered == alone.uncovered | (own if refused else set())
 
 

@@ -10,7 +10,7 @@ from aeros.agent.world.world import WorldModel
 from aeros.spec.model import composition as spec
 from aeros.spec.model.composition import Composition
 from aeros.spec.model.ecm import Ecm, owner_of
-from aeros.spec.model.step_graph import Seq, map_graph_steps
+from aeros.spec.model.step_graph import Seq, map_graph_steps, without_marks
 
 
 class CompositionUnavailableError(Exception):
@@ -97,5 +97,5 @@ def composition_to_graph(composition: Composition, module: str) -> TaskGraph:
             flows=flows,
         )
 
-    body = map_graph_steps(composition.body, planned)
+    body = without_marks(map_graph_steps(composition.body, planned))
     return TaskGraph(body.parts if isinstance(body, Seq) else (body,))

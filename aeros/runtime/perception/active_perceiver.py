@@ -191,13 +191,12 @@ class ActivePerceiver:
         return {"module": self._ecm.id, "perceiver": self._perceiver.id}
 
     def _is_due(self, now: float, last: float) -> bool:
-        """Return True if a period of the rate has begun after `last`; without a rate, if time has passed."""
-        if self._rate is None:
-            return now > last
-        return last == -inf or self._period(now) > self._period(last)
+        """Return True if a period of its rate, or else of the site's highest, has begun after `last`."""
+        return last == -inf or (now > last and self._period(now) > self._period(last))
 
     def _period(self, time: float) -> int:
-        return floor(time * (self._rate or 0.0) + _ROUNDING)
+        rate = float(self._site.perception.rate) if self._rate is None else self._rate
+        return floor(time * rate + _ROUNDING)
 
     def _chosen_pictures(
         self, now: float, pictures: Mapping[str, CameraPicture]

@@ -1,4 +1,4 @@
-"""Selection of the modules whose perceivers have to run, so that no other costs time or fails in view."""
+"""Selection of the modules whose perceivers run; the others are idle, cost no time and report no failure."""
 
 from __future__ import annotations
 

@@ -50,7 +50,7 @@ class Step:
         on_failure: the handler that runs after the last try has failed, `STOP_ON_FAILURE`, or None if nothing
             is declared.
         choices: the skills any of which may run, if `skill` is a capability.
-        is_nested: it is of another composition, which stands here as a whole and may skip it.
+        is_nested: True for a step of another composition, which stands here as a whole; it may be unreachable.
     """
 
     id: str
@@ -125,12 +125,13 @@ def handlers_of(step: Step, handlers: Mapping[str, Step]) -> Iterator[Step]:
             pending += reversed(handlers[name].handlers)
 
 
-def nested(name: str, composition: Composition) -> tuple[Part, dict[str, Step]]:
+def nested(name: str, composition: Composition, span: SourceSpan) -> tuple[Part, dict[str, Step]]:
     """Make a part of another composition of a whole composition.
 
     Args:
         name: name of the part; the steps and handlers in it are called `NAME.STEP` and `NAME.HANDLER`.
         composition: the composition.
+        span: place of the step that stands for it.
 
     Returns:
         The part, which fails where the precondition of the composition does not hold, and its handlers.
@@ -154,10 +155,8 @@ def nested(name: str, composition: Composition) -> tuple[Part, dict[str, Step]]:
         )
 
     body = step_graph.map_graph_steps(composition.body, renamed)
-    span = composition.precondition_span
-    if span is not None:
-        body = step_graph.NestedIf(
-            composition.precondition, span.text, body, None, span, is_precondition=True
-        )
+    if composition.precondition_span is not None:
+        text = composition.precondition_span.text
+        body = step_graph.NestedIf(composition.precondition, text, body, None, span, is_precondition=True)
     handlers = {f"{name}.{key}": renamed(one) for key, one in composition.handlers.items()}
     return step_graph.as_nested(body), handlers

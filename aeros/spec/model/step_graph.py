@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Generic, TypeAlias, TypeVar
 
 from aeros.spec.diagnostics.source import SourceSpan
@@ -137,7 +137,7 @@ def map_graph_steps(part: Part[S], become: Callable[[S], R]) -> Part[R]:
         become: function from a step to its replacement, called in the order written.
 
     Returns:
-        A graph of the same shape, without the marks of `as_nested`.
+        A graph of the same shape.
     """
     match part:
         case Seq(parts=inner):
@@ -147,7 +147,8 @@ def map_graph_steps(part: Part[S], become: Callable[[S], R]) -> Part[R]:
         case If() as choice:
             other = None if choice.otherwise is None else map_graph_steps(choice.otherwise, become)
             then = map_graph_steps(choice.then, become)
-            return If(choice.condition, choice.text, then, other, choice.span)
+            changed = If(choice.condition, choice.text, then, other, choice.span)
+            return changed if not isinstance(choice, NestedIf) else _marked(changed, choice.is_precondition)
         case step:
             return become(step)
 
@@ -161,15 +162,35 @@ def as_nested(part: Part[S]) -> Part[S]:
     Returns:
         A graph of the same shape.
     """
+    return _map_choices(part, lambda one: _marked(one, isinstance(one, NestedIf) and one.is_precondition))
+
+
+def without_marks(part: Part[S]) -> Part[S]:
+    """Undo `as_nested`: whoever runs a graph need not know where its choices come from.
+
+    Args:
+        part: graph.
+
+    Returns:
+        A graph of the same shape.
+    """
+    return _map_choices(part, lambda one: If(one.condition, one.text, one.then, one.otherwise, one.span))
+
+
+def _map_choices(part: Part[S], become: Callable[[If[S]], If[S]]) -> Part[S]:
     match part:
         case Seq(parts=inner):
-            return Seq(tuple(map(as_nested, inner)))
+            return Seq(tuple(_map_choices(one, become) for one in inner))
         case Par(branches=inner, span=span):
-            return Par(tuple(map(as_nested, inner)), span)
-        case If() as choice:
-            other = None if choice.otherwise is None else as_nested(choice.otherwise)
-            is_precondition = isinstance(choice, NestedIf) and choice.is_precondition
-            then = as_nested(choice.then)
-            return NestedIf(choice.condition, choice.text, then, other, choice.span, is_precondition)
+            return Par(tuple(_map_choices(one, become) for one in inner), span)
+        case If(then=then, otherwise=otherwise):
+            other = None if otherwise is None else _map_choices(otherwise, become)
+            return become(replace(part, then=_map_choices(then, become), otherwise=other))
         case _:
             return part
+
+
+def _marked(choice: If[S], is_precondition: bool) -> NestedIf[S]:
+    return NestedIf(
+        choice.condition, choice.text, choice.then, choice.otherwise, choice.span, is_precondition
+    )

@@ -142,6 +142,12 @@ class _Provider:
         return ActionCondition(t.substitute(clause.term, defaults), clause.text, clause.span)
 
     def _ready(self, required: ActionCondition, assumed: tuple[t.Term, ...]) -> Obligation:
+        where, cure = "the precondition of the interface", "strengthen the precondition of the interface"
+        if not assumed:
+            where, cure = (
+                "without a precondition, so it promises a start in every state",
+                "add a `precondition`",
+            )
         return Obligation(
             ClaimForm.INTERFACE_READY(*self._about),
             _CODE,
@@ -149,9 +155,9 @@ class _Provider:
             VariableSpace(self._variables, assumed),
             required.term,
             f"{self._shown} cannot start wherever its interface says that it can",
-            self._place("the precondition of the interface"),
+            self._place(where),
             (SpanLabel(required.span, "may not hold then"),),
-            ("strengthen the precondition of the interface, or weaken that of the provider",),
+            (f"{cure}, or weaken that of the provider",),
         )
 
     def _achieved(self, promised: ActionCondition, start: t.Term) -> Iterator[Obligation | StaticClaim]:

@@ -5,10 +5,10 @@ Every fault is reported, and a composition with a fault is left out.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from graphlib import CycleError, TopologicalSorter
-from typing import Any
+from typing import Any, Final
 
 from aeros.spec.declared import composition as declared
 from aeros.spec.diagnostics.codes import Diagnostics
@@ -23,9 +23,10 @@ from aeros.spec.expr import terms as t
 from aeros.spec.model.composition import STOP_ON_FAILURE, Composition, OutputReference, Part, Step, nested
 from aeros.spec.model.ecm import Skill
 from aeros.spec.model.site import Site
-from aeros.spec.model.step_graph import If, Par, Seq
+from aeros.spec.model.step_graph import If, Par, Seq, steps_of
 from aeros.spec.text.fields import ChoiceField, ExpressionField, IntegerField, MappingField, TextField
 
+_OWN_ID: Final = "give this one an `id` of its own"
 _STEP_FIELDS = ("id", "inputs", "retry", "between_tries", "on_failure")
 
 
@@ -200,9 +201,19 @@ class _Elaborator:
                 "AE120",
                 f"two steps of this composition are named `{name.value}`",
                 name.span,
-                help=("give this one an `id` of its own",),
+                help=(_OWN_ID,),
             )
         self._steps[name.value] = skill
+
+    def _register_nested(self, name: TextField, ids: Sequence[str], handlers: Mapping[str, Step]) -> None:
+        """Register the names of steps and handlers inside a part that stands for a composition."""
+        taken = [id_ for id_ in ids if id_ in self._steps]
+        taken += [id_ for id_ in handlers if id_ in self._handlers or id_ in self._named]
+        if taken and not any(one.code == "AE120" for one in self._diagnostics):
+            headline = f"two steps or handlers of this composition are named `{taken[0]}`"
+            self._diagnostics.error("AE120", headline, name.span, help=(_OWN_ID,))
+        self._steps |= dict.fromkeys(ids, name)
+        self._handlers |= handlers
 
     def _part(self, part: declared.Part) -> Part | None:
         forms = [
@@ -225,8 +236,8 @@ class _Elaborator:
             )
             composition = self._sole_composition(run)
             if composition is not None:
-                body, handlers = nested(name.value, composition)
-                self._handlers |= handlers
+                body, handlers = nested(name.value, composition, part.skill.span)
+                self._register_nested(name, [step.id for step in steps_of(body)], handlers)
                 return body
             return self._step(name.value, run, part.skill.span)
         if part.if_ is not None:

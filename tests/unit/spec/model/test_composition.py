@@ -49,7 +49,7 @@ def test_a_nested_composition_has_names_and_flows_of_its_own() -> None:
     flowing = Step("tidy", "tidy", {}, flows, 1, "rest", STOP_ON_FAILURE, SPAN)
     body = Seq((_step("look", last="park"), flowing))
     handlers = {"rest": _step("rest", None, "park"), "park": _step("park")}
-    part, renamed = nested("clean", Composition("c", t.TRUE, None, body, handlers, SPAN))
+    part, renamed = nested("clean", Composition("c", t.TRUE, None, body, handlers, SPAN), SPAN)
     look, tidy = steps_of(part)
     assert (look.id, look.skill, look.on_failure) == ("clean.look", "look", "clean.park")
     assert (tidy.id, tidy.between_tries, tidy.on_failure) == ("clean.tidy", "clean.rest", STOP_ON_FAILURE)
@@ -63,6 +63,6 @@ def test_a_nested_composition_has_names_and_flows_of_its_own() -> None:
 
 
 def test_a_nested_composition_fails_where_its_precondition_does_not_hold() -> None:
-    part, _ = nested("clean", Composition("c", t.FALSE, SPAN, _step("look"), {}, SPAN))
+    part, _ = nested("clean", Composition("c", t.FALSE, SPAN, _step("look"), {}, SPAN), SPAN)
     assert isinstance(part, NestedIf)
     assert (part.condition, part.otherwise, part.is_precondition) == (t.FALSE, None, True)

@@ -19,6 +19,7 @@ from aeros.spec.model.step_graph import (
     map_graph_steps,
     steps_of,
     walk_parts,
+    without_marks,
 )
 from tests.unit.agent.dumplings import SPAN
 
@@ -96,4 +97,5 @@ def test_a_nested_graph_differs_in_the_marks_of_its_choices_alone(graph: Part[st
     assert str(marked) == str(graph)
     assert all(isinstance(one, NestedIf) for one in walk_parts(marked) if isinstance(one, If))
     assert as_nested(marked) == marked
-    assert map_graph_steps(marked, lambda step: step) == graph
+    assert map_graph_steps(marked, lambda step: step) == marked
+    assert without_marks(marked) == graph
