@@ -200,9 +200,7 @@ class RuntimeMonitor:
         if fault is not None:
             return fault
         violation = self._violation(self._back_off, measured, known)
-        if violation is None:
-            return BACK_OFF
-        return violation.rule if isinstance(violation, RuleViolation) else violation
+        return BACK_OFF if violation is None else _rule_of(violation)
 
     def _first_violation(self, now: float, measured: Mapping[str, Any], known: HistoryValues) -> str | None:
         if not self._watches:
@@ -214,7 +212,7 @@ class RuntimeMonitor:
             violation = self._violation(watch, measured, known)
             if violation is not None:
                 self.violation = violation if isinstance(violation, RuleViolation) else None
-                return violation.rule if isinstance(violation, RuleViolation) else violation
+                return _rule_of(violation)
         return None
 
     def _violation(
@@ -324,3 +322,8 @@ class RuntimeMonitor:
             for name, value in measured.items()
         )
         return self._histories.advance(self._readings, now)
+
+
+def _rule_of(violation: RuleViolation | str) -> str:
+    """Return the name under which a violation stops the robot."""
+    return violation.rule if isinstance(violation, RuleViolation) else violation

@@ -137,7 +137,7 @@ class ActivePerceiver:
         seen = self._sees.observe(readings, now)
         view = ViewInput(
             now,
-            {name: seen[name] for name in self._readings if name in seen},
+            {**self._perceiver.constants, **{name: seen[name] for name in self._readings if name in seen}},
             {name: tuple(samples) for name, samples in self._samples.items() if self._rate is not None},
             chosen,
         )

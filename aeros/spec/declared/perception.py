@@ -158,7 +158,7 @@ class Perceiver:
         default=MappingField(), metadata={"doc": "the pictures that it gets, by camera"}
     )
     readings: tuple[Annotated[TextField, Pattern("dotted")], ...] = field(
-        default=(), metadata={"doc": "the state variables that it gets with the pictures"}
+        default=(), metadata={"doc": "the state variables and parameters that it gets with the pictures"}
     )
     rate: TextField | None = field(
         default=None,

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
+from typing import Any
 
 from aeros.spec.declared import ecm as declared_ecm
 from aeros.spec.declared import perception as declared
@@ -23,6 +24,8 @@ from aeros.spec.elaborate.quantities import (
 )
 from aeros.spec.elaborate.scopes import state_scope
 from aeros.spec.elaborate.vocabulary import SiteVocabulary
+from aeros.spec.expr.doubles import to_doubles
+from aeros.spec.expr.semantics import evaluate
 from aeros.spec.expr.types import BoolType
 from aeros.spec.expr.units import TIME, format_number, format_quantity
 from aeros.spec.model.configured import BoundNames
@@ -264,15 +267,16 @@ class ModulePerception:
             if rate is not None and not 0 < rate <= limits.rate:
                 allowed = f"{format_number(limits.rate)} Hz"
                 self._report_limit(f"a perceiver's rate is above 0 Hz and at most {allowed}", perceiver.rate)
-        if not perceiver.pictures and not perceiver.readings:
+        if not perceiver.pictures and all(one.value in self._names.parameters for one in perceiver.readings):
             headline = f"`{name.value}` gets neither pictures nor readings, so it can measure nothing"
             self._diagnostics.error("AE112", headline, name.span, help=("add `pictures` or `readings`",))
         if not perceiver.provides:
             self._diagnostics.error("AE112", f"`{name.value}` provides no variable", name.span)
         pictures = (self._picture(camera, picture, site) for camera, picture in perceiver.pictures)
+        readings = [one for one in perceiver.readings if one.value not in self._names.parameters]
         read = [
             resolve_name(reading, self.site.state, "a state variable that it may read", self._diagnostics)
-            for reading in perceiver.readings
+            for reading in readings
         ]
         for one in perceiver.provides:
             resolve_name(one, own, "a state variable of this module", self._diagnostics)
@@ -284,7 +288,7 @@ class ModulePerception:
             pictures=tuple(pictures),
             read_as={
                 reading.value.removeprefix(f"{self._module}."): variable.name
-                for reading, variable in zip(perceiver.readings, read, strict=True)
+                for reading, variable in zip(readings, read, strict=True)
                 if variable is not None
             },
             rate=rate,
@@ -294,6 +298,7 @@ class ModulePerception:
             span=name.span,
             entry_span=perceiver.entry.span,
             processor=processor,
+            constants=_parameters_read(perceiver, self._names, self.site),
         )
 
     def _report_limit(self, headline: str, at: TextField) -> None:
@@ -393,3 +398,14 @@ def _difference(mine: Declared, shared: Declared) -> str:
     if shared.uncertainty is not None and (mine.uncertainty or 0) > shared.uncertainty:
         return f"an uncertainty of at most {format_quantity(shared.uncertainty, shared.unit)}"
     return ""
+
+
+def _parameters_read(perceiver: declared.Perceiver, names: BoundNames, site: Site) -> dict[str, Any]:
+    """Return the value (SI) of each parameter of the module that a perceiver lists under its readings."""
+    return to_doubles(
+        {
+            one.value: evaluate(site.constants[one.value], {})
+            for one in perceiver.readings
+            if one.value in names.parameters and one.value in site.constants
+        }
+    )

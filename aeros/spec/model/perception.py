@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
+from typing import Any
 
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
@@ -57,6 +58,7 @@ class Perceiver:
         span: place of its name.
         entry_span: place of its `entry`.
         processor: greatest share of one core that its process may use, above 0 and at most 1.
+        constants: value (SI) of each parameter of the module that it gets with the readings, by name.
     """
 
     id: str
@@ -71,6 +73,7 @@ class Perceiver:
     span: SourceSpan
     entry_span: SourceSpan
     processor: Fraction = Fraction(1)
+    constants: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def readings(self) -> tuple[str, ...]:

@@ -88,8 +88,9 @@ class Surroundings:
         if self.folders is not None or place is None:
             return self.folders or ()
         neighbours = [one for one in sorted(place.iterdir()) if (one / MANIFEST).is_file()]
-        if not self.named:
-            return tuple(neighbours)
+        named = set(self.named)
+        if named <= set(neighbours):  # as in a folder of a thousand modules, whose links cost time
+            return tuple(sorted(neighbours, key=lambda one: one not in named))
         paths = {one.resolve(): one for one in neighbours}
         first = [one for path, one in paths.items() if path in self._resolved]
         elsewhere = [one for path, one in self._resolved.items() if path not in paths]

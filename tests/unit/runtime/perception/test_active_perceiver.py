@@ -126,6 +126,12 @@ def test_readings_are_shown_while_they_are_fresh_under_the_names_of_the_module()
     assert watched.runs.views[1].readings == {}
 
 
+def test_parameters_are_shown_with_the_readings() -> None:
+    watched = Watched(constants={"rows": 2.0}, read_as={"tool_position": "tool_position"})
+    watched.update(5.0, 5.0, {"tool_position": Reading(PLACE, 5.0)})
+    assert watched.runs.views[0].readings == {"tool_position": PLACE, "rows": 2.0}
+
+
 def test_without_pictures_it_is_called_whenever_time_has_passed() -> None:
     watched = Watched(pictures=())
     for now in (1.0, 1.0, 1.5, 1.5):

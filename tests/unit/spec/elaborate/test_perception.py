@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from fractions import Fraction
 from pathlib import Path
 
@@ -52,6 +53,26 @@ def test_a_perceiver_is_read_in_si() -> None:
     assert perceiver.rate == 20
     assert perceiver.timeout == Fraction(1, 5)
     assert perceiver.memory == 256 * 2**20
+
+
+def test_a_perceiver_gets_parameters_in_si_by_their_names(tmp_path: Path) -> None:
+    shutil.copytree(CORPUS / "accepted" / OWN, tmp_path / OWN)
+    manifest = tmp_path / OWN / "ecm.yaml"
+    given = """
+parameters:
+  full: {type: real, unit: mm, range: [1, 90], default: 60 mm}
+  rows: {type: int, range: [1, 3], default: "2"}
+
+perceivers:
+"""
+    text = manifest.read_text().replace("\nperceivers:\n", given)
+    manifest.write_text(text.replace("readings: [hand]", "readings: [full, hand, rows]"))
+    sink = Diagnostics()
+    found = load_ecm(tmp_path / OWN, site(), sink)
+    assert found is not None, list(sink)
+    (perceiver,) = found.ecm.perceivers.values()
+    assert perceiver.readings == ("hand",)
+    assert perceiver.constants == {"full": 0.06, "rows": 2.0}
 
 
 def test_conditions_hold_full_names_whichever_are_written() -> None:

@@ -92,6 +92,7 @@ def test_named_modules_come_first_and_wherever_they_lie(tmp_path: Path) -> None:
     named = Surroundings(named=(asker, apart, together))
     assert named.around(asker) == (together, apart, beside)
     assert named.around(apart) == (asker, together)
+    assert Surroundings(named=(asker, together)).around(asker) == (together, beside)
     assert Surroundings().around(asker) == (beside, together)
 
 
