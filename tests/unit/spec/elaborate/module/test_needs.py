@@ -11,7 +11,8 @@ import pytest
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.render import render_text
 from aeros.spec.elaborate.load import decode_manifest, load_ecm, load_site
-from aeros.spec.elaborate.module.needs import ModuleNeeds, Setting, open_settings
+from aeros.spec.elaborate.module.needs import ModuleNeeds, module_settings
+from aeros.spec.elaborate.module.settings import Setting
 from aeros.spec.expr.unparse import unparse
 from aeros.spec.model.configured import ModuleConfiguration
 from aeros.spec.model.ecm import Ecm
@@ -177,11 +178,41 @@ def test_a_setting_that_the_module_does_not_declare_is_refused(folder: Path, sit
     assert ["did you mean `surface`?" in problems[0], "did you mean `pause`?" in problems[1]] == [True, True]
 
 
-def test_open_settings_are_those_that_an_operator_can_close(folder: Path, site: Site) -> None:
+@pytest.mark.parametrize(("value", "is_open"), [("", True), ("tabletop", False), ("table", True)])
+def test_a_need_is_open_unless_it_is_bound_to_something_that_suits(
+    folder: Path, site: Site, value: str, is_open: bool
+) -> None:
     declared = decode_manifest(folder)
     assert declared is not None
-    assert [one.name for one in open_settings(declared, site)] == ["surface"]
-    assert open_settings(declared, bound(site, surface="tabletop")) == ()
+    found = module_settings(declared, bound(site, surface=value) if value else site)
+    assert [one.name for one in found if one.is_open] == (["surface"] if is_open else [])
     without = decode_manifest(CORPUS / "accepted" / MODULE)
     assert without is not None
-    assert open_settings(without, site) == ()
+    assert module_settings(without, site) == ()
+
+
+SEEING = """\
+needs:
+  eye: {is: camera, sees: surface}
+  surface: {is: volume}
+"""
+
+
+@pytest.mark.parametrize("value", ["", "panel"])
+def test_a_camera_is_not_missing_while_the_volume_that_it_must_see_is_not_bound(
+    folder: Path, site: Site, value: str
+) -> None:
+    manifest = folder / "ecm.yaml"
+    manifest.write_text(manifest.read_text().replace("needs:\n  surface: {is: volume}\n", SEEING))
+    _, problems = elaborated(folder, bound(site, surface=value) if value else site)
+    assert len(problems) == 1
+    assert "needs `surface`" in problems[0]
+
+
+def test_a_camera_may_be_declared_before_the_volume_that_it_must_see(folder: Path, site: Site) -> None:
+    manifest = folder / "ecm.yaml"
+    manifest.write_text(manifest.read_text().replace("needs:\n  surface: {is: volume}\n", SEEING))
+    cameras = {**site.cameras, "overhead": replace(site.cameras["overhead"], sees=frozenset({"tabletop"}))}
+    eye, surface, *_ = settings(folder, bound(replace(site, cameras=cameras), surface="tabletop")).values()
+    assert (eye.name, surface.name) == ("eye", "surface")
+    assert (eye.value, eye.choices) == ("overhead", ("overhead",))
