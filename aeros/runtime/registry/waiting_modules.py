@@ -162,7 +162,7 @@ def reset_waiting(
     after = {name: _after_reset(snapshot.modules[name]) for name in waiting}
     active = [name for name, one in after.items() if one is None]
     if active:
-        reasons = "; ".join(f"`{name}` {waiting[name].reason}" for name in active)
+        reasons = ", ".join(f"`{name}` ({waiting[name].reason})" for name in active)
         commands = [
             *(f"aeros deactivate {name}" for name in reversed(active)),
             f"aeros policy {policy}",
