@@ -99,7 +99,7 @@ class Registry(InstalledModules):
             id_, version = declared.id.value, declared.version.value
             kept = old.modules.get(id_)
             _require_upgrade(kept, id_, version, digest, allows_downgrade=allows_downgrade)
-            state = self._next_state(old, id_, LifecycleAction.INSTALL)
+            state = _next_state(old, id_, LifecycleAction.INSTALL)
             if command:
                 state = _state_to_wait(state, id_, source, command)
             one = InstalledModule(id_, version, digest, state, settings)
@@ -267,33 +267,35 @@ class Registry(InstalledModules):
             if name not in old.modules:
                 cure = f"if a run has it from a folder, `aeros block --module {name}` reaches it there"
                 raise _unknown_name_error("module", name, old.modules, cure)
-            state = self._next_state(old, name, verb)
+            state = _next_state(old, name, verb)
             before = UNCONFIGURED if resets else old.modules[name].configuration
             one = replace(old.modules[name], state=state, configuration=before.updated(settings))
             if resets and not settings and name in self._find_waiting(_with_module(old, one)):
                 verb = LifecycleAction.RESET
-                one = replace(one, state=self._next_state(old, name, verb))
+                one = replace(one, state=_next_state(old, name, verb))
             new = replace(_with_module(old, one), withdrawn=_withdrawn(old.withdrawn, name, verb))
             self._change(old, new, f"{verb.value} {name} {settings}".rstrip())
             return one
 
-    def _next_state(self, old: RegistrySnapshot, name: str, verb: LifecycleAction) -> ModuleState:
-        state = old.modules[name].state if name in old.modules else ModuleState.ABSENT
-        reached = next_state(state, verb)
-        if reached is None:
-            possible = " or ".join(one.value for one in allowed_states(verb))
-            cures = [f"`aeros {verb.value}` is for a module that is {possible}"]
-            first = preceding_action(state, verb)
-            if first is not None:
-                again = state is ModuleState.ACTIVE and verb is LifecycleAction.CONFIGURE
-                after = f", and `aeros activate {name}` afterwards" if again else ""
-                cures.append(f"`aeros {first.value} {name}` first{after}")
-            raise refusal("AE960", f"`{name}` is {state.value}", *cures)
-        return reached
-
     def _change(self, old: RegistrySnapshot, new: RegistrySnapshot, description: str) -> None:
         configuration, _ = self._prove_snapshot(new)
         self._transactions.commit(old, new, description, configuration)
+
+
+def _next_state(old: RegistrySnapshot, name: str, verb: LifecycleAction) -> ModuleState:
+    """Return the state of a module after an act; refuse an act that its state does not allow."""
+    state = old.modules[name].state if name in old.modules else ModuleState.ABSENT
+    reached = next_state(state, verb)
+    if reached is None:
+        possible = " or ".join(one.value for one in allowed_states(verb))
+        cures = [f"`aeros {verb.value}` is for a module that is {possible}"]
+        first = preceding_action(state, verb)
+        if first is not None:
+            again = state is ModuleState.ACTIVE and verb is LifecycleAction.CONFIGURE
+            after = f", and `aeros activate {name}` afterwards" if again else ""
+            cures.append(f"`aeros {first.value} {name}` first{after}")
+        raise refusal("AE960", f"`{name}` is {state.value}", *cures)
+    return reached
 
 
 def _with_module(old: RegistrySnapshot, module: InstalledModule) -> RegistrySnapshot:
