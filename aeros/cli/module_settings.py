@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING
 
 from aeros.cli.terminal import print_line
 from aeros.exit_codes import UsageError
+from aeros.runtime.registry.waiting_modules import WaitingModule
+from aeros.spec.elaborate.module.settings import Setting, configure_command
 from aeros.spec.model.configured import (
     ModuleConfiguration,
     join_settings,
     setting_fault,
     settings_by_module,
 )
-
-if TYPE_CHECKING:
-    from aeros.spec.elaborate.module.needs import Setting
 
 
 def add_settings(
@@ -141,14 +139,22 @@ def print_open_settings(module: str, settings: Iterable[Setting]) -> None:
         settings: its settings.
     """
     listed = tuple(settings)
-    options = [
-        f"--set {one.name}=…" if one.is_parameter else f"--bind {one.name}={one.choices[0]}"
-        for one in listed
-        if one.is_open and (one.is_parameter or one.choices)
-    ]
-    if options:
+    command = configure_command(module, listed)
+    if command:
         print_settings(listed)
-        print_line(f"to configure it, for example: aeros configure {module} {' '.join(options)}")
+        print_line(f"to configure it, for example: {command}")
+
+
+def print_waiting(waiting: Iterable[WaitingModule]) -> None:
+    """Print the modules that wait to be configured, with the command for each.
+
+    Args:
+        waiting: the modules.
+    """
+    for one in waiting:
+        print_line(f"{one.name} {one.version} is installed and waits to be configured; {one.reason}")
+        print_settings(setting for setting in one.settings if setting.is_open)
+        print_line(f"to configure it, for example: {one.command}")
 
 
 def _reason(one: Setting) -> str:
@@ -158,6 +164,9 @@ def _reason(one: Setting) -> str:
         return f"{'open' if one.is_open else one.source}; {one.allowed}{meaning}"
     others = [name for name in one.choices if name != one.value] if one.value else []
     also = f"; also possible: {', '.join(others)}" if others else ""
+    if one.is_open and one.value:
+        suiting = f"these suit: {', '.join(one.choices)}" if one.choices else "nothing here suits"
+        return f"open: does not suit here; {suiting}{meaning}"
     if one.is_open:
         return f"open: {', '.join(one.choices)}{meaning}" if one.choices else f"open{meaning}"
     reason = {"set": f"set{also}", "only choice": "the only one here that suits"}

@@ -15,7 +15,7 @@ from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.operator_settings import NO_SETTINGS, OperatorSettings
 from aeros.spec.model.site import Site
 from aeros.spec.obligations.verdicts import Conclusion
-from aeros.spec.text.discovery import NEIGHBOURS, Surroundings
+from aeros.spec.text.discovery import NEIGHBOURS, Surroundings, reference_site_path
 from aeros.spec.verification.certificate import Certificate, certificate_for, check_lock
 from aeros.spec.verification.reports import Report, SubjectReport
 from aeros.spec.verification.verify import Detail, verify
@@ -77,7 +77,7 @@ def prove_configuration(
         refusal = UndecidedError if report.conclusion is Conclusion.UNDECIDED else UserError
         raise refusal([problem for subject in report.subjects for problem in subject.diagnostics])
     if certified:
-        _require_locks(report)
+        _require_locks(report, site, settings)
     surroundings = (
         Surroundings(named=tuple(module.path for module in report.modules))
         if active_folders is None
@@ -114,17 +114,19 @@ def configuration_of(
     return make_configuration(policy, certified)
 
 
-def _require_locks(report: Report) -> None:
+def _require_locks(report: Report, site: Path, settings: OperatorSettings) -> None:
     """Compare every module's `ecm.lock` with the certificate that results.
 
     Raises:
         UserError: some of them differ.
     """
+    given = None if site == reference_site_path() else site
     problems = [
         problem
         for module in report.modules
         if module.lock is not None and not module.lock.matches_folder(module.path)
-        if (problem := check_lock(module.path, module.lock.certificate)) is not None
+        if (problem := check_lock(module.path, module.lock.certificate, given, settings.configurations))
+        is not None
     ]
     if problems:
         raise UserError(problems)

@@ -21,6 +21,7 @@ LIFECYCLE: Final = "aeros.runtime.registry.lifecycle"
 PREPARE: Final = "aeros.runtime.execution.prepare"
 PROVING: Final = "aeros.runtime.proving"
 REGISTRY: Final = "aeros.runtime.registry.registry"
+WAITING: Final = "aeros.runtime.registry.waiting_modules"
 
 
 def _datatype(name: str, members: type[ModuleState] | type[LifecycleAction]) -> str:
@@ -43,10 +44,11 @@ _MODULE: Final = (
     "(declare-const verb Verb)",
     "(declare-const was-configured Bool)",
     "(declare-const was-activated Bool)",
+    "(declare-const waits Bool)",
     "(declare-const was-withdrawn Bool)",
     "(declare-const other-withdrawn Bool)",
     "(define-fun invariant ((s State) (c Bool) (a Bool)) Bool"
-    " (and (= a (= s active)) (=> (or a (= s configured)) c) (=> (= s absent) (not c))))",
+    " (and (= a (= s active)) (= c (or a (= s configured)))))",
 )
 """A module, and what was done to it: configured and activated, and not since removed or deactivated."""
 
@@ -69,6 +71,7 @@ def _transition_obligation(code: ModuleSource) -> SymbolicFunction:
             _read_files=lambda *_: (
                 SimpleNamespace(id=SimpleNamespace(value="m"), version=SimpleNamespace(value="1")),
                 "settings",
+                "command" if ask("waits") else "",
             ),
         )
         n = records.InstalledModule("n", "1", "other", _choose_member(ask, "state", lifecycle.ModuleState))
@@ -90,6 +93,9 @@ def _transition_obligation(code: ModuleSource) -> SymbolicFunction:
         try:
             if verb.value == "install":
                 one.install(_FolderStub())
+            elif verb.value == "configure":
+                one._find_waiting = lambda _: {"m": None} if ask("waits") else {}
+                one._change_state("m", verb, resets=ask("resets"))
             else:
                 one._change_state("m", verb)
         except UserError:
@@ -100,6 +106,53 @@ def _transition_obligation(code: ModuleSource) -> SymbolicFunction:
         if new.withdrawn - {"m"} != withdrawn - {"m"}:
             return "moves-another"
         reached = new.modules["m"].state if "m" in new.modules else lifecycle.ModuleState.ABSENT
+        return smt_apply("to", reached.value, smt_literal("m" in new.withdrawn))
+
+    return SymbolicFunction("moved", "Moved", execute_symbolically(run))
+
+
+def _policy_obligation(code: ModuleSource) -> SymbolicFunction:
+    """State the effect of a new policy on a module, which may wait under it, and none on another module."""
+    lifecycle = code.module(LIFECYCLE)
+    records = code.module(REGISTRY_STORE, using=(lifecycle,))
+    waiting_modules = code.module(WAITING, using=(lifecycle, records))
+
+    def run(ask: DecideBranch) -> str:
+        state = _choose_member(ask, "state", lifecycle.ModuleState)
+        registry = code.module(
+            REGISTRY,
+            using=(lifecycle, records, waiting_modules),
+            _read_bytes=lambda _: b"",
+            policy_file=lambda _: "site",
+            file_digest=lambda _: "digest",
+            shown_as=lambda *_: nullcontext(),
+        )
+        n = records.InstalledModule("n", "1", "other", _choose_member(ask, "other", lifecycle.ModuleState))
+        kept = {"m": records.InstalledModule("m", "1", "digest", state)} if state.value != "absent" else {}
+        made: list[Any] = []
+        withdrawn = frozenset({"m"}) if ask("was-withdrawn") else frozenset()
+        waiting = SimpleNamespace(name="m", reason="", command="")
+
+        @contextmanager
+        def changing() -> Iterator[Any]:
+            yield records.RegistrySnapshot(1, "site", {**kept, "n": n}, {}, withdrawn=withdrawn)
+
+        one = registry.Registry.__new__(registry.Registry)
+        one._find_waiting = lambda _: {"m": waiting} if kept and ask("waits") else {}
+        one._prove_snapshot = lambda *_: (None, None)
+        one._transactions = SimpleNamespace(
+            change_lock=changing,
+            commit=lambda _, new, *__: made.append(new),
+            stored_policy=lambda *_: nullcontext("path"),
+        )
+        try:
+            one.set_policy(_FolderStub())
+        except UserError:
+            return "refused"
+        (new,) = made
+        if new.modules.keys() != {*kept, "n"} or new.modules["n"] is not n or new.withdrawn != withdrawn:
+            return "moves-another"
+        reached = new.modules["m"].state if kept else lifecycle.ModuleState.ABSENT
         return smt_apply("to", reached.value, smt_literal("m" in new.withdrawn))
 
     return SymbolicFunction("moved", "Moved", execute_symbolically(run))
@@ -125,20 +178,35 @@ def _history_base(code: ModuleSource) -> TheoremObligation:
 def _history_step(code: ModuleSource) -> TheoremObligation:
     return TheoremObligation(
         "Step: a module is active exactly where it was activated, after it was configured, and neither was\n"
-        "undone since; no verb moves another module, an active module cannot be removed or configured, and\n"
-        "what is absent can only be installed. It is withdrawn exactly where it was deactivated or removed,\n"
-        "and not activated since.",
-        _MODULE,
+        "undone since; no verb moves another module, an active module cannot be removed, configured or\n"
+        "reset, and what is absent can only be installed. A version that waits, and a reset, undo that it\n"
+        "was configured. It is withdrawn exactly where it was deactivated or removed, not activated since.",
+        (*_MODULE, "(declare-const resets Bool)"),
         "(=> (and (invariant state was-configured was-activated) (not (= moved refused)))"
-        " (and ((_ is to) moved) (not (and was-activated (or (= verb remove) (= verb configure))))"
+        " (and ((_ is to) moved) (not (and was-activated"
+        " (or (= verb remove) (= verb configure) (= verb reset) (and (= verb install) waits))))"
         " (=> (= state absent) (= verb install))"
         " (= (is-withdrawn moved)"
         " (or (= verb deactivate) (= verb remove) (and was-withdrawn (not (= verb activate)))))"
         " (invariant (reached moved)"
-        " (ite (= verb configure) true (ite (= verb remove) false was-configured))"
+        " (ite (= verb configure) (not (and resets waits))"
+        " (ite (or (= verb remove) (= verb reset) (and (= verb install) waits)) false was-configured))"
         " (ite (= verb activate) true"
         " (ite (or (= verb deactivate) (= verb remove)) false was-activated)))))",
         tables=(_transition_obligation(code),),
+    )
+
+
+def _history_policy(code: ModuleSource) -> TheoremObligation:
+    return TheoremObligation(
+        "A new policy moves a module only where it waits under the policy: it is configured no longer, and\n"
+        "is then installed. An active module that would wait is not moved: the policy is refused.",
+        (*_MODULE, "(declare-const other State)"),
+        "(=> (and (invariant state was-configured was-activated) (not (= moved refused)))"
+        " (and ((_ is to) moved) (not (and was-activated waits)) (= (is-withdrawn moved) was-withdrawn)"
+        " (invariant (reached moved) (and was-configured (not waits)) was-activated)"
+        " (=> (not (and (= state configured) waits)) (= (reached moved) state))))",
+        tables=(_policy_obligation(code),),
     )
 
 
@@ -173,15 +241,15 @@ def _in_force_obligation(code: ModuleSource) -> TheoremObligation:
         installed = code.module(
             INSTALLED,
             using=(lifecycle, records, proving),
+            require_configured=lambda *_: None,
             module_files=lambda _: {},
             bundle_digest=lambda _: "digest" if ask("as-installed") else "other",
-            open_settings=lambda *_: ask("open"),
         )
         one = installed.InstalledModules.__new__(installed.InstalledModules)
         one.folder, one._prove = _FolderStub(), proving.prove_configuration
         one._folders = lambda snapshot: dict.fromkeys(snapshot.modules, _FolderStub())
         one.site_file = lambda _: "site"
-        one._policy_of = one._declared = lambda _: None
+        one._find_waiting = lambda _: {"m": None} if ask("waits") else {}
         kept = {
             "m": records.InstalledModule("m", "1", "digest", state),
             "n": records.InstalledModule(
@@ -261,6 +329,7 @@ def table_obligations() -> dict[str, Callable[[ModuleSource], TheoremObligation]
     return {
         "history-base": _history_base,
         "history-step": _history_step,
+        "history-policy": _history_policy,
         "in-force": _in_force_obligation,
         "prepared": _prepare_obligation,
     }

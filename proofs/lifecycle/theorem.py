@@ -5,7 +5,14 @@ from __future__ import annotations
 from aeros.spec.theorems.module_copies import Mutant
 from aeros.spec.theorems.theorem import Theorem
 from proofs.lib.lifecycle_executor import GOVERNOR, SCHEDULER, executor_obligations
-from proofs.lib.lifecycle_table import INSTALLED, LIFECYCLE, PROVING, REGISTRY, table_obligations
+from proofs.lib.lifecycle_table import (
+    INSTALLED,
+    LIFECYCLE,
+    PROVING,
+    REGISTRY,
+    WAITING,
+    table_obligations,
+)
 from proofs.lib.lifecycle_transaction import transaction_obligations
 from proofs.lib.registry_changes import RUN_MODULES, change_obligations
 from proofs.lib.revocation import CONTROL_PAGE, REGISTRY_STORE, TRANSACTION, revocation_obligations
@@ -90,6 +97,27 @@ THEOREM = Theorem(
             REGISTRY,
             "if verb in (LifecycleAction.DEACTIVATE, LifecycleAction.REMOVE):",
             "if verb is LifecycleAction.REMOVE:",
+        ),
+        Mutant(
+            "leaves-configured-what-waits-under-a-policy",
+            "history-policy",
+            WAITING,
+            "changed = {name: one for name, one in after.items() if one is not None}",
+            "changed = {}",
+        ),
+        Mutant(
+            "leaves-active-what-waits-under-a-policy",
+            "history-policy",
+            WAITING,
+            "    if active:\n        reasons",
+            "    if False:\n        reasons",
+        ),
+        Mutant(
+            "activates-a-version-that-waits",
+            "history-step",
+            REGISTRY,
+            "            if command:\n",
+            "            if False:\n",
         ),
         Mutant(
             "keeps-what-it-has-not-recorded",

@@ -105,7 +105,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
     except DisagreementError as error:
         print_diagnostics(_disagreement(error))
         return Exit.INTERNAL_ERROR
-    locks = [] if arguments.no_lock else _update_certificates(report, write=not arguments.check)
+    locks = [] if arguments.no_lock else _update_certificates(report, arguments)
     result = VerifyResult(add_scene_warnings(report), tuple(locks))
     as_asked = _renderer(arguments.format)
     if arguments.output is not None and not _write_report(arguments.output, as_asked(result)):
@@ -203,7 +203,7 @@ def _progress(name: str) -> None:
     show_progress(f"proving {escape_invisible(name)} …")
 
 
-def _update_certificates(report: Report, *, write: bool) -> list[LocatedDiagnostic]:
+def _update_certificates(report: Report, arguments: argparse.Namespace) -> list[LocatedDiagnostic]:
     """Write or check the certificate of each proved module, and return the problems.
 
     The certificate of a rejected module is kept.  It is stale now, so no agent loads the module.
@@ -214,8 +214,9 @@ def _update_certificates(report: Report, *, write: bool) -> list[LocatedDiagnost
         try:
             if module.lock is None or module.lock.matches_folder(module.path):
                 continue
-            if not write:
-                problem = check_lock(module.path, module.lock.certificate)
+            if arguments.check:
+                given = module_configurations(arguments)
+                problem = check_lock(module.path, module.lock.certificate, arguments.site, given)
                 problems += [LocatedDiagnostic(problem, lock)] if problem is not None else []
             else:
                 write_lock(module.path, module.lock.certificate)

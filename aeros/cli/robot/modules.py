@@ -19,6 +19,7 @@ from aeros.cli.module_settings import (
     module_configuration,
     print_open_settings,
     print_settings,
+    print_waiting,
 )
 from aeros.cli.robot.module_source import BUNDLE, module_source
 from aeros.cli.terminal import print_line
@@ -148,7 +149,11 @@ def _install(arguments: argparse.Namespace) -> Exit:
 
 def _add_settings(parser: argparse.ArgumentParser) -> None:
     add_settings(parser, "NEED", "NAME")
-    parser.add_argument("--reset", action="store_true", help="forget what was bound and set before")
+    parser.add_argument(
+        "--reset",
+        action="store_true",
+        help="forget what was bound and set before; alone, a module with an open need waits to be configured",
+    )
     parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
 
 
@@ -165,8 +170,11 @@ def _configure(arguments: argparse.Namespace) -> Exit:
             )
         )
         return Exit.SUCCESS
-    print_line(f"{one.name} {one.version} is {one.state.value}")
-    print_settings(settings)
+    if one.state is ModuleState.CONFIGURED:
+        print_line(f"{one.name} {one.version} is {one.state.value}")
+        print_settings(settings)
+    else:
+        print_waiting([registry.waiting()[one.name]])
     _print_blocks(registry.snapshot(), one)
     return Exit.SUCCESS
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 from aeros.agent.recovery.quarantine import Quarantine
 from aeros.cli.arguments import add_command, existing_path
+from aeros.cli.module_settings import print_waiting
 from aeros.cli.terminal import print_diagnostics, print_line
 from aeros.exit_codes import Exit
 from aeros.runtime.execution.governor import OperatorCommand
@@ -161,6 +162,7 @@ def _policy(arguments: argparse.Namespace) -> Exit:
         _warn_of_settings(arguments.site, registry.snapshot().modules)
     configuration, _ = registry.configuration()
     print_line(f"{configuration.site.id} is in force; sha256:{configuration.site.digest}")
+    print_waiting(registry.waiting().values())
     return Exit.SUCCESS
 
 

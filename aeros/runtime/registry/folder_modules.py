@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Final
@@ -29,11 +28,9 @@ from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.operator_settings import OperatorSettings
 from aeros.spec.model.site import Site
 from aeros.spec.text.digests import code_digest, text_digest
-from aeros.spec.text.discovery import MANIFEST, module_folders, reference_site_path
+from aeros.spec.text.discovery import MANIFEST, module_folders
 from aeros.spec.verification.modules_with_settings import absent_module_problems
 from aeros.spec.verification.reports import Report
-
-_CERTIFICATE_CODES: Final = ("AE901", "AE902", "AE903")
 
 DEFAULT_MODULES: Final = Path("ecms")
 """Folder of the modules of a run that names none, on a robot on which none was ever installed."""
@@ -149,23 +146,8 @@ class FolderModules:
             UserError: a module is refused, or its certificate is not current.
         """
         certified = self._needs_certificates and self._contents is None
-        try:
-            settings = OperatorSettings(configurations=self._configurations)
-            return self._prove(self._folders(), site, certified=certified, settings=settings)
-        except UserError as refused:
-            if site == reference_site_path():
-                raise
-            given = {one.resolve() for one in module_folders(self._folder, Diagnostics())}
-            further = [
-                one for one in self._folders() if one.resolve() not in given | {self._folder.resolve()}
-            ]
-            paths = " ".join(map(str, (self._folder, *further)))
-            cure = f"the run is under `{site}`: `aeros verify {paths} --site {site}`"
-            problems = [
-                replace(one, help=(*one.help, cure)) if one.code in _CERTIFICATE_CODES else one
-                for one in refused.diagnostics
-            ]
-            raise type(refused)(problems) from refused
+        settings = OperatorSettings(configurations=self._configurations)
+        return self._prove(self._folders(), site, certified=certified, settings=settings)
 
     def _site_file(self, snapshot: RegistrySnapshot) -> tuple[Path, str]:
         """Return the site file of the run, and its name as a policy of the registry."""

@@ -14,11 +14,13 @@ from aeros.runtime.registry.lifecycle import ModuleState
 from aeros.runtime.registry.run_modules import LoadedModules, blocks_in_force
 from aeros.runtime.registry.store import RegistrySnapshot
 from aeros.runtime.registry.transaction import RegistryTransactions
+from aeros.runtime.registry.waiting_modules import WaitingModule, find_waiting, require_configured
 from aeros.spec.declared import ecm as declared_ecm
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.elaborate.load import decode_manifest, load_ecm, load_site
-from aeros.spec.elaborate.module.needs import ModuleNeeds, Setting, open_settings
+from aeros.spec.elaborate.module.needs import module_settings
+from aeros.spec.elaborate.module.settings import Setting
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.operator_settings import OperatorSettings
 from aeros.spec.model.site import Site
@@ -130,8 +132,18 @@ class InstalledModules:
         snapshot = self.snapshot()
         if name not in snapshot.modules:
             return ()
-        declared = self._declared(self._folders(snapshot)[name])
-        return ModuleNeeds(declared, self._policy_of(snapshot), Diagnostics()).settings
+        return module_settings(self._declared(self._folders(snapshot)[name]), self._policy_of(snapshot))
+
+    def waiting(self) -> dict[str, WaitingModule]:
+        """List the modules that wait to be configured.
+
+        Returns:
+            The modules by name; each after those that it needs.
+
+        Raises:
+            UserError: a module cannot be read.
+        """
+        return self._find_waiting(self.snapshot())
 
     def inactive_modules(self) -> dict[str, Ecm]:
         """Load the modules that are installed and not active.
@@ -182,13 +194,22 @@ class InstalledModules:
             raise refusal("AE965", f"the manifest in `{folder}` cannot be read")
         return declared
 
+    def _find_waiting(self, snapshot: RegistrySnapshot) -> dict[str, WaitingModule]:
+        """Find the modules that cannot be proved before they are configured, in any state."""
+        if not snapshot.modules:
+            return {}
+        declared = {name: self._declared(folder) for name, folder in self._folders(snapshot).items()}
+        return find_waiting(snapshot, declared, self._site_of(snapshot))
+
     def _unconfigured(self, snapshot: RegistrySnapshot) -> frozenset[str]:
-        """Return the modules that are not proved yet: they are installed, and a need or parameter is open."""
-        waiting = [name for name, one in snapshot.modules.items() if one.state is ModuleState.INSTALLED]
-        if not waiting:
-            return frozenset()
-        site, folders = self._policy_of(snapshot), self._folders(snapshot)
-        return frozenset(name for name in waiting if open_settings(self._declared(folders[name]), site))
+        """Return the modules that are not proved yet: they are installed, and wait to be configured.
+
+        Raises:
+            UserError: a configured or active module needs one that waits.
+        """
+        waiting = self._find_waiting(snapshot)
+        require_configured(snapshot, waiting)
+        return frozenset(name for name in waiting if snapshot.modules[name].state is ModuleState.INSTALLED)
 
     def _prove_snapshot(self, new: RegistrySnapshot) -> tuple[Configuration, Report]:
         """Prove the configuration of `new`, whose files are stored.

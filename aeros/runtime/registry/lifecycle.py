@@ -1,7 +1,7 @@
 """Life cycle of a module on a robot, as a table: install, configure, activate, deactivate, remove.
 
 Source: the paper, section 3.4 (ECM lifecycle), with its loop between activate and deactivate. An upgrade is
-an install over an existing version, and keeps the module's state.
+an install over an existing version, and keeps the module's state. `reset` returns a module to `installed`.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ class ModuleState(Enum):
     """State of a module in its life cycle."""
 
     ABSENT = "absent"
-    INSTALLED = "installed"  # stored, and proved alone under the policy
-    CONFIGURED = "configured"  # its dependencies are installed
+    INSTALLED = "installed"  # stored; proved, unless it waits to be configured
+    CONFIGURED = "configured"  # proved as it is bound, and its dependencies are installed
     ACTIVE = "active"  # its skills can be run
 
 
@@ -28,6 +28,7 @@ class LifecycleAction(Enum):
     ACTIVATE = "activate"
     DEACTIVATE = "deactivate"
     REMOVE = "remove"
+    RESET = "reset"  # `configure --reset`, or a new policy, where a need is open afterwards
 
 
 TRANSITIONS: Final[Mapping[tuple[ModuleState, LifecycleAction], ModuleState]] = {
@@ -41,6 +42,8 @@ TRANSITIONS: Final[Mapping[tuple[ModuleState, LifecycleAction], ModuleState]] = 
     (ModuleState.ACTIVE, LifecycleAction.DEACTIVATE): ModuleState.CONFIGURED,
     (ModuleState.INSTALLED, LifecycleAction.REMOVE): ModuleState.ABSENT,
     (ModuleState.CONFIGURED, LifecycleAction.REMOVE): ModuleState.ABSENT,
+    (ModuleState.INSTALLED, LifecycleAction.RESET): ModuleState.INSTALLED,
+    (ModuleState.CONFIGURED, LifecycleAction.RESET): ModuleState.INSTALLED,
 }
 """All allowed transitions; any other is refused."""
 
@@ -56,6 +59,24 @@ def next_state(state: ModuleState, verb: LifecycleAction) -> ModuleState | None:
         The next state; None if the act is not allowed in `state`.
     """
     return TRANSITIONS.get((state, verb))
+
+
+def preceding_action(state: ModuleState, verb: LifecycleAction) -> LifecycleAction | None:
+    """Find the act after which another one is allowed, for messages.
+
+    Args:
+        state: current state of the module.
+        verb: act of the operator that is not allowed in `state`.
+
+    Returns:
+        The act; None if no single act helps, or if both together would change nothing.
+    """
+    for one in LifecycleAction:
+        reached = next_state(state, one)
+        after = None if reached is None else next_state(reached, verb)
+        if after is not None and after is not state:
+            return one
+    return None
 
 
 def allowed_states(verb: LifecycleAction) -> tuple[ModuleState, ...]:

@@ -16,16 +16,24 @@ from aeros.files import open_regular, temporary_folder
 from aeros.runtime.registry.bundle_store import bundle_digest, module_files, stored_bundle, write_files
 from aeros.runtime.registry.control_page import ControlPage
 from aeros.runtime.registry.installed import InstalledModules, load_module, policy_file, refusal
-from aeros.runtime.registry.lifecycle import LifecycleAction, ModuleState, allowed_states, next_state
+from aeros.runtime.registry.lifecycle import (
+    LifecycleAction,
+    ModuleState,
+    allowed_states,
+    next_state,
+    preceding_action,
+)
 from aeros.runtime.registry.operator_block import OperatorBlock
 from aeros.runtime.registry.requirements import require_installed
 from aeros.runtime.registry.shown_paths import shown_as
 from aeros.runtime.registry.store import InstalledModule, RegistrySnapshot
+from aeros.runtime.registry.waiting_modules import reset_waiting
 from aeros.spec.declared import ecm as declared_ecm
 from aeros.spec.diagnostics.codes import did_you_mean
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.elaborate.load import decode_manifest
-from aeros.spec.elaborate.module.needs import open_settings
+from aeros.spec.elaborate.module.needs import module_settings
+from aeros.spec.elaborate.module.settings import configure_command
 from aeros.spec.model.configured import UNCONFIGURED, ModuleConfiguration
 from aeros.spec.model.site import Site
 from aeros.spec.text.digests import file_digest
@@ -64,6 +72,7 @@ class Registry(InstalledModules):
     ) -> InstalledModule:
         """Install a module; if another version is installed, replace it and keep its state.
 
+        A version with an open need or parameter waits to be configured; it cannot replace an active one.
         The source is read once. What was read is stored, and the stored files are proved.
 
         Args:
@@ -76,7 +85,7 @@ class Registry(InstalledModules):
 
         Raises:
             UserError: the module cannot be read, proved or recorded, differs from `pinned`, is installed
-                with the same version and other contents, or is installed in a newer version.
+                with the same version and other contents, or in a newer version, or is active and would wait.
         """
         with self._transactions.change_lock() as old:
             files = module_files(source)
@@ -84,13 +93,15 @@ class Registry(InstalledModules):
             if pinned is not None and pinned.removeprefix("sha256:") != digest:
                 name, found = source.name, f"sha256:{digest}"
                 raise refusal("AE963", f"`{name}` does not have the pinned digest: its digest is {found}")
-            declared, settings = _read_files(
+            declared, settings, command = _read_files(
                 self._site_of(old), old.configurations, files, source, self._folders(old).values()
             )
             id_, version = declared.id.value, declared.version.value
             kept = old.modules.get(id_)
             _require_upgrade(kept, id_, version, digest, allows_downgrade=allows_downgrade)
-            state = self._next_state(old, id_, LifecycleAction.INSTALL)
+            state = _next_state(old, id_, LifecycleAction.INSTALL)
+            if command:
+                state = _state_to_wait(state, id_, source, command)
             one = InstalledModule(id_, version, digest, state, settings)
             new = _with_module(old, one)
             with stored_bundle(files, self.folder / "modules", id_) as folder:
@@ -128,10 +139,11 @@ class Registry(InstalledModules):
         Args:
             name: id of the module.
             settings: bindings and parameters; they replace those of the same names.
-            resets: forget the earlier settings.
+            resets: forget the earlier settings. If `settings` is empty and a need or parameter is open
+                then, the module is installed and waits to be configured.
 
         Returns:
-            The module in its new state.
+            The module in its new state: CONFIGURED, or INSTALLED if it waits.
 
         Raises:
             UserError: unknown module, wrong state, or the change cannot be proved or recorded.
@@ -225,16 +237,19 @@ class Registry(InstalledModules):
             site: the site file.
 
         Returns:
-            Report of the proof under the new policy.
+            Report of the proof under the new policy. A configured module of which a need or parameter is
+            open under it is installed again, and waits to be configured.
 
         Raises:
-            UserError: the file cannot be read, or the change cannot be proved or recorded.
+            UserError: the file cannot be read, an active module would wait, or the change cannot be proved or
+                recorded.
         """
         with self._transactions.change_lock() as old:
             content = _read_bytes(site)
             new = replace(old, site=policy_file(content), is_policy_set=True)
             with self._transactions.stored_policy(new, content) as path:
                 with shown_as(path, site):
+                    new = reset_waiting(new, self._find_waiting(new), str(site))
                     configuration, report = self._prove_snapshot(new)
                 description = f"policy {site.name} sha256:{file_digest(content)}"
                 self._transactions.commit(old, new, description, configuration)
@@ -252,25 +267,35 @@ class Registry(InstalledModules):
             if name not in old.modules:
                 cure = f"if a run has it from a folder, `aeros block --module {name}` reaches it there"
                 raise _unknown_name_error("module", name, old.modules, cure)
-            state = self._next_state(old, name, verb)
+            state = _next_state(old, name, verb)
             before = UNCONFIGURED if resets else old.modules[name].configuration
             one = replace(old.modules[name], state=state, configuration=before.updated(settings))
+            if resets and not settings and name in self._find_waiting(_with_module(old, one)):
+                verb = LifecycleAction.RESET
+                one = replace(one, state=_next_state(old, name, verb))
             new = replace(_with_module(old, one), withdrawn=_withdrawn(old.withdrawn, name, verb))
             self._change(old, new, f"{verb.value} {name} {settings}".rstrip())
             return one
 
-    def _next_state(self, old: RegistrySnapshot, name: str, verb: LifecycleAction) -> ModuleState:
-        state = old.modules[name].state if name in old.modules else ModuleState.ABSENT
-        reached = next_state(state, verb)
-        if reached is None:
-            possible = " or ".join(one.value for one in allowed_states(verb))
-            cure = f"`aeros {verb.value}` is for a module that is {possible}"
-            raise refusal("AE960", f"`{name}` is {state.value}", cure)
-        return reached
-
     def _change(self, old: RegistrySnapshot, new: RegistrySnapshot, description: str) -> None:
         configuration, _ = self._prove_snapshot(new)
         self._transactions.commit(old, new, description, configuration)
+
+
+def _next_state(old: RegistrySnapshot, name: str, verb: LifecycleAction) -> ModuleState:
+    """Return the state of a module after an act; refuse an act that its state does not allow."""
+    state = old.modules[name].state if name in old.modules else ModuleState.ABSENT
+    reached = next_state(state, verb)
+    if reached is None:
+        possible = " or ".join(one.value for one in allowed_states(verb))
+        cures = [f"`aeros {verb.value}` is for a module that is {possible}"]
+        first = preceding_action(state, verb)
+        if first is not None:
+            again = state is ModuleState.ACTIVE and verb is LifecycleAction.CONFIGURE
+            after = f", and `aeros activate {name}` afterwards" if again else ""
+            cures.append(f"`aeros {first.value} {name}` first{after}")
+        raise refusal("AE960", f"`{name}` is {state.value}", *cures)
+    return reached
 
 
 def _with_module(old: RegistrySnapshot, module: InstalledModule) -> RegistrySnapshot:
@@ -294,10 +319,11 @@ def _read_files(
     files: Mapping[str, bytes],
     source: Path,
     installed: Iterable[Path],
-) -> tuple[declared_ecm.Ecm, ModuleConfiguration]:
+) -> tuple[declared_ecm.Ecm, ModuleConfiguration, str]:
     """Read a module from the bytes that were read of it, with those settings that it still declares.
 
-    A module that waits to be configured is not resolved yet.
+    A module that waits to be configured is not resolved yet. The third value is the command that configures
+    it; empty if it does not wait.
     """
     with temporary_folder() as made:
         folder = made / (source.resolve().name or "module")
@@ -310,9 +336,21 @@ def _read_files(
             require_installed(declared, installed, source)
             settings = _still_declared(configurations.get(declared.id.value, UNCONFIGURED), declared)
             site = site.with_configurations({**configurations, declared.id.value: settings})
-            if not open_settings(declared, site):
+            command = configure_command(declared.id.value, module_settings(declared, site))
+            if not command:
                 load_module(site, folder, installed)
-    return declared, settings
+    return declared, settings, command
+
+
+def _state_to_wait(state: ModuleState, id_: str, source: Path, command: str) -> ModuleState:
+    """Return the state in which a new version waits to be configured; refuse it in place of an active one."""
+    reached = next_state(state, LifecycleAction.RESET)
+    if reached is None:
+        commands = (f"aeros deactivate {id_}", f"aeros install {source}", command, f"aeros activate {id_}")
+        cures = ("run these commands, or others in place of the choices:", *(f"`{one}`" for one in commands))
+        headline = f"`{id_}` is active, and the new version would wait to be configured"
+        raise refusal("AE960", headline, *cures)
+    return reached
 
 
 def _still_declared(settings: ModuleConfiguration, declared: declared_ecm.Ecm) -> ModuleConfiguration:

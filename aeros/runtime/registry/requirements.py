@@ -73,13 +73,25 @@ def _versions(modules: Mapping[str, tuple[declared.Ecm, Path]], capability: str)
 def _providers(
     modules: Mapping[str, tuple[declared.Ecm, Path]], capability: str, specifier: str
 ) -> list[tuple[declared.Ecm, Path]]:
-    return [
-        (one, folder)
-        for one, folder in modules.values()
-        for name, provided in one.capabilities
+    return [(one, folder) for one, folder in modules.values() if provides(one, capability, specifier)]
+
+
+def provides(module: declared.Ecm, capability: str, specifier: str) -> bool:
+    """Say if a module provides a capability in a version that suits.
+
+    Args:
+        module: the module, as it declares itself.
+        capability: name of the capability.
+        specifier: version range.
+
+    Returns:
+        True if it does.
+    """
+    return any(
+        _is_compatible(specifier, (module.version if one.version is None else one.version).value)
+        for name, one in module.capabilities
         if name.value == capability
-        and _is_compatible(specifier, (one.version if provided.version is None else provided.version).value)
-    ]
+    )
 
 
 def _is_compatible(specifier: str, version: str) -> bool:

@@ -160,6 +160,22 @@ class JointInvariant:
 
 
 @dataclass(frozen=True)
+class ModuleSensor:
+    """Sensor whose quantities modules declare.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    description: TextField = field(metadata={"doc": "its quantities, for people"})
+    offers: tuple[Identifier, ...] = field(
+        default=(),
+        metadata={"doc": "uses that modules may make of it, as in `offers: [fixture_survey]`"},
+    )
+
+
+@dataclass(frozen=True)
 class Site:
     """A whole site file.
 
@@ -190,11 +206,11 @@ class Site:
     motion: MotionPolicy | None = field(
         default=None, metadata={"doc": "limits for whole motions; if absent, motions are not checked"}
     )
-    sensors: Named[TextField] = field(
+    sensors: Named[TextField | ModuleSensor] = field(
         default=MappingField(),
         metadata={
             "doc": "sensors whose quantities modules declare, with what each measures, as in "
-            "`sensors: {load_cell: force on the press}`"
+            "`sensors: {load_cell: force on the press}`, or with what they offer"
         },
     )
     cameras: Named[Camera] = field(

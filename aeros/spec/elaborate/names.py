@@ -68,6 +68,34 @@ def resolve_name(name: TextField, among: Mapping[str, _T], what: str, diagnostic
     return among.get(name.value)
 
 
+def resolve_need(name: TextField, among: Mapping[str, _T], sort: str, diagnostics: Diagnostics) -> _T | None:
+    """Look up a name of a module for a thing of the site; report an unknown one.
+
+    Args:
+        name: the name, with its position in the manifest.
+        among: things of the site by its names, and by the names of the module's needs.
+        sort: sort of the thing, as `is` of a need has it.
+        diagnostics: receives the faults.
+
+    Returns:
+        The thing of that name, or None after reporting that there is none.
+    """
+    if name.value not in among:
+        near = did_you_mean(name.value, among)
+        listed = ", ".join(f"`{one}`" for one in list(among)[:12]) or "none"
+        is_word = "." not in name.value
+        needed = (f"or declare it under `needs`, as in `{name.value}: {{is: {sort}}}`",) if is_word else ()
+        noun = {"action": "action kind", "variable": "state variable"}.get(sort, sort)
+        article = "an" if noun[0] in "aeiou" else "a"
+        diagnostics.error(
+            "AE122",
+            f"`{name.value}` is neither {article} {noun} of this site nor a need of this module",
+            name.span,
+            help=(f"did you mean `{near}`?",) if near else (f"declared here: {listed}", *needed),
+        )
+    return among.get(name.value)
+
+
 def resolve_site_name(
     name: TextField, among: Mapping[str, _T], what: str, diagnostics: Diagnostics
 ) -> _T | None:

@@ -16,7 +16,7 @@ from aeros.spec.declared import perception as declared
 from aeros.spec.declared import site as declared_site
 from aeros.spec.diagnostics.codes import Diagnostics, SpanLabel, did_you_mean
 from aeros.spec.elaborate.expressions import elaborate_expression, elaborate_quantity
-from aeros.spec.elaborate.names import check_name_is_free, meanings_of_names, resolve_name
+from aeros.spec.elaborate.names import check_name_is_free, meanings_of_names, resolve_name, resolve_need
 from aeros.spec.elaborate.quantities import (
     elaborate_memory,
     elaborate_module_variable,
@@ -219,7 +219,7 @@ class ModulePerception:
             )
         known = {name: name for name in site.sensor_names}
         known |= {name: sensors[0] for name, sensors in self._names.sensors.items()}
-        sensor = resolve_name(quantity.sensor, known, "a sensor of this site", self._diagnostics)
+        sensor = resolve_need(quantity.sensor, known, "sensor", self._diagnostics)
         return quantity.sensor.value if sensor is None else sensor
 
     def _definitions(
@@ -305,7 +305,7 @@ class ModulePerception:
         self._diagnostics.error("AE129", headline, at.span)
 
     def _picture(self, camera: TextField, picture: declared.PictureRequest, site: Site) -> PictureRequest:
-        known = resolve_name(camera, site.cameras, "a camera that this site offers", self._diagnostics)
+        known = resolve_need(camera, site.cameras, "camera", self._diagnostics)
         width, height = picture.width.value, picture.height.value
         if known is not None and (width > known.width or height > known.height):
             self._diagnostics.error(

@@ -28,6 +28,7 @@ from aeros.spec.model.configured import ModuleConfiguration
 from aeros.spec.model.policy import Durability
 from aeros.spec.model.rules import Risk
 from aeros.spec.model.site import Site
+from aeros.spec.text.fields import TextField
 
 
 def elaborate_site(site: declared.Site, digest: str, diagnostics: Diagnostics) -> Site | None:
@@ -102,7 +103,10 @@ def elaborate_site(site: declared.Site, digest: str, diagnostics: Diagnostics) -
         offers=_offers(site),
         configurations={name.value: _configuration(one) for name, one in site.modules},
         devices=devices,
-        sensors={name.value: purpose.value for name, purpose in site.sensors},
+        sensors={
+            name.value: one.value if isinstance(one, TextField) else one.description.value
+            for name, one in site.sensors
+        },
     )
 
 
@@ -118,11 +122,15 @@ def _devices(site: declared.Site, diagnostics: Diagnostics) -> dict[str, str]:
 
 
 def _offers(site: declared.Site) -> dict[str, frozenset[str]]:
-    """Collect the uses that modules may make of volumes, variables, constants and cameras, by name."""
-    things = (*site.volumes, *site.state, *site.constants, *site.cameras)
-    return {
-        name.value: frozenset(one.value for one in thing.offers) for name, thing in things if thing.offers
-    }
+    """Collect the uses that modules may make of things of the site, by name."""
+    sensors = ((name, one) for name, one in site.sensors if isinstance(one, declared.ModuleSensor))
+    things = (*site.volumes, *site.state, *site.constants, *site.cameras, *sensors)
+    offers: dict[str, frozenset[str]] = {}
+    for name, thing in things:  # a sensor may have the name of a volume or variable
+        if thing.offers:
+            words = frozenset(one.value for one in thing.offers)
+            offers[name.value] = offers.get(name.value, frozenset()) | words
+    return offers
 
 
 def _configuration(settings: ModuleSettings) -> ModuleConfiguration:

@@ -6,8 +6,9 @@ from typing import Any
 
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.expressions import elaborate_constant
-from aeros.spec.elaborate.names import resolve_name
+from aeros.spec.elaborate.names import resolve_need
 from aeros.spec.elaborate.scopes import constant_scope
+from aeros.spec.expr.units import format_quantity
 from aeros.spec.model.site import Site
 from aeros.spec.model.variables import Declared
 from aeros.spec.text.fields import ExpressionField, MappingField
@@ -33,7 +34,9 @@ def elaborate_value(
         low, high = variable.range
         components = value if isinstance(value, tuple) else (value,)
         if not all(low <= component <= high for component in components):
-            diagnostics.error("AE111", "this value is outside the declared range", expression.span)
+            bounds = " to ".join(format_quantity(one, variable.unit) for one in variable.range)
+            headline = f"this value is outside the declared range, {bounds}"
+            diagnostics.error("AE111", headline, expression.span)
     return value
 
 
@@ -52,7 +55,7 @@ def elaborate_state_values(
     """
     values: dict[str, Any] = {}
     for name, expression in entries:
-        variable = resolve_name(name, site.state, "a state variable of this site", diagnostics)
+        variable = resolve_need(name, site.state, "variable", diagnostics)
         if variable is not None:
             values[variable.name] = elaborate_value(expression, variable, site, diagnostics)
     return values

@@ -50,7 +50,7 @@ class Step:
         on_failure: the handler that runs after the last try has failed, `STOP_ON_FAILURE`, or None if nothing
             is declared.
         choices: the skills any of which may run, if `skill` is a capability.
-        is_nested: True for a step of another composition, which stands here as a whole; nothing may lead to it.
+        is_nested: True for a step of another composition, which stands here as a whole.
     """
 
     id: str

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
@@ -141,6 +142,23 @@ def join_settings(
     }
 
 
+def setting_options(configurations: Mapping[str, ModuleConfiguration]) -> str:
+    """Write settings of modules as options of a command, to be pasted into a shell.
+
+    Args:
+        configurations: settings by module.
+
+    Returns:
+        The options with a blank before each, such as `` --bind polish.surface=bench``; empty if none is set.
+    """
+    return "".join(
+        f" {option} {shlex.quote(f'{module}.{name}={value}')}"
+        for module, one in configurations.items()
+        for option, settings in (("--bind", one.bindings), ("--set", one.parameters))
+        for name, value in settings.items()
+    )
+
+
 @dataclass(frozen=True)
 class BoundNames:
     """The site's names for what a module needs, by the module's names for it; and values of its parameters.
@@ -210,6 +228,21 @@ def site_names(names: Iterable[str], bound: Mapping[str, tuple[str, ...]]) -> fr
         The site's names.
     """
     return frozenset(one for name in names for one in bound.get(name, (name,)))
+
+
+def module_names(names: Iterable[str], bound: Mapping[str, tuple[str, ...]]) -> tuple[str, ...]:
+    """Replace the site's names of sensors, actuators or resources by those that a manifest uses.
+
+    Args:
+        names: the site's names.
+        bound: the site's names for those that are needs.
+
+    Returns:
+        The module's name for each that a need is bound to, and the site's name for any other; each once.
+    """
+    return tuple(
+        dict.fromkeys(next((own for own, things in bound.items() if one in things), one) for one in names)
+    )
 
 
 CAMERAS: Final = "cameras"

@@ -51,12 +51,14 @@ class ActionCondition:
         text: its source text.
         span: place in the manifest.
         conjuncts: the conditions that the term is the conjunction of.
+        kind_name: the manifest's name for the action kind; empty for a condition that is on no action.
     """
 
     term: t.Term
     text: str
     span: SourceSpan
     conjuncts: tuple[Conjunct, ...] = ()
+    kind_name: str = ""
 
 
 @dataclass(frozen=True)

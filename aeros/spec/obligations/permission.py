@@ -7,10 +7,12 @@ all states, parameters and inputs.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from typing import Final
 
 from aeros.spec.diagnostics.codes import Diagnostic, Severity, SpanLabel
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
+from aeros.spec.model.configured import module_names
 from aeros.spec.model.ecm import Ecm, Skill
 from aeros.spec.model.perception import Perceiver
 from aeros.spec.model.rules import Risk
@@ -19,7 +21,7 @@ from aeros.spec.model.step_graph import If, NestedIf, walk_parts
 from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
 from aeros.spec.obligations.obligation import ClaimMode, Obligation, label_conjuncts
 from aeros.spec.obligations.policy import action_space
-from aeros.spec.obligations.safety import envelope_space
+from aeros.spec.obligations.safety import envelope_space, parameter_cures
 from aeros.spec.obligations.verdicts import StaticClaim, Verdict
 
 
@@ -41,7 +43,7 @@ def permission_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Static
             mode=ClaimMode.SOMETIMES,
             space=action_space(site, site.kinds[kind]),
             conclusion=clause.term,
-            headline=f"this permission allows no `{kind}` at all",
+            headline=f"this permission allows no `{clause.kind_name or kind}` at all",
             primary=SpanLabel(clause.span, "never true"),
             failure_verdict=Verdict.VACUOUS,
             labelled_conjuncts=label_conjuncts(clause.conjuncts, "clashes"),
@@ -50,7 +52,7 @@ def permission_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Static
         yield from _envelope_permitted(ecm, site, skill)
         yield from _risk_in_bounds(site, skill)
         yield _actuators_permitted(ecm, skill)
-        yield _actuators_reserved(site, skill)
+        yield _actuators_reserved(ecm, site, skill)
         yield _sensors_permitted(ecm, site, skill)
     for perceiver in ecm.perceivers.values():
         yield _perceiver_sensors_permitted(ecm, site, perceiver)
@@ -84,6 +86,7 @@ def _access_granted(ecm: Ecm, site: Site) -> Iterator[StaticClaim]:
     for group in ("actuators", "sensors", "channels", "compute"):
         claim_id = ClaimForm.ACCESS_GRANTED(group)
         excess = sorted(getattr(ecm.requested_access, group) - getattr(granted, group))
+        unknown = sorted(set(excess) - _known_names(site, group)) if group in _NEEDED_SORTS else []
         if excess or group != "sensors":
             yield _static_claim(
                 claim_id,
@@ -92,9 +95,7 @@ def _access_granted(ecm: Ecm, site: Site) -> Iterator[StaticClaim]:
                     "AE404",
                     f"the site does not grant `{ecm.id}` the {group} {_join_names(excess)}",
                     SpanLabel(ecm.access_span),
-                    help=(
-                        f"remove the entry, or ask the operator to grant it under `policy.grants.{ecm.id}`",
-                    ),
+                    help=_access_cures(ecm, group, excess, unknown),
                 ),
             )
         else:
@@ -102,29 +103,54 @@ def _access_granted(ecm: Ecm, site: Site) -> Iterator[StaticClaim]:
             yield _reads_permitted(claim_id, ecm, site, read)
 
 
+_NEEDED_SORTS: Final = {"actuators": "action", "sensors": "variable"}
+"""Sort of a need whose name may be among the actuators or sensors of a module."""
+
+
+def _known_names(site: Site, group: str) -> frozenset[str]:
+    """Return the site's names of its actuators or sensors."""
+    if group == "sensors":
+        return frozenset(site.sensor_names)
+    return frozenset(one for kind in site.kinds.values() for one in kind.actuators)
+
+
+def _access_cures(ecm: Ecm, group: str, excess: Iterable[str], unknown: Iterable[str]) -> tuple[str, ...]:
+    """Propose to declare names that the site does not know as needs, and to grant or remove the others."""
+    cures = [
+        f"this site has no `{one}`: if the module uses this name for a thing of the site, declare it under "
+        f"`needs`, as in `{one}: {{is: {_NEEDED_SORTS[group]}}}`"
+        for one in unknown
+    ]
+    if set(excess) - set(unknown):
+        cures.append(f"remove the entry, or ask the operator to grant it under `policy.grants.{ecm.id}`")
+    return tuple(cures)
+
+
 def _envelope_permitted(ecm: Ecm, site: Site, skill: Skill) -> Iterator[Obligation | StaticClaim]:
     """Claim that every action kind of the envelope is permitted, and its actions lie in the permission."""
     for kind, clause in skill.envelope.items():
         permitted = ecm.permitted_actions.get(kind)
-        moved = sorted(site.kinds[kind].actuators - skill.actuators)
+        word = clause.kind_name or kind
+        moved = module_names(sorted(site.kinds[kind].actuators - skill.actuators), ecm.names.actuators)
         yield _static_claim(
             ClaimForm.ENVELOPE_ACTUATORS_DECLARED(skill.id, kind),
             not moved,
             Diagnostic(
                 "AE402",
-                f"`{kind}` moves {_join_names(moved)}, which `{skill.id}` does not declare",
+                f"`{word}` moves {_join_names(moved)}, which `{skill.id}` does not declare",
                 SpanLabel(clause.span),
                 help=("add it to the skill's `actuators`, or take the action out of its envelope",),
             ),
         )
-        used = sorted(site.kinds[kind].channels - ecm.requested_access.channels)
+        channels = sorted(site.kinds[kind].channels - ecm.requested_access.channels)
+        used = module_names(channels, ecm.names.channels)
         if site.kinds[kind].channels:
             yield _static_claim(
                 ClaimForm.ENVELOPE_CHANNELS_PERMITTED(skill.id, kind),
                 not used,
                 Diagnostic(
                     "AE411",
-                    f"`{kind}` uses {_join_names(used)}, which `{ecm.id}` has no permission for",
+                    f"`{word}` uses {_join_names(used)}, which `{ecm.id}` has no permission for",
                     SpanLabel(clause.span),
                     help=("add it to `permissions.channels`, or take the action out of the envelope",),
                 ),
@@ -134,9 +160,9 @@ def _envelope_permitted(ecm: Ecm, site: Site, skill: Skill) -> Iterator[Obligati
                 ClaimForm.ENVELOPE_PERMITTED(skill.id, kind),
                 Diagnostic(
                     "AE401",
-                    f"`{skill.id}` may ask for `{kind}`, but `{ecm.id}` has no permission for it",
+                    f"`{skill.id}` may ask for `{word}`, but `{ecm.id}` has no permission for it",
                     SpanLabel(clause.span),
-                    help=(f"permit it under `permissions.actions.{kind}`, or take it out of the envelope",),
+                    help=(f"permit it under `permissions.actions.{word}`, or take it out of the envelope",),
                 ),
             )
             continue
@@ -146,17 +172,20 @@ def _envelope_permitted(ecm: Ecm, site: Site, skill: Skill) -> Iterator[Obligati
             mode=ClaimMode.ALWAYS,
             space=envelope_space(site, skill, kind, clause),
             conclusion=permitted.term,
-            headline=f"`{skill.id}` may ask for a `{kind}` beyond the permission of `{ecm.id}`",
+            headline=f"`{skill.id}` may ask for a `{word}` beyond the permission of `{ecm.id}`",
             primary=SpanLabel(clause.span, "allows it"),
             secondary=(SpanLabel(permitted.span, "does not permit it"),),
-            help=("tighten the envelope, or widen the permission if the module is to be trusted with it",),
+            help=(
+                *parameter_cures(ecm, clause),
+                "tighten the envelope, or widen the permission if the module is to be trusted with it",
+            ),
             labelled_conjuncts=label_conjuncts(permitted.conjuncts, "does not permit it"),
             clause=clause,
         )
 
 
 def _actuators_permitted(ecm: Ecm, skill: Skill) -> StaticClaim:
-    excess = sorted(skill.actuators - ecm.requested_access.actuators)
+    excess = module_names(sorted(skill.actuators - ecm.requested_access.actuators), ecm.names.actuators)
     return _static_claim(
         ClaimForm.SKILL_ACTUATORS_PERMITTED(skill.id),
         not excess,
@@ -169,12 +198,14 @@ def _actuators_permitted(ecm: Ecm, skill: Skill) -> StaticClaim:
     )
 
 
-def _actuators_reserved(site: Site, skill: Skill) -> StaticClaim:
+def _actuators_reserved(ecm: Ecm, site: Site, skill: Skill) -> StaticClaim:
     """Claim that a skill holds each actuator that it moves and that the site counts as a resource.
 
     Then no other skill moves it at the same time.
     """
-    loose = sorted((skill.actuators & site.resources.keys()) - skill.resources)
+    loose = module_names(
+        sorted((skill.actuators & site.resources.keys()) - skill.resources), ecm.names.resources
+    )
     return _static_claim(
         ClaimForm.SKILL_ACTUATORS_HELD(skill.id),
         not loose,
@@ -235,11 +266,12 @@ def _reads_permitted(
             is_measured = variable.role is t.VariableRole.STATE and name in site.state
             sensor = site.state[name].sensor if is_measured else None
             if sensor is not None and "." not in sensor and sensor not in ecm.requested_access.sensors:
+                (own,) = module_names((sensor,), ecm.names.sensors)
                 diagnostic = Diagnostic(
                     "AE405",
                     f"`{name}` is measured by `{sensor}`, which `{ecm.id}` has no permission to read",
                     SpanLabel(span),
-                    help=(f"add `{sensor}` to `permissions.sensors`",),
+                    help=(f"add `{own}` to `permissions.sensors`",),
                 )
                 return StaticClaim(claim_id, diagnostic)
     return StaticClaim(claim_id, None)
@@ -253,6 +285,7 @@ def _perceiver_sensors_permitted(ecm: Ecm, site: Site, perceiver: Perceiver) -> 
         used += [] if sensor is None or "." in sensor else [(f"`{name}`", sensor)]
     excess = next((one for one in used if one[1] not in ecm.requested_access.sensors), None)
     what, sensor = excess or ("", "")
+    (own,) = module_names((sensor,), ecm.names.sensors)
     return _static_claim(
         ClaimForm.PERCEIVER_SENSORS_PERMITTED(perceiver.id),
         excess is None,
@@ -260,7 +293,7 @@ def _perceiver_sensors_permitted(ecm: Ecm, site: Site, perceiver: Perceiver) -> 
             "AE405",
             f"`{perceiver.id}` gets {what}, which come from `{sensor}`; `{ecm.id}` may not use it",
             SpanLabel(perceiver.span),
-            help=(f"add `{sensor}` to `permissions.sensors`",),
+            help=(f"add `{own}` to `permissions.sensors`",),
         ),
     )
 

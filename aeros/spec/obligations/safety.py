@@ -13,6 +13,7 @@ only mention it.  Anything else is an error, as is a *dead* action kind, of whic
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -55,7 +56,7 @@ def safety_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | StaticClai
             yield _not_empty(skill, kind, clause, space)
             yield _clause_allowed_somewhere(ecm, site, skill, kind, clause, space)
             for rule in site.rules_for_kind(kind):
-                yield _clause_obeys_rule(skill, kind, clause, rule, space)
+                yield _clause_obeys_rule(ecm, skill, kind, clause, rule, space)
         if not skill.leaves_any_to_gate:  # which rules these are, no author could know
             yield from _runtime_checks_matter(site, skill)
     for task in ecm.tasks.values():
@@ -78,6 +79,24 @@ def envelope_space(site: Site, skill: Skill, kind: str, clause: ActionCondition)
     parameters = site.kinds[kind].parameters.values()
     return VariableSpace(
         (*site.observed_variables.values(), *skill.inputs.values(), *parameters), (clause.term,)
+    )
+
+
+def parameter_cures(ecm: Ecm, clause: ActionCondition) -> tuple[str, ...]:
+    """Propose other values for the parameters of a module that a condition reads.
+
+    Args:
+        ecm: the module.
+        clause: a condition of its envelope.
+
+    Returns:
+        A line for each parameter, with its value and the options that set it.
+    """
+    return tuple(
+        f"the condition depends on the parameter `{name}`, now {value}: on a robot, "
+        f"`aeros configure {ecm.id} --set {name}=…`; otherwise `--set {ecm.id}.{name}=…`"
+        for name, value in ecm.names.parameters.items()
+        if re.search(rf"(?<![\w.]){name}\b", clause.text)
     )
 
 
@@ -170,13 +189,14 @@ def _can_succeed(site: Site, skill: Skill, hold: ActionCondition) -> Iterator[Ob
 
 
 def _not_empty(skill: Skill, kind: str, clause: ActionCondition, space: VariableSpace) -> Obligation:
+    word = clause.kind_name or kind
     return Obligation(
         id=ClaimForm.ENVELOPE_NOT_EMPTY(skill.id, kind),
         code="AE503",
         mode=ClaimMode.SOMETIMES,
         space=VariableSpace(space.variables, ()),
         conclusion=clause.term,
-        headline=f"the envelope of `{skill.id}` contains no `{kind}`, so nothing is proved of it",
+        headline=f"the envelope of `{skill.id}` contains no `{word}`, so nothing is proved of it",
         primary=SpanLabel(clause.span, "satisfied by no action in range"),
         help=("remove the action kind, or correct the condition",),
         failure_verdict=Verdict.VACUOUS,
@@ -199,7 +219,7 @@ def _clause_allowed_somewhere(
         mode=ClaimMode.SOMETIMES,
         space=space,
         conclusion=t.conjunction(permitted, *(rule.terms[kind] for rule in rules)),
-        headline=f"`{skill.id}` is dead: no `{kind}` that it may ask for is ever allowed",
+        headline=f"`{skill.id}` is dead: no `{clause.kind_name or kind}` that it may ask for is ever allowed",
         primary=SpanLabel(clause.span, "all of these are denied, in every state"),
         secondary=tuple(
             SpanLabel(rule.require_span, rule.id) for rule in rules if rule.constrains_action(kind)
@@ -213,9 +233,10 @@ def _clause_allowed_somewhere(
 
 
 def _clause_obeys_rule(
-    skill: Skill, kind: str, clause: ActionCondition, rule: Rule, space: VariableSpace
+    ecm: Ecm, skill: Skill, kind: str, clause: ActionCondition, rule: Rule, space: VariableSpace
 ) -> Obligation:
-    help_ = ["tighten the envelope until it implies the invariant"]
+    word = clause.kind_name or kind
+    help_ = [*parameter_cures(ecm, clause), "tighten the envelope until it implies the invariant"]
     if _reads_state(rule, kind):
         help_.append(f"or let the gate check it before each action: `gated: [{rule.id}]`")
     return Obligation(
@@ -224,7 +245,7 @@ def _clause_obeys_rule(
         mode=ClaimMode.ALWAYS,
         space=space,
         conclusion=rule.terms[kind],
-        headline=f"`{skill.id}` may ask for a `{kind}` that breaks the invariant `{rule.id}`",
+        headline=f"`{skill.id}` may ask for a `{word}` that breaks the invariant `{rule.id}`",
         primary=SpanLabel(clause.span, "allows it"),
         secondary=(SpanLabel(rule.require_span, f"`{rule.id}` forbids it"),),
         help=tuple(help_),

@@ -24,6 +24,7 @@ import aeros
 from aeros.spec.backends.package_versions import z3_version
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.model.configured import ModuleConfiguration, setting_options
 from aeros.spec.text.digests import text_digest
 from aeros.spec.text.files import read_source
 
@@ -186,18 +187,27 @@ def certificate_for(
     )
 
 
-def check_lock(folder: Path, expected: Certificate) -> Diagnostic | None:
+def check_lock(
+    folder: Path,
+    expected: Certificate,
+    site: Path | None = None,
+    configurations: Mapping[str, ModuleConfiguration] = MappingProxyType({}),
+) -> Diagnostic | None:
     """Compare the `ecm.lock` in a folder with a certificate.  Never raises for its contents.
 
     Args:
         folder: the module's folder.
         expected: the certificate that the file must hold.
+        site: the site file, for the command that renews the file; None for the reference site.
+        configurations: settings of the operator by module, for the same command.
 
     Returns:
         The difference as a diagnostic, or None if there is none.
     """
     path = folder / LOCK
-    cure = (f"run `aeros verify {folder}`",)
+    own = {name: one for name, one in configurations.items() if name == expected.module}
+    options = setting_options(own) if site is None else f" --site {site}{setting_options(own)}"
+    cure = (f"run `aeros verify {folder}{options}`",)
     if path.is_symlink():
         return Diagnostic("AE903", f"`{path}` is a link, not a certificate", help=cure)
     if not path.exists():

@@ -53,7 +53,7 @@ def find_repairs(findings: Iterable[ObligationResult], site: Site, oracle: Oracl
         repaired = _repair_clause(clause, obligations, not_dead.obligation, site, oracle)
         if repaired is not None:
             text, done = repaired
-            lines |= {one.id: f"{kind}: {_quoted(text, clause)}" for one in done}
+            lines |= {one.id: f"{clause.kind_name or kind}: {_quoted(text, clause)}" for one in done}
     return lines
 
 

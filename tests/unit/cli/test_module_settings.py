@@ -15,7 +15,7 @@ from aeros.cli.module_settings import (
     print_settings,
 )
 from aeros.exit_codes import UsageError
-from aeros.spec.elaborate.module.needs import Setting
+from aeros.spec.elaborate.module.settings import Setting
 from aeros.spec.model.configured import ModuleConfiguration
 
 SETTINGS = (

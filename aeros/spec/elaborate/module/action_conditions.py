@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.expressions import elaborate_condition
-from aeros.spec.elaborate.names import resolve_name
+from aeros.spec.elaborate.names import resolve_need
 from aeros.spec.elaborate.scopes import action_scope
 from aeros.spec.expr.scope import Scope
 from aeros.spec.model.ecm import ActionCondition
@@ -53,7 +54,7 @@ def elaborate_action_conditions(
     """
     conditions: dict[str, ActionCondition] = {}
     for name, expression in entries:
-        kind = resolve_name(name, site.kinds, "an action kind of this site", diagnostics)
+        kind = resolve_need(name, site.kinds, "action", diagnostics)
         if kind is None:
             continue
         if kind.name in conditions:  # by its own name, and by the module's name for it
@@ -61,5 +62,5 @@ def elaborate_action_conditions(
             continue
         condition = elaborate_action_condition(expression, action_scope(site, kind, inputs), diagnostics)
         if condition is not None:
-            conditions[kind.name] = condition
+            conditions[kind.name] = replace(condition, kind_name=name.value)
     return conditions

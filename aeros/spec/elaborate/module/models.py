@@ -12,6 +12,7 @@ from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.elaborate.expressions import elaborate_unit
 from aeros.spec.elaborate.names import check_name_is_free, resolve_name
+from aeros.spec.expr.units import format_quantity
 from aeros.spec.model.models import ExactBox, ModelBound, ModelValue, ModuleModel
 from aeros.spec.text.fields import MappingField, NumberField, TextField
 
@@ -138,8 +139,8 @@ def _ends(
     low, high = value.range
     for number, written in zip(ends, numbers * (value.size if len(numbers) == 1 else 1), strict=True):
         if not low <= number <= high:
-            diagnostics.error(
-                "AE111", f"`{written.value}` is outside the range of `{value.name}`", written.span
-            )
+            bounds = " to ".join(format_quantity(one, value.unit) for one in value.range)
+            headline = f"`{written.value}` is outside the range of `{value.name}`, {bounds}"
+            diagnostics.error("AE111", headline, written.span)
             return None
     return ends

@@ -6,14 +6,15 @@ suits; or else to the only thing that suits.  Otherwise it is open, and the modu
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from aeros.spec.declared import configuration as declared
 from aeros.spec.declared import ecm as declared_ecm
 from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean
 from aeros.spec.elaborate.expressions import expression_of_argument
+from aeros.spec.elaborate.module.settings import Setting
 from aeros.spec.elaborate.module.suitable_things import suitable_things, things_of_sort, wanted_thing
 from aeros.spec.elaborate.names import check_name_is_free, meanings_of_names
 from aeros.spec.elaborate.quantities import elaborate_variable
@@ -28,34 +29,6 @@ from aeros.spec.flow.arguments import constant_term
 from aeros.spec.model.configured import CAMERAS, BoundNames, ModuleConfiguration
 from aeros.spec.model.site import Site
 from aeros.spec.text.fields import TextField
-
-
-@dataclass(frozen=True)
-class Setting:
-    """One need or parameter of a module, with what it is bound or set to.
-
-    Attributes:
-        name: the module's name for it.
-        value: name of a thing of the site, or value of a parameter; empty if it is open.
-        choices: names of the things of the site that suit; empty for a parameter.
-        is_parameter: True for a parameter.
-        source: the reason for the value: `set`, `same name`, `only choice` or `default`.
-        description: its meaning, in the words of the manifest; empty if a parameter has none.
-        allowed: the values that a parameter may have; empty for a need.
-    """
-
-    name: str
-    value: str
-    choices: tuple[str, ...]
-    is_parameter: bool
-    source: str
-    description: str
-    allowed: str = ""
-
-    @property
-    def is_open(self) -> bool:
-        """True if the operator must set it before the module can be proved."""
-        return not self.value
 
 
 class ModuleNeeds:
@@ -75,12 +48,15 @@ class ModuleNeeds:
     def __init__(self, ecm: declared_ecm.Ecm, site: Site, diagnostics: Diagnostics) -> None:
         self._ecm, self._given, self._diagnostics = ecm, site, diagnostics
         self._module = ecm.id.value
-        self._settings: list[Setting] = []
+        self._settings: dict[str, Setting] = {}
         self.site = site
         configuration = site.configurations.get(self._module, ModuleConfiguration())
         self._check_settings(configuration)
-        bound = {name.value: self._bind(name, need, configuration) for name, need in ecm.needs}
-        bindings = {name: found for name, found in bound.items() if found}
+        bound: dict[str, str] = {}
+        # A camera's choices depend on the volume that it must see, which may be declared after it.
+        for name, need in sorted(ecm.needs, key=lambda one: one[1].sees is not None):
+            bound[name.value] = self._bind(name, need, configuration, bound)
+        bindings = {name.value: bound[name.value] for name, _ in ecm.needs if bound[name.value]}
         values: dict[str, t.Term] = {}
         texts: dict[str, str] = {}
         meanings = meanings_of_names(site) | {name.value: "a need of this module" for name, _ in ecm.needs}
@@ -89,8 +65,8 @@ class ModuleNeeds:
                 meanings[name.value] = "a parameter of this module"
                 texts[name.value], term = self._value(name, parameter, configuration)
                 values |= {} if term is None else {name.value: term}
-        self.settings = tuple(self._settings)
-
+        named = (name.value for name, _ in (*ecm.needs, *ecm.parameters))
+        self.settings = tuple(self._settings[name] for name in named if name in self._settings)
         self.names = self._bound_names(bindings, texts)
         if bindings or values:
             self.site = self._site_as_seen(bindings, values)
@@ -151,34 +127,47 @@ class ModuleNeeds:
                     headline = f"`{self._module}` has no {what} `{name}`"
                     self._diagnostics.error("AE122", headline, self._ecm.id.span, help=(help_,))
 
-    def _bind(self, name: TextField, need: declared.Need, configuration: ModuleConfiguration) -> str:
+    def _bind(
+        self,
+        name: TextField,
+        need: declared.Need,
+        configuration: ModuleConfiguration,
+        bound: Mapping[str, str],
+    ) -> str:
         """Return the site's name for a need; nothing if it is open or the choice does not suit."""
         same_sort = things_of_sort(self._given, need.is_.value)
         meanings = {one: what for one, what in meanings_of_names(self._given).items() if one not in same_sort}
         if not check_name_is_free(name, meanings, "need", self._diagnostics):
             return ""
-        choices = suitable_things(self._given, need, self._bound_to(need.sees), self._diagnostics)
+        # Any volume will do while the need for it is not bound: its own report says so.
+        seen = "" if need.sees is None else bound.get(need.sees.value, need.sees.value)
+        choices = suitable_things(self._given, need, seen, self._diagnostics)
         if choices is None:
             return ""
-        wanted = wanted_thing(need)
         chosen = configuration.bindings.get(name.value, "")
         source = "set"
         if not chosen:
             same, only = name.value in choices, len(choices) == 1
             chosen = name.value if same else choices[0] if only else ""
             source = "same name" if same else "only choice" if only else ""
-        self._settings.append(
-            Setting(
-                name.value,
-                chosen,
-                tuple(choices),
-                False,
-                source,
-                need.description.value if need.description else wanted,
-            )
+        self._settings[name.value] = Setting(
+            name.value,
+            chosen,
+            tuple(choices),
+            False,
+            source,
+            need.description.value if need.description else wanted_thing(need),
         )
         if chosen in choices:
             return chosen
+        is_undecided = need.sees is not None and not seen and bool(choices)
+        if chosen or not is_undecided:
+            self._report_open(name, need, chosen, choices)
+        return ""
+
+    def _report_open(self, name: TextField, need: declared.Need, chosen: str, choices: list[str]) -> None:
+        """Report a need that is bound to something that does not suit, or to nothing."""
+        wanted = wanted_thing(need)
         listed = ", ".join(f"`{one}`" for one in choices)
         if chosen:
             headline = f"`{self._module}` needs `{name.value}`, {wanted}, and `{chosen}` is not one"
@@ -186,25 +175,12 @@ class ModuleNeeds:
         elif choices:
             headline = f"`{self._module}` needs `{name.value}`, {wanted}, and several suit: {listed}"
             help_ = _choose_help(self._module, "bind", f"{name.value}={choices[0]}")
-        elif need.sees is not None and self._is_open(need.sees.value):
-            headline = f"`{self._module}` needs `{name.value}`, {wanted}, which is not bound"
-            help_ = f"bind `{need.sees.value}` first"
         else:
             headline = f"`{self._module}` needs `{name.value}`, {wanted}, and this site has none"
             help_ = "declare it at the site" + (
                 f", with `offers: [{need.offers.value}]`" if need.offers else ""
             )
         self._diagnostics.error("AE136", headline, name.span, "needed here", help=(help_,))
-        return ""
-
-    def _is_open(self, name: str) -> bool:
-        return any(one.name == name and one.is_open for one in self._settings)
-
-    def _bound_to(self, name: TextField | None) -> str:
-        """Return the site's name for an earlier need, or the name itself if it is none."""
-        if name is None:
-            return ""
-        return next((one.value for one in self._settings if one.name == name.value), name.value)
 
     def _value(
         self, name: TextField, parameter: declared.Parameter, configuration: ModuleConfiguration
@@ -216,16 +192,14 @@ class ModuleNeeds:
         text = configuration.parameters.get(name.value)
         written = parameter.default if text is None else expression_of_argument(f"--set {name.value}", text)
         source = "default" if text is None else "set"
-        self._settings.append(
-            Setting(
-                name.value,
-                "" if written is None else written.value,
-                (),
-                True,
-                source,
-                parameter.description.value if parameter.description else "",
-                _range_text(parameter),
-            )
+        self._settings[name.value] = Setting(
+            name.value,
+            "" if written is None else written.value,
+            (),
+            True,
+            source,
+            parameter.description.value if parameter.description else "",
+            _range_text(parameter),
         )
         if quantity is None:
             return "", None
@@ -263,17 +237,16 @@ def _range_text(parameter: declared.Parameter) -> str:
     return f"{low} to {high}" + ("" if parameter.unit is None else f" {parameter.unit.value}")
 
 
-def open_settings(ecm: declared_ecm.Ecm, site: Site) -> tuple[Setting, ...]:
-    """List the needs and parameters that the operator has to set before a module can be proved.
+def module_settings(ecm: declared_ecm.Ecm, site: Site) -> tuple[Setting, ...]:
+    """List the needs and parameters of a module, with what each is bound or set to.
 
     Args:
         ecm: the declared module.
         site: the site, with the settings of its modules.
 
     Returns:
-        Those that are open and have a choice; a need that nothing suits is a fault, and not listed.
+        The settings in the order of the manifest.
     """
     if not ecm.needs.items and not ecm.parameters.items:
         return ()
-    settings: Iterable[Setting] = ModuleNeeds(ecm, site, Diagnostics()).settings
-    return tuple(one for one in settings if one.is_open and (one.choices or one.is_parameter))
+    return ModuleNeeds(ecm, site, Diagnostics()).settings

@@ -15,7 +15,7 @@ from aeros.spec.elaborate.module.action_conditions import (
     elaborate_action_conditions,
 )
 from aeros.spec.elaborate.module.interfaces import elaborate_inputs, elaborate_outputs
-from aeros.spec.elaborate.names import resolve_name
+from aeros.spec.elaborate.names import resolve_name, resolve_need
 from aeros.spec.elaborate.scopes import state_scope
 from aeros.spec.elaborate.values import elaborate_state_values
 from aeros.spec.expr.types import FamilyType, VectorType
@@ -73,7 +73,7 @@ class _SkillElaborator:
         outputs = elaborate_outputs(skill.outputs, self._site, self._diagnostics)
         resources = {**self._site.resources, **dict.fromkeys(self._names.resources)}
         for resource in skill.resources:
-            resolve_name(resource, resources, "a resource of this site", self._diagnostics)
+            resolve_need(resource, resources, "resource", self._diagnostics)
         if not skill.envelope:
             self._diagnostics.error(
                 "AE503",

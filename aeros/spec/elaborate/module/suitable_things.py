@@ -22,7 +22,7 @@ _FIELDS: Final = {
     "action": {"parameters"},
     "tool": {"parameters"},
     "actuator": set[str](),
-    "sensor": set[str](),
+    "sensor": {"offers"},
     "resource": set[str](),
 }
 """Fields that a need may have, by the sort of thing that it asks for."""

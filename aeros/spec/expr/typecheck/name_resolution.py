@@ -59,7 +59,7 @@ def resolve_name(node: s.Name, scope: Scope, bound: Bound, hint: Type | None) ->
         f"`{text}` is not declared here",
         node.extent,
         cure=suggest_names(text, known)
-        or "declare it in the site's vocabulary, or use a parameter of the action kind",
+        or "declare it at the site or in the module's `needs`, or use a parameter of the action kind",
     )
 
 
@@ -134,7 +134,10 @@ def resolve_volume(name: s.Name, scope: Scope) -> AxisAlignedBox:
     """
     box = scope.volumes.get(name.text)
     if box is None:
-        cure = suggest_names(name.text, scope.volumes) or "declare it under the site's `volumes`"
+        cure = suggest_names(name.text, scope.volumes) or (
+            "declare it under the site's `volumes`, or under `needs` of the module: "
+            f"`{name.text}: {{is: volume}}`"
+        )
         raise ExpressionTypeError(
             "AE202", f"`{name.text}` is not a volume of this site", name.extent, cure=cure
         )

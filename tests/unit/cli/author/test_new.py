@@ -217,7 +217,7 @@ def test_a_site_without_the_words_is_refused_with_those_it_lacks(
     assert _new(tmp_path, "--site", str(OTHER_SITE)) == Exit.REJECTED
     message = capsys.readouterr().err
     assert "lacks vocabulary that the template uses" in message
-    assert "`move_tool` is not an action kind of this site" in message
+    assert "`move_tool` is neither an action kind of this site nor a need" in message
     assert "use the reference site" in message
     assert _below(tmp_path) == []
 

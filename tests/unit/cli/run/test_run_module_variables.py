@@ -72,7 +72,7 @@ def test_its_success_is_predicted_from_the_declared_outcomes(
     [
         ("sensors: [overhead_camera, joint_encoders]", "sensors: [joint_encoders]", "AE405"),
         ("sensors: [overhead_camera, joint_encoders]", "sensors: [overhead_camera, joint_encoders, mast_camera]", "AE404"),
-        ("overhead: {width", "roof: {width", "`roof` is not a camera that this site offers"),
+        ("overhead: {width", "roof: {width", "`roof` is neither a camera of this site nor a need"),
         ("height: 240", "height: 241", "this site offers pictures of at most 320 x 240 pixels"),
         ("timeout: 200 ms", "timeout: 1001 ms", "a perceiver's timeout is above 0 s and at most 1 s"),
         ("provides: [water_hot, filled, water_level]", "provides: [water_hot, filled]", "no perceiver provides `water_level`"),

@@ -131,7 +131,7 @@ def test_a_run_finds_a_required_module_next_to_its_folder(tmp_path: Path) -> Non
     assert modules.load_unproved(registry.snapshot())[1].keys() == {"asker", "helper"}
     with pytest.raises(UserError, match="AE901") as refused:
         FolderModules(asker, site, registry).load(registry.snapshot())
-    assert f"`aeros verify {asker} {helper} --site {site}`" in refused.value.diagnostics[0].help[-1]
+    assert f"`aeros verify {asker} --site {site}`" in refused.value.diagnostics[0].help[-1]
     shutil.move(helper, tmp_path / "elsewhere")
     helper.symlink_to(tmp_path / "elsewhere", target_is_directory=True)
     linked = FolderModules(asker, site, registry, needs_certificates=False)

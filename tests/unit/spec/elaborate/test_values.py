@@ -15,7 +15,7 @@ from tests.unit.spec.elaborate.faults import messages_of_module
         ("dirt: 100 %, table_tidy: true", None),
         ("dirt: 101 %", "error[AE111] out-of-bounds: this value is outside the declared range"),
         ("dirt: 1 m", "error[AE204] unit-mismatch: expected real [1], found real [m]"),
-        ("table_tidied: true", "`table_tidied` is not a state variable of this site"),
+        ("table_tidied: true", "`table_tidied` is neither a state variable of this site nor a need"),
         ("load: 2 * slow", "error[AE204] unit-mismatch: expected real [kg], found real [m/s]"),
     ],
 )

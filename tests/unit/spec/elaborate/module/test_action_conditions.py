@@ -23,7 +23,7 @@ def test_a_condition_keeps_its_text_and_the_parts_that_are_explained() -> None:
 
 def test_an_unknown_action_kind_of_an_envelope_is_reported(tmp_path: Path) -> None:
     (message,) = messages_of_module(tmp_path, ("wait: duration <= 10 s", "weight: duration <= 10 s"))
-    assert "`weight` is not an action kind of this site" in message
+    assert "`weight` is neither an action kind of this site nor a need" in message
 
 
 def test_a_permission_may_not_read_inputs(tmp_path: Path) -> None:

@@ -11,14 +11,18 @@ import pytest
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.render import render_text
 from aeros.spec.elaborate.load import decode_manifest, load_ecm, load_site
-from aeros.spec.elaborate.module.needs import ModuleNeeds, Setting, open_settings
+from aeros.spec.elaborate.module.needs import ModuleNeeds, module_settings
+from aeros.spec.elaborate.module.settings import Setting
 from aeros.spec.expr.unparse import unparse
 from aeros.spec.model.configured import ModuleConfiguration
 from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.operator_settings import OperatorSettings
 from aeros.spec.model.site import Site
+from aeros.spec.verification.verify import verify
 from tests.unit.spec.elaborate.faults import CORPUS, TABLE
 
 MODULE = "waits_less_than_allowed"
+BOUND = ModuleConfiguration({"surface": "tabletop"})
 NEEDS = """\
 needs:
   surface: {is: volume}
@@ -177,11 +181,95 @@ def test_a_setting_that_the_module_does_not_declare_is_refused(folder: Path, sit
     assert ["did you mean `surface`?" in problems[0], "did you mean `pause`?" in problems[1]] == [True, True]
 
 
-def test_open_settings_are_those_that_an_operator_can_close(folder: Path, site: Site) -> None:
+@pytest.mark.parametrize(("value", "is_open"), [("", True), ("tabletop", False), ("table", True)])
+def test_a_need_is_open_unless_it_is_bound_to_something_that_suits(
+    folder: Path, site: Site, value: str, is_open: bool
+) -> None:
     declared = decode_manifest(folder)
     assert declared is not None
-    assert [one.name for one in open_settings(declared, site)] == ["surface"]
-    assert open_settings(declared, bound(site, surface="tabletop")) == ()
+    found = module_settings(declared, bound(site, surface=value) if value else site)
+    assert [one.name for one in found if one.is_open] == (["surface"] if is_open else [])
     without = decode_manifest(CORPUS / "accepted" / MODULE)
     assert without is not None
-    assert open_settings(without, site) == ()
+    assert module_settings(without, site) == ()
+
+
+SEEING = """\
+needs:
+  eye: {is: camera, sees: surface}
+  surface: {is: volume}
+"""
+
+
+@pytest.mark.parametrize("value", ["", "panel"])
+def test_a_camera_is_not_missing_while_the_volume_that_it_must_see_is_not_bound(
+    folder: Path, site: Site, value: str
+) -> None:
+    manifest = folder / "ecm.yaml"
+    manifest.write_text(manifest.read_text().replace("needs:\n  surface: {is: volume}\n", SEEING))
+    _, problems = elaborated(folder, bound(site, surface=value) if value else site)
+    assert len(problems) == 1
+    assert "needs `surface`" in problems[0]
+
+
+def test_a_camera_may_be_declared_before_the_volume_that_it_must_see(folder: Path, site: Site) -> None:
+    manifest = folder / "ecm.yaml"
+    manifest.write_text(manifest.read_text().replace("needs:\n  surface: {is: volume}\n", SEEING))
+    cameras = {**site.cameras, "overhead": replace(site.cameras["overhead"], sees=frozenset({"tabletop"}))}
+    eye, surface, *_ = settings(folder, bound(replace(site, cameras=cameras), surface="tabletop")).values()
+    assert (eye.name, surface.name) == ("eye", "surface")
+    assert (eye.value, eye.choices) == ("overhead", ("overhead",))
+
+
+def test_a_sensor_may_be_asked_for_by_what_the_site_offers(folder: Path, site: Site, tmp_path: Path) -> None:
+    manifest = folder / "ecm.yaml"
+    needs = "needs:\n  survey: {is: sensor, offers: fixture_survey}\n"
+    manifest.write_text(manifest.read_text().replace("needs:\n", needs))
+    assert settings(folder, site)["survey"].choices == ()
+    surveyed = tmp_path / "site.yaml"
+    tape = "sensors:\n  tape: {description: places of fixtures, offers: [fixture_survey]}\n  ruler: lengths\n"
+    surveyed.write_text(TABLE.read_text().replace("\nconstants:\n", f"\n{tape}\nconstants:\n", 1))
+    found = load_site(surveyed, Diagnostics())
+    assert found is not None
+    assert found.sensors == {"tape": "places of fixtures", "ruler": "lengths"}
+    assert settings(folder, found)["survey"].value == "tape"
+
+
+CONSTANT = "  top: {is: constant, unit: m/s}\n"
+WORDS = {
+    CONSTANT: CONSTANT + "  rest: {is: action, parameters: [duration]}\n",
+    "wait: duration <= pause and number < 3": "rest: duration <= 31 s",
+}
+
+
+def test_messages_use_the_words_of_the_manifest(folder: Path, site: Site) -> None:
+    manifest = folder / "ecm.yaml"
+    text = manifest.read_text()
+    for old, new in WORDS.items():
+        assert old in text
+        text = text.replace(old, new)
+    manifest.write_text(text)
+    report = verify([folder], TABLE, settings=OperatorSettings(configurations={MODULE: BOUND}))
+    texts = "\n".join(render_text(one) for subject in report.subjects for one in subject.diagnostics)
+    assert "may ask for a `rest` that breaks the invariant `short-waits`" in texts
+    assert "write `rest: " in texts
+    assert "`wait" not in texts
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "hint"),
+    [
+        ("wait: duration <= pause", "snooze: duration <= pause", "`snooze: {is: action}`"),
+        ("sensors: [", "sensors: [feeler, ", "`feeler: {is: variable}`"),
+        ("duration <= pause and", "vec(0 m, 0 m, 0 m) in garden and", "`garden: {is: volume}`"),
+    ],
+)
+def test_a_name_that_is_no_need_is_proposed_as_one(
+    folder: Path, site: Site, old: str, new: str, hint: str
+) -> None:
+    manifest = folder / "ecm.yaml"
+    assert old in manifest.read_text()
+    manifest.write_text(manifest.read_text().replace(old, new))
+    report = verify([folder], TABLE, settings=OperatorSettings(configurations={MODULE: BOUND}))
+    texts = "\n".join(render_text(one) for subject in report.subjects for one in subject.diagnostics)
+    assert hint in texts

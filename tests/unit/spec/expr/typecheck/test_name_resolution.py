@@ -75,7 +75,7 @@ def test_a_name_that_is_not_declared_is_refused_with_the_nearest_that_is() -> No
     assert refused("mowe")[1] == "did you mean `move`?"
     assert refused("nowhere_near") == (
         "`nowhere_near` is not declared here",
-        "declare it in the site's vocabulary, or use a parameter of the action kind",
+        "declare it at the site or in the module's `needs`, or use a parameter of the action kind",
     )
 
 

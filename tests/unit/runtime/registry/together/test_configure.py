@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -98,7 +99,28 @@ def test_settings_hold_until_the_next_and_are_forgotten_on_demand(registry: Regi
     again = registry.configure("tidy", BENCH, resets=True)
     assert again.configuration == BENCH
     assert registry.configuration()[0].digest == digest  # it is not active
-    assert refusal(registry.configure, "tidy", resets=True) == ["AE136"]
+    reset = registry.configure("tidy", resets=True)
+    assert (reset.state, reset.configuration) == (ModuleState.INSTALLED, ModuleConfiguration())
+    assert changes(registry)[-1] == "reset tidy"
+    assert [one.reason for one in registry.waiting().values()] == ["open: `surface`"]
+    assert refusal(registry.activate, "tidy") == ["AE960"]
+
+
+def test_a_reset_that_leaves_nothing_open_configures(registry: Registry, folder: Path) -> None:
+    manifest = folder / "ecm.yaml"
+    manifest.write_text(manifest.read_text().replace("surface", "bench_top"))
+    registry.install(folder)
+    registry.configure("tidy", ModuleConfiguration(parameters={"pace": "100 mm/s"}))
+    assert registry.configure("tidy", resets=True).state is ModuleState.CONFIGURED
+    assert registry.settings("tidy")[-1].value == "200 mm/s"
+
+
+def test_a_reset_with_settings_must_leave_nothing_open(registry: Registry, folder: Path) -> None:
+    registry.install(folder)
+    before = registry.configure("tidy", BENCH)
+    slow = ModuleConfiguration(parameters={"pace": "100 mm/s"})
+    assert refusal(registry.configure, "tidy", slow, resets=True) == ["AE136"]
+    assert registry.snapshot().modules["tidy"] == before
 
 
 @pytest.mark.parametrize(
@@ -124,7 +146,12 @@ def test_an_active_module_is_not_configured_under_the_hand_of_a_run(registry: Re
     registry.install(folder)
     registry.configure("tidy", BENCH)
     registry.activate("tidy")
-    assert refusal(registry.configure, "tidy", BENCH) == ["AE960"]
+    for resets in (False, True):
+        with pytest.raises(UserError) as raised:
+            registry.configure("tidy", resets=resets)
+        (problem,) = raised.value.diagnostics
+        assert problem.code == "AE960"
+        assert "`aeros deactivate tidy` first, and `aeros activate tidy` afterwards" in problem.help
 
 
 def test_an_upgrade_keeps_the_settings_that_it_still_declares(
@@ -154,11 +181,26 @@ def test_an_upgrade_of_an_active_module_leaves_nothing_open(
     newer = portable(write("newer", version="1.1.0"))
     manifest = newer / "ecm.yaml"
     manifest.write_text(manifest.read_text().replace("surface", "area"))
-    assert refusal(registry.install, newer) == ["AE136"]
+    with pytest.raises(UserError) as raised:
+        registry.install(newer)
+    (problem,) = raised.value.diagnostics
+    assert problem.code == "AE960"
+    assert problem.help[1:] == (
+        "`aeros deactivate tidy`",
+        f"`aeros install {newer}`",
+        "`aeros configure tidy --bind area=pillar`",  # the first volume of the site
+        "`aeros activate tidy`",
+    )
     assert registry.snapshot().modules["tidy"].version == "1.0.0"
+    registry.deactivate("tidy")
+    assert registry.install(newer).state is ModuleState.INSTALLED
+    registry.configure("tidy", ModuleConfiguration({"area": "bench_top"}))
+    registry.activate("tidy")
 
 
-def test_the_same_files_suit_another_site(registry: Registry, folder: Path, tmp_path: Path) -> None:
+@pytest.fixture
+def other(tmp_path: Path) -> Path:
+    """The site with other words, and settings for the module."""
     other = tmp_path / "other.yaml"
     text = (BASE / "site.yaml").read_text()
     for old, new in (
@@ -170,19 +212,74 @@ def test_the_same_files_suit_another_site(registry: Registry, folder: Path, tmp_
         assert old in text
         text = text.replace(old, new)
     other.write_text(text.replace("\npolicy:", "\nmodules:\n  tidy: {bind: {surface: counter}}\n\npolicy:"))
+    return other
+
+
+def test_a_configured_module_waits_at_a_site_to_which_its_settings_do_not_belong(
+    registry: Registry, folder: Path, other: Path
+) -> None:
     registry.install(folder)
-    registry.configure("tidy", BENCH)
-    first = registry.snapshot().modules["tidy"]
-    assert "AE136" in refusal(registry.set_policy, other)  # what the operator said is not at this site
-    registry.configure("tidy", ModuleConfiguration({"surface": "bench_top"}))
-    registry.remove("tidy")
+    first = registry.configure("tidy", BENCH)
     registry.set_policy(other)
-    second = registry.install(folder)
-    assert (second.digest, second.configuration) == (first.digest, ModuleConfiguration())
-    registry.configure("tidy")
+    assert registry.snapshot().modules["tidy"] == replace(first, state=ModuleState.INSTALLED)
+    (waiting,) = registry.waiting().values()
+    assert waiting.reason == "open: `surface`"
+    assert waiting.command == "aeros configure tidy --bind surface=counter"  # as the site file says
+    assert refusal(registry.configure, "tidy") == ["AE136"]
+    assert registry.configure("tidy", resets=True).state is ModuleState.CONFIGURED
     registry.activate("tidy")
     found = registry.configuration()[0].certificates["tidy"].configuration
     assert (found["surface"], found["glide"]) == ("counter", "travel")
+
+
+def test_an_active_module_is_not_left_without_what_it_needs(
+    registry: Registry, folder: Path, other: Path
+) -> None:
+    registry.install(folder)
+    registry.configure("tidy", BENCH)
+    registry.activate("tidy")
+    before = registry.snapshot()
+    with pytest.raises(UserError) as raised:
+        registry.set_policy(other)
+    (problem,) = raised.value.diagnostics
+    assert problem.code == "AE960"
+    assert problem.help[1:] == (
+        "`aeros deactivate tidy`",
+        f"`aeros policy {other}`",
+        "`aeros configure tidy --bind surface=counter`",
+        "`aeros activate tidy`",
+    )
+    assert registry.snapshot() == before
+    registry.deactivate("tidy")
+    registry.set_policy(other)
+    registry.configure("tidy", ModuleConfiguration({"surface": "counter"}))
+    registry.activate("tidy")
+
+
+def test_a_module_waits_for_one_that_it_needs(
+    registry: Registry, folder: Path, write: Author, other: Path
+) -> None:
+    registry.install(folder)
+    needy = write("needy", id="needy")
+    manifest = portable(needy) / "ecm.yaml"
+    text = manifest.read_text().replace("tidying", "polishing").replace("[clean, wipe]", "[polish]")
+    manifest.write_text(text + '  modules: {tidy: ">=1.0"}\n')
+    assert registry.install(needy).state is ModuleState.INSTALLED
+    assert list(registry.waiting()) == ["tidy", "needy"]
+    assert refusal(registry.configure, "needy", BENCH) == ["AE964"]
+    registry.configure("tidy", BENCH)
+    registry.configure("needy", BENCH)
+    assert refusal(registry.configure, "tidy", resets=True) == ["AE964"]
+    registry.activate("tidy")
+    registry.activate("needy")
+    with pytest.raises(UserError) as raised:
+        registry.set_policy(other)
+    assert [one for one in raised.value.diagnostics[0].help if "activate" in one] == [
+        "`aeros deactivate needy`",
+        "`aeros deactivate tidy`",
+        "`aeros activate tidy`",
+        "`aeros activate needy`",
+    ]
 
 
 def test_a_repair_puts_the_settings_in_force_again(registry: Registry, folder: Path) -> None:
