@@ -50,6 +50,9 @@ WAY_AROUND = 0.04
 FLAT = 0.012
 """Greatest height of the table's own points, m: depth is some millimetres off."""
 
+OFF_TABLE = 0.003
+"""Greatest distance from its plane of a point that the table is fitted to, m: the bin's floor is 5 mm up."""
+
 FOAM_TOPS = (FLAT, 0.12)
 """Height range of the sponge's foam, m, however it lies."""
 
@@ -209,7 +212,7 @@ def _level(picture: Picture) -> tuple[Points, bool]:
     """
     points = picture.points()
     near = points[_in_rectangle(points, *INSPECTED) & (np.abs(points[:, :, 2]) < FLAT)]
-    ground = find_ground(near, FLAT / 2.0, MIN_TABLE)
+    ground = find_ground(near, OFF_TABLE, MIN_TABLE)
     if ground is not None:
         points[:, :, 2] = heights_above(points, ground)
     return points, ground is not None
