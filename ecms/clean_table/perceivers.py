@@ -1,7 +1,7 @@
 """Perceivers of a table: the sponge by colour and size, what else stands there by depth, dirt by brightness.
 
 All lengths in metres, in the world frame. The table's top is z = 0; in a picture it is the plane that is
-fitted to it, from which heights count. An object lies on its largest face: the rectangle of least area around
+fitted to it, from which heights count, but for the sponge's. An object lies on its largest face: the rectangle of least area around
 its upper half gives its middle and heading, as its sides are straight.
 """
 
@@ -144,7 +144,8 @@ def see_table(view: View) -> Perception:
         picture, readings = view.pictures["overhead"], view.readings
         points, has_table = _level(picture)
         rgb = picture.rgb.astype(np.float64)
-        sponge = _find_sponge(points, rgb)
+        # Where the sponge is, is compared with its surveyed rest, so it is measured in the world frame.
+        sponge = _find_sponge(picture.points(), rgb)
         values: dict[str, Any] = {"sponge_seen": sponge is not None}
         if sponge is not None:
             values["sponge_position"] = estimate(_middle(sponge), UNCERTAINTY)
