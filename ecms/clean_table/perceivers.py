@@ -1,8 +1,8 @@
 """Perceivers of a table: the sponge by colour and size, what else stands there by depth, dirt by brightness.
 
 All lengths in metres, in the world frame. The table's top is z = 0; in a picture it is the plane that is
-fitted to it, from which heights count, but for the sponge's. An object lies on its largest face: the rectangle of least area around
-its upper half gives its middle and heading, as its sides are straight.
+fitted to it, from which heights count, but for the sponge's. An object lies on its largest face: the
+rectangle of least area around its upper half gives its middle and heading, as its sides are straight.
 """
 
 from collections.abc import Iterator
