@@ -1,8 +1,9 @@
 """Scenes of tasks: from the folder of the task's module, from AEROS, or from another module.
 
-A scene is no code of the robot, so it is no part of a module's certificate: no proof speaks of it, and another
-position of a crate in a simulator asks for no new certificate. It is part of the module's bundle. The digest of a scene's files is part of the
-scene, so a report can name what a run took place in. The registry keeps the files with the module.
+A scene is no code of the robot, so it is no part of a module's certificate: no proof speaks of it, and
+another position of a crate in a simulator asks for no new certificate. It is part of the module's bundle.
+The digest of a scene's files is part of the scene, so a report can name what a run took place in. The
+registry keeps the files with the module.
 """
 
 from __future__ import annotations

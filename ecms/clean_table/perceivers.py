@@ -1,8 +1,8 @@
 """Perceivers of a table: the sponge by colour and size, what else stands there by depth, dirt by brightness.
 
 All lengths in metres, in the world frame. The table's top is z = 0; in a picture it is the plane that is
-fitted to it, from which heights count. An object lies on its largest face: the rectangle of least area around
-its upper half gives its middle and heading, as its sides are straight.
+fitted to it, from which heights count, but for the sponge's. An object lies on its largest face: the
+rectangle of least area around its upper half gives its middle and heading, as its sides are straight.
 """
 
 from collections.abc import Iterator
@@ -49,6 +49,9 @@ WAY_AROUND = 0.04
 
 FLAT = 0.012
 """Greatest height of the table's own points, m: depth is some millimetres off."""
+
+OFF_TABLE = 0.003
+"""Greatest distance from its plane of a point that the table is fitted to, m: the bin's floor is 5 mm up."""
 
 FOAM_TOPS = (FLAT, 0.12)
 """Height range of the sponge's foam, m, however it lies."""
@@ -141,7 +144,8 @@ def see_table(view: View) -> Perception:
         picture, readings = view.pictures["overhead"], view.readings
         points, has_table = _level(picture)
         rgb = picture.rgb.astype(np.float64)
-        sponge = _find_sponge(points, rgb)
+        # Where the sponge is, is compared with its surveyed rest, so it is measured in the world frame.
+        sponge = _find_sponge(picture.points(), rgb)
         values: dict[str, Any] = {"sponge_seen": sponge is not None}
         if sponge is not None:
             values["sponge_position"] = estimate(_middle(sponge), UNCERTAINTY)
@@ -209,7 +213,7 @@ def _level(picture: Picture) -> tuple[Points, bool]:
     """
     points = picture.points()
     near = points[_in_rectangle(points, *INSPECTED) & (np.abs(points[:, :, 2]) < FLAT)]
-    ground = find_ground(near, FLAT / 2.0, MIN_TABLE)
+    ground = find_ground(near, OFF_TABLE, MIN_TABLE)
     if ground is not None:
         points[:, :, 2] = heights_above(points, ground)
     return points, ground is not None

@@ -9,8 +9,9 @@ from aeros.sim.bullet.body_factory import Colour, RigidPart
 from aeros.sim.bullet.client import bullet
 from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.geometry import Pose
+from aeros.sim.layouts.overlap_faults import MAX_OVERLAP, overlap_fault
 from aeros.sim.pictures.solids import basin_boxes
-from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
+from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.model.scene import (
     Basin,
@@ -21,9 +22,6 @@ from aeros.spec.model.scene import (
     Sphere,
     UrdfModel,
 )
-
-MAX_OVERLAP: Final = 0.002
-"""Greatest allowed overlap of two bodies, m: the robot's foot overlaps its table by 1.03 mm."""
 
 _FIXED_JOINT: Final = bullet.JOINT_FIXED
 
@@ -176,14 +174,7 @@ def _overlap_diagnostic(
     first, second = sorted((one, other), key=lambda body: body not in placed)
     spoken = [_body_name(body, world, placed, names) for body in (first, second)]
     declared = [placed[body] for body in (first, second) if body in placed]
-    labels = [SpanLabel(body.span, f"`{body.name}` is placed here") for body in declared]
-    return Diagnostic(
-        "AE140",
-        f"{spoken[0]} and {spoken[1]} overlap by {_format_mm(depth)}",
-        labels[0] if labels else None,
-        tuple(labels[1:]),
-        help=(f"move one of them, or make it smaller, by at least {_format_mm(depth)}",) if labels else (),
-    )
+    return overlap_fault(spoken[0], spoken[1], declared, depth)
 
 
 def _body_name(
@@ -195,7 +186,3 @@ def _body_name(
         return names[body]
     x, y, z = world.pose(body).position
     return f"the body at ({x:.2f}, {y:.2f}, {z:.2f}) m"
-
-
-def _format_mm(depth: float) -> str:
-    return f"{1000.0 * depth:.1f} mm"

@@ -1,4 +1,4 @@
-"""Visible parts of a URDF model, and the poses of its links at given joint positions.
+"""Visible or solid parts of a URDF model, and the poses of its links at given joint positions.
 
 Meshes are not drawn. The file has been checked (`aeros.spec.scenes.urdf`). Units: m, rad.
 """
@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from math import cos, hypot, sin
 from pathlib import Path
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 from xml.etree import ElementTree as Xml
 
 from aeros.sim.geometry import UPRIGHT, Pose, Quaternion, Vector3, compose
@@ -27,16 +27,17 @@ class _Joint(NamedTuple):
 
 
 class UrdfVisuals:
-    """Links, joints and visible parts of a model.
+    """Links, joints and parts of a model.
 
     Args:
         path: the file.
+        parts: `visual`, or `collision` for those that other bodies touch.
 
     Attributes:
-        solids: name of the link and solid, in the link's frame, of each visible part.
+        solids: name of the link and solid, in the link's frame, of each of these parts.
     """
 
-    def __init__(self, path: str) -> None:
+    def __init__(self, path: str, parts: Literal["visual", "collision"] = "visual") -> None:
         root = Xml.fromstring(Path(path).read_bytes())  # noqa: S314  checked, as above
         colours = {
             material.get("name", ""): _colour(material)
@@ -46,7 +47,7 @@ class UrdfVisuals:
         self.solids = tuple(
             (link.get("name", ""), solid)
             for link in root.iter("link")
-            for visual in link.findall("visual")
+            for visual in link.findall(parts)
             for solid in _solids(visual, colours)
         )
         self._joint_to = {

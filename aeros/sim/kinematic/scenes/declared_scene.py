@@ -11,6 +11,7 @@ from typing import Any
 
 from aeros.sim.geometry import Pose, Vector3, to_world, yaw_of
 from aeros.sim.kinematic.objects import CylindricalObject, GraspableObject, ObjectSet, Surface, slab
+from aeros.sim.kinematic.scenes.overlaps import check_overlaps
 from aeros.sim.kinematic.scenes.press import FoldingPress
 from aeros.sim.layouts.cameras import camera_in_world
 from aeros.sim.layouts.coating import CoatingMap
@@ -60,6 +61,7 @@ class DeclaredScene:
         """Implement `KinematicScene.build`: everything where it was drawn, on the surface under it."""
         bodies = self.scene.bodies
         self._poses = place_things(self.scene, chance)
+        check_overlaps(self.scene, self._poses)
         self._objects = {
             name: _object(body, self._poses[name]) for name, body in bodies.items() if body.grip is not None
         }
