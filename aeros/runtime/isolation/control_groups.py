@@ -25,6 +25,9 @@ NO_GROUP: Final = 71
 """Exit code of a process that cannot enter its control group."""
 
 _PREFIX: Final = "aeros-"
+_RANDOM_BYTES: Final = 8
+_PATTERN: Final = _PREFIX + "[0-9a-f]" * (2 * _RANDOM_BYTES)
+"""Pattern of the names that groups get here: one such as `aeros-web` is somebody else's."""
 
 _PERIOD_US: Final = 100_000
 """Time over which the kernel bounds processor time, microseconds: its default."""
@@ -290,7 +293,7 @@ def _make_locked_folder(parent: Path) -> tuple[Path, int]:
         OSError: it cannot be made.
     """
     while True:
-        folder = parent / f"{_PREFIX}{os.urandom(8).hex()}"
+        folder = parent / f"{_PREFIX}{os.urandom(_RANDOM_BYTES).hex()}"
         folder.mkdir(0o700)
         lock = -1
         with suppress(FileNotFoundError, BlockingIOError):  # another runtime found it unlocked: once more
@@ -304,7 +307,7 @@ def _make_locked_folder(parent: Path) -> tuple[Path, int]:
 
 def _remove_abandoned(parent: Path) -> None:
     """Remove the groups of runtimes that were killed, unless processes are still in them."""
-    for folder in parent.glob(f"{_PREFIX}*"):
+    for folder in parent.glob(_PATTERN):
         with suppress(OSError):
             lock = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
             try:

@@ -61,17 +61,17 @@ def landlock_version() -> int:
 
 
 def restrict_files(
-    reads: Iterable[str] = (), writes: Iterable[str] = (), *, allows_network: bool = False
+    reads: Iterable[int] = (), writes: Iterable[int] = (), *, allows_network: bool = False
 ) -> None:
     """Give up every right that this kernel's Landlock handles. Needs `drop_privileges` before.
 
     Args:
-        reads: files and folders that it may still read and execute.
-        writes: files and folders that it may also change; no device can be made there.
+        reads: descriptors of files and folders that it may still read and execute.
+        writes: descriptors of those that it may also change; no device can be made there.
         allows_network: keep TCP and abstract UNIX sockets.
 
     Raises:
-        OSError: there is no Landlock, or a path does not exist.
+        OSError: there is no Landlock.
     """
     version = landlock_version()
     rights = max(count for since, count in _FILE_RIGHTS.items() if since <= version)
@@ -83,22 +83,18 @@ def restrict_files(
         ruleset.scoped = _SIGNAL_SCOPE if allows_network else _SCOPES[1]
     descriptor = system_call(_CREATE_RULESET, ctypes.byref(ruleset), ctypes.sizeof(ruleset), 0)
     try:
-        for path in reads:
-            _allow(descriptor, path, _READ)
-        for path in writes:
-            _allow(descriptor, path, ruleset.handled_access_fs & ~_MAKE_DEVICE)
+        for place in reads:
+            _allow(descriptor, place, _READ)
+        for place in writes:
+            _allow(descriptor, place, ruleset.handled_access_fs & ~_MAKE_DEVICE)
         system_call(_RESTRICT_SELF, descriptor, 0)
     finally:
         os.close(descriptor)
 
 
-def _allow(ruleset: int, path: str, rights: int) -> None:
+def _allow(ruleset: int, place: int, rights: int) -> None:
     """Grant rights on a file, or on all that a folder holds."""
-    parent = os.open(path, os.O_PATH | os.O_CLOEXEC)
-    try:
-        if not stat.S_ISDIR(os.fstat(parent).st_mode):
-            rights &= _OF_FILES
-        rule = _PathRule(rights, parent)
-        system_call(_ADD_RULE, ruleset, _PATH_BENEATH, ctypes.byref(rule), 0)
-    finally:
-        os.close(parent)
+    if not stat.S_ISDIR(os.fstat(place).st_mode):
+        rights &= _OF_FILES
+    rule = _PathRule(rights, place)
+    system_call(_ADD_RULE, ruleset, _PATH_BENEATH, ctypes.byref(rule), 0)

@@ -84,13 +84,16 @@ class Zygote:
         return {IsolationLayer(name): missing for name, missing in reasons.items()}
 
     def probe_group(self, groups: ControlGroups) -> str | None:
-        """Probe control groups by their effect on a process that computes.
+        """Probe control groups by their effect on a process that computes, and by the usual limits.
+
+        The kernel refuses a group more processor time than the groups around it have. So a runtime
+        that has less than a core for itself cannot set every limit that a site may choose.
 
         Args:
             groups: makes a group.
 
         Returns:
-            Why they are missing; None if they bound its processor time.
+            Why they are missing; None if they bound its processor time, and take the usual limits.
         """
         try:
             with closing(groups.make()) as group:
@@ -100,7 +103,10 @@ class Zygote:
                 code = int(self._expect_word(b"computed", _START))
                 if code != 0:
                     return f"a process that was to enter a control group ended with {code}"
-                return None if group.throttled_periods() > 0 else "they were applied and have no effect"
+                if group.throttled_periods() == 0:
+                    return "they were applied and have no effect"
+                group.set_limits(USUAL_LIMITS)
+                return None
         except (ControlGroupError, OSError) as failure:
             return str(failure)
 

@@ -23,6 +23,9 @@ from aeros.spec.model.tools import Confinement
 
 _LAUNCHER: Final = "aeros.runtime.tools.launcher"
 
+_LAYERS: Final = frozenset(("landlock", "seccomp", "rlimits", "cgroups"))
+"""Layers that confine programs; a site may require others, for skill code."""
+
 _MAX_LINE: Final = 200
 """Most characters of error output that a message has."""
 
@@ -50,11 +53,10 @@ class ConfinedCommand:
         Returns:
             The launcher's reason; without one, `failure` and the last line of the program's error output.
         """
-        if reason := _tail(self.report):
+        if reason := _printable(_tail(self.report)):
             return reason
         lines = _tail(self.errors).strip().splitlines()
-        shown = sanitize_text(lines[-1])[:_MAX_LINE] if lines else ""
-        printable = "".join(one if one.isprintable() else "\N{REPLACEMENT CHARACTER}" for one in shown)
+        printable = _printable(lines[-1])[:_MAX_LINE] if lines else ""
         return f"{failure}; its last line of errors: {printable}" if printable else failure
 
 
@@ -74,18 +76,22 @@ def confine(
         The command to start.
 
     Raises:
-        ToolError: there is no such program, or no control group, which the site requires.
+        ToolError: there is no such program; the site requires a layer that programs do not have, or a
+            control group, and there is none; or it opens the runtime's folder of the run.
     """
     program = shutil.which(command[0], path=os.defpath)
     if program is None:
         raise ToolError(f"it cannot be started: No such file or directory: {command[0]!r}")
     required = sorted(policy.required_layers) if policy.refuses_missing else []
+    if lacking := [layer for layer in required if layer not in _LAYERS]:
+        raise ToolError(f"it cannot be confined: {', '.join(lacking)}: programs of tools do not have it")
     with ExitStack() as stack:
         # Removed last: processes in the group may still write there.
         folder = stack.enter_context(temporary_folder())
         private, canary = folder / "private", folder / "canary"
         private.mkdir(0o700)
         canary.touch(0o600)
+        _check_apart((*confinement.reads, *confinement.writes), folder)
         group = _make_group(confinement, stack, is_required="cgroups" in required)
         plan = {
             "parent": os.getpid(),
@@ -105,6 +111,22 @@ def confine(
             "entrances": [] if group is None else list(group.entrance_paths),
         }
         yield ConfinedCommand(_launch(json.dumps(plan)), folder / "report", folder / "errors")
+
+
+def _check_apart(paths: Sequence[str], folder: Path) -> None:
+    """Check that no path opens the folder of the run, which holds the report; links are followed.
+
+    Raises:
+        ToolError: one does.
+    """
+    for path in paths:
+        if folder.resolve().is_relative_to(Path(path).resolve()):
+            raise ToolError(f"it cannot be confined: {path} contains the runtime's temporary files")
+
+
+def _printable(text: str) -> str:
+    """Replace the characters of a text that could steer a terminal."""
+    return "".join(one if one.isprintable() else "\N{REPLACEMENT CHARACTER}" for one in sanitize_text(text))
 
 
 def _tail(file: Path) -> str:

@@ -16,6 +16,18 @@ class ToolError(Exception):
     """A call gave no answer that can be used; the message says why."""
 
 
+def late_reason(seconds: float) -> str:
+    """Describe that a call took too long.
+
+    Args:
+        seconds: its time limit, s.
+
+    Returns:
+        The reason, as in "it did not answer within 2 s".
+    """
+    return f"it did not answer within {seconds:g} s"
+
+
 def bearer_header(variable: str | None) -> dict[str, str]:
     """Make the header with the token that an environment variable holds.
 

@@ -13,7 +13,7 @@ import os
 import resource
 import signal
 import socket
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Final
@@ -111,7 +111,7 @@ def _wait(child: int, most: int) -> tuple[int, str | None]:
             code = os.waitstatus_to_exitcode(status)
             return (code if code >= 0 else 128 - code), None
         if _count_descendants(most) > most:
-            return 1, f"it started more than {most} processes and was killed"
+            return 1, f"it started more than {most} processes (`confinement.processes`) and was killed"
 
 
 def _count_descendants(most: int) -> int:
@@ -139,14 +139,14 @@ def _become(plan: dict[str, Any], report: int) -> None:
 
 
 class _NotConfinedError(Exception):
-    """A layer that the site requires cannot be applied; the message says why."""
+    """A layer that the site requires, or a path of the plan, is missing; the message says why."""
 
 
 def _confine(plan: dict[str, Any], keep: int) -> None:
     """Give up everything that the program does not need.
 
     Raises:
-        _NotConfinedError: a required layer is missing here, or has no effect.
+        _NotConfinedError: a required layer is missing here, or has no effect; or there is no such path.
     """
     for entrance in plan["entrances"]:
         with _layer("cgroups", plan):
@@ -164,14 +164,33 @@ def _confine(plan: dict[str, Any], keep: int) -> None:
     drop_privileges()
     network = plan["network"]
     system = (*_SYSTEM, *(_SYSTEM_NETWORK if network else ()))
-    reads = [*filter(os.path.exists, system), plan["program"], *plan["reads"]]
+    # Opened outside of the layer's block: a path that is missing here is no missing layer.
+    reads = _open_places([*filter(os.path.exists, system), plan["program"], *plan["reads"]])
+    writes = _open_places(["/dev/null", plan["private"], *plan["writes"]])
     with _layer("landlock", plan):
-        restrict_files(reads, ["/dev/null", plan["private"], *plan["writes"]], allows_network=network)
+        restrict_files(reads, writes, allows_network=network)
         _expect_denied(lambda: os.close(os.open(plan["canary"], os.O_RDONLY)))
     if not network:
         with _layer("seccomp", plan):
             restrict_sockets()
             _expect_denied(lambda: socket.socket(socket.AF_INET, socket.SOCK_DGRAM).close())
+
+
+def _open_places(paths: Iterable[str]) -> list[int]:
+    """Open files and folders by their places alone; the descriptors end when the program is executed.
+
+    Raises:
+        _NotConfinedError: there is no such path.
+    """
+    opened = []
+    for path in paths:
+        try:
+            opened.append(os.open(path, os.O_PATH | os.O_CLOEXEC))
+        except FileNotFoundError as failure:
+            raise _NotConfinedError(f"{path} does not exist") from failure
+        except OSError as failure:
+            raise _NotConfinedError(f"{path} cannot be opened: {failure.strerror}") from failure
+    return opened
 
 
 @contextmanager

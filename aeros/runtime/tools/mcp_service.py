@@ -15,7 +15,7 @@ from mcp.shared._httpx_utils import create_mcp_http_client
 
 from aeros.descriptions import describe_exception
 from aeros.runtime.tools.confinement import confine
-from aeros.runtime.tools.exchange import ToolError, bearer_header, parse_answer
+from aeros.runtime.tools.exchange import ToolError, bearer_header, late_reason, parse_answer
 from aeros.spec.model.policy import IsolationPolicy
 from aeros.spec.model.tools import McpService
 
@@ -77,7 +77,7 @@ async def _call(
             if structured is not None:
                 return structured
             return parse_answer("".join(texts).encode())
-    raise ToolError(f"it did not answer within {seconds:g} s")
+    raise ToolError(late_reason(seconds))
 
 
 @asynccontextmanager

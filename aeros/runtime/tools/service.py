@@ -17,13 +17,12 @@ from urllib.parse import urlsplit
 
 from aeros.descriptions import describe_exception
 from aeros.runtime.tools.confinement import confine
-from aeros.runtime.tools.exchange import MAX_ANSWER, ToolError, bearer_header, parse_answer
+from aeros.runtime.tools.exchange import MAX_ANSWER, ToolError, bearer_header, late_reason, parse_answer
 from aeros.spec.model.policy import IsolationPolicy
 from aeros.spec.model.tools import HttpService, McpService, Program, Tool
 
 _HEADERS: Final = {"Content-Type": "application/json", "Accept": "application/json"}
 _CHUNK: Final = 16 * 1024
-_LATE: Final = "it did not answer in time"
 
 _END_S: Final = 2.0
 """Time in which a launcher ends with all that it started, s; it takes some milliseconds."""
@@ -84,7 +83,7 @@ def call_http(service: HttpService, parameters: Mapping[str, Any], seconds: floa
         response = connection.getresponse()
         content = response.read(MAX_ANSWER + 1)
     except TimeoutError as failure:
-        raise ToolError(_LATE) from failure
+        raise ToolError(late_reason(seconds)) from failure
     except (OSError, http.client.HTTPException, ValueError) as failure:
         raise ToolError(f"it cannot be reached: {describe_exception(failure)}") from failure
     finally:
@@ -116,6 +115,8 @@ def call_program(
     with confine(service.command, service.confinement, policy, seconds) as confined:
         try:
             return _run(confined.arguments, parameters, deadline)
+        except subprocess.TimeoutExpired as failure:
+            raise ToolError(confined.describe(late_reason(seconds))) from failure
         except ToolError as failure:
             raise ToolError(confined.describe(str(failure))) from failure
 
@@ -124,7 +125,8 @@ def _run(command: Sequence[str], parameters: Mapping[str, Any], deadline: float)
     """Start a command, and return its parsed answer.
 
     Raises:
-        ToolError: there is none.
+        TimeoutExpired: the time is over.
+        ToolError: there is none for another reason.
     """
     try:
         process = subprocess.Popen(  # noqa: S603 - the launcher; the site's operator names the program
@@ -143,8 +145,6 @@ def _run(command: Sequence[str], parameters: Mapping[str, Any], deadline: float)
         if len(content) > MAX_ANSWER:
             return parse_answer(content)  # which refuses it
         code = process.wait(max(0.0, deadline - time.monotonic()))
-    except subprocess.TimeoutExpired as failure:
-        raise ToolError(_LATE) from failure
     except (OSError, ValueError) as failure:
         raise ToolError(f"it did not answer: {describe_exception(failure)}") from failure
     finally:

@@ -53,7 +53,10 @@ class Confinement:
         metadata={"doc": "its largest share of one core, as in `processor: 50 %`; 100 % if absent"},
     )
     processes: Annotated[IntegerField, ValueBounds(1, 1000)] | None = field(
-        default=None, metadata={"doc": "its most processes and threads at a time; 32 if absent"}
+        default=None,
+        metadata={
+            "doc": "its most processes at a time; with control groups, threads count, too; 32 if absent"
+        },
     )
 
 

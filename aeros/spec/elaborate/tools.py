@@ -6,6 +6,7 @@ import os
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
+from pathlib import PurePath
 from typing import Final
 from urllib.parse import urlsplit
 
@@ -27,6 +28,7 @@ MAX_TIMEOUT: Final = 60
 """Greatest timeout of a call, s."""
 
 _LOCAL: Final = ("localhost", "127.0.0.1", "::1")
+_TEMPORARY: Final = "/tmp"  # noqa: S108 - no file is made there
 _VARIABLE: Final = re.compile(r"[A-Z][A-Z0-9_]*")
 
 
@@ -146,6 +148,7 @@ def _service(
         return HttpService(tool.http.value, token) if _is_safe_url(tool.http, diagnostics) else None
     confinement = _confinement(tool.confinement, diagnostics)
     if tool.mcp is None:
+        _check_program(tool.program[0], diagnostics)
         return Program(tuple(one.value for one in tool.program), confinement)
     server = tool.mcp
     if (server.url is None) == (not server.command):
@@ -153,9 +156,26 @@ def _service(
         return None
     if server.url is not None and not _is_safe_url(server.url, diagnostics):
         return None
+    if server.command:
+        _check_program(server.command[0], diagnostics)
     command = tuple(one.value for one in server.command)
     url = "" if server.url is None else server.url.value
     return McpService(server.tool.value, command, url, token, confinement)
+
+
+def _check_program(program: TextField, diagnostics: Diagnostics) -> None:
+    """Check that a program is a plain name, or the same file from wherever the runtime is started."""
+    if "/" in program.value:
+        _check_absolute(program, "/usr/bin/ask", diagnostics)
+
+
+def _check_absolute(path: TextField, example: str, diagnostics: Diagnostics) -> bool:
+    """Check that a path is absolute and has no `..`; report it otherwise."""
+    if path.value.startswith("/") and os.path.normpath(path.value) == path.value:
+        return True
+    headline = f"`{path.value}` is not an absolute path without `..`"
+    diagnostics.error("AE137", headline, path.span, help=(f"write it like `{example}`",))
+    return False
 
 
 def _confinement(confinement: declared.Confinement | None, diagnostics: Diagnostics) -> Confinement:
@@ -163,9 +183,14 @@ def _confinement(confinement: declared.Confinement | None, diagnostics: Diagnost
     if confinement is None:
         return usual
     for path in (*confinement.reads, *confinement.writes):
-        if not path.value.startswith("/") or os.path.normpath(path.value) != path.value:
-            headline = f"`{path.value}` is not an absolute path without `..`"
-            diagnostics.error("AE137", headline, path.span, help=("write it like `/opt/recipes`",))
+        if not _check_absolute(path, "/opt/recipes", diagnostics):
+            continue
+        if PurePath(_TEMPORARY).is_relative_to(path.value):
+            headline = f"`{path.value}` contains temporary files of the runtime and of other programs"
+            help_ = (
+                "name the folders that it needs, such as `/opt/recipes`; it has one of its own in `TMPDIR`"
+            )
+            diagnostics.error("AE137", headline, path.span, help=(help_,))
     memory, processor = usual.memory, usual.processor
     if confinement.memory is not None:
         memory = elaborate_memory(confinement.memory, diagnostics) or memory

@@ -29,7 +29,7 @@ class Confinement:
         network: it may make sockets.
         memory: greatest memory, bytes.
         processor: greatest share of one core, above 0 and at most 1.
-        processes: most processes and threads at a time.
+        processes: most processes at a time; where the kernel counts them, threads as well.
     """
 
     reads: tuple[str, ...] = ()

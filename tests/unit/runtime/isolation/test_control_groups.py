@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -19,7 +20,7 @@ from aeros.runtime.isolation.control_groups import ControlGroupError, ControlGro
 from aeros.runtime.isolation.isolated_run import IsolatedRun
 from aeros.runtime.isolation.layers import IsolationLayer
 from aeros.runtime.isolation.limits import ProcessLimits
-from aeros.runtime.isolation.zygote_pool import ZygoteError, ZygotePool
+from aeros.runtime.isolation.zygote_pool import Zygote, ZygoteError, ZygotePool
 from aeros.runtime.ports import StepStatus
 from aeros.runtime.skills.contract import SkillRefusedError
 from aeros.runtime.skills.in_process_run import SkillRunResult
@@ -155,6 +156,29 @@ def test_a_group_that_somebody_removed_is_replaced(grouped: ZygotePool) -> None:
     assert again._zygote is not zygote
     assert again.resume({}, 20.0) == act("ready")
     again.close()
+
+
+def test_groups_with_other_names_are_somebody_elses(tmp_path: Path) -> None:
+    tree(tmp_path, {".": "cpu"})
+    others = ["aeros-web", "aeros-0123456789abcde", "aeros-0123456789abcdef0", "aeros-0123456789ABCDEF"]
+    for name in (*others, "aeros-0123456789abcdef"):
+        (tmp_path / name).mkdir()
+    ControlGroups(mounted(("/", tmp_path, "cgroup2", "rw")), "0::/\n")
+    assert sorted(one.name for one in tmp_path.glob("aeros-*")) == sorted(others)
+
+
+@pytest.mark.layers
+def test_below_a_group_that_has_less_than_a_core_there_are_no_groups() -> None:
+    require_layers("cgroups")
+    outer, groups = ControlGroups().make(), ControlGroups()
+    zygote = Zygote([], None)
+    try:
+        outer.set_limits(ProcessLimits(processor=0.5))
+        groups._hierarchies = tuple(replace(one, folder=folder) for one, folder in outer._folders)
+        assert "no limits can be set" in str(zygote.probe_group(groups))
+    finally:
+        zygote.close()
+        outer.close()
 
 
 def test_a_worker_that_cannot_enter_its_group_runs_no_code(

@@ -96,7 +96,10 @@ def test_named_paths_stay_open_and_folders_below_them(tmp_path: Path) -> None:
     def attempts(_: int) -> dict[str, list[str]]:
         drop_privileges()
         file = tmp_path / "shut" / "below" / "file"
-        restrict_files([str(tmp_path / "read")], [str(tmp_path / "write"), str(file)])
+        read, *write = (
+            os.open(one, os.O_PATH | os.O_CLOEXEC) for one in (tmp_path / "read", tmp_path / "write", file)
+        )
+        restrict_files([read], write)
         return {name: _denied(tmp_path / name / "below") for name in ("read", "write", "shut")}
 
     assert in_child(attempts) == {

@@ -7,12 +7,17 @@ import signal
 import socket
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from aeros.runtime.isolation import zygote_pool as module
+from aeros.runtime.isolation.control_groups import ControlGroupError
 from aeros.runtime.isolation.layers import IsolationLayer
+from aeros.runtime.isolation.limits import ProcessLimits
 from aeros.runtime.isolation.protocol import CloseSkill, SkillClosed, WorkerConnection
 from aeros.runtime.isolation.zygote_pool import Zygote, ZygoteError, ZygotePool
 
@@ -131,6 +136,40 @@ def test_a_pool_probes_its_host_once_and_ends_its_zygotes(monkeypatch: pytest.Mo
     assert zygote._process is not None
     assert zygote._process.returncode == 0
     pool.close()
+
+
+class SmallGroup:
+    """Control group within one that has half a core: the kernel refuses it more."""
+
+    def set_limits(self, limits: ProcessLimits, period_us: int = 0) -> None:
+        if limits.processor > 0.5:
+            raise ControlGroupError("no limits can be set: Invalid argument")
+
+    @contextmanager
+    def entrances(self) -> Iterator[list[int]]:
+        yield []
+
+    def throttled_periods(self) -> int:
+        return 1
+
+    def close(self) -> None:
+        pass
+
+
+def test_where_the_usual_limits_cannot_be_set_workers_start_without_groups(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(module, "find_bubblewrap", lambda: None)
+    monkeypatch.setattr(module, "ControlGroups", lambda: SimpleNamespace(make=SmallGroup))
+    pool = ZygotePool([])
+    try:
+        assert pool.missing[IsolationLayer.CGROUPS] == "no limits can be set: Invalid argument"
+        zygote, channel = pool.spawn_worker()
+        assert serves(channel)
+        zygote.end_worker()
+        pool.release(zygote)
+    finally:
+        pool.close()
 
 
 def test_a_bubblewrap_that_does_not_work_is_done_without_and_recorded() -> None:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import socket
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 from collections.abc import Iterator
@@ -20,7 +22,7 @@ import pytest
 from aeros.runtime.isolation import control_groups
 from aeros.runtime.isolation.control_groups import ControlGroupError
 from aeros.runtime.tools import confinement as module
-from aeros.runtime.tools.confinement import confine
+from aeros.runtime.tools.confinement import ConfinedCommand, confine
 from aeros.runtime.tools.exchange import ToolError
 from aeros.runtime.tools.service import call_program
 from aeros.spec.model.policy import IsolationPolicy
@@ -148,12 +150,15 @@ print(started)
 """
 
 
+MANY = "it started more than 8 processes (`confinement.processes`) and was killed"
+
+
 def test_it_cannot_start_many_processes() -> None:
     try:
         started = attempt(SLEEPERS, replace(PYTHON, processes=8))
     except ToolError as failure:
         # The kernel did not refuse: root has no such limit, and there are no control groups.
-        assert str(failure) == "it started more than 8 processes and was killed"  # noqa: PT017 - one way of two
+        assert str(failure) == MANY  # noqa: PT017 - one way of two
     else:
         assert started < 8
 
@@ -162,7 +167,7 @@ def test_without_control_groups_it_is_killed_once_it_has_too_many(monkeypatch: p
     monkeypatch.setattr(module, "ControlGroups", _no_groups)
     if os.geteuid() != 0:
         pytest.skip("the kernel's own limit on processes is not for root alone")
-    with pytest.raises(ToolError, match="it started more than 8 processes and was killed"):
+    with pytest.raises(ToolError, match=f"^{re.escape(MANY)}$"):
         attempt(SLEEPERS, replace(PYTHON, processes=8))
 
 
@@ -292,9 +297,42 @@ def test_a_layer_without_effect_is_noticed_before_the_program_starts(
     assert call_program(Program(python(body), confinement), warned, {}, 20.0) == {}
 
 
-def test_a_path_of_the_site_that_does_not_exist_is_an_error() -> None:
-    with pytest.raises(ToolError, match=r"it cannot be confined: landlock: .*'/no/such/folder'"):
-        attempt("print('{}')", replace(PYTHON, reads=("/no/such/folder",)))
+@pytest.mark.parametrize("refuses_missing", [True, False])
+@pytest.mark.parametrize("right", ["reads", "writes"])
+def test_a_path_of_the_site_that_does_not_exist_is_no_missing_layer(
+    right: str, *, refuses_missing: bool
+) -> None:
+    """A site that only warns of missing layers gets no program without those that its host has."""
+    changes: dict[str, Any] = {right: (*getattr(PYTHON, right), "/no/such/folder")}
+    program = Program(python("print('{}')"), replace(PYTHON, **changes))
+    policy = IsolationPolicy(refuses_missing=refuses_missing)
+    with pytest.raises(ToolError, match=r"^it cannot be confined: /no/such/folder does not exist$"):
+        call_program(program, policy, {}, 20.0)
+
+
+def test_a_layer_that_programs_do_not_have_is_refused_where_the_site_requires_it() -> None:
+    program = Program(python("print('{}')"), PYTHON)
+    layers = frozenset({"bubblewrap", "landlock"})
+    with pytest.raises(ToolError, match=r"^it cannot be confined: bubblewrap: programs of tools do not have"):
+        call_program(program, IsolationPolicy(layers), {}, 20.0)
+    assert call_program(program, IsolationPolicy(layers, refuses_missing=False), {}, 20.0) == {}
+
+
+@pytest.mark.parametrize("right", ["reads", "writes"])
+def test_a_path_that_opens_the_files_of_the_runtime_is_refused(right: str, tmp_path: Path) -> None:
+    (tmp_path / "link").symlink_to(tempfile.gettempdir())
+    for path in ("/", tempfile.gettempdir(), str(tmp_path / "link")):
+        changes: dict[str, Any] = {right: (path,)}
+        with pytest.raises(ToolError, match=f"{path} contains the runtime's temporary files$"):
+            attempt("print('{}')", replace(PYTHON, **changes))
+
+
+def test_what_a_report_says_steers_no_terminal(tmp_path: Path) -> None:
+    report = tmp_path / "report"
+    report.write_bytes(b"it cannot\x1b[2J be \xffstarted\n")
+    confined = ConfinedCommand((), report, tmp_path / "errors")
+    shown = "it cannot\ufffd[2J be \ufffdstarted\ufffd"
+    assert confined.describe("it ended") == shown
 
 
 def test_a_file_that_is_no_program_cannot_be_started(tmp_path: Path) -> None:

@@ -98,6 +98,19 @@ def test_without_its_runtime_it_starts_nothing(launched: Any, mark: Path) -> Non
     assert not mark.exists()
 
 
+@pytest.mark.parametrize(
+    ("path", "reason"),
+    [("/no/such/folder", "does not exist"), ("/dev/null/below", "cannot be opened: Not a directory")],
+)
+def test_a_path_that_cannot_be_opened_is_no_missing_layer(
+    launched: Any, mark: Path, path: str, reason: str
+) -> None:
+    process, confined = launched(f"open({str(mark)!r}, 'w')", reads=[path])
+    assert process.wait(20.0) == NOT_CONFINED
+    assert confined.describe("it ended") == f"it cannot be confined: {path} {reason}"
+    assert not mark.exists()
+
+
 def test_a_program_that_cannot_be_confined_is_not_started(launched: Any, mark: Path) -> None:
     changes = {"entrances": ["/no/such/group"], "required": ["cgroups"]}
     process, confined = launched(f"open({str(mark)!r}, 'w')", **changes)

@@ -86,6 +86,22 @@ def test_a_tool_is_one_service(
             "`/opt/../etc` is not an absolute path without `..`",
         ),
         (
+            "{program: [bin/ask], timeout: 2 s, answers: [recipe]}",
+            "`bin/ask` is not an absolute path without `..`",
+        ),
+        (
+            "{mcp: {tool: t, command: [./cook]}, timeout: 2 s, answers: [recipe]}",
+            "`./cook` is not an absolute path without `..`",
+        ),
+        (
+            "{program: [ask], confinement: {writes: [/tmp]}, timeout: 2 s, answers: [recipe]}",
+            "`/tmp` contains temporary files of the runtime",
+        ),
+        (
+            "{program: [ask], confinement: {reads: [/]}, timeout: 2 s, answers: [recipe]}",
+            "`/` contains temporary files of the runtime",
+        ),
+        (
             "{program: [ask], confinement: {processor: 2}, timeout: 2 s, answers: [recipe]}",
             "a processor share is at least 1 % and at most 100 % here",
         ),
