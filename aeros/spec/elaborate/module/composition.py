@@ -207,10 +207,10 @@ class _Elaborator:
 
     def _register_nested(self, name: TextField, ids: Sequence[str], handlers: Mapping[str, Step]) -> None:
         """Register the names of steps and handlers inside a part that stands for a composition."""
-        taken = [id_ for id_ in ids if id_ in self._steps]
-        taken += [id_ for id_ in handlers if id_ in self._handlers or id_ in self._named]
-        if taken and not any(one.code == "AE120" for one in self._diagnostics):
-            headline = f"two steps or handlers of this composition are named `{taken[0]}`"
+        doubled = [id_ for id_ in ids if id_ in self._steps]
+        doubled += [id_ for id_ in handlers if id_ in self._handlers or id_ in self._named]
+        if doubled and not any(one.code == "AE120" for one in self._diagnostics):
+            headline = f"two steps or handlers of this composition are named `{doubled[0]}`"
             self._diagnostics.error("AE120", headline, name.span, help=(_OWN_ID,))
         self._steps |= dict.fromkeys(ids, name)
         self._handlers |= handlers
