@@ -327,7 +327,7 @@ def test_a_path_that_opens_the_files_of_the_runtime_is_refused(right: str, tmp_p
             attempt("print('{}')", replace(PYTHON, **changes))
 
 
-def test_the_report_steers_no_terminal(tmp_path: Path) -> None:
+def test_a_report_steers_no_terminal(tmp_path: Path) -> None:
     report = tmp_path / "report"
     report.write_bytes(b"it cannot\x1b[2J be \xffstarted\n")
     confined = ConfinedCommand((), report, tmp_path / "errors")

@@ -1,4 +1,4 @@
-"""The fault of two bodies that overlap is at the places that a scene declares, with the depth and the cure."""
+"""A fault of two bodies that overlap is at the places that a scene declares, with depth and cure."""
 
 from __future__ import annotations
 
