@@ -152,7 +152,8 @@ def _claim_lookup(code: ModuleSource) -> TheoremObligation:
 
     def run(ask: DecideBranch) -> str:
         envelope, rule_term = (gate.condition_term(name) for name in ("envelope", "rule.a"))
-        clause = SimpleNamespace(term=envelope, span=None, conjuncts=())
+        clause = SimpleNamespace(term=envelope, span=None, conjuncts=(), kind_name="a", text="")
+        ecm = SimpleNamespace(id="m", names=SimpleNamespace(parameters={}))
         rule = SimpleNamespace(
             id="rule.a",
             terms={"a": rule_term},
@@ -166,7 +167,7 @@ def _claim_lookup(code: ModuleSource) -> TheoremObligation:
             id="k", inputs={}, runtime_checked={}, precondition=SimpleNamespace(term=t.FALSE)
         )
         space = safety.envelope_space(site, skill, "a", clause)
-        made = safety._clause_obeys_rule(skill, "a", clause, rule, space)
+        made = safety._clause_obeys_rule(ecm, skill, "a", clause, rule, space)
         named = made.id == ClaimForm.ENVELOPE_OBEYS("k", "a", "rule.a") and made.mode.value == "always"
         premises = all(gate.condition_holds(ask, one) for one in made.space.assumptions)
         return smt_literal(named and not (premises and not gate.condition_holds(ask, made.conclusion)))
