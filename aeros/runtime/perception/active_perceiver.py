@@ -72,7 +72,8 @@ class ActivePerceiver:
             for seen_as, name in self._readings.items()
             if name in self._sampled
         }
-        self._rate = None if perceiver.rate is None else float(perceiver.rate)
+        self._is_sampling = perceiver.rate is not None
+        self._rate = float(site.perception.rate if perceiver.rate is None else perceiver.rate)
         self._last_sample = self._last_call = -inf
         self._called_with: dict[str, float] | None = None
         self._failures = 0
@@ -86,7 +87,7 @@ class ActivePerceiver:
     @property
     def needs_sampling(self) -> bool:
         """True if readings are sampled for it at control ticks."""
-        return self._rate is not None and bool(self._sampled)
+        return self._is_sampling and bool(self._sampled)
 
     def sample(self, now: float, measured: Mapping[str, Any], observe: Callable[[], Readings]) -> None:
         """Sample its readings at a control tick, if a sample is due.
@@ -138,7 +139,7 @@ class ActivePerceiver:
         view = ViewInput(
             now,
             {**self._perceiver.constants, **{name: seen[name] for name in self._readings if name in seen}},
-            {name: tuple(samples) for name, samples in self._samples.items() if self._rate is not None},
+            {name: tuple(samples) for name, samples in self._samples.items() if self._is_sampling},
             chosen,
         )
         for samples in self._samples.values():
@@ -195,8 +196,7 @@ class ActivePerceiver:
         return last == -inf or (now > last and self._period(now) > self._period(last))
 
     def _period(self, time: float) -> int:
-        rate = float(self._site.perception.rate) if self._rate is None else self._rate
-        return floor(time * rate + _ROUNDING)
+        return floor(time * self._rate + _ROUNDING)
 
     def _chosen_pictures(
         self, now: float, pictures: Mapping[str, CameraPicture]
