@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from aeros.spec.declared import ecm as declared
@@ -11,7 +11,7 @@ from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.elaborate.load import decode_manifest
 from aeros.spec.text.discovery import MANIFEST
-from aeros.spec.text.versions import is_compatible_version
+from aeros.spec.text.versions import suits
 
 
 def require_installed(module: declared.Ecm, installed: Iterable[Path], source: Path) -> None:
@@ -41,7 +41,8 @@ def require_installed(module: declared.Ecm, installed: Iterable[Path], source: P
         problems.append(_missing("AE301", module, f"the module `{name.value}`", name.span, found))
     for name, text in capabilities:
         found = [folder for _, folder in _providers(nearby, name.value, text.value)]
-        others = ", ".join(f"`{one}` {version}" for one, version in _versions(here, name.value))
+        offers = ((one, other.capability_versions.get(name.value)) for one, (other, _) in here.items())
+        others = ", ".join(f"`{one}` {version}" for one, version in offers if version is not None)
         what = f"the capability `{name.value}` {text.value}"
         code = "AE306" if others else "AE305"
         problems.append(_missing(code, module, what, name.span, found, others))
@@ -62,14 +63,6 @@ def _by_id(folders: Iterable[Path]) -> dict[str, tuple[declared.Ecm, Path]]:
     return {one.id.value: (one, folder) for one, folder in found if one is not None}
 
 
-def _versions(modules: Mapping[str, tuple[declared.Ecm, Path]], capability: str) -> Iterator[tuple[str, str]]:
-    """Yield the modules that provide a capability, each with the capability's version."""
-    for one, _ in modules.values():
-        for name, provided in one.capabilities:
-            if name.value == capability:
-                yield one.id.value, (one.version if provided.version is None else provided.version).value
-
-
 def _providers(
     modules: Mapping[str, tuple[declared.Ecm, Path]], capability: str, specifier: str
 ) -> list[tuple[declared.Ecm, Path]]:
@@ -87,18 +80,8 @@ def provides(module: declared.Ecm, capability: str, specifier: str) -> bool:
     Returns:
         True if it does.
     """
-    return any(
-        _is_compatible(specifier, (module.version if one.version is None else one.version).value)
-        for name, one in module.capabilities
-        if name.value == capability
-    )
-
-
-def _is_compatible(specifier: str, version: str) -> bool:
-    try:
-        return is_compatible_version(specifier, version)
-    except ValueError:
-        return False  # reported when the module is elaborated
+    version = module.capability_versions.get(capability)
+    return version is not None and suits(specifier, version)
 
 
 def _missing(

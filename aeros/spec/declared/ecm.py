@@ -342,3 +342,8 @@ class Ecm:
     perceivers: Named[Perceiver] = field(
         default=MappingField(), metadata={"doc": "the functions that measure them"}
     )
+
+    @property
+    def capability_versions(self) -> dict[str, str]:
+        """Version of each capability by its name; the module's where a capability has none."""
+        return {name.value: (one.version or self.version).value for name, one in self.capabilities}

@@ -23,7 +23,7 @@ from aeros.spec.model.site import Site
 from aeros.spec.text.digests import code_digest, code_files, text_digest
 from aeros.spec.text.discovery import MANIFEST, NEIGHBOURS, Surroundings, may_provide
 from aeros.spec.text.files import read_source
-from aeros.spec.text.versions import is_compatible_version
+from aeros.spec.text.versions import suits
 from aeros.spec.text.yaml_reader import read_yaml
 
 _T = TypeVar("_T")
@@ -174,18 +174,11 @@ def _foreign_names(
         modules[loaded.ecm.id] = loaded.ecm
         for name in provided:
             version = loaded.ecm.capability_versions[name]
-            if _is_in_range(ranges[name], version):
+            if suits(ranges[name], version):
                 providers[name].append((loaded.ecm, one in surroundings.active))
             else:
                 unsuitable[name] = (*unsuitable.get(name, ()), (loaded.ecm.id, version))
     return replace(foreign_names(modules, needed, providers), unsuitable=unsuitable)
-
-
-def _is_in_range(specifier: str, version: str) -> bool:
-    try:
-        return is_compatible_version(specifier, version)
-    except ValueError:
-        return False  # the range is none, which elaboration reports
 
 
 def decode_manifest(folder: Path) -> declared_ecm.Ecm | None:

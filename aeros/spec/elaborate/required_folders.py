@@ -8,7 +8,7 @@ from pathlib import Path
 from aeros.spec.declared import ecm as declared_ecm
 from aeros.spec.elaborate.load import decode_manifest
 from aeros.spec.text.discovery import NEIGHBOURS
-from aeros.spec.text.versions import is_compatible_version
+from aeros.spec.text.versions import suits
 
 
 def with_required_folders(folders: Iterable[Path]) -> list[Path]:
@@ -49,21 +49,11 @@ def with_required_folders(folders: Iterable[Path]) -> list[Path]:
 
 def _unprovided(module: declared_ecm.Ecm, others: Iterable[declared_ecm.Ecm]) -> set[str]:
     """Return the capabilities that a module requires and that none of some others provides in its range."""
-    provided = [
-        (name.value, one.version or other.version) for other in others for name, one in other.capabilities
-    ]
+    provided = [offer for other in others for offer in other.capability_versions.items()]
     return {
         name.value
         for name, needed in module.dependencies.required_capabilities
         if not any(
-            name.value == offered and _suits(needed.version.value, version.value)
-            for offered, version in provided
+            name.value == offered and suits(needed.version.value, version) for offered, version in provided
         )
     }
-
-
-def _suits(specifier: str, version: str) -> bool:
-    try:
-        return is_compatible_version(specifier, version)
-    except ValueError:
-        return False  # a fault of a manifest, which its proof reports

@@ -88,3 +88,19 @@ def is_compatible_version(specifier: str, version: str) -> bool:
         ValueError: the range or the version is none.
     """
     return parse_range(specifier).contains(parse_version(version), prereleases=True)
+
+
+def suits(specifier: str, version: str) -> bool:
+    """Tell whether a version is in a version range, where the proof of a manifest reports what is none.
+
+    Args:
+        specifier: text of a version range.
+        version: text of a version.
+
+    Returns:
+        True if the range contains the version; False also if one of them is none.
+    """
+    try:
+        return is_compatible_version(specifier, version)
+    except ValueError:
+        return False

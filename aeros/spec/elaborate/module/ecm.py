@@ -101,10 +101,7 @@ def elaborate_ecm(
         span=ecm.id.span,
         models=models,
         compositions=compositions,
-        capability_versions={
-            name.value: ecm.version.value if one.version is None else one.version.value
-            for name, one in ecm.capabilities
-        },
+        capability_versions=ecm.capability_versions,
         required_capabilities=required,
         capability_spans={name.value: name.span for name, _ in ecm.dependencies.capabilities},
         interfaces=elaborate_interfaces(ecm, site, diagnostics),

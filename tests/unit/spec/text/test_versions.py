@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from aeros.spec.text.versions import MAX_RANGE, MAX_VERSION, is_compatible_version, parse_range, parse_version
+from aeros.spec.text.versions import (
+    MAX_RANGE,
+    MAX_VERSION,
+    is_compatible_version,
+    parse_range,
+    parse_version,
+    suits,
+)
 
 
 @pytest.mark.parametrize(
@@ -41,3 +48,10 @@ def test_the_longest_numbers_are_compared() -> None:
     longest = "9" * MAX_VERSION
     assert parse_version(longest) > parse_version("1")
     assert is_compatible_version(f"<={longest}", longest)
+
+
+def test_where_a_range_or_a_version_is_none_nothing_suits() -> None:
+    assert suits(">=1.0", "1.2")
+    assert not suits(">=1.0", "0.9")
+    assert not suits("one", "1.2")
+    assert not suits(">=1.0", "one")
