@@ -144,6 +144,7 @@ class Agent:
         for number, errand in enumerate(meaning.errands[first:], first):
             if number > first:
                 self._record_selection(meaning, number)
+            self._runtime.set_parameters(errand.routed.variables)
             remaining = None if deadline is None else max(0.0, deadline - self._runtime.now())
             barred = barred_skills(meaning, errand, self._runtime.active_modules())
             position = ErrandPosition(number, tuple(reports), barred)

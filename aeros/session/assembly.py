@@ -166,19 +166,18 @@ def build_executor(
     Raises:
         AuditError: The log cannot be written, or it is to be resumed and belongs to another site.
     """
-    on_close: Callable[[], None] | None = None
-    on_attend: Callable[[frozenset[str] | None], None] | None = None
+    perceiving: PerceivingPlant | None = None
     followed = FixedGovernor(configuration) if governor is None else governor
     record = audit.append if observe is None else _observed_record(audit, plant, observe)
     # Only a governor can bring modules and tools later.
     if governor is not None or any(kind.tool for kind in configuration.site.kinds.values()):
         plant = ToolPlant(plant, followed, record)
     if governor is not None or any(
-        ecm.perceivers or ecm.definitions for ecm in configuration.modules.values()
+        ecm.perceivers or ecm.definitions or ecm.task_parameters for ecm in configuration.modules.values()
     ):
-        plant = perceiving = PerceivingPlant(plant, followed, open_perceiver, record)
-        on_close = perceiving.close_perceivers
-        on_attend = None if perceives_all else perceiving.attend
+        plant = perceiving = PerceivingPlant(
+            plant, followed, open_perceiver, record, attends_to_all=perceives_all
+        )
     return Executor(
         configuration,
         CompiledGate(configuration) if gate is None else gate,
@@ -187,8 +186,7 @@ def build_executor(
         open_run,
         governor,
         resumed=is_resumed,
-        on_close=on_close,
-        on_attend=on_attend,
+        perception=perceiving,
     )
 
 

@@ -7,10 +7,12 @@ cannot import it. What no scene defines is not refereed.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import is_true
+from aeros.spec.model.truth_names import truths_for
 
 
 class GoalJudgement(NamedTuple):
@@ -62,7 +64,13 @@ def truth_of(plant: object) -> Mapping[str, bool]:
     return {} if source is None else source()
 
 
-def judge_goal(goal: t.Term, believed: bool, truth: Mapping[str, bool], module: str = "") -> GoalJudgement:
+def judge_goal(
+    goal: t.Term,
+    believed: bool,
+    truth: Mapping[str, bool],
+    module: str = "",
+    arguments: Mapping[str, Any] = MappingProxyType({}),
+) -> GoalJudgement:
     """Judge a goal by the truth.
 
     Args:
@@ -70,11 +78,13 @@ def judge_goal(goal: t.Term, believed: bool, truth: Mapping[str, bool], module: 
         believed: True if the agent measured that it is reached.
         truth: the truth of state variables.
         module: id of the goal's module; a scene names that module's own variables by their short names.
+        arguments: values of the parameters of the task, by name.
 
     Returns:
         The judgement: false if a conjunct is false, true if all are known and true, else not refereed.
     """
     # Of its own module a scene may say what is the site's, as `holding`, and the other way round.
+    truth = {variable: truth[name] for variable, name in truths_for(truth, arguments).items()}
     own = f"{module}."
     truth = {
         **{f"{own}{name}": value for name, value in truth.items()},

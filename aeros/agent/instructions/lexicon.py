@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from aeros.agent.instructions import english
+from aeros.agent.instructions.arguments import SaidValues, ValuePhrase, counted_parameter, value_phrases
 from aeros.agent.instructions.english import Words
 from aeros.agent.planning.routing import RoutedTask
 from aeros.spec.diagnostics.words import normalized_words
@@ -23,6 +24,7 @@ class Coverage:
         unknown: words that the task does not declare.
         counts: numbers, as said, but for a `one` before an object.
         repetitions: words that ask for several times, as said.
+        values: what the words say of the task's parameters.
     """
 
     entry: TaskPhrases
@@ -31,18 +33,47 @@ class Coverage:
     unknown: Words
     counts: Words
     repetitions: Words
+    values: SaidValues
+
+    @property
+    def routed(self) -> RoutedTask:
+        """The task with its arguments."""
+        return replace(self.entry.routed, arguments=self.values.arguments)
+
+    @property
+    def prohibited(self) -> RoutedTask:
+        """The task with only those arguments that the words say: without any, all are meant."""
+        return replace(self.entry.routed, arguments=self.values.said)
+
+    @property
+    def names_pronoun(self) -> bool:
+        """True if a pronoun stands for what it acts on."""
+        return any(one[0] in english.PRONOUNS for one in self.objects if len(one) == 1)
+
+    def repeats(self, last: RoutedTask | None) -> bool:
+        """Check if the words only name another object of the request before: `the can and the block`.
+
+        Args:
+            last: the task of the request before; None if there is none.
+
+        Returns:
+            True if the same task is asked for again, with that object.
+        """
+        is_same = last is not None and self.entry.routed.covers(last)
+        return is_same and self.is_object_alone and self.values.is_specific
 
     @property
     def is_whole(self) -> bool:
         """True if the words ask for the task, name an object if it needs one, and leave nothing over."""
         names_object = bool(self.objects) or not self.entry.objects
-        leaves_nothing = not (self.unknown or self.counts or self.repetitions)
+        leaves_nothing = not (self.unknown or self.counts or self.repetitions or self.values.fault)
         return bool(self.triggers) and names_object and leaves_nothing
 
     @property
     def is_object_alone(self) -> bool:
         """True if the words name objects of the task and nothing else."""
-        return bool(self.objects) and not (self.triggers or self.unknown or self.counts or self.repetitions)
+        is_more = self.triggers or self.unknown or self.counts or self.repetitions or self.values.fault
+        return bool(self.objects) and not is_more
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,12 +85,14 @@ class TaskPhrases:
         triggers: phrases that ask for it: verbs, or any words if it declares no objects.
         objects: phrases of what it acts on.
         extras: phrases that may be said with it and change nothing.
+        values: phrases for values of its parameters.
     """
 
     routed: RoutedTask
     triggers: tuple[Words, ...]
     objects: tuple[Words, ...]
     extras: tuple[Words, ...]
+    values: tuple[ValuePhrase, ...] = ()
 
     def cover(self, words: Words, *, knows_pronoun: bool, is_perfect: bool = False) -> Coverage:
         """Cover words with the longest declared phrases, from the left.
@@ -77,10 +110,18 @@ class TaskPhrases:
         unknown: list[str] = []
         counts: list[str] = []
         repetitions: list[str] = []
+        said = SaidValues(self.routed.task)
         at = 0
         while at < len(words):
             found, length = self._longest(words, at, is_perfect=is_perfect)
             word = words[at]
+            value = self._value_phrase(words, at, more_than=length - 1, is_perfect=is_perfect)
+            if value is not None:
+                said.add(value)
+                if value.names_object:
+                    objects.append(words[at : at + len(value.words)])
+                at += len(value.words)
+                continue
             if length:
                 spoken = words[at : at + length]
                 if found is self.triggers:
@@ -97,13 +138,28 @@ class TaskPhrases:
                 repetitions.append(word)
             elif number is not None:
                 nouns = self.objects or self.triggers
-                if number != 1 or self._longest(words, at + 1, is_perfect=is_perfect)[0] is not nouns:
+                is_of_noun = self._longest(words, at + 1, is_perfect=is_perfect)[0] is nouns
+                following = self._value_phrase(words, at + 1, more_than=0, is_perfect=is_perfect)
+                if counted_parameter(self.routed.task) is not None and is_of_noun:
+                    said.add_number(word, number)
+                elif number != 1 or not (is_of_noun or (following is not None and following.names_object)):
                     counts.append(word)
             elif word not in english.FILLERS and word not in english.DETERMINERS:
                 unknown.append(word)
             at += 1
         return Coverage(
-            self, tuple(triggers), tuple(objects), tuple(unknown), tuple(counts), tuple(repetitions)
+            self, tuple(triggers), tuple(objects), tuple(unknown), tuple(counts), tuple(repetitions), said
+        )
+
+    def _value_phrase(self, words: Words, at: int, *, more_than: int, is_perfect: bool) -> ValuePhrase | None:
+        """Return the longest phrase for a value at a place, if it has more words than that."""
+        return next(
+            (
+                one
+                for one in self.values
+                if len(one.words) > more_than and _stands_at(one.words, words, at, is_perfect=is_perfect)
+            ),
+            None,
         )
 
     def _longest(self, words: Words, at: int, *, is_perfect: bool) -> tuple[tuple[Words, ...], int]:
@@ -133,6 +189,7 @@ def task_phrases(modules: Mapping[str, Ecm]) -> tuple[TaskPhrases, ...]:
             _as_words(task.trigger_phrases),
             _as_words(task.object_phrases),
             _as_words(task.extra_phrases),
+            value_phrases(task),
         )
         for name, module in modules.items()
         for task in module.tasks.values()

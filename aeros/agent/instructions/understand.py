@@ -6,7 +6,8 @@
 3.  A prohibition never moves anything. Skills that only prohibited tasks use are used for nothing else.
 4.  A condition of a request is measured when its turn comes. Unless it is measured as true, the request is
     skipped.
-5.  If several tasks may be meant, all are named; the caller may ask the user which one.
+5.  If several tasks may be meant, or several values of a parameter, all are named; the caller may ask the
+    user which one.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from itertools import product
 from typing import Final
 
 from aeros.agent.instructions import english
+from aeros.agent.instructions.arguments import is_object
 from aeros.agent.instructions.english import Words
 from aeros.agent.instructions.grammar import (
     InstructionError,
@@ -29,6 +31,7 @@ from aeros.agent.instructions.grammar import (
     parse_instruction,
 )
 from aeros.agent.instructions.lexicon import Coverage, TaskPhrases, task_phrases
+from aeros.agent.instructions.named_task import named_tasks
 from aeros.agent.planning.routing import RoutedTask
 from aeros.spec.diagnostics.codes import quoted
 from aeros.spec.diagnostics.words import normalized_words
@@ -48,10 +51,10 @@ class AmbiguousInstructionError(InstructionError):
     Args:
         reason: text of the reason.
         part: words of the part.
-        candidates: the tasks, as MODULE.TASK.
+        candidates: an unambiguous instruction for each meaning, by a name for it.
     """
 
-    def __init__(self, reason: str, part: str, candidates: tuple[str, ...]) -> None:
+    def __init__(self, reason: str, part: str, candidates: Mapping[str, str]) -> None:
         super().__init__(reason)
         self.part = part
         self.candidates = candidates
@@ -84,8 +87,8 @@ class Errand:
 
     @property
     def formal_text(self) -> str:
-        """Formal text: the task, its goal and its condition."""
-        text = f"{self.routed}: {self.routed.task.goal_text}"
+        """Formal text: the task with its arguments, its goal and its condition."""
+        text = f"{self.routed.formal_text}: {self.routed.task.goal_text}"
         return f"{text} (if {self.condition_text})" if self.condition is not None else text
 
 
@@ -112,7 +115,7 @@ class Understanding:
     def formal_lines(self) -> tuple[str, ...]:
         """Formal text of each request in order, then of each prohibition."""
         return tuple(one.formal_text for one in self.errands) + tuple(
-            f"never {routed}" for routed in self.prohibited
+            f"never {routed.formal_text}" for routed in self.prohibited
         )
 
 
@@ -124,7 +127,8 @@ def understand(
     """Find the tasks that an instruction asks for.
 
     Args:
-        instruction: words of the user, or the name of a task (`MODULE.TASK` or `TASK`).
+        instruction: words of the user, or the name of a task (`MODULE.TASK` or `TASK`), with values of its
+            parameters, as in `fetch_object object=red_can`.
         modules: active modules by id.
         inactive: returns the other installed modules; called only if the instruction is not understood.
 
@@ -136,11 +140,11 @@ def understand(
         InstructionError: a part is not understood, prohibits what another part asks for, or asks for nothing.
     """
     tasks = task_phrases(modules)
-    named = _named_tasks(instruction, tasks)
+    named = named_tasks(instruction, [entry.routed for entry in tasks])
     if len(named) > 1:
-        raise _ambiguous(instruction, [entry.routed for entry in named])
+        raise _ambiguous(instruction, named)
     if named:
-        return Understanding(instruction, (Errand(named[0].routed),))
+        return Understanding(instruction, (Errand(named[0]),))
     try:
         return _understand(instruction, tasks)
     except AmbiguousInstructionError:
@@ -192,16 +196,6 @@ def with_goal(understanding: Understanding, goal: ActionCondition) -> Understand
     return replace(understanding, errands=(replace(errand, routed=replace(errand.routed, task=task)),))
 
 
-def _named_tasks(instruction: str, tasks: Sequence[TaskPhrases]) -> list[TaskPhrases]:
-    """Return the tasks whose name is the instruction."""
-    words = normalized_words(instruction)
-    return [
-        entry
-        for entry in tasks
-        if words in (normalized_words(entry.routed.task.id), normalized_words(str(entry.routed)))
-    ]
-
-
 def _with_inactive(
     instruction: str, refusal: InstructionError, inactive: Mapping[str, Ecm]
 ) -> InstructionError:
@@ -209,9 +203,8 @@ def _with_inactive(
     if not inactive:
         return refusal
     tasks = task_phrases(inactive)
-    named = _named_tasks(instruction, tasks)
     try:
-        found = [entry.routed for entry in named] or [
+        found = named_tasks(instruction, [entry.routed for entry in tasks]) or [
             errand.routed for errand in _understand(instruction, tasks).errands
         ]
     except AmbiguousInstructionError:
@@ -239,11 +232,11 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
     if prohibits_all and errands:
         raise InstructionError(f"{quoted(prohibits_all)} contradicts the rest of the instruction")
     if prohibits_all or not errands:
-        never = ", ".join(f"`{routed}`" for routed in prohibited) or quoted(prohibits_all)
+        never = ", ".join(f"`{routed.formal_text}`" for routed in prohibited) or quoted(prohibits_all)
         raise InstructionError(f"nothing is asked for, and {never} is prohibited, so nothing moves")
     for errand in errands:
-        if errand.routed in prohibited:
-            raise InstructionError(f"the instruction asks for `{errand.routed}` and prohibits it")
+        if any(one.covers(errand.routed) for one in prohibited):
+            raise InstructionError(f"the instruction asks for `{errand.routed.formal_text}` and prohibits it")
     return Understanding(instruction, tuple(errands), tuple(prohibited))
 
 
@@ -324,7 +317,7 @@ def _errand(
     # The condition names an object, so `it` in the request may stand for that.
     context = [*before, Errand(meanings[0][0].routed)]
     routed = _task_of(segment, tasks, context)
-    own = next(((term, text) for entry, term, text in meanings if entry.routed == routed), None)
+    own = next(((term, text) for entry, term, text in meanings if entry.routed.covers(routed)), None)
     if own is None:
         raise InstructionError(f"`{routed}` declares no condition {quoted(condition.text)}")
     term, text = own
@@ -368,14 +361,18 @@ def _task_of(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence[Er
         # The phrase of a task may begin with words that are openers elsewhere, as in `go on`.
         words = segment.openers[len(segment.openers) - number :] + segment.words
         coverages = [
-            entry.cover(words, knows_pronoun=entry.routed == last, is_perfect=segment.is_perfect)
+            entry.cover(
+                words,
+                knows_pronoun=last is not None and entry.routed.covers(last),
+                is_perfect=segment.is_perfect,
+            )
             for entry in tasks
         ]
-        whole = [coverage.entry.routed for coverage in coverages if coverage.is_whole]
+        whole = [coverage for coverage in coverages if coverage.is_whole or coverage.repeats(last)]
         if len(whole) == 1:
-            return whole[0]
+            return _with_arguments(segment, whole[0], last)
         if whole:
-            raise _ambiguous(segment.text, whole)
+            raise _ambiguous(segment.text, [coverage.entry.routed for coverage in whole])
         refusal = refusal or _not_covered(segment, coverages)
     assert refusal is not None  # noqa: S101 - the first round makes one
     raise refusal
@@ -384,8 +381,43 @@ def _task_of(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence[Er
 def _ambiguous(text: str, candidates: Sequence[RoutedTask]) -> AmbiguousInstructionError:
     named = ", ".join(f"`{routed}` ({', '.join(routed.task.trigger_phrases)})" for routed in candidates)
     return AmbiguousInstructionError(
-        f"{quoted(text)} may mean several tasks: {named}", text, tuple(map(str, candidates))
+        f"{quoted(text)} may mean several tasks: {named}",
+        text,
+        {str(routed): routed.instruction for routed in candidates},
     )
+
+
+def _with_arguments(segment: Segment, coverage: Coverage, last: RoutedTask | None) -> RoutedTask:
+    """Return the task with its arguments; a pronoun stands for the object of the request before.
+
+    Raises:
+        AmbiguousInstructionError: an argument may have several values.
+        InstructionError: an argument is missing that is a number.
+    """
+    routed = coverage.routed
+    if last is not None and coverage.names_pronoun and not coverage.values.is_specific:
+        before = {
+            name: one for name, one in last.arguments.items() if is_object(routed.task.parameters[name])
+        }
+        arguments = routed.task.complete_arguments({**routed.arguments, **before})
+        return replace(routed, arguments=arguments)
+    for name, values in coverage.values.open_parameters():
+        candidates = {
+            one: replace(routed, arguments={**routed.arguments, name: one}).instruction for one in values
+        }
+        listed = ", ".join(f"`{one}`" for one in values)
+        parameter = routed.task.parameters[name]
+        said = {one: ", ".join(parameter.phrases.get(one, ())) for one in values}
+        shown = ", ".join(f"`{one}` ({said[one]})" for one in values) if any(said.values()) else listed
+        if not values:
+            raise InstructionError(
+                f"{quoted(segment.text)} does not say `{name}` of `{routed}`; write "
+                f"`aeros run --task {routed} {name}=VALUE`"
+            )
+        raise AmbiguousInstructionError(
+            f"{quoted(segment.text)} leaves open `{name}` of `{routed}`: {shown}", segment.text, candidates
+        )
+    return routed
 
 
 def _prohibited(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence[Errand]) -> list[RoutedTask]:
@@ -403,13 +435,15 @@ def _prohibited(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence
     last = before[-1].routed if before else None
     found: list[RoutedTask] = []
     for part in parts:
-        coverages = [entry.cover(part, knows_pronoun=entry.routed == last) for entry in tasks]
+        coverages = [
+            entry.cover(part, knows_pronoun=last is not None and entry.routed.covers(last)) for entry in tasks
+        ]
         possible = [
-            one.entry.routed
+            one.prohibited
             for one in coverages
             if not (one.unknown or one.repetitions) and (one.triggers or one.objects)
         ] or [
-            one.entry.routed
+            one.prohibited
             for one in coverages
             if one.triggers and all(word in english.UNIVERSAL for word in one.unknown)
         ]
@@ -451,6 +485,8 @@ def _not_covered(segment: Segment, coverages: Sequence[Coverage]) -> Instruction
     if best.unknown:
         unknown = ", ".join(quoted(word) for word in dict.fromkeys(best.unknown))
         return InstructionError(f"in {text}, `{routed}` does not know {unknown}; {_known_phrases(best)}")
+    if best.values.fault:
+        return InstructionError(f"in {text}, {best.values.fault}")
     if best.counts or best.repetitions:
         counted = ", ".join(quoted(word) for word in best.counts + best.repetitions)
         return InstructionError(

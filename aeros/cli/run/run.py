@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 import sys
 from dataclasses import replace
 from math import inf
@@ -75,7 +76,7 @@ examples:
   aeros run "clean the table" --seed 7 --out runs/clean
   aeros run "make dumplings, then clean the table" --plant symbolic
   aeros run "if the table is dirty, clean it, but do not make dumplings" --plant symbolic
-  aeros run --task fetch_object
+  aeros run --task fetch_object object=blue_block
   aeros run "make dumplings" --plant symbolic --gate compiled
   aeros run "fetch the object" --plant kinematic --seed 3
   aeros run "fetch the object" --composition fetch_once --timeout 60
@@ -109,7 +110,10 @@ def add_to(commands: Subparsers) -> None:
     parser = add_command(commands, "run", __doc__, _EXAMPLES)
     parser.add_argument("instruction", nargs="?", help='the instruction, as in "make dumplings"')
     parser.add_argument(
-        "--task", metavar="NAME", help="the task, in place of an instruction; `aeros tasks` lists them"
+        "--task",
+        nargs="+",
+        metavar=("NAME", "KEY=VALUE"),
+        help="the task with values of its parameters, in place of an instruction; `aeros tasks` lists them",
     )
     parser.add_argument("--seed", type=parse_seed, default=0, help="seed of all random numbers (default: 0)")
     parser.add_argument("--plant", choices=PLANTS, default="physics", help="default: physics")
@@ -273,7 +277,7 @@ def _seconds(text: str) -> float:
 def _command(arguments: argparse.Namespace) -> Exit:
     is_going_on = arguments.resume or arguments.serve_plant
     if arguments.task is not None and arguments.instruction is None:
-        arguments.instruction = arguments.task
+        arguments.instruction = shlex.join(arguments.task)
     elif arguments.task is not None:
         raise UsageError("give an instruction or --task, not both")
     if is_going_on != (arguments.instruction is None):

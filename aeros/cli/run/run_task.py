@@ -155,7 +155,10 @@ def _judge(
     if not truth:
         return None
     goal = staged.task.task.goal if request.goal is None else request.goal.term
-    judgement = judge_goal(goal, report.reached, truth, staged.task.module)
+    task = staged.task
+    judgement = judge_goal(
+        goal, report.reached, truth, task.module, task.task.complete_arguments(task.arguments)
+    )
     recorded.audit.append("goal-judged", judgement.record())
     return judgement
 

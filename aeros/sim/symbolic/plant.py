@@ -35,8 +35,10 @@ from aeros.sim.symbolic.outcomes import (
 from aeros.sim.symbolic.state import as_reading, initial_values
 from aeros.skill import Action
 from aeros.spec.diagnostics.errors import MisuseError
+from aeros.spec.expr.doubles import to_doubles
 from aeros.spec.model.ecm import Ecm, Outcome
 from aeros.spec.model.site import Site
+from aeros.spec.model.task_parameters import parameters_behind_variables
 
 _COMPLETED: Final = MotionCompletion(True)
 
@@ -96,9 +98,15 @@ class SymbolicPlant:
         self._names = ColumnNames(
             [name for name in site.state if "." not in name or name.partition(".")[0] in modules]
         )
-        start = initial_values(site, initial or {})
+        parameters = {name: one for ecm in modules.values() for name, one in ecm.task_parameters.items()}
+        self._defaults = to_doubles(
+            {name: one.default for name, one in parameters.items() if one.default is not None}
+        )
+        start = initial_values(site, {**self._defaults, **(initial or {})})
         self._initial = {name: start[name] for name in self._names.names}
         self._shares = outcome_probabilities_by_skill(modules.values())
+        behind = parameters_behind_variables(modules.values())
+        self._depending = {name: sorted(behind[name]) for name in self._names.names if name in behind}
         self._effects = {
             (name, outcome.id): self._apply_outcome(name, outcome)
             for name, shares in self._shares.items()
@@ -125,6 +133,8 @@ class SymbolicPlant:
         self._drawn: list[DrawnOutcome] = []
         self._runs: dict[str, int] = dict.fromkeys(self._shares, 0)
         self._time = 0.0
+        self._said: Mapping[str, Any] = self._defaults
+        self._left: dict[tuple[str, tuple[Any, ...]], Any] = {}
         # Cached readings of now, until time passes or a value changes.
         self._observed: Readings | None = None
         # Replaced, never mutated: results computed from it can check by identity that they still hold.
@@ -244,6 +254,27 @@ class SymbolicPlant:
             self._time = max(self._time, self._start_times[skill] + float(outcome.duration))
         self._values = self._set_values([self._effects[skill, outcome.id]])
         self._observed = None
+
+    def set_parameters(self, values: Mapping[str, Any]) -> None:
+        """Set the parameters of the task; see `announce_parameters`.
+
+        What depends on a parameter is another fact for each value of it: at first as at the start, and later
+        as it was left.
+
+        Args:
+            values: values (SI) of parameters of tasks, by full name; the others have their defaults.
+        """
+        said = {**self._defaults, **to_doubles(dict(values))}
+        if said == self._said:
+            return
+        changes = dict(said)
+        for name, behind in self._depending.items():
+            before, after = (tuple(map(one.get, behind)) for one in (self._said, said))
+            if name not in said and before != after:
+                self._left[name, before] = self._values[name]
+                changes[name] = self._left.get((name, after), self._initial[name])
+        self._values = self._set_values([changes])
+        self._said, self._observed, self._planned = said, None, None
 
     def drawn_outcomes(self) -> tuple[DrawnOutcome, ...]:
         """Return all outcomes drawn so far; they are the only random events of the run.

@@ -490,6 +490,13 @@ class Scene:
     presses: Named[Press] = field(
         default=MappingField(), metadata={"doc": "lids with a handle, for the plant without physics"}
     )
+    parameters: Named[Annotated[MappingField[Reference], Pattern("identifier")]] = field(
+        default=MappingField(),
+        metadata={
+            "doc": "for each parameter of a task that `truth` speaks of, the thing of this scene that each "
+            "of its values is, as in `parameters: {object: {red_can: can, blue_block: block}}`"
+        },
+    )
     truth: Named[ExpressionField] = field(
         default=MappingField(),
         metadata={

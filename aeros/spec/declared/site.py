@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 from aeros.spec.declared.configuration import ModuleSettings
 from aeros.spec.declared.field_types import Identifier, Named, RiskWord, Slug
 from aeros.spec.declared.motion import MotionPolicy
+from aeros.spec.declared.objects import ObjectKind
 from aeros.spec.declared.perception import Camera
 from aeros.spec.declared.policy import Policy
 from aeros.spec.declared.quantity import Quantity
@@ -218,6 +219,13 @@ class Site:
         metadata={
             "doc": "the cameras whose pictures perceivers may get, as in "
             "`cameras: {overhead: {sensor: overhead_camera, width: 640, height: 480}}`"
+        },
+    )
+    objects: Named[ObjectKind] = field(
+        default=MappingField(),
+        metadata={
+            "doc": "what people may ask the robot for: the members of the enum `objects`, as in "
+            "`objects: {red_can: {words: [can, red can], cylinder: [22 mm, 8 cm]}}`"
         },
     )
     modules: Named[ModuleSettings] = field(

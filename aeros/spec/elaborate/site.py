@@ -6,6 +6,7 @@ from aeros.spec.declared import site as declared
 from aeros.spec.declared.configuration import ModuleSettings
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.motion import check_tracking_rules, elaborate_motion
+from aeros.spec.elaborate.objects import elaborate_objects
 from aeros.spec.elaborate.perception import (
     elaborate_cameras,
     elaborate_perception_policy,
@@ -52,6 +53,7 @@ def elaborate_site(site: declared.Site, digest: str, diagnostics: Diagnostics) -
     rules, policy, motion = ElaboratedRules(), site.policy, None
     shared, cameras = {}, {}
     devices = _devices(site, diagnostics)
+    objects = elaborate_objects(site, diagnostics)
     if is_whole:
         shared = elaborate_shared_variables(policy.perception, vocabulary, diagnostics)
         cameras = elaborate_cameras(site, vocabulary, diagnostics)
@@ -103,6 +105,7 @@ def elaborate_site(site: declared.Site, digest: str, diagnostics: Diagnostics) -
         offers=_offers(site),
         configurations={name.value: _configuration(one) for name, one in site.modules},
         devices=devices,
+        objects=objects,
         sensors={
             name.value: one.value if isinstance(one, TextField) else one.description.value
             for name, one in site.sensors

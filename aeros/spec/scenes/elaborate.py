@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
+from itertools import product
 from math import degrees
 from pathlib import Path
 from typing import Final, TypeVar
@@ -27,6 +28,7 @@ from aeros.spec.model.scene import (
     Seal,
     UrdfModel,
 )
+from aeros.spec.model.truth_names import truth_name
 from aeros.spec.scenes.bodies import BodyElaborator
 from aeros.spec.scenes.conditions import SceneScope, resolve_part
 from aeros.spec.scenes.merging import NAMED, names_in_use
@@ -224,9 +226,29 @@ class _SceneElaborator:
         for name, timer in scene.timers:
             self._add("timers", {name.value: scope.condition(timer.while_)})
             scope.add_timer(name.value)
+        self._add_truth(scene, scope)
+
+    def _add_truth(self, scene: declared.Scene, scope: SceneScope) -> None:
+        """Elaborate each truth, for all values of the parameters that it speaks of."""
+        things = {name.value: dict(values) for name, values in scene.parameters}
+        known = {
+            name: {value.value: thing.value for value, thing in values.items()}
+            for name, values in things.items()
+        }
+        depends: dict[str, set[str]] = {}
         for name, text in scene.truth:
             full = name.value if scene.module is None else f"{scene.module.value}.{name.value}"
-            self._add("truth", {full: scope.condition(text)})
+            earlier = scope.depends_on(text, depends)
+            parameters = sorted(scope.depends_on(text, known).union(*(depends[one] for one in earlier)))
+            for values in product(*(known[one] for one in parameters)):
+                said = dict(zip(parameters, values, strict=True))
+                for one in earlier:
+                    own = {each: said[each] for each in depends[one]}
+                    of_module = one if scene.module is None else f"{scene.module.value}.{one}"
+                    scope.add_condition(one, truth_name(of_module, own))
+                aliases = {one: known[one][value] for one, value in said.items()}
+                self._add("truth", {truth_name(full, said): scope.condition(text, aliases)})
+            depends[name.value] = set(parameters)
             scope.add_condition(name.value, full)
 
     def _seal(self, seal: declared.Seal, scope: SceneScope) -> Seal | None:

@@ -90,7 +90,7 @@ def elaborate_ecm(
         model_digests=_model_digests(ecm, Path(folder), diagnostics),
         capabilities=capabilities,
         skills=skills,
-        tasks=elaborate_tasks(ecm, names, site, diagnostics),
+        tasks=elaborate_tasks(ecm, names, site, perception.task_parameters, diagnostics),
         requested_access=_requested_access(ecm.permissions, bound),
         permitted_actions=elaborate_action_conditions(ecm.permissions.actions, {}, site, diagnostics),
         required_modules=modules,
