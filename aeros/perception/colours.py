@@ -17,6 +17,9 @@ Bounds = tuple[float | None, float | None]
 
 Mask = NDArray[np.bool_]
 
+_DARKEST: Final = 60.0 / 255.0
+"""Least value of a pixel whose hue is believed, in [0, 1]."""
+
 _HUE_TOLERANCE: Final = 20.0
 """Greatest difference of hues of one surface, degrees: coloured light and noise shift them."""
 
@@ -122,4 +125,4 @@ def has_colour_of(rgb: NDArray[Any], colour: Sequence[float]) -> Mask:
     """
     hue, saturation, _ = (float(one) for one in to_hsv(np.array([colour]) * 255.0)[0])
     around = ((hue - _HUE_TOLERANCE) % 360.0, (hue + _HUE_TOLERANCE) % 360.0)
-    return has_hsv_colour(rgb, around, saturation / 2.0)
+    return has_hsv_colour(rgb, around, saturation / 2.0, _DARKEST)

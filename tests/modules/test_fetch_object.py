@@ -10,6 +10,10 @@ import pytest
 
 from aeros.perception import Picture
 from aeros.sim.geometry import Camera, Vector3
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_site
+from aeros.spec.model.site import Site
+from aeros.spec.text.discovery import reference_site_path
 from tests.modules.looking import GREY, Put, Top, Watched, as_picture, draw
 
 ABOVE = Camera(eye=(0.5, 0.1, 1.5), target=(0.5, 0.1, 0.0), up=(1.0, 0.0, 0.0), field_of_view=40.0)
@@ -20,15 +24,26 @@ STANDING = Top(0.6, 0.2, 0.08, (0.022, 0.0), RED, is_round=True)
 DELIVERY = (1.7, -1.1, 0.44)
 
 
+def reference_site() -> Site:
+    found = load_site(reference_site_path(), Diagnostics())
+    assert found is not None
+    return found
+
+
+OBJECTS = {name: one.for_perceivers() for name, one in reference_site().objects.items()}
+WANTED = {"object": "red_can", "to": "middle", "objects": OBJECTS}
+"""What an instruction says of the task, and what the site says of its objects."""
+
+
 def lying(heading: float) -> Top:
     """The upper side of a can on its side: a strip as long as it."""
     return Top(0.6, 0.2, 0.044, (0.04, 0.008), RED, heading)
 
 
 def seen(picture: Picture, delivery: Vector3 = DELIVERY) -> dict[str, Any]:
-    found: dict[str, Any] = Watched("fetch_object", "find_can", {"delivery_position": delivery}).see(
-        0.0, picture
-    )
+    found: dict[str, Any] = Watched(
+        "fetch_object", "find_object", {**WANTED, "delivery_position": delivery}
+    ).see(0.0, picture)
     return found
 
 
@@ -187,7 +202,7 @@ def test_the_hand_sees_where_the_can_is_and_how_it_lies() -> None:
 
 
 def test_a_value_that_a_later_picture_does_not_show_keeps_its_time() -> None:
-    watched = Watched("fetch_object", "find_can", {"delivery_position": DELIVERY})
+    watched = Watched("fetch_object", "find_object", {**WANTED, "delivery_position": DELIVERY})
     watched.see(1.0, draw(ABOVE, [lying(0.0), wall(-0.065, 0.08, 0.0, (0.135, 0.01))], name="mast", time=1.0))
     found = watched.see(2.0, draw(ABOVE, [], name="hand", time=2.0))
     assert (found["object_seen"], found["object_free"]) == (False, False)
@@ -201,7 +216,13 @@ def test_a_value_that_a_later_picture_does_not_show_keeps_its_time() -> None:
 
 STATION = (1.25, 0.2, 0.3)
 CAN = (1.83, 0.2, 0.441)
-EMPTY = {"holding": False, "finger_gap": 0.08, "base_position": (0.0, 0.0, 0.3), "station_survey": STATION}
+EMPTY = {
+    **WANTED,
+    "holding": False,
+    "finger_gap": 0.08,
+    "base_position": (0.0, 0.0, 0.3),
+    "station_survey": STATION,
+}
 
 
 def tracked(time: float, **readings: Any) -> dict[str, Any]:

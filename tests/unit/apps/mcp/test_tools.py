@@ -59,7 +59,9 @@ class _Operator(FixedGovernor):
         return nullcontext(generation == self.generation)
 
     def ask(self, command: OperatorCommand) -> None:
-        self.asked = command
+        # A pause does not take back a stop, whichever comes first on a busy machine.
+        if (self.asked, command) != (OperatorCommand.STOP, OperatorCommand.PAUSE):
+            self.asked = command
 
     def hear(self, line: bytes) -> None:
         do = self.at_first.pop(json.loads(line)["event"], None)
