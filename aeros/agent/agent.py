@@ -51,8 +51,7 @@ class Agent:
         seed: int = 0,
         planning_timeout: float | None = None,
     ) -> None:
-        self._seed = seed
-        self._within = planning_timeout
+        self._seed, self._within = seed, planning_timeout
         self.identity = identity
         self._runtime = runtime
         self._memory = memory

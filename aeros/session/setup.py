@@ -209,7 +209,7 @@ def task_of_plant(understanding: Understanding, plant: str) -> Task:
     Raises:
         PlantSetupError: The tasks take place in different scenes.
     """
-    tasks = [errand.routed.task for errand in understanding.errands]
+    tasks = [errand.routed.task_at_start for errand in understanding.errands]
     scenes = list(dict.fromkeys(str(task.scene) for task in tasks))
     if plant != "symbolic" and len(scenes) > 1:
         raise PlantSetupError(

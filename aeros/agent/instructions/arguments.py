@@ -45,8 +45,8 @@ def value_phrases(task: Task) -> tuple[ValuePhrase, ...]:
     """
     found: dict[tuple[str, Words], set[str]] = {}
     for name, parameter in task.parameters.items():
-        for value, said in parameter.phrases.items():
-            for words in map(normalized_words, said):
+        for value, stated in parameter.phrases.items():
+            for words in map(normalized_words, stated):
                 found.setdefault((name, tuple(words)), set()).add(value)
     phrases = (
         ValuePhrase(words, name, frozenset(values), is_object(task.parameters[name]))
@@ -81,13 +81,11 @@ def counted_parameter(task: Task) -> TaskParameter | None:
 
 
 @dataclass
-class SaidValues:
-    """What the words of one request say of the parameters of a task.
-
-    Args:
-        task: the task.
+class StatedValues:
+    """Values that the words of one request state for the parameters of a task.
 
     Attributes:
+        task: the task.
         values: the values that are still possible, for each parameter of which something is said.
         numbers: numbers, as said, with their values.
         fault: why no arguments follow; empty if they do.
@@ -134,25 +132,25 @@ class SaidValues:
         return any(is_object(self.task.parameters[name]) for name in self.values)
 
     @property
-    def said(self) -> dict[str, Any]:
-        """The arguments that are said, by the parameter's name."""
-        said: dict[str, Any] = {name: next(iter(one)) for name, one in self.values.items() if len(one) == 1}
+    def stated(self) -> dict[str, Any]:
+        """The arguments that are stated, by the parameter's name."""
+        stated: dict[str, Any] = {name: next(iter(one)) for name, one in self.values.items() if len(one) == 1}
         parameter = counted_parameter(self.task)
         if parameter is not None and self.numbers:
-            said[parameter.name] = Fraction(self.numbers[0][1])
-        return {name: said[name] for name in self.task.parameters if name in said}
+            stated[parameter.name] = Fraction(self.numbers[0][1])
+        return {name: stated[name] for name in self.task.parameters if name in stated}
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """What is said, and the defaults; parameters of which neither is known are absent."""
+        """The stated arguments, and the defaults; parameters of which neither is known are absent."""
         defaults = {
             name: one.default for name, one in self.task.parameters.items() if one.default is not None
         }
-        both = {**{name: one for name, one in defaults.items() if name not in self.values}, **self.said}
+        both = {**{name: one for name, one in defaults.items() if name not in self.values}, **self.stated}
         return {name: both[name] for name in self.task.parameters if name in both}
 
     def open_parameters(self) -> Iterator[tuple[str, Sequence[str]]]:
-        """Find what must still be asked.
+        """Find the parameters that are still open.
 
         Yields:
             Each parameter without a value, and the values that it may have; empty for a number.

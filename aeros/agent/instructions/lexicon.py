@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from aeros.agent.instructions import english
-from aeros.agent.instructions.arguments import SaidValues, ValuePhrase, counted_parameter, value_phrases
+from aeros.agent.instructions.arguments import StatedValues, ValuePhrase, counted_parameter, value_phrases
 from aeros.agent.instructions.english import Words
 from aeros.agent.planning.routing import RoutedTask
 from aeros.spec.diagnostics.words import normalized_words
@@ -24,7 +24,7 @@ class Coverage:
         unknown: words that the task does not declare.
         counts: numbers, as said, but for a `one` before an object.
         repetitions: words that ask for several times, as said.
-        values: what the words say of the task's parameters.
+        values: values that the words state for the task's parameters.
     """
 
     entry: TaskPhrases
@@ -33,7 +33,7 @@ class Coverage:
     unknown: Words
     counts: Words
     repetitions: Words
-    values: SaidValues
+    values: StatedValues
 
     @property
     def routed(self) -> RoutedTask:
@@ -43,7 +43,7 @@ class Coverage:
     @property
     def prohibited(self) -> RoutedTask:
         """The task with only those arguments that the words say: without any, all are meant."""
-        return replace(self.entry.routed, arguments=self.values.said)
+        return replace(self.entry.routed, arguments=self.values.stated)
 
     @property
     def names_pronoun(self) -> bool:
@@ -110,14 +110,14 @@ class TaskPhrases:
         unknown: list[str] = []
         counts: list[str] = []
         repetitions: list[str] = []
-        said = SaidValues(self.routed.task)
+        stated = StatedValues(self.routed.task)
         at = 0
         while at < len(words):
             found, length = self._longest(words, at, is_perfect=is_perfect)
             word = words[at]
             value = self._value_phrase(words, at, more_than=length - 1, is_perfect=is_perfect)
             if value is not None:
-                said.add(value)
+                stated.add(value)
                 if value.names_object:
                     objects.append(words[at : at + len(value.words)])
                 at += len(value.words)
@@ -141,14 +141,14 @@ class TaskPhrases:
                 is_of_noun = self._longest(words, at + 1, is_perfect=is_perfect)[0] is nouns
                 following = self._value_phrase(words, at + 1, more_than=0, is_perfect=is_perfect)
                 if counted_parameter(self.routed.task) is not None and is_of_noun:
-                    said.add_number(word, number)
+                    stated.add_number(word, number)
                 elif number != 1 or not (is_of_noun or (following is not None and following.names_object)):
                     counts.append(word)
             elif word not in english.FILLERS and word not in english.DETERMINERS:
                 unknown.append(word)
             at += 1
         return Coverage(
-            self, tuple(triggers), tuple(objects), tuple(unknown), tuple(counts), tuple(repetitions), said
+            self, tuple(triggers), tuple(objects), tuple(unknown), tuple(counts), tuple(repetitions), stated
         )
 
     def _value_phrase(self, words: Words, at: int, *, more_than: int, is_perfect: bool) -> ValuePhrase | None:

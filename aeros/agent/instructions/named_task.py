@@ -1,4 +1,4 @@
-"""An instruction that names a task, with values of its parameters: `fetch_object object=red_can`."""
+"""An instruction that names a task, with values of its parameters: `wash_pot pot=small`."""
 
 from __future__ import annotations
 

@@ -407,8 +407,8 @@ def _with_arguments(segment: Segment, coverage: Coverage, last: RoutedTask | Non
         }
         listed = ", ".join(f"`{one}`" for one in values)
         parameter = routed.task.parameters[name]
-        said = {one: ", ".join(parameter.phrases.get(one, ())) for one in values}
-        shown = ", ".join(f"`{one}` ({said[one]})" for one in values) if any(said.values()) else listed
+        stated = {one: ", ".join(parameter.phrases.get(one, ())) for one in values}
+        shown = ", ".join(f"`{one}` ({stated[one]})" for one in values) if any(stated.values()) else listed
         if not values:
             raise InstructionError(
                 f"{quoted(segment.text)} does not say `{name}` of `{routed}`; write "

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from aeros.spec.expr.units import format_quantity
@@ -45,6 +45,11 @@ class RoutedTask:
     def variables(self) -> dict[str, Any]:
         """Values (SI) of its parameters by the full names of their variables."""
         return {self.task.parameters[name].full_name: one for name, one in self.arguments.items()}
+
+    @property
+    def task_at_start(self) -> Task:
+        """The task, whose initial state has these arguments."""
+        return replace(self.task, initial={**self.task.initial, **self.variables})
 
     def covers(self, other: RoutedTask) -> bool:
         """Check if another task is this one, with every argument that this one has.

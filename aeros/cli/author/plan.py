@@ -137,7 +137,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
     task: Task | None = None
     if instruction is not None:
         try:
-            task = single_errand(understand(instruction, modules, others)).task
+            task = single_errand(understand(instruction, modules, others)).task_at_start
         except InstructionError as refusal:
             print(f"aeros: {refusal}", file=sys.stderr)
             return Exit.REJECTED

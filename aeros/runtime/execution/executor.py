@@ -66,7 +66,7 @@ LOST_AGENT: Final = "the agent was lost; the plant stopped by itself, unseen"
 
 
 class Perception(Protocol):
-    """What measures with the perceivers of modules, as the executor steers it."""
+    """The perceivers of modules, as the executor steers them."""
 
     def attend(self, modules: frozenset[str] | None) -> None:
         """Implement `Runtime.attend`."""

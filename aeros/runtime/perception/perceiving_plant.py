@@ -71,7 +71,7 @@ class PerceivingPlant:
         self._generation: int | None = None
         self._attended: frozenset[str] | None = None
         self._attends_to_all = attends_to_all
-        self._said: dict[str, Any] = {}
+        self._stated: dict[str, Any] = {}
         self._parameters: dict[str, Any] = {}
         self._perceivers: dict[_PerceiverKey, ActivePerceiver] = {}
         self._definitions: dict[str, ActiveDefinition] = {}
@@ -119,8 +119,8 @@ class PerceivingPlant:
         Args:
             values: values (SI) of parameters of tasks, by full name.
         """
-        if dict(values) != self._said:
-            self._said, self._generation = dict(values), None
+        if dict(values) != self._stated:
+            self._stated, self._generation = dict(values), None
             announce_parameters(self._plant, values)
 
     def pictures(self) -> Mapping[str, CameraPicture]:
@@ -243,8 +243,8 @@ class PerceivingPlant:
                     depends = sorted(
                         frozenset[str]().union(*(behind.get(one, ()) for one in perceiver.provides))
                     )
-                    said = (f"{one}={parameters.get(one)!r}" for one in depends)
-                    key = (ecm.id, perceiver.id, *digests, *bound, *said)
+                    stated = (f"{one}={parameters.get(one)!r}" for one in depends)
+                    key = (ecm.id, perceiver.id, *digests, *bound, *stated)
                     running = self._perceivers.pop(key) if key in self._perceivers else None
                     found[key] = (
                         ActivePerceiver(site, ecm, perceiver, self._open, self._record)
@@ -265,9 +265,9 @@ class PerceivingPlant:
             name: one.default
             for ecm in configuration.modules.values()
             for name, one in ecm.task_parameters.items()
-            if one.default is not None or name in self._said
+            if one.default is not None or name in self._stated
         }
-        return to_doubles({**defaults, **{name: self._said[name] for name in defaults if name in self._said}})
+        return to_doubles({name: self._stated.get(name, default) for name, default in defaults.items()})
 
     def _parameter_readings(self) -> dict[str, Reading]:
         now = self._plant.now()

@@ -32,13 +32,12 @@ from aeros.sim.symbolic.outcomes import (
     OutcomeSampler,
     outcome_probabilities_by_skill,
 )
+from aeros.sim.symbolic.parameter_facts import ParameterFacts
 from aeros.sim.symbolic.state import as_reading, initial_values
 from aeros.skill import Action
 from aeros.spec.diagnostics.errors import MisuseError
-from aeros.spec.expr.doubles import to_doubles
 from aeros.spec.model.ecm import Ecm, Outcome
 from aeros.spec.model.site import Site
-from aeros.spec.model.task_parameters import parameters_behind_variables
 
 _COMPLETED: Final = MotionCompletion(True)
 
@@ -98,15 +97,10 @@ class SymbolicPlant:
         self._names = ColumnNames(
             [name for name in site.state if "." not in name or name.partition(".")[0] in modules]
         )
-        parameters = {name: one for ecm in modules.values() for name, one in ecm.task_parameters.items()}
-        self._defaults = to_doubles(
-            {name: one.default for name, one in parameters.items() if one.default is not None}
-        )
-        start = initial_values(site, {**self._defaults, **(initial or {})})
+        self._facts = ParameterFacts(modules)
+        start = initial_values(site, {**self._facts.defaults, **(initial or {})})
         self._initial = {name: start[name] for name in self._names.names}
         self._shares = outcome_probabilities_by_skill(modules.values())
-        behind = parameters_behind_variables(modules.values())
-        self._depending = {name: sorted(behind[name]) for name in self._names.names if name in behind}
         self._effects = {
             (name, outcome.id): self._apply_outcome(name, outcome)
             for name, shares in self._shares.items()
@@ -133,8 +127,8 @@ class SymbolicPlant:
         self._drawn: list[DrawnOutcome] = []
         self._runs: dict[str, int] = dict.fromkeys(self._shares, 0)
         self._time = 0.0
-        self._said: Mapping[str, Any] = self._defaults
-        self._left: dict[tuple[str, tuple[Any, ...]], Any] = {}
+        self._facts = copy(self._facts)
+        self._facts.restart()
         # Cached readings of now, until time passes or a value changes.
         self._observed: Readings | None = None
         # Replaced, never mutated: results computed from it can check by identity that they still hold.
@@ -258,23 +252,13 @@ class SymbolicPlant:
     def set_parameters(self, values: Mapping[str, Any]) -> None:
         """Set the parameters of the task; see `announce_parameters`.
 
-        What depends on a parameter is another fact for each value of it: at first as at the start, and later
-        as it was left.
-
         Args:
             values: values (SI) of parameters of tasks, by full name; the others have their defaults.
         """
-        said = {**self._defaults, **to_doubles(dict(values))}
-        if said == self._said:
-            return
-        changes = dict(said)
-        for name, behind in self._depending.items():
-            before, after = (tuple(map(one.get, behind)) for one in (self._said, said))
-            if name not in said and before != after:
-                self._left[name, before] = self._values[name]
-                changes[name] = self._left.get((name, after), self._initial[name])
-        self._values = self._set_values([changes])
-        self._said, self._observed, self._planned = said, None, None
+        changes = self._facts.change(values, self._values, self._initial)
+        if changes:
+            self._values = self._set_values([changes])
+            self._observed = self._planned = None
 
     def drawn_outcomes(self) -> tuple[DrawnOutcome, ...]:
         """Return all outcomes drawn so far; they are the only random events of the run.

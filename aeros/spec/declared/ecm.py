@@ -222,7 +222,7 @@ class Task:
     parameters: Named[TaskParameter] = field(
         default=MappingField(),
         metadata={
-            "doc": "what an instruction says of it, as in `parameters: {object: {type: objects}}`; each is a "
+            "doc": "parts that an instruction says, as in `parameters: {object: {type: objects}}`; each is a "
             "state variable of the module"
         },
     )

@@ -10,7 +10,7 @@ from aeros.spec.text.fields import NumberField, TextField
 
 @dataclass(frozen=True)
 class ObjectKind:
-    """A kind of object that the robot may be asked for.
+    """Kind of object that the robot may be asked for.
 
     Attributes:
         span: its place in the file.
@@ -18,7 +18,7 @@ class ObjectKind:
 
     span: SourceSpan
     words: tuple[TextField, ...] = field(
-        metadata={"doc": "the phrases for it, in the singular, as in `words: [can, red can]`"}
+        metadata={"doc": "the phrases for it, in the singular, as in `words: [cup, small cup]`"}
     )
     box: tuple[TextField, ...] | None = field(
         default=None,

@@ -224,8 +224,8 @@ class Site:
     objects: Named[ObjectKind] = field(
         default=MappingField(),
         metadata={
-            "doc": "what people may ask the robot for: the members of the enum `objects`, as in "
-            "`objects: {red_can: {words: [can, red can], cylinder: [22 mm, 8 cm]}}`"
+            "doc": "kinds of objects that people may ask the robot for, members of the enum `objects`, as in "
+            "`objects: {small_cup: {words: [cup, small cup], cylinder: [3 cm, 8 cm]}}`"
         },
     )
     modules: Named[ModuleSettings] = field(

@@ -1,4 +1,4 @@
-"""Schema of the parameters of tasks: what an instruction may say of them, and their defaults."""
+"""Schema of the parameters of tasks, which instructions set."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class ParameterValue:
 
 @dataclass(frozen=True)
 class TaskParameter:
-    """What an instruction says of a task, such as the object to fetch; no skill changes it.
+    """Part of a task that an instruction says, such as the object to fetch; no skill changes it.
 
     It is a state variable of the module: conditions, skills and perceivers read it by its name.
 

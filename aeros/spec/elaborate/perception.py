@@ -192,7 +192,7 @@ class ModulePerception:
             name.value: self._perceiver(name, perceiver, declared_here, site)
             for name, perceiver in ecm.perceivers
         }
-        self.state = self._by_full_name(self._with_sensors(ecm, own, written))
+        self.state = self._by_full_name(_with_sensors(ecm, own, written, diagnostics))
         self._check_shared(ecm, site)
 
     def _by_full_name(self, own: Mapping[str, Declared]) -> dict[str, Declared]:
@@ -332,49 +332,6 @@ class ModulePerception:
         seen_as = "" if name == camera.value else camera.value
         return PictureRequest(name, width, height, depth, seen_as, is_optional)
 
-    def _with_sensors(
-        self, ecm: declared_ecm.Ecm, own: Mapping[str, Declared], defined: Mapping[str, ExpressionField]
-    ) -> dict[str, Declared]:
-        """Name the perceiver of each variable; each has exactly one, or a definition."""
-        by_variable: dict[str, tuple[TextField, TextField]] = {}
-        for perceiver, declaration in ecm.perceivers:
-            for name in declaration.provides:
-                if name.value in own and (sensor := own[name.value].sensor) is not None:
-                    headline = f"`{sensor}` measures `{name.value}`, and `{perceiver.value}` provides it, too"
-                    self._diagnostics.error("AE120", headline, name.span, help=("keep one of them",))
-                if name.value in defined:
-                    self._diagnostics.error(
-                        "AE120",
-                        f"`{name.value}` has a definition, and `{perceiver.value}` provides it, too",
-                        name.span,
-                        secondary=(SpanLabel(defined[name.value].span, "defined here"),),
-                        help=("keep one of them",),
-                    )
-                if name.value in by_variable:
-                    first, place = by_variable[name.value]
-                    self._diagnostics.error(
-                        "AE120",
-                        f"`{name.value}` is provided twice, by `{first.value}` and by `{perceiver.value}`",
-                        name.span,
-                        secondary=(SpanLabel(place.span, "provided here"),),
-                        help=("let one perceiver provide it",),
-                    )
-                by_variable.setdefault(name.value, (perceiver, name))
-        measured: dict[str, Declared] = {}
-        for short, one in own.items():
-            if one.sensor is not None:
-                measured[short] = one
-                continue
-            if short in defined:
-                measured[short] = replace(one, sensor=f"{self._module}.{short}")
-                continue
-            if short in by_variable:
-                measured[short] = replace(one, sensor=f"{self._module}.{by_variable[short][0].value}")
-                continue
-            help_ = "add it to `provides` of a perceiver, or give it a `definition` or a `sensor`"
-            self._diagnostics.error("AE122", f"no perceiver provides `{short}`", one.span, help=(help_,))
-        return measured
-
     def _check_shared(self, ecm: declared_ecm.Ecm, site: Site) -> None:
         """Check that the module declares what the site shares of it, and declares it alike."""
         for full, shared in site.perception.shared.items():
@@ -397,6 +354,53 @@ class ModulePerception:
                     secondary=(SpanLabel(shared.span, "the site's declaration"),),
                     help=("declare it alike: others rely on the site's declaration",),
                 )
+
+
+def _with_sensors(
+    ecm: declared_ecm.Ecm,
+    own: Mapping[str, Declared],
+    defined: Mapping[str, ExpressionField],
+    diagnostics: Diagnostics,
+) -> dict[str, Declared]:
+    """Name the perceiver of each variable; each has exactly one, or a definition."""
+    by_variable: dict[str, tuple[TextField, TextField]] = {}
+    for perceiver, declaration in ecm.perceivers:
+        for name in declaration.provides:
+            if name.value in own and (sensor := own[name.value].sensor) is not None:
+                headline = f"`{sensor}` measures `{name.value}`, and `{perceiver.value}` provides it, too"
+                diagnostics.error("AE120", headline, name.span, help=("keep one of them",))
+            if name.value in defined:
+                diagnostics.error(
+                    "AE120",
+                    f"`{name.value}` has a definition, and `{perceiver.value}` provides it, too",
+                    name.span,
+                    secondary=(SpanLabel(defined[name.value].span, "defined here"),),
+                    help=("keep one of them",),
+                )
+            if name.value in by_variable:
+                first, place = by_variable[name.value]
+                diagnostics.error(
+                    "AE120",
+                    f"`{name.value}` is provided twice, by `{first.value}` and by `{perceiver.value}`",
+                    name.span,
+                    secondary=(SpanLabel(place.span, "provided here"),),
+                    help=("let one perceiver provide it",),
+                )
+            by_variable.setdefault(name.value, (perceiver, name))
+    measured: dict[str, Declared] = {}
+    for short, one in own.items():
+        if one.sensor is not None:
+            measured[short] = one
+            continue
+        if short in defined:
+            measured[short] = replace(one, sensor=f"{ecm.id.value}.{short}")
+            continue
+        if short in by_variable:
+            measured[short] = replace(one, sensor=f"{ecm.id.value}.{by_variable[short][0].value}")
+            continue
+        help_ = "add it to `provides` of a perceiver, or give it a `definition` or a `sensor`"
+        diagnostics.error("AE122", f"no perceiver provides `{short}`", one.span, help=(help_,))
+    return measured
 
 
 def _difference(mine: Declared, shared: Declared) -> str:

@@ -1,4 +1,4 @@
-"""Names of truths that depend on what an instruction says: `object_delivered(object = red_can)`."""
+"""Names of truths that depend on what an instruction says, such as `washed(pot = small)`."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ def truths_for(names: Iterable[str], arguments: Mapping[str, Any]) -> dict[str, 
     Returns:
         The name of the truth of each state variable, by the variable's name.
     """
-    said = {f"{name} = {value}" for name, value in arguments.items()}
+    stated = {f"{name} = {value}" for name, value in arguments.items()}
     found: dict[str, str] = {}
     for name in names:
         variable, _, given = name.removesuffix(")").partition("(")
-        if not given or said >= set(given.split(", ")):
+        if not given or stated >= set(given.split(", ")):
             found[variable] = name
     return found

@@ -241,13 +241,13 @@ class _SceneElaborator:
             earlier = scope.depends_on(text, depends)
             parameters = sorted(scope.depends_on(text, known).union(*(depends[one] for one in earlier)))
             for values in product(*(known[one] for one in parameters)):
-                said = dict(zip(parameters, values, strict=True))
+                stated = dict(zip(parameters, values, strict=True))
                 for one in earlier:
-                    own = {each: said[each] for each in depends[one]}
+                    own = {each: stated[each] for each in depends[one]}
                     of_module = one if scene.module is None else f"{scene.module.value}.{one}"
                     scope.add_condition(one, truth_name(of_module, own))
-                aliases = {one: known[one][value] for one, value in said.items()}
-                self._add("truth", {truth_name(full, said): scope.condition(text, aliases)})
+                aliases = {one: known[one][value] for one, value in stated.items()}
+                self._add("truth", {truth_name(full, stated): scope.condition(text, aliases)})
             depends[name.value] = set(parameters)
             scope.add_condition(name.value, full)
 

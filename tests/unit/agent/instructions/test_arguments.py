@@ -1,4 +1,4 @@
-"""What the words of a request say of the parameters of its task."""
+"""Words of a request give arguments to its task."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import pytest
 
-from aeros.agent.instructions.arguments import SaidValues, counted_parameter, is_object, value_phrases
+from aeros.agent.instructions.arguments import StatedValues, counted_parameter, is_object, value_phrases
 from aeros.agent.instructions.grammar import InstructionError
 from aeros.agent.instructions.understand import AmbiguousInstructionError, understand
 from aeros.spec.expr import terms as t
@@ -110,9 +110,9 @@ def test_only_an_object_of_the_site_is_what_a_task_acts_on() -> None:
     names = {(one.words, one.names_object) for one in value_phrases(FETCH)}
     assert (("can",), True) in names
     assert (("left", "side"), False) in names
-    said = SaidValues(FETCH)
-    assert list(said.open_parameters()) == [("thing", ["red_can", "green_can"])]
-    assert not said.is_specific
+    stated = StatedValues(FETCH)
+    assert list(stated.open_parameters()) == [("thing", ["red_can", "green_can"])]
+    assert not stated.is_specific
 
 
 REFERENCE = {

@@ -34,6 +34,7 @@ def test_a_task_with_arguments_is_written_formally_and_as_an_instruction() -> No
     assert routed.formal_text == "m.make_dumplings(depth = 5 cm, quick = true)"
     assert routed.instruction == "m.make_dumplings depth=5cm quick=true"
     assert routed.variables == {"m.depth": Fraction(5, 100), "m.quick": True}
+    assert routed.task_at_start.initial["m.quick"] is True
     (again,) = named_tasks(routed.instruction, [RoutedTask("m", task)])
     assert again == routed
 

@@ -396,7 +396,7 @@ def test_a_parameter_is_a_reading_of_now_with_its_default_or_what_the_instructio
     assert setting.plant.observe()[SIDE] == Reading("left", 2.0)
 
 
-def test_what_depends_on_a_parameter_that_changes_is_measured_anew() -> None:
+def test_values_that_depend_on_a_changed_parameter_are_measured_anew() -> None:
     setting = Setting(HOT, CRASH, HOT, ecm=asked())
     setting.inner.take()
     setting.plant.observe()
@@ -412,11 +412,11 @@ def test_what_depends_on_a_parameter_that_changes_is_measured_anew() -> None:
 
 def test_a_plant_that_has_use_for_the_parameters_gets_them() -> None:
     class Asked(CameraPlant):
-        said: Mapping[str, Any] = {}
+        stated: Mapping[str, Any] = {}
 
         def set_parameters(self, values: Mapping[str, Any]) -> None:
-            self.said = values
+            self.stated = values
 
     plant = Asked()
     Setting(ecm=asked(), plant=plant).plant.set_parameters({SIDE: "right"})
-    assert plant.said == {SIDE: "right"}
+    assert plant.stated == {SIDE: "right"}

@@ -126,9 +126,11 @@ def test_a_can_is_delivered_if_it_stands_or_lies_there_and_is_let_go(
     x, y, z = world.poses["delivery_position"].position
     world.poses["can"] = Pose((x + off[0], y + off[1], z + off[2]), UPRIGHT)
     world.held = is_held
-    assert state.truth() == {
-        "fetch_object.object_grasped": is_held,
-        "fetch_object.object_delivered": is_delivered,
+    assert {name: one for name, one in state.truth().items() if "red_can" in name} == {
+        "fetch_object.object_grasped(object = red_can)": is_held,
+        "fetch_object.object_delivered(object = red_can, to = middle)": is_delivered,
+        "fetch_object.object_delivered(object = red_can, to = left)": False,
+        "fetch_object.object_delivered(object = red_can, to = right)": False,
     }
 
 

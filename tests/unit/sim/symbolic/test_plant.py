@@ -491,7 +491,7 @@ def test_a_modules_own_variables_are_measured_and_those_of_absent_modules_are_no
         SymbolicPlant(cell, elsewhere, 0)
 
 
-def test_what_depends_on_a_parameter_is_another_fact_for_each_of_its_values() -> None:
+def test_a_predicate_that_depends_on_a_parameter_is_another_fact_for_each_value() -> None:
     cooked = {
         "handling.cooked": replace(
             STATE["cooked"], variable=t.Variable("handling.cooked", BOOL, t.VariableRole.STATE)

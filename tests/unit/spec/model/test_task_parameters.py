@@ -6,7 +6,7 @@ from aeros.spec.model.task_parameters import instruction_of, is_parameter, param
 from tests.unit.agent.instructions.reference import reference_modules
 
 
-def test_what_reads_a_parameter_depends_on_it_and_so_does_what_reads_that() -> None:
+def test_variables_depend_on_the_parameters_that_are_read_for_them_at_any_depth() -> None:
     behind = parameters_behind_variables(reference_modules().values())
     both = frozenset({"fetch_object.object", "fetch_object.to"})
     assert behind["fetch_object.object"] == frozenset({"fetch_object.object"})

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from math import radians
+from pathlib import Path
 
 import pytest
 
+from aeros.spec.expr.terms import variables_of
 from aeros.spec.model.scene import AlternativePlace, BodyPart, Coating, Placement, RobotMount, SceneCamera
-from tests.shipped_scenes import shipped_scene
+from aeros.spec.scenes.load import load_scene
+from tests.shipped_scenes import ECMS, shipped_scene
 
 
 def test_robot_places_and_cameras() -> None:
@@ -58,3 +61,29 @@ def test_a_press_and_a_seal_name_joints() -> None:
     assert (seal.joint, seal.friction) == (BodyPart("wrapper", "fold"), 0.5)
     assert radians(160) == pytest.approx(2.7925268)
     assert scene.conditions["closed"].text.startswith("wrapper.fold > 160 deg")
+
+
+def test_a_truth_that_speaks_of_a_parameter_is_one_for_each_of_its_values() -> None:
+    truth = shipped_scene("fetch").truth
+    assert {name for name in truth if "grasped" in name} == {
+        "fetch_object.object_grasped(object = blue_block)",
+        "fetch_object.object_grasped(object = red_can)",
+    }
+    delivered = truth["fetch_object.object_delivered(object = blue_block, to = left)"]
+    assert set(variables_of(delivered.term)) == {"decoy.position in left", "decoy.held"}
+    assert len(truth) == 2 + 2 * 3
+
+
+def test_a_truth_may_use_another_that_depends_on_a_parameter(tmp_path: Path) -> None:
+    folder = tmp_path / "scenes"
+    folder.mkdir()
+    text = (ECMS / "fetch_object" / "scenes" / "fetch.yaml").read_text().replace("module: fetch_object\n", "")
+    more = "\n  both: object_grasped and object_delivered\n  near: robot.base.x < 1 m\n"
+    (folder / "two.yaml").write_text(text.rstrip() + more)
+    scene = load_scene(str(folder / "two.yaml"))
+    both = scene.truth["both(object = red_can, to = right)"]
+    assert set(variables_of(both.term)) == {
+        "object_grasped(object = red_can)",
+        "object_delivered(object = red_can, to = right)",
+    }
+    assert "near" in scene.truth
