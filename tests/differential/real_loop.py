@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -10,7 +10,8 @@ from typing import Any
 from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.report import RunReport
 from aeros.agent.execution.step_attempt import StepRunner
-from aeros.agent.memory.posterior import SuccessRecord
+from aeros.agent.memory.evidence import SkillId
+from aeros.agent.memory.posterior import RecentRecord, SuccessRecord
 from aeros.agent.memory.store import EpisodeEnd, EpisodeStart, Memory
 from aeros.agent.planning.base import Planner, RulePlanner
 from aeros.agent.planning.routing import RoutedTask
@@ -40,7 +41,10 @@ class Forgetful(Memory):
     def success_record(self, module: str, skill: str, context: str | None = None) -> SuccessRecord:
         return SuccessRecord(0, 0)
 
-    def typical_duration(self, module: str, skill: str) -> None:
+    def recent_records(self, skills: Iterable[SkillId], context: str) -> Mapping[SkillId, RecentRecord]:
+        return dict.fromkeys(skills, RecentRecord())
+
+    def typical_duration(self, module: str, skill: str, code: str = "") -> None:
         return None
 
     def latest_episode(self) -> int:

@@ -137,7 +137,7 @@ class FailureRules:
     def _no_retry_reason(self, dispatch: Dispatch) -> str:
         """Return why memory makes another attempt in this context hopeless; empty if it does not."""
         request = dispatch.request
-        records = {option.skill: option.record for option in dispatch.options}
+        records = {option.skill: option.record for option in dispatch.choice.options}
         records |= {
             request.skill: self._memory.success_record(request.module, request.skill, dispatch.context)
         }

@@ -168,10 +168,16 @@ class StepRunner:
             step = (request.module, request.skill, request.inputs)
             return self._not_started(role, step, barred, (cause,))
         given = {key: to_json_value(value) for key, value in dispatch.request.inputs.items()}
-        time, before = self._runtime.now(), self.world.predicates
-        chosen = dispatch.request.skill
         beginning = EpisodeStart(
-            self._task, request.module, chosen, role.value, given, time, before, dispatch.context
+            task=self._task,
+            module=request.module,
+            skill=request.skill,
+            role=role.value,
+            inputs=given,
+            started=self._runtime.now(),
+            before=self.world.predicates,
+            context=dispatch.context,
+            code=dispatch.code,
         )
         episode = self._memory.start_episode(beginning)
         record_start(self._journal, role, dispatch, given)

@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from aeros.agent.errors import AgentError
+from aeros.agent.memory.evidence import DurationStats, read_success_record, read_typical_duration
 from aeros.agent.memory.posterior import SuccessRecord
 from aeros.agent.memory.schema import open_database
-from aeros.agent.memory.store import DurationStats, read_success_record, read_typical_duration
 
 _JSON_COLUMNS: Final = frozenset(("inputs", "before", "after", "context", "details", "value", "causes"))
 _TABLES: Final = {"session": "sessions", "episode": "episodes", "event": "events", "fact": "facts"}
@@ -45,6 +45,21 @@ class EpisodeFilter:
 
 
 @dataclass(frozen=True, slots=True)
+class ContextSummary:
+    """Record of a skill in one context on one plant.
+
+    Attributes:
+        context: the context; None if it was not kept.
+        plant: name of the plant; None if it was not kept.
+        record: successes and failures.
+    """
+
+    context: dict[str, Any] | None
+    plant: str | None
+    record: SuccessRecord
+
+
+@dataclass(frozen=True, slots=True)
 class SkillSummary:
     """Summary of the episodes of a skill.
 
@@ -52,14 +67,14 @@ class SkillSummary:
         skill: skill as MODULE.SKILL.
         record: successes and failures in all contexts.
         typical_duration: duration of its latest successes (s); None if there are none.
-        contexts: record of each context; the context is None if it was not kept.
+        contexts: record of each context on each plant.
         reasons: most frequent reasons of failure, with their counts.
     """
 
     skill: str
     record: SuccessRecord
     typical_duration: DurationStats | None
-    contexts: tuple[tuple[dict[str, Any] | None, SuccessRecord], ...]
+    contexts: tuple[ContextSummary, ...]
     reasons: tuple[tuple[str, int], ...]
 
 
@@ -89,11 +104,14 @@ class MemoryReader:
                     tuple(self._reasons(module, skill)),
                 )
 
-    def _contexts(self, module: str, skill: str) -> Iterator[tuple[dict[str, Any] | None, SuccessRecord]]:
-        sql = """SELECT context, sum(failed = 0), sum(failed = 1) FROM episodes
-                 WHERE module = ? AND skill = ? AND counts = 1 GROUP BY context ORDER BY max(id) DESC"""
-        for context, successes, failures in self._run(sql, module, skill):
-            yield None if context is None else json.loads(context), SuccessRecord(successes, failures)
+    def _contexts(self, module: str, skill: str) -> Iterator[ContextSummary]:
+        sql = """SELECT context, plant, sum(failed = 0), sum(failed = 1)
+                 FROM episodes JOIN sessions ON sessions.id = session
+                 WHERE module = ? AND skill = ? AND counts = 1 GROUP BY context, plant
+                 ORDER BY max(episodes.id) DESC"""
+        for context, plant, *counts in self._run(sql, module, skill):
+            decoded = None if context is None else json.loads(context)
+            yield ContextSummary(decoded, plant, SuccessRecord(*counts))
 
     def _reasons(self, module: str, skill: str) -> list[tuple[str, int]]:
         sql = """SELECT reason, count(*) FROM episodes WHERE module = ? AND skill = ? AND failed = 1

@@ -16,7 +16,7 @@ from aeros.agent.agent import MEMORY_FILE
 from aeros.agent.errors import AgentError
 from aeros.agent.memory.deletion import filter_before, filter_by_session, filter_by_skill, forget
 from aeros.agent.memory.posterior import SuccessRecord
-from aeros.agent.memory.queries import EpisodeFilter, SkillSummary, open_memory_reader
+from aeros.agent.memory.queries import ContextSummary, EpisodeFilter, SkillSummary, open_memory_reader
 from aeros.cli.arguments import add_command
 from aeros.cli.terminal import print_line
 from aeros.exit_codes import EXIT_CODES, Exit, UsageError
@@ -148,7 +148,10 @@ def _skill_data(one: SkillSummary) -> dict[str, Any]:
         "skill": one.skill,
         **_record_data(one.record),
         "usual": None if one.typical_duration is None else asdict(one.typical_duration),
-        "contexts": [{"context": context, **_record_data(record)} for context, record in one.contexts],
+        "contexts": [
+            {"context": each.context, "plant": each.plant, **_record_data(each.record)}
+            for each in one.contexts
+        ],
         "reasons": [{"reason": reason, "times": times} for reason, times in one.reasons],
     }
 
@@ -164,8 +167,8 @@ def _format_summary(
         yield escape_invisible(f"{one.skill}: {_success_text(one.record)}")
         if one.typical_duration is not None:
             yield f"  successes take {one.typical_duration}"
-        for context, record in one.contexts:
-            yield escape_invisible(f"  {_success_text(record)} {_context_text(context)}")
+        for each in one.contexts:
+            yield escape_invisible(f"  {_success_text(each.record)} {_context_text(each)}")
         for reason, times in one.reasons:
             yield escape_invisible(f"  failed {times} times: {reason}")
     for fact in facts:
@@ -181,11 +184,12 @@ def _success_text(record: SuccessRecord) -> str:
     return f"{record} succeeded, next {record.mean:.0%}"
 
 
-def _context_text(context: Mapping[str, Any] | None) -> str:
-    if context is None:
-        return "in unknown contexts"
+def _context_text(one: ContextSummary) -> str:
+    plant = f" on {one.plant}" if one.plant else ""
+    if (context := one.context) is None:
+        return f"in unknown contexts{plant}"
     values = [f"{name} = {json.dumps(value)}" for name, value in context["predicates"].items()]
-    return f"in {context['task']}, by code {context['code'][:12]}" + (
+    return f"in {context['task']}{plant}, by code {context['code'][:12]}" + (
         f", {', '.join(values)}" if values else ""
     )
 

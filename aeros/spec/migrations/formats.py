@@ -176,6 +176,7 @@ MEMORY: Final = Format(
         Version("episodes have a context and a flag: counted as evidence"),
         Version("episodes keep the causes of a failure as data"),
         Version("events have the names below"),
+        Version("sessions name their plant, and episodes the code of their module"),
     ),
     cure=_AT_OPEN,
 )
