@@ -60,7 +60,7 @@ def test_without_records_none_is_preferred_and_no_choice_explores() -> None:
     assert first + second == 400
 
 
-def test_what_cannot_start_is_not_chosen_and_the_only_one_is_no_exploration() -> None:
+def test_a_provider_that_cannot_start_is_not_chosen_and_the_only_one_is_no_exploration() -> None:
     away = ProviderOption("best", NONE, RecentRecord(8.0, 0.0), unavailable_reason="it was denied")
     bad = option("bad", 0.0, 8.0)
     choice = choose_provider((away, bad), Random(0), 0)  # noqa: S311  a test

@@ -18,5 +18,5 @@ def test_a_note_without_a_reason_is_explained_by_its_records() -> None:
 
 
 @pytest.mark.parametrize("options", [None, {}, [None, 3], [{"skill": "b", "record": [1]}]])
-def test_what_is_no_option_is_skipped(options: Any) -> None:
+def test_an_entry_that_is_no_option_is_skipped(options: Any) -> None:
     assert explain_choice({"options": options})[1] == ()
