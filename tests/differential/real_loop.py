@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -11,6 +11,7 @@ from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.report import RunReport
 from aeros.agent.execution.step_attempt import StepRunner
 from aeros.agent.memory.evidence import SkillId
+from aeros.agent.memory.experience import ExperiencedEnd
 from aeros.agent.memory.posterior import RecentRecord, SuccessRecord
 from aeros.agent.memory.store import EpisodeEnd, EpisodeStart, Memory
 from aeros.agent.planning.base import Planner, RulePlanner
@@ -46,6 +47,9 @@ class Forgetful(Memory):
 
     def typical_duration(self, module: str, skill: str, code: str = "") -> None:
         return None
+
+    def experience(self, module: str, skill: str, code: str) -> Sequence[ExperiencedEnd]:
+        return ()
 
     def latest_episode(self) -> int:
         return 0

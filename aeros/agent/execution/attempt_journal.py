@@ -64,6 +64,7 @@ def record_start(journal: Journal, role: StepRole, dispatch: Dispatch, inputs: M
     record, usual = dispatch.record, dispatch.typical_duration
     name = f"{dispatch.request.module}.{dispatch.request.skill}"
     took = "" if usual is None else f"; successes take {usual}"
+    took += f"; timeout {float(dispatch.skill.timeout):g} s"
     journal.record_step(
         "step-started",
         f"{role.value} {name} ({record.successes} successes and {record.failures} failures so far{took})",
@@ -73,6 +74,7 @@ def record_start(journal: Journal, role: StepRole, dispatch: Dispatch, inputs: M
         successes=record.successes,
         failures=record.failures,
         usual_seconds=None if usual is None else usual.median,
+        timeout_seconds=float(dispatch.skill.timeout),
     )
 
 

@@ -1,9 +1,6 @@
 """Choice among the alternatives that provide a capability: the least expected time until one succeeds.
 
-With tries that take t seconds and succeed with probability p, and `FAILURE_COST_S` after each failure,
-
-    E[time until success] = (t + (1 - p) * FAILURE_COST_S) / p
-
+The expected time (`expected_time.py`) is that of tries of t seconds that succeed with probability p.
 p is drawn from each posterior (`posterior.py`), so an alternative with few recent tries is chosen at times
 (Thompson sampling). Such a choice against the expected values is an exploration. A run makes at most
 `MAX_EXPLORATIONS` of each capability; then the expected values alone decide. t is the usual duration of a
@@ -21,9 +18,7 @@ from statistics import fmean
 from typing import Final
 
 from aeros.agent.memory.posterior import NO_RESULTS, RecentRecord, SuccessRecord
-
-FAILURE_COST_S: Final = 60.0
-"""Cost of a failed try, s: time to look again, to recover and to plan anew, and that nothing may help."""
+from aeros.spec.model.expected_time import expected_time
 
 MAX_EXPLORATIONS: Final = 3
 """Choices against the expected values that one run makes of each capability."""
@@ -104,8 +99,8 @@ def choose_provider(options: Sequence[ProviderOption], random: Random, explorati
             seen.append(one)
             continue
         seconds = usual if one.seconds is None else one.seconds
-        drawn_s[place] = _expected_time(seconds, drawn)
-        mean_s = _expected_time(seconds, one.recent.mean)
+        drawn_s[place] = expected_time(seconds, drawn)
+        mean_s = expected_time(seconds, one.recent.mean)
         seen.append(replace(one, sampled_success=drawn, expected_s=mean_s))
     if not drawn_s:
         return ProviderChoice(tuple(seen), None, "none can start")
@@ -125,8 +120,3 @@ def choose_provider(options: Sequence[ProviderOption], random: Random, explorati
     by_mean = min(equal, key=drawn_s.__getitem__)
     reason = f"least expected time until success; this run has explored {MAX_EXPLORATIONS} times"
     return ProviderChoice(tuple(seen), by_mean, reason)
-
-
-def _expected_time(seconds: float, chance: float) -> float:
-    """Return the expected time until success, s; `chance` may underflow to 0 in a draw."""
-    return (seconds + (1.0 - chance) * FAILURE_COST_S) / max(chance, 1e-12)

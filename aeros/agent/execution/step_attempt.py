@@ -25,6 +25,7 @@ from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.report import StepRecord, StepRole
 from aeros.agent.execution.supervisor import assess_step
 from aeros.agent.execution.uncertain_steps import UncertainSteps
+from aeros.agent.memory.experience import ExperiencedModules
 from aeros.agent.memory.store import EpisodeEnd, EpisodeStart, Memory
 from aeros.agent.world.values import CachingConverter, to_json_value
 from aeros.agent.world.world import WorldModel, world_from_readings
@@ -184,6 +185,17 @@ class StepRunner:
         handle = self._runtime.start(dispatch.request)
         made = PendingAttempt(role, dispatch, beginning, episode)
         return self.finish(made, handle) if isinstance(handle, StepResult) else RunningAttempt(handle, made)
+
+    def recall(self, modules: Mapping[str, Ecm]) -> Mapping[str, Ecm]:
+        """Give modules the probabilities and durations that memory has learned, for a planner.
+
+        Args:
+            modules: modules by id.
+
+        Returns:
+            The same modules; each is read from memory when it is asked for.
+        """
+        return ExperiencedModules(modules, self._memory.experience)
 
     def active_modules(self) -> Mapping[str, Ecm]:
         """Return the modules whose skills may run.

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from statistics import quantiles
 from typing import Final, TypeAlias
 
+from aeros.agent.memory.experience import MAX_EXPERIENCED_TRIES, ExperiencedEnd
 from aeros.agent.memory.posterior import (
     MAX_WEIGHED_TRIES,
     NO_RESULTS,
@@ -120,3 +121,25 @@ def read_recent_records(
     rows = database.execute(sql, (context, plant, names, MAX_WEIGHED_TRIES)).fetchall()
     weighed = weigh_tries([((module, skill), bool(failed)) for module, skill, failed in rows])
     return {skill: weighed.get(skill, NO_RESULTS) for skill in skills}
+
+
+def read_experience(
+    database: sqlite3.Connection, module: str, skill: str, origin: tuple[str, str]
+) -> list[ExperiencedEnd]:
+    """List ends as `Memory.experience` does.
+
+    Args:
+        database: connection to the memory.
+        module: id of the module.
+        skill: id of the skill.
+        origin: plant, and digest of the module's code, that must agree.
+
+    Returns:
+        The ends, newest first.
+    """
+    sql = """SELECT outcome, failed, episodes.ended - started
+             FROM episodes JOIN sessions ON sessions.id = session
+             WHERE module = ? AND skill = ? AND counts = 1 AND plant = ? AND code = ?
+             ORDER BY episodes.id DESC LIMIT ?"""
+    rows = database.execute(sql, (module, skill, *origin, MAX_EXPERIENCED_TRIES))
+    return [ExperiencedEnd(outcome, bool(failed), seconds) for outcome, failed, seconds in rows]

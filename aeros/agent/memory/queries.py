@@ -14,7 +14,13 @@ from pathlib import Path
 from typing import Any, Final
 
 from aeros.agent.errors import AgentError
-from aeros.agent.memory.evidence import DurationStats, read_success_record, read_typical_duration
+from aeros.agent.memory.evidence import (
+    DurationStats,
+    read_experience,
+    read_success_record,
+    read_typical_duration,
+)
+from aeros.agent.memory.experience import ExperienceSource
 from aeros.agent.memory.posterior import SuccessRecord
 from aeros.agent.memory.schema import open_database
 
@@ -103,6 +109,17 @@ class MemoryReader:
                     tuple(self._contexts(module, skill)),
                     tuple(self._reasons(module, skill)),
                 )
+
+    def experience_on(self, plant: str) -> ExperienceSource:
+        """Make the reader of the ends of skills on a plant, for `with_experience`.
+
+        Args:
+            plant: name of the plant.
+
+        Returns:
+            The reader.
+        """
+        return lambda module, skill, code: read_experience(self._database, module, skill, (plant, code))
 
     def _contexts(self, module: str, skill: str) -> Iterator[ContextSummary]:
         sql = """SELECT context, plant, sum(failed = 0), sum(failed = 1)

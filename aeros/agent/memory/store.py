@@ -21,10 +21,12 @@ from aeros.agent.identity import Identity
 from aeros.agent.memory.evidence import (
     DurationStats,
     SkillId,
+    read_experience,
     read_recent_records,
     read_success_record,
     read_typical_duration,
 )
+from aeros.agent.memory.experience import ExperiencedEnd
 from aeros.agent.memory.posterior import RecentRecord, SuccessRecord
 from aeros.agent.memory.schema import open_database
 
@@ -232,6 +234,19 @@ class Memory:
         return self._query(
             lambda database: read_typical_duration(database, module, skill, (self._plant, code))
         )
+
+    def experience(self, module: str, skill: str, code: str) -> Sequence[ExperiencedEnd]:
+        """List the latest ends of a skill on this plant that are evidence; an `ExperienceSource`.
+
+        Args:
+            module: id of the module.
+            skill: id of the skill.
+            code: digest of the module's code, which must agree.
+
+        Returns:
+            The ends, newest first.
+        """
+        return self._query(lambda database: read_experience(database, module, skill, (self._plant, code)))
 
     def latest_episode(self) -> int:
         """Read the number of the latest episode.

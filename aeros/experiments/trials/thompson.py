@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from random import Random
 from typing import Final, NamedTuple
 
-from aeros.agent.execution.provider_choice import FAILURE_COST_S
 from aeros.agent.memory.posterior import FORGETTING
+from aeros.spec.model.expected_time import FAILURE_COST_S
 
 SuccessProbabilities = Sequence[tuple[float, float]]
 """Probabilities of success of either skill, for each session."""

@@ -179,7 +179,7 @@ def _model_digests(ecm: declared.Ecm, folder: Path, diagnostics: Diagnostics) ->
 
 def _capabilities(ecm: declared.Ecm, diagnostics: Diagnostics) -> dict[str, tuple[str, ...]]:
     known = {name.value: None for name, _ in (*ecm.skills, *ecm.compositions)}
-    for name, capability in ecm.capabilities:
+    for _, capability in ecm.capabilities:
         if not capability.provided_by:
             diagnostics.error("AE112", "a capability is provided by at least one skill", capability.span)
         for one in capability.provided_by:

@@ -69,7 +69,7 @@ def test_a_start_says_how_the_skill_did_before(journal: Journal, events: list[Ag
     (began,) = events
     assert began.text == (
         "step kitchen.steam (3 successes and 1 failures so far; "
-        "successes take 8.0 s, half of them 7.0 to 9.0 s)"
+        "successes take 8.0 s, half of them 7.0 to 9.0 s; timeout 60 s)"
     )
     assert (began.details["inputs"], began.details["usual_seconds"]) == ({"level": 2}, 8.0)
 
