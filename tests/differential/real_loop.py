@@ -13,6 +13,7 @@ from aeros.agent.execution.step_attempt import StepRunner
 from aeros.agent.memory.evidence import SkillId
 from aeros.agent.memory.experience import ExperiencedEnd
 from aeros.agent.memory.posterior import RecentRecord, SuccessRecord
+from aeros.agent.memory.sightings import RememberedValue, Sighting
 from aeros.agent.memory.store import EpisodeEnd, EpisodeStart, Memory
 from aeros.agent.planning.base import Planner, RulePlanner
 from aeros.agent.planning.routing import RoutedTask
@@ -50,6 +51,12 @@ class Forgetful(Memory):
 
     def experience(self, module: str, skill: str, code: str) -> Sequence[ExperiencedEnd]:
         return ()
+
+    def note_sightings(self, sightings: Iterable[Sighting]) -> None:
+        pass
+
+    def remembered_values(self) -> Mapping[str, RememberedValue]:
+        return {}
 
     def latest_episode(self) -> int:
         return 0

@@ -26,6 +26,7 @@ from aeros.agent.execution.report import StepRecord, StepRole
 from aeros.agent.execution.supervisor import assess_step
 from aeros.agent.execution.uncertain_steps import UncertainSteps
 from aeros.agent.memory.experience import ExperiencedModules
+from aeros.agent.memory.sightings import sightings_of
 from aeros.agent.memory.store import EpisodeEnd, EpisodeStart, Memory
 from aeros.agent.world.values import CachingConverter, to_json_value
 from aeros.agent.world.world import WorldModel, world_from_readings
@@ -94,9 +95,19 @@ class StepRunner:
         """Return the world for a planner and remember that a plan is made in it.
 
         Returns:
-            The world as last measured, with the causes of step failures since the previous plan.
+            The world as last measured, with the causes of step failures since the previous plan, and the
+            last values seen of what is not measured now.
         """
-        world = replace(self.world, failures=tuple(self._failures))
+        self._memory.note_sightings(sightings_of(self.world, self._runtime.site.state))
+        world = replace(
+            self.world,
+            failures=tuple(self._failures),
+            remembered={
+                name: one.value
+                for name, one in self._memory.remembered_values().items()
+                if name in self.world.unknown
+            },
+        )
         self._failures.clear()
         self._planned_state = world.predicates
         if world.predicates not in self.planned_in:
@@ -220,6 +231,7 @@ class StepRunner:
         ended = self._runtime.now()
         after = self.observe()
         judgement = assess_step(request.module, dispatch.skill, result, after, pending.episode_start.before)
+        self._memory.note_sightings(sightings_of(after, self._runtime.site.state))
         causes = causes_to_json(judgement.causes)
         self._failures += judgement.causes
         ending = EpisodeEnd(

@@ -23,10 +23,20 @@ from aeros.agent.memory.evidence import (
 from aeros.agent.memory.experience import ExperienceSource
 from aeros.agent.memory.posterior import SuccessRecord
 from aeros.agent.memory.schema import open_database
+from aeros.agent.memory.sightings import RememberedValue, read_remembered
 
-_JSON_COLUMNS: Final = frozenset(("inputs", "before", "after", "context", "details", "value", "causes"))
-_TABLES: Final = {"session": "sessions", "episode": "episodes", "event": "events", "fact": "facts"}
+_JSON_COLUMNS: Final = frozenset(
+    ("inputs", "before", "after", "context", "details", "value", "first_value", "causes")
+)
+_TABLES: Final = {
+    "session": "sessions",
+    "episode": "episodes",
+    "event": "events",
+    "fact": "facts",
+    "sighting": "sightings",
+}
 _MAX_REASONS: Final = 3
+_MAX_INPUTS: Final = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +85,9 @@ class SkillSummary:
         typical_duration: duration of its latest successes (s); None if there are none.
         contexts: record of each context on each plant.
         reasons: most frequent reasons of failure, with their counts.
+        inputs: record with each set of inputs, most successful first; empty if there was only one.
+        obstacles: rules, readings and conditions that denied, stopped or prevented the skill, each as its
+            kind and name, with their counts.
     """
 
     skill: str
@@ -82,6 +95,8 @@ class SkillSummary:
     typical_duration: DurationStats | None
     contexts: tuple[ContextSummary, ...]
     reasons: tuple[tuple[str, int], ...]
+    inputs: tuple[tuple[dict[str, Any], SuccessRecord], ...] = ()
+    obstacles: tuple[tuple[str, str, int], ...] = ()
 
 
 class MemoryReader:
@@ -108,6 +123,8 @@ class MemoryReader:
                     read_typical_duration(self._database, module, skill),
                     tuple(self._contexts(module, skill)),
                     tuple(self._reasons(module, skill)),
+                    tuple(self._inputs(module, skill)),
+                    tuple(self._obstacles(module, skill)),
                 )
 
     def experience_on(self, plant: str) -> ExperienceSource:
@@ -129,6 +146,22 @@ class MemoryReader:
         for context, plant, *counts in self._run(sql, module, skill):
             decoded = None if context is None else json.loads(context)
             yield ContextSummary(decoded, plant, SuccessRecord(*counts))
+
+    def _inputs(self, module: str, skill: str) -> list[tuple[dict[str, Any], SuccessRecord]]:
+        sql = """SELECT inputs, sum(failed = 0), sum(failed = 1) FROM episodes
+                 WHERE module = ? AND skill = ? AND counts = 1 GROUP BY inputs ORDER BY max(id) DESC"""
+        found = [
+            (json.loads(inputs), SuccessRecord(*counts)) for inputs, *counts in self._run(sql, module, skill)
+        ]
+        return sorted(found, key=lambda one: -one[1].mean)[:_MAX_INPUTS] if len(found) > 1 else []
+
+    def _obstacles(self, module: str, skill: str) -> list[tuple[str, str, int]]:
+        sql = """SELECT json_extract(cause.value, '$.kind') AS kind,
+                        json_extract(cause.value, '$.rule') AS name, count(*) AS times
+                 FROM episodes, json_each(coalesce(causes, '[]')) AS cause
+                 WHERE module = ? AND skill = ? AND kind NOT IN ('outcome', 'undeclared-outcome')
+                 GROUP BY kind, name ORDER BY times DESC, max(episodes.id) DESC LIMIT ?"""
+        return [(kind, name, times) for kind, name, times in self._run(sql, module, skill, _MAX_REASONS)]
 
     def _reasons(self, module: str, skill: str) -> list[tuple[str, int]]:
         sql = """SELECT reason, count(*) FROM episodes WHERE module = ? AND skill = ? AND failed = 1
@@ -173,6 +206,20 @@ class MemoryReader:
             {"session": session, "time": time, **json.loads(details)}
             for session, time, details in self._run(sql)
         ]
+
+    def remembered_values(self, plant: str | None = None) -> list[RememberedValue]:
+        """List what was seen.
+
+        Args:
+            plant: name of the plant; None for that of the latest session.
+
+        Returns:
+            The memory of each variable, by name.
+        """
+        if plant is None:
+            latest = self._run("SELECT plant FROM sessions ORDER BY id DESC LIMIT 1").fetchone()
+            plant = "" if latest is None or latest[0] is None else str(latest[0])
+        return read_remembered(self._database, plant)
 
     def facts(self) -> list[dict[str, Any]]:
         """List all facts.

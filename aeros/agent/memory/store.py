@@ -29,6 +29,7 @@ from aeros.agent.memory.evidence import (
 from aeros.agent.memory.experience import ExperiencedEnd
 from aeros.agent.memory.posterior import RecentRecord, SuccessRecord
 from aeros.agent.memory.schema import open_database
+from aeros.agent.memory.sightings import RememberedValue, Sighting, SightingLog, read_remembered
 
 _T = TypeVar("_T")
 
@@ -113,6 +114,7 @@ class Memory:
         self._database = database
         self._session = session
         self._plant = plant
+        self._sightings = SightingLog(database, session)
 
     def start_episode(self, step: EpisodeStart) -> int:
         """Write the start of an episode.
@@ -247,6 +249,23 @@ class Memory:
             The ends, newest first.
         """
         return self._query(lambda database: read_experience(database, module, skill, (self._plant, code)))
+
+    def note_sightings(self, sightings: Iterable[Sighting]) -> None:
+        """Write what was measured, as far as it is new.
+
+        Args:
+            sightings: what was measured.
+        """
+        self._query(lambda _: self._sightings.write(sightings))
+
+    def remembered_values(self) -> Mapping[str, RememberedValue]:
+        """Read what was seen on this plant, in this session and in earlier ones.
+
+        Returns:
+            The memory of each variable, by name.
+        """
+        found = self._query(lambda database: read_remembered(database, self._plant))
+        return {one.variable: one for one in found}
 
     def latest_episode(self) -> int:
         """Read the number of the latest episode.

@@ -14,7 +14,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 from aeros.agent.agent import MEMORY_FILE
 from aeros.agent.errors import AgentError
-from aeros.agent.memory.deletion import filter_before, filter_by_session, filter_by_skill, forget
+from aeros.agent.memory.deletion import (
+    filter_before,
+    filter_by_session,
+    filter_by_skill,
+    filter_by_variable,
+    forget,
+)
 from aeros.agent.memory.posterior import SuccessRecord
 from aeros.agent.memory.queries import ContextSummary, EpisodeFilter, SkillSummary, open_memory_reader
 from aeros.cli.arguments import add_command
@@ -74,6 +80,7 @@ def add_to(commands: Subparsers) -> None:
         help="steps of this skill, and events and facts that name it",
     )
     which.add_argument("--session", type=_number, metavar="N", help="everything of this session, by its id")
+    which.add_argument("--variable", metavar="NAME", help="what was seen of this variable (`aeros world`)")
     which.add_argument(
         "--older-than",
         type=_number,
@@ -153,6 +160,8 @@ def _skill_data(one: SkillSummary) -> dict[str, Any]:
             for each in one.contexts
         ],
         "reasons": [{"reason": reason, "times": times} for reason, times in one.reasons],
+        "inputs": [{"inputs": inputs, **_record_data(record)} for inputs, record in one.inputs],
+        "obstacles": [{"kind": kind, "name": name, "times": times} for kind, name, times in one.obstacles],
     }
 
 
@@ -169,6 +178,11 @@ def _format_summary(
             yield f"  successes take {one.typical_duration}"
         for each in one.contexts:
             yield escape_invisible(f"  {_success_text(each.record)} {_context_text(each)}")
+        for inputs, record in one.inputs:
+            values = ", ".join(f"{name} = {json.dumps(value)}" for name, value in inputs.items())
+            yield escape_invisible(f"  {_success_text(record)} with {values}")
+        for kind, name, times in one.obstacles:
+            yield escape_invisible(f"  prevented {times} times by {kind} `{name}`")
         for reason, times in one.reasons:
             yield escape_invisible(f"  failed {times} times: {reason}")
     for fact in facts:
@@ -224,6 +238,8 @@ def _export(arguments: argparse.Namespace) -> Exit:
 def _forget(arguments: argparse.Namespace) -> Exit:
     if arguments.skill is not None:
         what, which = f"`{arguments.skill}`", filter_by_skill(arguments.skill)
+    elif arguments.variable is not None:
+        what, which = f"`{escape_invisible(arguments.variable)}`", filter_by_variable(arguments.variable)
     elif arguments.session is not None:
         what, which = f"session {arguments.session}", filter_by_session(arguments.session)
     else:

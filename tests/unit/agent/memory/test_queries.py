@@ -193,3 +193,16 @@ def test_a_memory_that_fails_while_it_is_read_is_reported(path: Path) -> None:
         open_memory_reader(path) as reader,
     ):
         reader._rows("SELECT * FROM songs")
+
+
+def test_inputs_and_obstacles_are_summed_up_where_there_are_several(tmp_path: Path) -> None:
+    person = {"kind": "rule", "rule": "separation", "text": "human_distance >= 500 mm"}
+    with open_memory(tmp_path / "memory", Identity(uuid4(), "chef", "", 1)) as memory:
+        for force, failed in ((5.0, False), (5.0, False), (2.0, True), (2.0, False)):
+            causes = [person, {"kind": "outcome", "rule": "d.wrap", "text": ""}] if failed else []
+            ending = EpisodeEnd("finished", None, failed, "", 2.0, {}, True, causes)
+            memory.end_episode(memory.start_episode(replace(WRAP, inputs={"force": force})), ending)
+    with open_memory_reader(tmp_path / "memory") as reader:
+        (wrap,) = reader.skills()
+    assert wrap.inputs == (({"force": 5.0}, SuccessRecord(2, 0)), ({"force": 2.0}, SuccessRecord(1, 1)))
+    assert wrap.obstacles == (("rule", "separation", 1),)
