@@ -321,6 +321,7 @@ def start_agent(
     seed: int = 0,
     within: float | None = None,
     purpose: str = "",
+    plant: str = "",
 ) -> Iterator[Agent]:
     """Start the robot's one agent, with identity and memory in `folder`.
 
@@ -335,6 +336,7 @@ def start_agent(
         seed: seed of the choices between providers of a capability.
         within: wall time (s) for each plan, made in a separate process; by default plans are made in place.
         purpose: text shown to others who want the folder's lock.
+        plant: name of the plant; results on plants of other names are no evidence.
 
     Yields:
         The awake agent.
@@ -347,7 +349,7 @@ def start_agent(
         raise AgentError(quarantined)
     with (
         acquire_identity(folder, name, purpose) as identity,
-        open_memory(folder / MEMORY_FILE, identity) as memory,
+        open_memory(folder / MEMORY_FILE, identity, plant) as memory,
     ):
         yield Agent(
             folder,

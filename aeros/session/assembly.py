@@ -73,6 +73,7 @@ class SessionSetup:
         planning_timeout: Seconds for each plan, while the plant's clock runs on; None to plan synchronously.
         seed: Seed of the agent's choices between skills.
         purpose: Text that names the session to other processes that ask for the state folder.
+        plant_name: Name of the plant; the agent's results on plants of other names are no evidence.
         is_resumed: True to continue the session in the audit log in `out`.
     """
 
@@ -92,6 +93,7 @@ class SessionSetup:
     planning_timeout: float | None = None
     seed: int = 0
     purpose: str = ""
+    plant_name: str = ""
     is_resumed: bool = False
 
 
@@ -280,7 +282,15 @@ def open_agent(setup: SessionSetup, recorded: RecordedPlant, governor: Governor)
             open_temporary_agent(name, executor, planner, observe, setup.seed, timeout)
             if setup.state is None
             else start_agent(
-                setup.state, name, executor, planner, observe, setup.seed, timeout, setup.purpose
+                setup.state,
+                name,
+                executor,
+                planner,
+                observe,
+                setup.seed,
+                timeout,
+                setup.purpose,
+                setup.plant_name,
             )
         )
         with opened as agent:

@@ -306,6 +306,7 @@ def open_session(
                 signing=None if robot is None else _signing(robot, folder),
                 planner=planner,
                 seed=seed,
+                plant_name=plant if isinstance(plant, str) else type(plant).__qualname__,
             )
 
         def _plant_for(given: PlantName | Plant, task: Task) -> AbstractContextManager[Plant]:

@@ -25,6 +25,8 @@ from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.report import StepRecord, StepRole
 from aeros.agent.execution.supervisor import assess_step
 from aeros.agent.execution.uncertain_steps import UncertainSteps
+from aeros.agent.memory.experience import ExperiencedModules
+from aeros.agent.memory.sightings import sightings_of
 from aeros.agent.memory.store import EpisodeEnd, EpisodeStart, Memory
 from aeros.agent.world.values import CachingConverter, to_json_value
 from aeros.agent.world.world import WorldModel, world_from_readings
@@ -93,9 +95,19 @@ class StepRunner:
         """Return the world for a planner and remember that a plan is made in it.
 
         Returns:
-            The world as last measured, with the causes of step failures since the previous plan.
+            The world as last measured, with the causes of step failures since the previous plan, and the
+            last values seen of what is not measured now.
         """
-        world = replace(self.world, failures=tuple(self._failures))
+        self._memory.note_sightings(sightings_of(self.world, self._runtime.site.state))
+        world = replace(
+            self.world,
+            failures=tuple(self._failures),
+            remembered={
+                name: one.value
+                for name, one in self._memory.remembered_values().items()
+                if name in self.world.unknown
+            },
+        )
         self._failures.clear()
         self._planned_state = world.predicates
         if world.predicates not in self.planned_in:
@@ -168,16 +180,33 @@ class StepRunner:
             step = (request.module, request.skill, request.inputs)
             return self._not_started(role, step, barred, (cause,))
         given = {key: to_json_value(value) for key, value in dispatch.request.inputs.items()}
-        time, before = self._runtime.now(), self.world.predicates
-        chosen = dispatch.request.skill
         beginning = EpisodeStart(
-            self._task, request.module, chosen, role.value, given, time, before, dispatch.context
+            task=self._task,
+            module=request.module,
+            skill=request.skill,
+            role=role.value,
+            inputs=given,
+            started=self._runtime.now(),
+            before=self.world.predicates,
+            context=dispatch.context,
+            code=dispatch.code,
         )
         episode = self._memory.start_episode(beginning)
         record_start(self._journal, role, dispatch, given)
         handle = self._runtime.start(dispatch.request)
         made = PendingAttempt(role, dispatch, beginning, episode)
         return self.finish(made, handle) if isinstance(handle, StepResult) else RunningAttempt(handle, made)
+
+    def recall(self, modules: Mapping[str, Ecm]) -> Mapping[str, Ecm]:
+        """Give modules the probabilities and durations that memory has learned, for a planner.
+
+        Args:
+            modules: modules by id.
+
+        Returns:
+            The same modules; each is read from memory when it is asked for.
+        """
+        return ExperiencedModules(modules, self._memory.experience)
 
     def active_modules(self) -> Mapping[str, Ecm]:
         """Return the modules whose skills may run.
@@ -202,6 +231,7 @@ class StepRunner:
         ended = self._runtime.now()
         after = self.observe()
         judgement = assess_step(request.module, dispatch.skill, result, after, pending.episode_start.before)
+        self._memory.note_sightings(sightings_of(after, self._runtime.site.state))
         causes = causes_to_json(judgement.causes)
         self._failures += judgement.causes
         ending = EpisodeEnd(

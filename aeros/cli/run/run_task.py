@@ -120,6 +120,7 @@ def _setup(staged: PlantSetup, request: RunRequest) -> SessionSetup:
         planning_timeout=planning_timeout(arguments, request.planner),
         seed=arguments.seed,
         purpose=arguments.instruction,
+        plant_name=arguments.plant,
         is_resumed=arguments.resume,
     )
 

@@ -409,7 +409,8 @@ class Ecm:
             names = self.capabilities[name]
             if not all(one in self.skills or one in self.compositions for one in names):
                 return ()
-            return tuple(Alternative(one, self.compositions.get(one)) for one in names)
+            own = tuple(Alternative(one, self.compositions.get(one)) for one in names)
+            return own + self.foreign.capabilities.get(name, ())  # of others if it requires it, too
         return self.foreign.capabilities.get(name, ())
 
     def providers(self, name: str) -> tuple[str, ...]:
