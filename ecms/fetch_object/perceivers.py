@@ -74,7 +74,7 @@ at the carriage."""
 REACH_ASIDE = 0.15
 """Greatest lateral offset of an object from the arm's base, m: beyond it the elbow would hit the stand."""
 
-FLOOR = ((-0.5, 1.6), (-1.4, 0.6))
+FLOOR = ((-0.6, 0.035), (-1.3, 2.6))
 """Bounds of the arm's base in x and in y, m: the site's `floor`."""
 
 ARRIVED_WITHIN = 0.03

@@ -1,6 +1,7 @@
 """A Franka Panda with its hand in a `PhysicsWorld`: motors in, measured values out.
 
-The arm stands fixed at W's origin or on a carriage: two force-limited prismatic joints along x and y.
+The arm stands fixed or on a carriage, 0.5 m long, 0.45 m wide and 0.28 m high, whose wheels keep it 20 mm off the
+floor: two force-limited prismatic joints along x and y.
 Each arm motor gets the torque that the commanded motion needs by inverse dynamics, and a position controller
 (feed-forward velocity, gain 0.3) corrects it by at most `CORRECTION_TORQUE`. Both together stay inside the
 official torque limits. So an obstacle meets the arm's momentum and the correction, not all that the motors
@@ -371,8 +372,8 @@ _CARRIAGE: Final = """
   <link name="slider"><inertial><mass value="5"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>
   </inertial></link>
   <link name="carriage"><inertial><mass value="55"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>
-  </inertial><visual><origin xyz="0 0 {middle}"/><geometry><box size="0.5 0.45 {height}"/></geometry></visual>
-  <collision><origin xyz="0 0 {middle}"/><geometry><box size="0.5 0.45 {height}"/></geometry></collision>
+  </inertial><visual><origin xyz="0 0 -0.14"/><geometry><box size="0.5 0.45 0.28"/></geometry></visual>
+  <collision><origin xyz="0 0 -0.14"/><geometry><box size="0.5 0.45 0.28"/></geometry></collision>
   </link>
   <joint name="carriage_x" type="prismatic"><parent link="rail"/><child link="slider"/><axis xyz="1 0 0"/>
   <limit lower="-10" upper="10" effort="600" velocity="2"/></joint>
@@ -393,9 +394,7 @@ def _load(world: PhysicsWorld, options: RobotOptions) -> int:
     text = text.replace("package://", folder + "/").replace("<friction_anchor/>", "")
     text = text.replace('xyz="0 0 0.105"', f'xyz="0 0 {FLANGE_TO_TOOL}"')
     if options.carriage:
-        height = options.base[2] - 0.02
-        frame = _CARRIAGE.format(height=height, middle=-height / 2.0)
-        text = text.replace("</robot>", frame + "</robot>")
+        text = text.replace("</robot>", _CARRIAGE + "</robot>")
     with temporary_folder() as scratch:
         path = os.path.join(scratch, "panda.urdf")
         with open(path, "w", encoding="utf-8") as edited:
