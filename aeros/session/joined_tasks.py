@@ -1,4 +1,4 @@
-"""Tasks of one instruction as one simulator serves them: scenes that it needs, and an initial state for all."""
+"""Tasks of one instruction as one simulator serves them: their scenes, and an initial state for all."""
 
 from __future__ import annotations
 
@@ -34,29 +34,14 @@ def joined_task(understanding: Understanding, configuration: Configuration) -> T
 
     Args:
         understanding: The requests, in order.
-        configuration: The site, and the modules of the tasks.
+        configuration: The active modules.
 
     Returns:
-        The first task, with the initial values of the others for variables that it does not name. Where another
-        task has the robot's base elsewhere, its readings that need no picture, such as that the robot is at its
-        dock, are left out: they may not hold where the first task begins.
+        The first task, with the initial values of the others for variables that it does not name.
     """
-    first, *others = tasks_of(understanding, configuration)
-    motion = configuration.site.motion
-    base = None if motion is None else motion.base_variable
-    initial = dict(first.initial)
-    for task in others:
-        values = dict(task.initial)
-        if base is not None and values.get(base) != first.initial.get(base):
-            values = {name: one for name, one in values.items() if name not in _felt(configuration)}
-        initial = {**values, **initial}
-    return replace(first, initial=initial)
-
-
-def _felt(configuration: Configuration) -> frozenset[str]:
-    """Return the variables of modules that are measured without pictures."""
-    perceivers = [one for ecm in configuration.modules.values() for one in ecm.perceivers.values()]
-    return frozenset(name for one in perceivers if not one.pictures for name in one.provides)
+    tasks = tasks_of(understanding, configuration)
+    initial = {name: value for task in reversed(tasks) for name, value in task.initial.items()}
+    return replace(tasks[0], initial=initial)
 
 
 def _tasks_behind_goals(understanding: Understanding, configuration: Configuration) -> Iterator[Task]:

@@ -207,10 +207,10 @@ class Session:
                 self._thread = RobotThread(lambda: _open_parts(setup, self._governor))
         elsewhere = [task for task in tasks if task.scene not in self._scenes]
         if self._is_bound_to_scene and elsewhere:
+            there = ", ".join(f"`{scene}`" for scene in sorted(map(str, self._scenes)))
             raise MisuseError(
-                f"`{elsewhere[0].id}` takes place in `{elsewhere[0].scene}`, and the plant has only "
-                f"{', '.join(f'`{scene}`' for scene in self._scenes)}: open another session, or begin this one "
-                "with an instruction that asks for all"
+                f"`{elsewhere[0].id}` takes place in `{elsewhere[0].scene}`, and the plant has only {there}: "
+                "open another session, or begin one with an instruction that asks for both"
             )
         return self._thread
 

@@ -67,9 +67,6 @@ table that the arm works on."""
 SURVEYED = ("area_position", "bin_position", "sponge_rest_position")
 """Places that a verdict needs."""
 
-DOCKED_WITHIN = 0.02
-"""Greatest distance of the base from its dock at which it has arrived, m."""
-
 MIN_PIXELS = 25
 """Least number of pixels of an object: fewer are noise, or an object that is mostly hidden."""
 
@@ -144,19 +141,6 @@ class Piece(NamedTuple):
     place: Place
     heading: float
     sides: tuple[float, float, float]
-
-
-def locate(view: View) -> Perception:
-    """Say if the base is at its dock."""
-    while True:
-        readings = view.readings
-        is_known = "base_position" in readings and "dock_position" in readings
-        arrived = (
-            dist(readings["base_position"][:2], readings["dock_position"][:2]) < DOCKED_WITHIN
-            if is_known
-            else None
-        )
-        view = yield {"robot_at_table": arrived}
 
 
 def see_table(view: View) -> Perception:

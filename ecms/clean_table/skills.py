@@ -55,7 +55,8 @@ STROKES = (-0.105, -0.035, 0.035, 0.105)
 and cover ±0.155."""
 
 STROKE_ENDS = (0.13, -0.13)
-"""From the middle of the area to the ends of a stroke along y, m: the sponge is 70 mm wide, so strokes cover ±0.165."""
+"""From the middle of the area to the ends of a stroke along y, m: the sponge is 70 mm wide, so strokes cover
+±0.165."""
 
 HOVER = 0.008
 """Height of the sponge over the table between strokes, m: a slide begins off the surface."""

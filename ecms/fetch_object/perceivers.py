@@ -9,7 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from aeros.perception import Perception, Picture, Points, View, estimate, has_dominant_colour, locate_cylinder
+from aeros.perception import (
+    Mask,
+    Perception,
+    Picture,
+    Points,
+    View,
+    estimate,
+    has_dominant_colour,
+    locate_cylinder,
+)
 
 Place = tuple[float, float, float]
 
@@ -77,23 +86,33 @@ REACH_ASIDE = 0.15
 FLOOR = ((-0.6, 0.035), (-1.3, 2.6))
 """Bounds of the arm's base in x and in y, m: the site's `floor`."""
 
+SURVEYED = ("station_survey", "delivery_position")
+"""Places of the stands."""
+
+AROUND_STANDS = 0.55
+"""Margin around these places, along x and y, within which the can is looked for, m."""
+
 ARRIVED_WITHIN = 0.03
 """Greatest distance of the base from the station at which it has arrived, m."""
 
 
 def find_can(view: View) -> Perception:
-    """Find the can in the newest picture; what a picture does not show keeps the value and time it had."""
+    """Find the can in the newest picture; what a picture does not show keeps the value and time it had.
+
+    Elsewhere in the cell red things are of other tasks. Where the stands are has to be known.
+    """
     known: dict[str, Any] = {}
     newest = -1.0
     while True:
-        for name in ("mast", "hand"):
-            picture = view.pictures.get(name)
-            if picture is None or picture.time <= newest:
-                continue
-            found = _look(picture, name == "mast", view.readings.get("delivery_position"))
-            for variable, value in found.items():
-                known[variable] = None if value is None else estimate(*value, time=picture.time)
-        newest = max(picture.time for picture in view.pictures.values())
+        if all(place in view.readings for place in SURVEYED):
+            places = [view.readings[place] for place in SURVEYED]
+            for name in ("mast", "hand"):
+                picture = view.pictures.get(name)
+                if picture is None or picture.time <= newest:
+                    continue
+                for variable, value in _look(picture, name == "mast", *places).items():
+                    known[variable] = None if value is None else estimate(*value, time=picture.time)
+            newest = max(picture.time for picture in view.pictures.values())
         view = yield known.copy()
 
 
@@ -138,13 +157,16 @@ def _station_for(surveyed: Place, seen: Place | None) -> Place:
     return (min(east, max(west, x)), min(north, max(south, y)), surveyed[2])
 
 
-def _look(picture: Picture, is_mast: bool, delivery: Place | None) -> dict[str, tuple[Any, ...] | None]:
+def _look(
+    picture: Picture, is_mast: bool, station: Place, delivery: Place
+) -> dict[str, tuple[Any, ...] | None]:
     """Return value and uncertainty of what a picture shows; None for a value that is no longer known.
 
     Only the mast's camera sees if there is room for a hand around the can, and if it is where it belongs.
     """
     points = picture.points()
     red = has_dominant_colour(picture.rgb, 0, RED_DOMINANCE, MIN_BRIGHTNESS)
+    red &= _is_around(points, np.array((station[:2], delivery[:2])))
     if int(red.sum()) < MIN_PIXELS:
         return {"object_seen": (False,), **({"object_delivered": (False,)} if is_mast else {})}
     can = locate_cylinder(points[red], RADIUS, HEIGHT)
@@ -169,11 +191,17 @@ def _look(picture: Picture, is_mast: bool, delivery: Place | None) -> dict[str, 
     values["object_yaw"] = (can.axis or grip or 0.0, HEADING_UNCERTAINTY)
     values["object_push_start"] = None if push is None else (push[0], UNCERTAINTY)
     values["object_push_way"] = None if push is None else (push[1], UNCERTAINTY)
-    if delivery is not None:
-        dx, dy, dz = (a - b for a, b in zip(can.position, delivery, strict=True))
-        rests = RADIUS - HEIGHT / 2 if can.axis is not None else 0.0
-        values["object_delivered"] = (hypot(dx, dy) < DELIVERED_WITHIN and abs(dz - rests) < 0.01,)
+    dx, dy, dz = (a - b for a, b in zip(can.position, delivery, strict=True))
+    rests = RADIUS - HEIGHT / 2 if can.axis is not None else 0.0
+    values["object_delivered"] = (hypot(dx, dy) < DELIVERED_WITHIN and abs(dz - rests) < 0.01,)
     return values
+
+
+def _is_around(points: Points, places: Points) -> Mask:
+    """Find the points (h, w, 3) of a picture that are near the rectangle that places (n, 2) span."""
+    low, high = places.min(axis=0) - AROUND_STANDS, places.max(axis=0) + AROUND_STANDS
+    around: Mask = ((points[:, :, :2] > low) & (points[:, :, :2] < high)).all(axis=2)
+    return around
 
 
 def _has_room(points: Points, place: Place, yaw: float, half: tuple[float, float] = HAND_HALF) -> bool:

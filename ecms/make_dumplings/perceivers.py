@@ -100,9 +100,6 @@ UNCERTAINTY = 0.004
 ANGLE_UNCERTAINTY = 0.06
 """Standard uncertainty of a heading and of the fold, rad."""
 
-DOCKED_WITHIN = 0.02
-"""Greatest distance of the base from its dock at which it has arrived, m."""
-
 UNSEEN = (
     "filling_position",
     "wrapper_position",
@@ -163,19 +160,6 @@ class Plate(NamedTuple):
     def is_on_edge(self) -> bool:
         """True if it stands on its edge."""
         return min(self.rectangle.length, self.rectangle.width) < EDGE_ON_WIDTH
-
-
-def locate(view: View) -> Perception:
-    """Say if the base is at its dock."""
-    while True:
-        readings = view.readings
-        is_known = "base_position" in readings and "dock_position" in readings
-        arrived = (
-            dist(readings["base_position"][:2], readings["dock_position"][:2]) < DOCKED_WITHIN
-            if is_known
-            else None
-        )
-        view = yield {"robot_at_bench": arrived}
 
 
 def see_dumpling(view: View) -> Perception:

@@ -95,7 +95,8 @@ WRAPPER = ("wrapper_position", "wrapper_yaw")
 """Pose of the wrapper; unknown if the last picture does not show it."""
 
 SPOT = (-0.13, 0.10, 0.0145)
-"""From the press along x and y, and from the bench up, to a place for a filling that was held from the start and has no wrapper to be put on, m."""
+"""Tool position for a filling that was held from the start and has no wrapper to be put on, from the press
+along x and y and from the bench up, m."""
 
 LOADED_CLEARANCE = 0.10
 """Height from which a loaded hand comes down slowly, m: the gate expects up to 60 mm below the fingers."""

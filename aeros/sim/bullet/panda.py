@@ -1,7 +1,7 @@
 """A Franka Panda with its hand in a `PhysicsWorld`: motors in, measured values out.
 
-The arm stands fixed or on a carriage, 0.5 m long, 0.45 m wide and 0.28 m high, whose wheels keep it 20 mm off the
-floor: two force-limited prismatic joints along x and y.
+The arm stands fixed or on a carriage: two force-limited prismatic joints along x and y. Its box is 0.5 m
+long, 0.45 m wide and 0.28 m high, and its bottom 20 mm above a floor that is 0.3 m below the arm's base.
 Each arm motor gets the torque that the commanded motion needs by inverse dynamics, and a position controller
 (feed-forward velocity, gain 0.3) corrects it by at most `CORRECTION_TORQUE`. Both together stay inside the
 official torque limits. So an obstacle meets the arm's momentum and the correction, not all that the motors

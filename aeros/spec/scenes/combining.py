@@ -67,7 +67,7 @@ def _check_robot(first: Scene, other: Scene, diagnostics: Diagnostics) -> None:
 
 
 def _with_own_names(scenes: Mapping[str, Scene]) -> Iterator[Scene]:
-    """Yield the scenes without robots but the first's, shared bodies only once, and other names all different."""
+    """Yield the scenes, only the first with its robot, shared bodies only once, other names all different."""
     used = Counter(name for scene in scenes.values() for name in names_in_use(scene))
     shared = {name for name, count in used.items() if count > 1 and _is_shared(name, scenes.values())}
     taken = set(used)
