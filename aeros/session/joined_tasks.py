@@ -2,54 +2,57 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import replace
 
 from aeros.agent.instructions.understand import Understanding
 from aeros.runtime.gate.configuration import Configuration
 from aeros.spec.expr import terms as t
-from aeros.spec.model.ecm import Task
+from aeros.spec.model.ecm import ActionCondition, Task
 
 
-def tasks_of(understanding: Understanding, configuration: Configuration) -> list[Task]:
+def tasks_of(
+    understanding: Understanding, configuration: Configuration, goal: ActionCondition | None = None
+) -> list[Task]:
     """List the tasks whose scenes a simulator needs for an instruction.
 
     Args:
         understanding: The requests, in order.
         configuration: The active modules.
+        goal: A goal that replaces that of the only request, as `--goal` gives it; None for none.
 
     Returns:
-        The tasks of the requests, in order, each once; then, for each goal that reads variables of a module
-        without such a task, as `--goal` may, the task of that module that has the most of them in its goal.
+        The tasks of the requests, in order, each once; then, for each other module whose variables `goal`
+        reads, the one of its tasks whose own goal reads most of them.
     """
     found: list[Task] = []
     for errand in understanding.errands:
         if all(errand.routed.task.span != one.span for one in found):
             found.append(errand.routed.task)
-    return [*found, *_tasks_behind_goals(understanding, configuration)]
+    if goal is not None:
+        served = {errand.routed.module for errand in understanding.errands}
+        found += _tasks_behind(t.variables_of(goal.term).keys(), served, configuration)
+    return found
 
 
-def joined_task(understanding: Understanding, configuration: Configuration) -> Task:
+def joined_task(tasks: Sequence[Task]) -> Task:
     """Return a task whose initial state serves all tasks of an instruction.
 
     Args:
-        understanding: The requests, in order.
-        configuration: The active modules.
+        tasks: The tasks, as `tasks_of` lists them.
 
     Returns:
         The first task, with the initial values of the others for variables that it does not name.
     """
-    tasks = tasks_of(understanding, configuration)
     initial = {name: value for task in reversed(tasks) for name, value in task.initial.items()}
     return replace(tasks[0], initial=initial)
 
 
-def _tasks_behind_goals(understanding: Understanding, configuration: Configuration) -> Iterator[Task]:
-    served = {errand.routed.module for errand in understanding.errands}
-    for errand in understanding.errands:
-        names = t.variables_of(errand.routed.task.goal).keys()
-        for module in dict.fromkeys(name.partition(".")[0] for name in names if "." in name):
-            tasks = configuration.modules[module].tasks.values() if module in configuration.modules else ()
-            if tasks and module not in served:
-                served.add(module)
-                yield max(tasks, key=lambda task: len(names & t.variables_of(task.goal).keys()))
+def _tasks_behind(
+    names: AbstractSet[str], served: AbstractSet[str], configuration: Configuration
+) -> Iterator[Task]:
+    for module in dict.fromkeys(name.partition(".")[0] for name in names if "." in name):
+        tasks = configuration.modules[module].tasks.values() if module in configuration.modules else ()
+        if tasks and module not in served:
+            yield max(tasks, key=lambda task: len(names & t.variables_of(task.goal).keys()))

@@ -313,9 +313,9 @@ def open_session(
         def _plant_for(given: PlantName | Plant, meaning: Understanding) -> AbstractContextManager[Plant]:
             if not isinstance(given, str):
                 return nullcontext(given)
-            scene = load_run_scene(given, None, configuration, tasks_of(meaning, configuration), seed)
-            task = joined_task(meaning, configuration)
-            return open_plant(given, configuration, task, seed, scene=scene)
+            tasks = tasks_of(meaning, configuration)
+            scene = load_run_scene(given, None, configuration, tasks, seed)
+            return open_plant(given, configuration, joined_task(tasks), seed, scene=scene)
 
         session = Session(
             proof,

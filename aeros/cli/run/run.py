@@ -343,9 +343,10 @@ def _run_agent(arguments: argparse.Namespace) -> Exit:
             single_errand(meaning)
         goal = None if arguments.goal is None else parse_goal(arguments.goal, configuration.site)
         meaning = meaning if goal is None else with_goal(meaning, goal)
-        routed = replace(meaning.first, task=joined_task(meaning, configuration))
+        tasks = tasks_of(meaning, configuration, goal)
+        routed = replace(meaning.first, task=joined_task(tasks))
         planner = build_planner(arguments, configuration.modules[routed.module], configuration.site)
-        around = load_scene_extras(arguments, configuration, tasks_of(meaning, configuration))
+        around = load_scene_extras(arguments, configuration, tasks)
         with open_outputs(arguments, routed.task.id) as (out, spectators), governor:
             staged = PlantSetup(arguments, configuration, routed, around, spectators, out)
             if arguments.serve_plant:

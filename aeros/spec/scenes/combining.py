@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import reduce
 from math import dist, radians, tan
 from typing import Final
 
 from aeros.spec.diagnostics.codes import Diagnostics
-from aeros.spec.model.scene import Scene, SceneCamera, Vector
+from aeros.spec.model.scene import RobotMount, Scene, SceneCamera, Vector
 from aeros.spec.scenes.merging import merge, names_in_use, renamed
 
 _ROOM_AROUND: Final = 1.2
@@ -26,7 +26,7 @@ def combine(scenes: Mapping[str, Scene]) -> Scene:
 
     Args:
         scenes: the scenes by label, the first task's first. Each has a robot and a view, and all have the
-            same W.
+            same W. One that another includes adds nothing.
 
     Returns:
         Everything of all. The robot starts where the first scene has it; the view shows all.
@@ -35,13 +35,16 @@ def combine(scenes: Mapping[str, Scene]) -> Scene:
         UserError: robots are put up differently, or cameras, surveyed places, instruments or truths of one
             name differ.
     """
-    (_, first), *others = scenes.items()
-    if not others:
-        return first
+    first = next(iter(scenes.values()))
+    included = {part for scene in scenes.values() for part in scene.parts[1:]}
+    kept = {label: scene for label, scene in scenes.items() if scene.parts[0] not in included}
+    if len(kept) == 1:
+        return replace(next(iter(kept.values())), robot=first.robot)
     diagnostics = Diagnostics()
-    for _, other in others:
-        _check_robot(first, other, diagnostics)
-    cells = list(_with_own_names(scenes))
+    for scene in kept.values():
+        _check_robot(first, scene, diagnostics)
+    cells = list(_with_own_names(kept, first.robot))
+    _check_variables(cells, diagnostics)
     whole = reduce(lambda one, other: merge(one, other, None, diagnostics), cells)
     diagnostics.raise_if_errors()
     name, description = "+".join(one.name for one in cells), "; ".join(one.description for one in cells)
@@ -54,42 +57,72 @@ def _check_robot(first: Scene, other: Scene, diagnostics: Diagnostics) -> None:
     if one is None or two is None:
         return
     if one.carriage != two.carriage or one.base[2] != two.base[2]:
-        fault = "is not put up as"
+        fault = f"is not put up as that of `{first.name}`"
     elif not one.carriage and one.base != two.base:
-        fault = "does not stand where it cannot drive to, as does"
+        fault = f"does not stand where that of `{first.name}` does, and cannot drive"
     else:
         return
     diagnostics.error(
         "AE208",
-        f"the robot of the scene `{other.name}` {fault} that of `{first.name}`",
+        f"the robot of the scene `{other.name}` {fault}",
         help=("run the tasks one after the other, or put the robot up in the same way in both files",),
     )
 
 
-def _with_own_names(scenes: Mapping[str, Scene]) -> Iterator[Scene]:
-    """Yield the scenes, only the first with its robot, shared bodies only once, other names all different."""
+def _check_variables(scenes: Sequence[Scene], diagnostics: Diagnostics) -> None:
+    """Report state variables that two scenes measure differently."""
+    measured: dict[str, str] = {}
+    for scene in scenes:
+        for variable, _ in scene.measured():
+            if variable in measured:
+                headline = (
+                    f"`{variable}` is measured in the scene `{scene.name}` and in `{measured[variable]}`"
+                )
+                diagnostics.error("AE121", headline, help=("make both equal, or run the tasks one by one",))
+            measured[variable] = scene.name
+
+
+def _with_own_names(scenes: Mapping[str, Scene], robot: RobotMount | None) -> Iterator[Scene]:
+    """Yield the scenes: the robot and what all share with the first, and other names all different."""
     used = Counter(name for scene in scenes.values() for name in names_in_use(scene))
     shared = {name for name, count in used.items() if count > 1 and _is_shared(name, scenes.values())}
-    taken = set(used)
+    taken, given = set(used), set[str]()
     for number, (label, scene) in enumerate(scenes.items()):
         names: dict[str, str] = {}
         for name in names_in_use(scene):
             if used[name] > 1 and name not in shared:
                 names[name] = _free_name(label, name, taken)
                 taken.add(names[name])
-        cell = renamed(scene, names)
-        if number > 0:
-            bodies = {name: body for name, body in cell.bodies.items() if name not in shared}
-            cell = replace(cell, robot=None, bodies=bodies)
+        cell = replace(renamed(scene, names), robot=robot if number == 0 else None)
+        for name in given & names_in_use(cell).keys():
+            cell = _without(cell, name)
+        given |= shared & names_in_use(cell).keys()
         yield cell
 
 
 def _is_shared(name: str, scenes: Collection[Scene]) -> bool:
-    """Return True if all things of a name are equal bodies, placed in W."""
-    things = [scene for scene in scenes if name in names_in_use(scene)]
-    bodies = [scene.bodies[name] for scene in things if name in scene.bodies]
-    return len(bodies) == len(things) and all(
-        body.placement.frame is None and replace(body, span=bodies[0].span) == bodies[0] for body in bodies
+    """Return True if all things of a name are equal bodies or equal places of one variable, placed in W."""
+    things = [_shareable(name, scene) for scene in scenes if name in names_in_use(scene)]
+    return None not in things and all(thing == things[0] for thing in things)
+
+
+def _shareable(name: str, scene: Scene) -> tuple[object, ...] | None:
+    """Return all that tells a body or place from others; None for other things and one in another's frame."""
+    body, place = scene.bodies.get(name), scene.places.get(name)
+    if body is not None and body.placement.frame is None:
+        return tuple(getattr(body, one.name) for one in fields(body) if one.name != "span")
+    if place is not None and place.frame is None:
+        return place, scene.variables.get(name)
+    return None
+
+
+def _without(scene: Scene, name: str) -> Scene:
+    """Return a scene without a body or place."""
+    return replace(
+        scene,
+        bodies={other: body for other, body in scene.bodies.items() if other != name},
+        places={other: place for other, place in scene.places.items() if other != name},
+        variables={other: variable for other, variable in scene.variables.items() if other != name},
     )
 
 
