@@ -6,7 +6,7 @@ cannot import it. What no scene defines is not refereed.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -93,9 +93,25 @@ def judge_goal(
     }
     names = {name for part in _conjuncts(goal) for name in t.variables_of(part)}
     values = {name: truth[name] for name in sorted(names & truth.keys())}
-    judged = [_judge(part, values) for part in _conjuncts(goal)]
-    true = False if False in judged else None if None in judged or not judged else True
-    return GoalJudgement(believed, true, values)
+    return GoalJudgement(believed, _all_true([_judge(part, values) for part in _conjuncts(goal)]), values)
+
+
+def join_judgements(judgements: Sequence[GoalJudgement]) -> GoalJudgement:
+    """Join the judgements of several goals that all were to be reached.
+
+    Args:
+        judgements: one for each goal, at least one.
+
+    Returns:
+        True if all are true, false if one is false, else not refereed.
+    """
+    judged = [one.true for one in judgements]
+    values = {name: value for one in judgements for name, value in one.values.items()}
+    return GoalJudgement(all(one.believed for one in judgements), _all_true(judged), values)
+
+
+def _all_true(judged: Sequence[bool | None]) -> bool | None:
+    return False if False in judged else None if None in judged or not judged else True
 
 
 def _conjuncts(goal: t.Term) -> Iterator[t.Term]:

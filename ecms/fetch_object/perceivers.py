@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from aeros.perception import (
+    Mask,
     Perception,
     Picture,
     Points,
@@ -82,8 +83,14 @@ at the carriage."""
 REACH_ASIDE = 0.15
 """Greatest lateral offset of an object from the arm's base, m: beyond it the elbow would hit the stand."""
 
-FLOOR = ((-0.5, 1.6), (-1.4, 0.6))
+FLOOR = ((-0.6, 0.035), (-1.3, 2.6))
 """Bounds of the arm's base in x and in y, m: the site's `floor`."""
+
+SURVEYED = ("station_survey", "delivery_position")
+"""Places of the stands."""
+
+AROUND_STANDS = 0.55
+"""Margin around these places, along x and y, within which the can is looked for, m."""
 
 ARRIVED_WITHIN = 0.03
 """Greatest distance of the base from the station at which it has arrived, m."""
@@ -123,19 +130,24 @@ class Seen(NamedTuple):
 
 
 def find_object(view: View) -> Perception:
-    """Find the object in the newest picture; what a picture does not show keeps the value and time it had."""
+    """Find the object in the newest picture; what a picture does not show keeps the value and time it had.
+
+    Elsewhere in the cell things of its colour are of other tasks. Where the stands are has to be known.
+    """
     known: dict[str, Any] = {}
     newest = -1.0
     while True:
         kind = _kind(view.readings)
-        for name in ("mast", "hand"):
-            picture = view.pictures.get(name)
-            if picture is None or kind is None or picture.time <= newest:
-                continue
-            found = _look(picture, kind, name == "mast", _place(view.readings))
-            for variable, value in found.items():
-                known[variable] = None if value is None else estimate(*value, time=picture.time)
-        newest = max(picture.time for picture in view.pictures.values())
+        if kind is not None and all(place in view.readings for place in SURVEYED):
+            stands = np.array([view.readings[place][:2] for place in SURVEYED])
+            for name in ("mast", "hand"):
+                picture = view.pictures.get(name)
+                if picture is None or picture.time <= newest:
+                    continue
+                found = _look(picture, kind, name == "mast", stands, _place(view.readings))
+                for variable, value in found.items():
+                    known[variable] = None if value is None else estimate(*value, time=picture.time)
+            newest = max(picture.time for picture in view.pictures.values())
         view = yield known.copy()
 
 
@@ -210,14 +222,14 @@ def _station_for(surveyed: Place, seen: Place | None) -> Place:
 
 
 def _look(
-    picture: Picture, kind: Kind, is_mast: bool, belongs: Place | None
+    picture: Picture, kind: Kind, is_mast: bool, stands: Points, belongs: Place | None
 ) -> dict[str, tuple[Any, ...] | None]:
     """Return value and uncertainty of what a picture shows; None for a value that is no longer known.
 
     Only the mast's camera sees if there is room for a hand around it, and if it is where it belongs.
     """
     points = picture.points()
-    mask = has_colour_of(picture.rgb, kind.colour)
+    mask = has_colour_of(picture.rgb, kind.colour) & _is_around(points, stands)
     if int(mask.sum()) < MIN_PIXELS:
         return {"object_seen": (False,), **({"object_delivered": (False,)} if is_mast else {})}
     found = _locate(points[mask], kind)
@@ -256,6 +268,13 @@ def _locate(points: Points, kind: Kind) -> Seen:
         return Seen(can.position, can.top, can.axis is not None, can.heading, headings)
     box = locate_box(points, kind.size)
     return Seen(box.position, box.top, False, None, box.headings)
+
+
+def _is_around(points: Points, places: Points) -> Mask:
+    """Find the points (h, w, 3) of a picture that are near the rectangle that places (n, 2) span."""
+    low, high = places.min(axis=0) - AROUND_STANDS, places.max(axis=0) + AROUND_STANDS
+    around: Mask = ((points[:, :, :2] > low) & (points[:, :, :2] < high)).all(axis=2)
+    return around
 
 
 def _has_room(points: Points, place: Place, yaw: float, half: tuple[float, float] = HAND_HALF) -> bool:

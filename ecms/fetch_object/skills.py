@@ -36,7 +36,7 @@ LOOK_HEIGHT = 0.17
 FARTHEST = 0.80
 """Greatest distance of the tool from the arm's base along x and y, m: the site's `workspace`."""
 
-OVER_STANDS = 0.55
+OVER_STANDS = 0.25
 """Height of the tool in the world from which a hand may turn beside a stand, with what it holds, m."""
 
 LIFT = 0.13

@@ -32,8 +32,10 @@ OBSERVED: Final[dict[str, Any]] = {
     "holding": False,
     "finger_gap": 0.06,
     "tool_position": (0.4, 0.0, 0.2),
-    "base_position": (0.0, 0.0, 0.3),
+    "base_position": (0.0, 0.0, 0.0),
+    "dock_position": (0.0, 0.0, 0.0),
     # clean_table, hold_sponge
+    "area_position": (0.5, 0.0, 0.0),
     "sponge_rest_position": (0.45, 0.34, 0.015),
     "bin_position": (0.45, -0.5, 0.085),
     "sponge_position": (0.5, 0.25, 0.015),

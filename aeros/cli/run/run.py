@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 from aeros.agent.errors import AgentError
 from aeros.agent.identity import lock_folder
-from aeros.agent.instructions.understand import single_errand
+from aeros.agent.instructions.understand import single_errand, with_goal
 from aeros.agent.recovery.checkpoint import CheckpointStore
 from aeros.agent.recovery.quarantine import Quarantine
 from aeros.apps.goal import parse_goal
@@ -44,6 +44,7 @@ from aeros.files import private_umask
 from aeros.runtime.gate.gate import GateMode
 from aeros.runtime.registry.registry import Registry
 from aeros.runtime.registry.registry_governor import OperatorCommands
+from aeros.session.joined_tasks import joined_task, tasks_of
 from aeros.session.plant_factory import PLANTS, PlantSetupError
 from aeros.session.setup import (
     SETUP_ERRORS,
@@ -51,7 +52,6 @@ from aeros.session.setup import (
     create_output_folder,
     find_signing_key,
     open_governor,
-    task_of_plant,
 )
 from aeros.sim.hosting.wire import ConnectionLostError
 
@@ -345,16 +345,18 @@ def _run_agent(arguments: argparse.Namespace) -> Exit:
         arguments.instruction = meaning.instruction
         if arguments.composition is not None:
             single_errand(meaning)
-        routed = replace(meaning.first, task=task_of_plant(meaning, arguments.plant))
         goal = None if arguments.goal is None else parse_goal(arguments.goal, configuration.site)
+        meaning = meaning if goal is None else with_goal(meaning, goal)
+        tasks = tasks_of(meaning, configuration, goal)
+        routed = replace(meaning.first, task=joined_task(tasks))
         planner = build_planner(arguments, configuration.modules[routed.module], configuration.site)
-        around = load_scene_extras(arguments, configuration, routed)
+        around = load_scene_extras(arguments, configuration, tasks)
         with open_outputs(arguments, routed.task.id) as (out, spectators), governor:
             staged = PlantSetup(arguments, configuration, routed, around, spectators, out)
             if arguments.serve_plant:
                 return serve_plant(staged)
             signing = None if key is None else build_signing(key, arguments.state, out, arguments.anchor)
-            return run_task(staged, RunRequest(governor, proof, planner, goal, signing))
+            return run_task(staged, RunRequest(governor, proof, planner, meaning, goal, signing))
     except SETUP_ERRORS as refusal:
         print(f"aeros: {refusal}", file=sys.stderr)
         return Exit.REJECTED

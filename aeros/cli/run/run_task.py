@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from aeros.agent.agent import Agent
 from aeros.agent.execution.journal import AgentEvent
 from aeros.agent.execution.report import RunReport
+from aeros.agent.instructions.understand import Understanding
 from aeros.agent.planning.base import Planner
 from aeros.agent.recovery.checkpoint import CheckpointStore, TaskEnd
 from aeros.apps.report_page.run_data import read_run_data
@@ -21,6 +22,7 @@ from aeros.cli.latest_run import save_latest_run
 from aeros.cli.records.report import write_report
 from aeros.cli.run.planners import planning_timeout
 from aeros.cli.run.run_plant import PlantSetup, open_run_plant
+from aeros.cli.run.run_referee import RunReferee
 from aeros.cli.run.run_report import summary
 from aeros.cli.terminal import print_line
 from aeros.exit_codes import Exit
@@ -30,12 +32,12 @@ from aeros.runtime.audit.log import AuditLog, AuditReport, verify_log
 from aeros.runtime.bus.feed import BusFeed
 from aeros.runtime.execution.governor import Governor, OperatorCommand
 from aeros.runtime.gate.gate import DecisionTally, GateMode
-from aeros.session.assembly import RecordedPlant, SessionSetup, open_agent, open_recorded_plant
+from aeros.session.assembly import SessionSetup, open_agent, open_recorded_plant
 from aeros.session.run_governor import RunGovernor
 from aeros.session.sd_notify import READY, STOPPING, Notifier
 from aeros.session.setup import AUDIT
 from aeros.sim.hosting.remote import RemotePlant
-from aeros.sim.referee import GoalJudgement, judge_goal, truth_of
+from aeros.sim.referee import GoalJudgement
 from aeros.spec.model.ecm import ActionCondition
 from aeros.spec.verification.reports import Report
 
@@ -50,6 +52,7 @@ class RunRequest(NamedTuple):
         governor: Governor of the run.
         proof_report: Verification report of the modules.
         planner: Proposes plans.
+        meaning: The requests of the instruction.
         goal: Goal that replaces the task's; None to keep it.
         signing: Signs the audit log; None for no signatures.
     """
@@ -57,6 +60,7 @@ class RunRequest(NamedTuple):
     governor: Governor
     proof_report: Report
     planner: Planner
+    meaning: Understanding
     goal: ActionCondition | None
     signing: SigningConfiguration | None
 
@@ -75,8 +79,10 @@ def run_task(staged: PlantSetup, request: RunRequest) -> Exit:
     arguments, out = staged.arguments, staged.out
     if arguments.resume and (ended := _find_task_end(staged, request)) is not None:
         return _report_past_end(staged, request, ended)
-    setup = _setup(staged, request)
+    referee = RunReferee(request.meaning)
+    setup = _setup(staged, request, referee)
     with Notifier() as notifier, open_recorded_plant(setup) as recorded:
+        referee.plant = recorded.plant
         with (
             RunGovernor(request.governor, notifier) as governor,
             open_agent(setup, recorded, governor) as (_, agent, gate),
@@ -88,7 +94,9 @@ def run_task(staged: PlantSetup, request: RunRequest) -> Exit:
             report = pursue(arguments.instruction, arguments.timeout, request.goal)
         notifier.send(STOPPING)
         simulated = recorded.plant.now()
-        judgement = _judge(staged, request, report, recorded)
+        judgement = referee.judge(report)
+        if judgement is not None:
+            recorded.audit.append("goal-judged", judgement.record())
         # An agent that lost its supervisor has stopped; its task and plant can be resumed.
         is_over = False
         if isinstance(recorded.plant, RemotePlant) and not notifier.is_alone:
@@ -102,7 +110,7 @@ def run_task(staged: PlantSetup, request: RunRequest) -> Exit:
     return Exit.INTERRUPTED if governor.is_interrupted else code
 
 
-def _setup(staged: PlantSetup, request: RunRequest) -> SessionSetup:
+def _setup(staged: PlantSetup, request: RunRequest, referee: RunReferee) -> SessionSetup:
     """Describe the session that the options select."""
     arguments = staged.arguments
     return SessionSetup(
@@ -112,6 +120,7 @@ def _setup(staged: PlantSetup, request: RunRequest) -> SessionSetup:
         state=arguments.state,
         warn=print_warning,
         stream=sys.stdout,
+        on_event=referee.observe,
         gate_mode=GateMode(arguments.gate),
         signing=request.signing,
         bag=arguments.bag,
@@ -146,22 +155,6 @@ def _report_past_end(staged: PlantSetup, request: RunRequest, ended: TaskEnd) ->
     if not arguments.supervised:
         end_task(arguments.state, arguments.plant_at)
     return code
-
-
-def _judge(
-    staged: PlantSetup, request: RunRequest, report: RunReport, recorded: RecordedPlant
-) -> GoalJudgement | None:
-    """Judge the goal by truth and record the judgement; None if the scene defines no truth."""
-    truth = truth_of(recorded.plant)
-    if not truth:
-        return None
-    goal = staged.task.task.goal if request.goal is None else request.goal.term
-    task = staged.task
-    judgement = judge_goal(
-        goal, report.reached, truth, task.module, task.task.complete_arguments(task.arguments)
-    )
-    recorded.audit.append("goal-judged", judgement.record())
-    return judgement
 
 
 def _report_run(

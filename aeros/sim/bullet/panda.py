@@ -1,6 +1,6 @@
 """A Franka Panda with its hand in a `PhysicsWorld`: motors in, measured values out.
 
-The arm stands fixed at W's origin or on a carriage: two force-limited prismatic joints along x and y.
+The arm stands fixed or on a carriage: two force-limited prismatic joints along x and y.
 Each arm motor gets the torque that the commanded motion needs by inverse dynamics, and a position controller
 (feed-forward velocity, gain 0.3) corrects it by at most `CORRECTION_TORQUE`. Both together stay inside the
 official torque limits. So an obstacle meets the arm's momentum and the correction, not all that the motors
@@ -27,7 +27,7 @@ from aeros.sim.geometry import Vector3
 from aeros.sim.robot.body import PANDA_BODY
 from aeros.sim.robot.kinematics import FLANGE_TO_TOOL
 from aeros.sim.robot.limits import FINGER_GAP_MAX, FINGER_SPEED, QD_MAX, TAU_MAX, Vector
-from aeros.sim.robot.robot import Robot, RobotOptions, RobotState
+from aeros.sim.robot.robot import CARRIAGE_EDGES, Robot, RobotOptions, RobotState
 from aeros.spec.text.files import read_source
 
 _POSITION_GAIN: Final = 0.3
@@ -371,8 +371,8 @@ _CARRIAGE: Final = """
   <link name="slider"><inertial><mass value="5"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>
   </inertial></link>
   <link name="carriage"><inertial><mass value="55"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>
-  </inertial><visual><origin xyz="0 0 {middle}"/><geometry><box size="0.5 0.45 {height}"/></geometry></visual>
-  <collision><origin xyz="0 0 {middle}"/><geometry><box size="0.5 0.45 {height}"/></geometry></collision>
+  </inertial><visual><origin xyz="0 0 {middle}"/><geometry><box size="{edges}"/></geometry></visual>
+  <collision><origin xyz="0 0 {middle}"/><geometry><box size="{edges}"/></geometry></collision>
   </link>
   <joint name="carriage_x" type="prismatic"><parent link="rail"/><child link="slider"/><axis xyz="1 0 0"/>
   <limit lower="-10" upper="10" effort="600" velocity="2"/></joint>
@@ -393,8 +393,8 @@ def _load(world: PhysicsWorld, options: RobotOptions) -> int:
     text = text.replace("package://", folder + "/").replace("<friction_anchor/>", "")
     text = text.replace('xyz="0 0 0.105"', f'xyz="0 0 {FLANGE_TO_TOOL}"')
     if options.carriage:
-        height = options.base[2] - 0.02
-        frame = _CARRIAGE.format(height=height, middle=-height / 2.0)
+        edges = " ".join(map(str, CARRIAGE_EDGES))
+        frame = _CARRIAGE.format(edges=edges, middle=-CARRIAGE_EDGES[2] / 2.0)
         text = text.replace("</robot>", frame + "</robot>")
     with temporary_folder() as scratch:
         path = os.path.join(scratch, "panda.urdf")

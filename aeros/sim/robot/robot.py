@@ -24,6 +24,9 @@ from aeros.sim.robot.body import CAPSULES, PANDA_BODY
 from aeros.sim.robot.kinematics import READY_POSTURE, forward_kinematics
 from aeros.sim.robot.limits import QDD_MAX, Vector
 
+CARRIAGE_EDGES: Final = (0.5, 0.45, 0.28)
+"""Length, width and height of the carriage, m: its top is as high as the arm's base, and its wheels 20 mm."""
+
 BASE_ACCELERATION_MAX: Final = 1.0
 """Greatest acceleration of the carriage, m/s²: the arm neither slips nor tips a real base of this mass."""
 

@@ -45,7 +45,7 @@ class ParameterFacts:
             initial: values of all state variables at the start.
 
         Returns:
-            New values of the parameters, and of all that depends on one that changes: at first as at the start
+            New values of the parameters, and of all that depends on one that changes: first as at the start,
             and later as it was left.
         """
         stated = {**self.defaults, **to_doubles(dict(values))}

@@ -1,8 +1,9 @@
 """The symbolic plant: declared outcomes with declared probabilities, in microseconds.
 
 It is the simulator of lowest fidelity. Motions take effect at once and cost time on the plant's clock;
-predicates change only when a skill ends, by one of the outcomes that its manifest declares. So it runs the
-model of the world that the closed-loop analysis assumes.
+predicates change only when a skill ends, by one of the outcomes that its manifest declares, and where a
+definition says that they follow from the base's position. So it runs the model of the world that the
+closed-loop analysis assumes.
 Not modelled: anything that a manifest does not declare; where an interrupted motion stops; events while a
 skill takes the rest of its declared duration after its last action.
 """
@@ -25,6 +26,7 @@ from aeros.runtime.ports import (
     Snapshot,
 )
 from aeros.sim.robot.errors import ActionRejectedError
+from aeros.sim.symbolic.definitions import PlaceDefinitions
 from aeros.sim.symbolic.motions import SymbolicMotion, check_parameters, plan_motion
 from aeros.sim.symbolic.outcomes import (
     BurstOutcomes,
@@ -100,6 +102,8 @@ class SymbolicPlant:
         self._facts = ParameterFacts(modules)
         start = initial_values(site, {**self._facts.defaults, **(initial or {})})
         self._initial = {name: start[name] for name in self._names.names}
+        self._definitions = PlaceDefinitions(site, modules.values())
+        self._definitions.update(self._initial)
         self._shares = outcome_probabilities_by_skill(modules.values())
         self._effects = {
             (name, outcome.id): self._apply_outcome(name, outcome)
@@ -290,6 +294,7 @@ class SymbolicPlant:
         values = dict(self._values)
         for change in changes:
             values.update(change)
+            self._definitions.update(values, change)
         return values
 
     def _end_motions(self, motions: Sequence[MotionHandle], why: str) -> dict[MotionHandle, MotionCompletion]:

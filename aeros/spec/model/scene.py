@@ -435,7 +435,8 @@ class Scene:
         timers: conditions whose time is measured, by name.
         presses: lids with a handle, by name.
         truth: condition under which each state variable of a goal is true; a module's by its full name.
-        owners: module of each place and instrument that is a variable of one, by the thing's name.
+        variables: name of the state variable of each place and instrument that is not called as it is, by the
+            thing's name.
         parts: the files that it is made of, its own first.
     """
 
@@ -455,7 +456,7 @@ class Scene:
     presses: Mapping[str, Press]
     truth: Mapping[str, SceneCondition]
     parts: tuple[ScenePart, ...] = field(default=())
-    owners: Mapping[str, str] = field(default_factory=dict)
+    variables: Mapping[str, str] = field(default_factory=dict)
 
     def measured(self) -> Iterator[tuple[str, str]]:
         """Yield what is surveyed and measured.
@@ -464,7 +465,7 @@ class Scene:
             Name of the state variable, and of the place or instrument that gives its value.
         """
         for name in (*self.places, *self.instruments):
-            yield (f"{self.owners[name]}.{name}" if name in self.owners else name), name
+            yield self.variables.get(name, name), name
 
     def placements(self) -> Iterator[tuple[str, Placement]]:
         """Yield the placement of each place and body.

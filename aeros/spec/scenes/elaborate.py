@@ -101,7 +101,7 @@ class _SceneElaborator:
             self._add("bodies", {name.value: self._bodies.body(name.value, body, known)})
         if scene.module is not None:
             measured = [name.value for name, _ in (*scene.places, *scene.instruments)]
-            self._add("owners", dict.fromkeys(measured, scene.module.value))
+            self._add("variables", {name: f"{scene.module.value}.{name}" for name in measured})
         self._add("cameras", {self._site_camera(name): self._camera(one) for name, one in scene.cameras})
         self._add("instruments", _each(scene.instruments, self._instrument))
         self._add("regions", _each(scene.regions, self._region))

@@ -27,7 +27,7 @@ description: a low wall behind the robot
 bodies:
   wall:
     box: [100 mm, 1000 mm, 250 mm]
-    at: [-500 mm, 0 mm, 126 mm]
+    at: [-500 mm, 0 mm, -174 mm]
 """
 
 pytestmark = pytest.mark.physics

@@ -18,7 +18,7 @@ from aeros.sim.layouts.coating import CoatingMap
 from aeros.sim.layouts.conditions import SceneState
 from aeros.sim.layouts.placement import place_things
 from aeros.sim.pictures.late_picture import LatePicture
-from aeros.sim.pictures.scene_solids import SceneSolids, decals_of, robot_solids
+from aeros.sim.pictures.scene_solids import SceneSolids, carriage_solid, decals_of, robot_solids
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.robot import RobotOptions, RobotState
 from aeros.spec.model.scene import (
@@ -117,6 +117,8 @@ class DeclaredScene:
         """
         view = camera_in_world(self.scene.cameras[camera], state.base_position, state.tool_position, yaw)
         solids = [*self._solids.placed(self), *robot_solids(state.q, state.base_position)]
+        if self.robot.carriage:
+            solids.append(carriage_solid(state.base_position))
         return LatePicture(camera, time, view, solids, decals_of(self._coatings))
 
     def is_carried(self, body: str) -> bool:

@@ -154,7 +154,7 @@ def test_the_page_on_planning_shows_what_is_answered(
         (
             "; laid askew?\n(make_dumplings.prepare)\n(make_dumplings.wrap)\n(make_dumplings.boil)\n",
             Exit.REJECTED,
-            "rejected  step 2, `make_dumplings.wrap`: its precondition `wrapper_aligned and",
+            "rejected  step 2, `make_dumplings.wrap`: its precondition `robot_at_bench and wrapper_aligned",
         ),
         ("(make_dumplings.prepare)", Exit.REJECTED, "rejected  it ends, and the goal does not hold"),
         ("(make_dumplings.prepar)", Exit.REJECTED, "no such skill; did you mean `make_dumplings.prepare`?"),
@@ -220,7 +220,7 @@ def test_the_same_problem_may_be_had_in_pddl(tmp_path: Path, capsys: pytest.Capt
         in domain
     )
     assert (
-        "(:init (unknown-make_dumplings--wrapper_aligned))"
+        "(:init (make_dumplings--robot_at_bench) (unknown-make_dumplings--wrapper_aligned))"
         in (tmp_path / "pddl" / "problem.pddl").read_text()
     )
     (tmp_path / "file").write_text("")

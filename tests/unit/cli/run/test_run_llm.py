@@ -51,7 +51,9 @@ def test_a_models_plan_is_verified_then_decided_by_the_gate_and_the_key_is_kept_
     message = capsys.readouterr()
     assert "goal reached" in message.out
     assert "(try 2 of 3)" in message.out
-    assert "its precondition `dumpling_wrapped` does not hold" in json.dumps(server.asked[1])
+    assert "its precondition `robot_at_bench and dumpling_wrapped` does not hold" in json.dumps(
+        server.asked[1]
+    )
     assert server.headers[0]["authorization"] == f"Bearer {KEY}"
     assert verify_log(tmp_path / "out" / "audit.jsonl").decisions.allowed > 50
     left = [path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()]

@@ -96,11 +96,11 @@ def test_a_timer_counts_ticks_without_a_break_and_keeps_the_longest() -> None:
 @pytest.mark.parametrize(
     ("share", "cube", "off", "expected"),
     [
-        (1.0, (0.45, -0.5, 0.02), 0.0, (True, True, True)),
-        (0.94, (0.45, -0.5, 0.02), 0.0, (False, True, False)),
-        (1.0, (0.45, -0.41, 0.02), 0.0, (True, False, False)),
-        (1.0, (0.45, -0.5, 0.09), 0.0, (True, False, False)),
-        (1.0, (0.45, -0.5, 0.02), 0.031, (True, False, False)),
+        (1.0, (0.45, -1.70, 0.02), 0.0, (True, True, True)),
+        (0.94, (0.45, -1.70, 0.02), 0.0, (False, True, False)),
+        (1.0, (0.45, -1.61, 0.02), 0.0, (True, False, False)),
+        (1.0, (0.45, -1.70, 0.09), 0.0, (True, False, False)),
+        (1.0, (0.45, -1.70, 0.02), 0.031, (True, False, False)),
     ],
 )
 def test_a_table_is_clean_by_its_coating_and_by_where_things_are(
@@ -143,7 +143,7 @@ def test_variables_are_read_by_their_names() -> None:
     assert state.value("can.tilt") == pytest.approx(0.4)
     assert state.value("robot.base") == (1.0, 2.0, 0.3)
     assert state.value("robot.tool") == (1.5, 2.0, 0.7)
-    assert state.value("bin_position") == pytest.approx((0.45, -0.5, 0.085))
+    assert state.value("bin_position") == pytest.approx((0.45, -1.7, 0.085))
 
 
 def test_a_region_moves_with_its_body() -> None:

@@ -15,9 +15,9 @@ from tests.shipped_scenes import ECMS, shipped_scene
 
 def test_robot_places_and_cameras() -> None:
     scene = shipped_scene("fetch")
-    assert scene.robot == RobotMount(True, (0.0, 0.0, 0.3))
+    assert scene.robot == RobotMount(True, (0.0, 0.0, 0.0))
     assert scene.places["station_survey"] == Placement(
-        None, (1.25, 0.2, 0.3), 0.0, (0.08, 0.08, 0.0), 0.0, "station"
+        None, (-0.05, 2.4, 0.0), 0.0, (0.08, 0.08, 0.0), 0.0, "station"
     )
     assert scene.cameras["mast"] == SceneCamera(
         "base", (0.05, 0.2, 0.85), (0.58, 0.0, 0.12), (0.0, 0.0, 1.0), 50.0, 320, 240, True
@@ -39,8 +39,8 @@ def test_a_body_is_put_down_by_its_anchor() -> None:
 
 def test_a_coating_is_a_rectangle_of_cells() -> None:
     assert shipped_scene("table").coatings["dirt"] == Coating(
-        (0.35, -0.15),
-        (0.65, 0.15),
+        (0.35, -1.35),
+        (0.65, -1.05),
         "table",
         "sponge",
         (0.10, 0.07, 0.03),
@@ -70,7 +70,7 @@ def test_a_truth_that_speaks_of_a_parameter_is_one_for_each_of_its_values() -> N
         "fetch_object.object_grasped(object = red_can)",
     }
     delivered = truth["fetch_object.object_delivered(object = blue_block, to = left)"]
-    assert set(variables_of(delivered.term)) == {"decoy.position in left", "decoy.held"}
+    assert set(variables_of(delivered.term)) == {"decoy.position in delivered_left", "decoy.held"}
     assert len(truth) == 2 + 2 * 3
 
 
