@@ -164,6 +164,7 @@ class PhysicsPlant(FixedStepPlant):
         self._world.ticks = 0
         self._people = People(self._world, robot.body, people, RandomSource(seed))
         self._disturbance = options.get("disturbance") or NoDisturbance()
+        self._panda = robot
         self._disturbance.attach(PlantParts(self._world, robot, scene, self.sensors, self._people))
         super().__init__(robot, scene.cameras)
         self._truth = GroundTruth(0, self._fast_values())
@@ -248,7 +249,8 @@ class PhysicsPlant(FixedStepPlant):
             self._ground_truth() if self.sensors.needs_sampling(self._truth.values) else self._truth
         )
         if self._referee is not None:
-            self._referee(self._truth)
+            true = {**self._truth.values, "contact_force": self._panda.net_contact_force()}
+            self._referee(GroundTruth(self._truth.tick, true))
 
     def _monitor_values(self) -> Mapping[str, Any]:
         return self.sensors.monitor_values(self._truth)

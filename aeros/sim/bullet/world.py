@@ -53,6 +53,7 @@ class PhysicsWorld:
         renderer: takes pictures.
         ticks: number of steps since the clock was set to 0.
         before_step: called in order before each step.
+        after_step: called in order after each step.
     """
 
     def __init__(self) -> None:
@@ -68,6 +69,7 @@ class PhysicsWorld:
         self.renderer = Renderer(self.client)
         self.ticks = 0
         self.before_step: list[Callable[[], None]] = []
+        self.after_step: list[Callable[[], None]] = []
         # Contact points and joint states by body after the last step, cached on first query.
         self._touching: dict[int, Any] = {}
         self._joint_states: dict[tuple[int, tuple[int, ...]], Any] = {}
@@ -85,12 +87,15 @@ class PhysicsWorld:
         self._touching.clear()
         self._joint_states.clear()
         self.ticks += 1
+        for note in self.after_step:
+            note()
 
     def close(self) -> None:
         """End the client; safe to call twice."""
         if self.client >= 0:
             bullet.disconnect(physicsClientId=self.client)
             self.before_step.clear()
+            self.after_step.clear()
             self.client = self.bodies.client = self.renderer.client = -1
 
     def push(self, body: int, force: Vector3) -> None:
