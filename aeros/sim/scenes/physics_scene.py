@@ -121,6 +121,14 @@ class PhysicsScene:
             contacts = [contact for contact in contacts if contact.link_b == one.links[first.part]]
         return sum((contact.force for contact in contacts), 0.0)
 
+    def load_on(self, part: BodyPart) -> float:
+        """Implement `SimulatedWorld.load_on`."""
+        placed = self._bodies[part.body]
+        link = -1 if part.part is None else placed.links[part.part]
+        contacts = self._world.contacts(placed.number, link=link)
+        # A normal points towards the loaded body.
+        return max(0.0, -sum(one.force * one.normal[2] for one in contacts if one.body_b != placed.number))
+
     def is_held(self, body: str) -> bool:
         """Implement `SimulatedWorld.is_held`."""
         number = self._bodies[body].number

@@ -157,6 +157,13 @@ class DeclaredScene:
                 return press.force_on_filling(is_filled=self._is_filled(press))
         return 0.0
 
+    def load_on(self, part: BodyPart) -> float:
+        """Implement `SimulatedWorld.load_on`: 0 but on the bed of a press; things have no weight here."""
+        for press in self.presses.values():
+            if part == BodyPart(press.press.lid.body):
+                return press.load()
+        return 0.0
+
     def is_held(self, body: str) -> bool:
         """Implement `SimulatedWorld.is_held`."""
         return self.is_carried(body) and self._things.is_lifted(self._objects[body])

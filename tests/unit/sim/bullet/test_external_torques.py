@@ -49,7 +49,7 @@ def test_fast_free_motion_is_no_contact(world: PhysicsWorld) -> None:
         world.step()
         most = max(most, one.contact_force()) if tick > 24 else 0.0
     assert most == 0.0
-    assert 0.01 < max(map(abs, one._external.torques[:7])) < 0.3
+    assert 0.001 < max(map(abs, one._external.torques[:7])) < 0.3
 
 
 def test_the_drives_of_a_carriage_feel_what_pushes_it(world: PhysicsWorld) -> None:
