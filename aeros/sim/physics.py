@@ -18,9 +18,11 @@ from aeros.sim.bullet.panda import Panda
 from aeros.sim.bullet.people import People, Person
 from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.fixed_step_plant import CAMERA_TICKS, FixedStepPlant, PictureSource
-from aeros.sim.geometry import Camera, Vector3
+from aeros.sim.geometry import Camera, Vector3, add
+from aeros.sim.layouts.survey import NO_SURVEY_ERRORS, SurveyErrors
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.errors import BlockedError
+from aeros.sim.robot.odometry import WheelOdometry
 from aeros.sim.scenes.physics_scene import PhysicsScene
 from aeros.sim.scenes.scene import PhysicalScene
 from aeros.sim.sensors import SCANNER_RANGE, GroundTruth, SensorModel, Sensors
@@ -119,6 +121,8 @@ class PlantOptions(TypedDict, total=False):
     Attributes:
         spectators: videos and windows that show the world; none by default.
         people: simulated people on scripted paths; nobody by default.
+        odometry: standard deviations of its scale error and, in m, of its drift after one metre; none by
+            default.
         sensors: sensor models by name of the state variable; variables without one are measured exactly and
             without delay.
         referee: is given the ground truth after every tick; none by default.
@@ -128,6 +132,7 @@ class PlantOptions(TypedDict, total=False):
     spectators: Sequence[Viewer]
     people: Sequence[Person]
     sensors: Mapping[str, SensorModel] | None
+    odometry: tuple[float, float]
     referee: TruthListener | None
     disturbance: NoDisturbance | None
 
@@ -153,7 +158,8 @@ class PhysicsPlant(FixedStepPlant):
         self._referee = options.get("referee")
         self.sensors = Sensors(seed, options.get("sensors"))
         self._world = PhysicsWorld()
-        robot = Panda(self._world, scene.robot)
+        scale, noise = options.get("odometry", (0.0, 0.0))
+        robot = Panda(self._world, scene.robot, WheelOdometry(RandomSource(seed), scale, noise))
         try:
             scene.build(self._world, robot, RandomSource(seed))
         except UserError:
@@ -219,7 +225,7 @@ class PhysicsPlant(FixedStepPlant):
             self._publish(picture)
 
     def _picture(self, name: str) -> CameraPicture:
-        camera = self._scene.camera(name)
+        camera, drift = self._scene.camera(name), self._scene.drift(name)
         image = self._world.renderer.render(camera)
         return CameraPicture(
             name,
@@ -228,7 +234,7 @@ class PhysicsPlant(FixedStepPlant):
             camera.height,
             image.rgb.tobytes(),
             image.depth.astype(np.float32).tobytes(),
-            CameraView(camera.eye, camera.target, camera.up, camera.field_of_view),
+            CameraView(add(camera.eye, drift), add(camera.target, drift), camera.up, camera.field_of_view),
         )
 
     def _publish(self, picture: CameraPicture) -> None:
@@ -249,7 +255,13 @@ class PhysicsPlant(FixedStepPlant):
             self._ground_truth() if self.sensors.needs_sampling(self._truth.values) else self._truth
         )
         if self._referee is not None:
-            true = {**self._truth.values, "contact_force": self._panda.net_contact_force()}
+            base, tool = self._panda.true_points()
+            true = {
+                **self._truth.values,
+                "contact_force": self._panda.net_contact_force(),
+                "base_position": base,
+                "tool_position": tool,
+            }
             self._referee(GroundTruth(self._truth.tick, true))
 
     def _monitor_values(self) -> Mapping[str, Any]:
@@ -280,14 +292,17 @@ def _format_point(place: Vector3) -> str:
     return f"({x:.3f}, {y:.3f}, {z:.3f}) m"
 
 
-def make_plant(scene: Scene, seed: int, **options: Unpack[PlantOptions]) -> PhysicsPlant:
+def make_plant(
+    scene: Scene, seed: int, survey: SurveyErrors = NO_SURVEY_ERRORS, **options: Unpack[PlantOptions]
+) -> PhysicsPlant:
     """Make a physics plant of a scene.
 
     The same scene, options, seed and actions repeat bit for bit.
 
     Args:
         scene: the scene.
-        seed: of layout, sensor noise and people.
+        seed: of layout, sensor errors and people.
+        survey: errors of surveyed places.
         **options: see `PlantOptions`.
 
     Returns:
@@ -296,4 +311,4 @@ def make_plant(scene: Scene, seed: int, **options: Unpack[PlantOptions]) -> Phys
     Raises:
         UserError: the scene has no robot, a model cannot be loaded, or two bodies overlap.
     """
-    return PhysicsPlant(PhysicsScene(scene), seed, **options)
+    return PhysicsPlant(PhysicsScene(scene, survey), seed, **options)

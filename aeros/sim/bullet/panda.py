@@ -25,10 +25,12 @@ from aeros.sim.bullet.external_torques import ExternalTorqueObserver
 from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.clock import TICK
 from aeros.sim.geometry import Vector3
+from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.body import PANDA_BODY
 from aeros.sim.robot.contact_estimate import estimate_contact_force
 from aeros.sim.robot.kinematics import FLANGE_TO_TOOL
 from aeros.sim.robot.limits import FINGER_GAP_MAX, FINGER_SPEED, QD_MAX, TAU_MAX, Vector
+from aeros.sim.robot.odometry import WheelOdometry
 from aeros.sim.robot.robot import Robot, RobotOptions, RobotState
 from aeros.spec.text.files import read_source
 
@@ -50,21 +52,28 @@ It bounds the push on an obstacle, below `collision_force` and every quasi-stati
 class Panda(Robot):
     """A Panda simulated in PyBullet.
 
+    Its own sensors, and so its set points, count from where wheel odometry takes the base to be.
+
     Args:
         world: the world to add it to.
         options: carriage, base position, initial posture and friction.
+        odometry: of the carriage; without drift if None.
 
     Attributes:
         body: its number in PyBullet.
+        odometry: of the carriage.
         fingers: numbers of the finger links.
         grip_command: commanded gap, m, and force on each finger, N.
         finger_friction: Coulomb coefficient of undegraded finger pads.
         torque_limits: greatest torque of each arm motor (7), N·m; a fault may lower it.
     """
 
-    def __init__(self, world: PhysicsWorld, options: RobotOptions) -> None:
+    def __init__(
+        self, world: PhysicsWorld, options: RobotOptions, odometry: WheelOdometry | None = None
+    ) -> None:
         super().__init__(options)
         self._world = world
+        self.odometry = odometry or WheelOdometry(RandomSource(0))
         self.body = _load(world, options)
         index = _joint_indices(self.body, world.client)
         self._arm = [index[f"panda_joint{i}"] for i in range(1, 8)]
@@ -80,6 +89,9 @@ class Panda(Robot):
         self._external = ExternalTorqueObserver(world, self.body, self._sensed, self._drives.note_corrections)
         x, y, z = self._base_start.tolist()
         self._stand: Vector3 = (x, y, z)
+        self._driven: tuple[float, ...] = (0.0,) * len(self._drive)
+        if self._drive:
+            world.after_step.append(self._count_wheels)
         self.grip_command = (FINGER_GAP_MAX, 10.0)
         self.finger_friction = options.finger_friction
         self._assemble()
@@ -131,7 +143,7 @@ class Panda(Robot):
         """Implement `Robot.command_base`."""
         acceleration = (speed - self.base_speed_command) / TICK
         self.base_command, self.base_speed_command = xy, speed
-        self._drives.base_points(xy, speed, acceleration)
+        self._drives.base_points(xy - np.array(self.odometry.drift), speed, acceleration)
 
     def grip(self, width: float, force: float) -> None:
         """Implement `Robot.grip`."""
@@ -177,11 +189,13 @@ class Panda(Robot):
             self.body, self._tool, computeLinkVelocity=1, computeForwardKinematics=1, physicsClientId=client
         )
         vx, vy, vz = tool[6]
+        x, y, z = tool[4]
+        off_x, off_y = self.odometry.drift
         return RobotState(
             q=positions[first:fingers],
             qd=rates[first:fingers],
             torque=tuple(self._drives.efforts[first:fingers]),
-            tool_position=tool[4],
+            tool_position=(x + off_x, y + off_y, z),
             tool_speed=float((vx * vx + vy * vy + vz * vz) ** 0.5),
             # Closed fingers penetrate each other slightly; a gap is never measured as negative.
             finger_gap=max(0.0, positions[fingers] + positions[fingers + 1]),
@@ -191,10 +205,28 @@ class Panda(Robot):
         )
 
     def _base_position(self, drive: tuple[float, ...]) -> Vector3:
+        """Return the position that odometry shows."""
         if not drive:
             return self._stand
         x, y, z = self._stand
-        return (x + drive[0], y + drive[1], z)
+        off_x, off_y = self.odometry.drift
+        return (x + drive[0] + off_x, y + drive[1] + off_y, z)
+
+    def _count_wheels(self) -> None:
+        x, y = self._external.positions[:2]
+        before, self._driven = self._driven, (x, y)
+        self.odometry.drive(x - before[0], y - before[1])
+
+    def true_points(self) -> tuple[Vector3, Vector3]:
+        """Locate the robot, for scene and referee; no sensor of it measures this.
+
+        Returns:
+            Positions of the arm's base and of the tool point in W, m.
+        """
+        state = self.read_sensors()
+        (bx, by, bz), (tx, ty, tz) = state.base_position, state.tool_position
+        off_x, off_y = self.odometry.drift
+        return (bx - off_x, by - off_y, bz), (tx - off_x, ty - off_y, tz)
 
     def finger_forces(self) -> tuple[float, float]:
         """Implement `Robot.finger_forces` by the motors, whose forces are negative as they close."""

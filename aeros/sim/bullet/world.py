@@ -189,6 +189,19 @@ class PhysicsWorld:
         points = bullet.getContactPoints(**selection, physicsClientId=self.client)
         return [Contact(p[3], p[4], p[2], p[6], p[7], p[9]) for p in points or ()]
 
+    def first_on_way(self, start: Vector3, end: Vector3) -> tuple[int, float] | None:
+        """Find what a ray meets first.
+
+        Args:
+            start: in W, m.
+            end: in W, m.
+
+        Returns:
+            Number of the body, and the way that was left to the end, m; None if the way is free.
+        """
+        body, _, share, *_ = bullet.rayTest(start, end, physicsClientId=self.client)[0]
+        return None if body < 0 else (body, (1.0 - share) * math.dist(start, end))
+
     def overlaps(self, deeper_than: float) -> list[tuple[int, int, float]]:
         """List all pairs of bodies that overlap.
 
