@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final, Literal, get_args
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.ports import Plant
 from aeros.session.scene_files import scene_of_task
+from aeros.session.sensor_models import SensorSetup, sensor_setup
 from aeros.sim.hosting.remote import RemotePlant
 from aeros.spec.expr.doubles import to_doubles
 from aeros.spec.model.ecm import Task
@@ -207,6 +208,8 @@ def open_plant(
     faults: Sequence[Fault] = (),
     on_fault: Callable[[FaultEvent], None] | None = None,
     scene: Scene | None = None,
+    *,
+    ideal_sensors: bool = False,
 ) -> Iterator[Plant]:
     """Open the plant `name`, ready for `task`; it is closed however the block ends.
 
@@ -220,6 +223,7 @@ def open_plant(
         faults: Faults to inject (physics).
         on_fault: Called with each event of `faults` as it happens; None to inject no fault.
         scene: The scene; None for that of the task.
+        ideal_sensors: Sensors without the errors that the site declares (physics, kinematic).
 
     Yields:
         The plant.
@@ -229,13 +233,14 @@ def open_plant(
         UserError: There is no such scene, or it cannot be built.
     """
     scene = scene or load_run_scene(name, None, configuration, task, seed)
+    errors = sensor_setup(configuration, ideal=ideal_sensors)
     plant: Plant
     if scene is None:
         plant = _build_symbolic(configuration, task, seed)
     elif name == "physics":
-        plant = _build_physics(scene, seed, spectators, people, faults, on_fault)
+        plant = _build_physics(scene, seed, errors, spectators, people, faults, on_fault)
     else:
-        plant = _build_kinematic(scene, seed)
+        plant = _build_kinematic(scene, seed, errors)
     try:
         yield plant
     finally:
@@ -279,7 +284,7 @@ def _build_symbolic(configuration: Configuration, task: Task, seed: int) -> Plan
     return SymbolicPlant(configuration.site, configuration.modules, seed, to_doubles(task.initial))
 
 
-def _build_kinematic(scene: Scene, seed: int) -> Plant:
+def _build_kinematic(scene: Scene, seed: int, errors: SensorSetup) -> Plant:
     try:
         from aeros.sim.kinematic.plant import make_plant
     except ImportError as error:
@@ -287,12 +292,13 @@ def _build_kinematic(scene: Scene, seed: int) -> Plant:
             f"the kinematic plant needs `pip install 'aeros[kinematic]'` ({error.name} is missing); "
             "or use `--plant symbolic`"
         ) from error
-    return make_plant(scene, seed)
+    return make_plant(scene, seed, errors.survey)
 
 
 def _build_physics(
     scene: Scene,
     seed: int,
+    errors: SensorSetup,
     spectators: Sequence[Viewer],
     people: Sequence[Person],
     faults: Sequence[Fault],
@@ -303,7 +309,16 @@ def _build_physics(
         from aeros.sim.physics import make_plant
 
     disturbance = None if on_fault is None else FaultInjector(faults, seed, on_fault)
-    return make_plant(scene, seed, spectators=spectators, people=people, disturbance=disturbance)
+    return make_plant(
+        scene,
+        seed,
+        errors.survey,
+        sensors=errors.models,
+        odometry=errors.odometry,
+        spectators=spectators,
+        people=people,
+        disturbance=disturbance,
+    )
 
 
 @contextmanager

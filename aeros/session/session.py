@@ -232,6 +232,7 @@ def open_session(
     state: str | PathLike[str] | None = None,
     bindings: Mapping[str, str] | None = None,
     parameters: Mapping[str, str] | None = None,
+    ideal_sensors: bool = False,
 ) -> Iterator[Session]:
     """Prove modules and open a robot that runs them, every action decided by the gate.
 
@@ -249,6 +250,7 @@ def open_session(
             None for a temporary agent that keeps nothing after the session and that no command reaches.
         bindings: The site's name for what a module needs, by `MODULE.NEED`, as `--bind` gives it.
         parameters: Values of modules' parameters, with their units, by `MODULE.PARAMETER`, as `--set` does.
+        ideal_sensors: Simulate sensors without the errors that the site declares.
 
     Yields:
         The session.  At the end of the block all motion is stopped and everything is closed.
@@ -310,7 +312,9 @@ def open_session(
 
         def _plant_for(given: PlantName | Plant, task: Task) -> AbstractContextManager[Plant]:
             return (
-                open_plant(given, configuration, task, seed) if isinstance(given, str) else nullcontext(given)
+                open_plant(given, configuration, task, seed, ideal_sensors=ideal_sensors)
+                if isinstance(given, str)
+                else nullcontext(given)
             )
 
         session = Session(

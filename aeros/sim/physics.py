@@ -19,15 +19,17 @@ from aeros.sim.bullet.people import People, Person
 from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.fixed_step_plant import CAMERA_TICKS, FixedStepPlant, PictureSource
 from aeros.sim.geometry import Camera, Vector3, add
-from aeros.sim.layouts.survey import NO_SURVEY_ERRORS, SurveyErrors
+from aeros.sim.layouts.survey import NO_SURVEY_ERRORS
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.errors import BlockedError
 from aeros.sim.robot.odometry import WheelOdometry
 from aeros.sim.scenes.physics_scene import PhysicsScene
 from aeros.sim.scenes.scene import PhysicalScene
-from aeros.sim.sensors import SCANNER_RANGE, GroundTruth, SensorModel, Sensors
+from aeros.sim.sensor_model import SensorModel
+from aeros.sim.sensors import SCANNER_RANGE, GroundTruth, Sensors
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.model.scene import Scene
+from aeros.spec.model.sensor_errors import OdometryErrors, SurveyErrors
 
 BLOCKED_DISTANCE: Final = 0.015
 """Distance of a link from its commanded place above which the robot is blocked, m (unhindered: 0.002).
@@ -121,8 +123,7 @@ class PlantOptions(TypedDict, total=False):
     Attributes:
         spectators: videos and windows that show the world; none by default.
         people: simulated people on scripted paths; nobody by default.
-        odometry: standard deviations of its scale error and, in m, of its drift after one metre; none by
-            default.
+        odometry: errors of wheel odometry; none by default.
         sensors: sensor models by name of the state variable; variables without one are measured exactly and
             without delay.
         referee: is given the ground truth after every tick; none by default.
@@ -132,7 +133,7 @@ class PlantOptions(TypedDict, total=False):
     spectators: Sequence[Viewer]
     people: Sequence[Person]
     sensors: Mapping[str, SensorModel] | None
-    odometry: tuple[float, float]
+    odometry: OdometryErrors
     referee: TruthListener | None
     disturbance: NoDisturbance | None
 
@@ -158,8 +159,8 @@ class PhysicsPlant(FixedStepPlant):
         self._referee = options.get("referee")
         self.sensors = Sensors(seed, options.get("sensors"))
         self._world = PhysicsWorld()
-        scale, noise = options.get("odometry", (0.0, 0.0))
-        robot = Panda(self._world, scene.robot, WheelOdometry(RandomSource(seed), scale, noise))
+        wheels = WheelOdometry(RandomSource(seed), *options.get("odometry", OdometryErrors()))
+        robot = Panda(self._world, scene.robot, wheels)
         try:
             scene.build(self._world, robot, RandomSource(seed))
         except UserError:
@@ -176,8 +177,8 @@ class PhysicsPlant(FixedStepPlant):
         self._truth = GroundTruth(0, self._fast_values())
         self.sensors.sample(self._truth)
         for camera in scene.initial_cameras:
-            # Taken before the clock starts, and so without faults.
-            self._publish(self._picture(camera))
+            # Taken before the clock starts, and so neither late nor lost, nor with faults.
+            self._publish(self.sensors.disturb(self._picture(camera), 0))
 
     def now(self) -> float:
         """Implement `Plant.now`: simulated seconds since the scene settled."""

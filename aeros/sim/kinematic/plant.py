@@ -15,11 +15,12 @@ from aeros.sim.fixed_step_plant import FixedStepPlant, PictureSource
 from aeros.sim.kinematic.robot import BLOCKING_FORCE, KinematicRobot
 from aeros.sim.kinematic.scenes.declared_scene import DeclaredScene
 from aeros.sim.kinematic.scenes.scene import KinematicScene
-from aeros.sim.layouts.survey import NO_SURVEY_ERRORS, SurveyErrors
+from aeros.sim.layouts.survey import NO_SURVEY_ERRORS
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.errors import BlockedError
 from aeros.sim.robot.self_contact import find_self_contact
 from aeros.spec.model.scene import Scene
+from aeros.spec.model.sensor_errors import SurveyErrors
 
 _SELF_CONTACT_TICKS: Final = 12
 """Ticks between two looks for links that meet each other: 50 ms."""

@@ -16,24 +16,10 @@ from typing import Final, NamedTuple
 from aeros.sim.geometry import Camera, Pose, Vector3, add, cross, subtract
 from aeros.sim.randomness import RandomSource
 from aeros.spec.model.scene import Scene
+from aeros.spec.model.sensor_errors import SurveyErrors
 
 _NEAREST, _FARTHEST = 0.15, 2.5
 """Distances from which a detector sees a marker of 50 mm in 320 x 240 pixels, m."""
-
-
-class SurveyErrors(NamedTuple):
-    """Errors of a survey; by default none.
-
-    Attributes:
-        setup: standard deviation of each coordinate of a place that was surveyed at setup, m.
-        calibration: standard deviation of each coordinate by a camera's own error, per metre of distance.
-        noise: standard deviation of each coordinate of a detection, at a distance of 1 m; it grows with the
-            square of the distance, m.
-    """
-
-    setup: float = 0.0
-    calibration: float = 0.0
-    noise: float = 0.0
 
 
 NO_SURVEY_ERRORS: Final = SurveyErrors()

@@ -13,10 +13,11 @@ from aeros.sim.layouts.cameras import camera_in_world, fixed_camera
 from aeros.sim.layouts.coating import CoatingMap
 from aeros.sim.layouts.conditions import SceneState
 from aeros.sim.layouts.placement import place_things
-from aeros.sim.layouts.survey import NO_SURVEY_ERRORS, Marker, SeeingCamera, Survey, SurveyErrors, markers_of
+from aeros.sim.layouts.survey import NO_SURVEY_ERRORS, Marker, SeeingCamera, Survey, markers_of
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.robot import RobotOptions
 from aeros.spec.model.scene import BodyPart, PositionInstrument, Scene
+from aeros.spec.model.sensor_errors import SurveyErrors
 from aeros.spec.scenes.load import require_robot
 
 _MARKER_DEPTH: Final = 0.05

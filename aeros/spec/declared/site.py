@@ -14,6 +14,7 @@ from aeros.spec.declared.motion import MotionPolicy
 from aeros.spec.declared.perception import Camera
 from aeros.spec.declared.policy import Policy
 from aeros.spec.declared.quantity import Quantity
+from aeros.spec.declared.sensor_errors import SensorErrors
 from aeros.spec.declared.tools import Tool
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.text.fields import (
@@ -219,6 +220,10 @@ class Site:
             "doc": "the cameras whose pictures perceivers may get, as in "
             "`cameras: {overhead: {sensor: overhead_camera, width: 640, height: 480}}`"
         },
+    )
+    sensor_errors: SensorErrors | None = field(
+        default=None,
+        metadata={"doc": "errors that simulated plants give the sensors; if absent, they are ideal"},
     )
     modules: Named[ModuleSettings] = field(
         default=MappingField(),

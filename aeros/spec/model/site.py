@@ -29,6 +29,7 @@ from aeros.spec.model.policy import (
     Quota,
 )
 from aeros.spec.model.rules import ActionKind, JointRule, Risk, Rule
+from aeros.spec.model.sensor_errors import SensorErrors
 from aeros.spec.model.variables import Declared, History
 
 if TYPE_CHECKING:
@@ -68,6 +69,7 @@ class Site:
         configurations: settings of modules, by module.
         devices: device file of each computing device, by its name.
         sensors: sensors that only modules read: their purpose by name.
+        sensor_errors: errors that simulated plants give the sensors.
     """
 
     id: str
@@ -101,6 +103,7 @@ class Site:
     configurations: Mapping[str, ModuleConfiguration] = field(default_factory=dict)
     devices: Mapping[str, str] = field(default_factory=dict)
     sensors: Mapping[str, str] = field(default_factory=dict)
+    sensor_errors: SensorErrors = field(default_factory=SensorErrors)
 
     @cached_property
     def observed_variables(self) -> Mapping[str, Declared]:

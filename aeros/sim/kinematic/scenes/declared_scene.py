@@ -17,7 +17,7 @@ from aeros.sim.layouts.cameras import camera_in_world
 from aeros.sim.layouts.coating import CoatingMap
 from aeros.sim.layouts.conditions import SceneState
 from aeros.sim.layouts.placement import place_things
-from aeros.sim.layouts.survey import NO_SURVEY_ERRORS, SeeingCamera, Survey, SurveyErrors, markers_of
+from aeros.sim.layouts.survey import NO_SURVEY_ERRORS, SeeingCamera, Survey, markers_of
 from aeros.sim.pictures.late_picture import LatePicture
 from aeros.sim.pictures.scene_solids import SceneSolids, decals_of, robot_solids
 from aeros.sim.randomness import RandomSource
@@ -35,6 +35,7 @@ from aeros.spec.model.scene import (
     Sphere,
     UrdfModel,
 )
+from aeros.spec.model.sensor_errors import SurveyErrors
 from aeros.spec.scenes.load import require_robot
 
 

@@ -9,8 +9,9 @@ import pytest
 
 from aeros.sim.geometry import Camera, Vector3, add
 from aeros.sim.layouts.placement import place_things
-from aeros.sim.layouts.survey import Marker, SeeingCamera, Survey, SurveyErrors, is_in_view, markers_of
+from aeros.sim.layouts.survey import Marker, SeeingCamera, Survey, is_in_view, markers_of
 from aeros.sim.randomness import RandomSource
+from aeros.spec.model.sensor_errors import SurveyErrors
 from tests.shipped_scenes import shipped_scene
 
 PLACE = (0.5, 0.1, 0.0)

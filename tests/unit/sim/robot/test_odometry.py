@@ -11,7 +11,9 @@ from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.odometry import WheelOdometry
 
 
-def drift_after(way: float, seed: int, scale: float, noise: float, step: float = 0.002) -> tuple[float, float]:
+def drift_after(
+    way: float, seed: int, scale: float, noise: float, step: float = 0.002
+) -> tuple[float, float]:
     odometry = WheelOdometry(RandomSource(seed), scale, noise)
     for _ in range(round(way / step)):
         odometry.drive(step, 0.0)
