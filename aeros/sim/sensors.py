@@ -28,6 +28,8 @@ _SENSOR_RANGES: Final[Mapping[str, tuple[float, float]]] = {
     "contact_force": (0.0, inf),
     "finger_gap": (0.0, inf),
     "grip_force": (0.0, inf),
+    "base_speed": (0.0, inf),
+    "make_dumplings.press_force": (0.0, inf),
 }
 """Range of readings of an instrument, whatever its noise: a range finder shows no negative distance."""
 

@@ -3,7 +3,7 @@
 A place has a marker: on the fixed body that is declared from it, or else at the place itself. While a camera
 has it in view, the place is what a detector of fiducials makes of it: with the camera's own calibration error
 and a noise, both of which grow with the distance. Otherwise it is what the survey at setup says. None of them
-is the truth.
+is the truth. Heights are those of the setup, where a height gauge took them: fixtures stand on a level floor.
 Not modelled: what hides a marker, on the kinematic plant.
 """
 
@@ -17,6 +17,9 @@ from aeros.sim.geometry import Camera, Pose, Vector3, add, cross, subtract
 from aeros.sim.randomness import RandomSource
 from aeros.spec.model.scene import Scene
 from aeros.spec.model.sensor_errors import SurveyErrors
+
+_HEIGHT_SHARE: Final = 0.2
+"""Error of a height at setup as a share of that of x and y: 0.3 mm for 1.5 mm; chosen."""
 
 _NEAREST, _FARTHEST = 0.15, 2.5
 """Distances from which a detector sees a marker of 50 mm in 320 x 240 pixels, m."""
@@ -144,12 +147,15 @@ class Survey:
             for one in cameras
             if is_in_view(one.camera, marker.position) and not is_hidden(one.camera.eye, marker)
         ]
+        x, y, z = self._draw(f"survey {name}", 0, errors.setup)
+        height = place[2] + _HEIGHT_SHARE * z
         if not views:
-            return add(place, self._draw(f"survey {name}", 0, errors.setup))
+            return (place[0] + x, place[1] + y, height)
         distance, nearest = min(views, key=lambda view: view[0])
         calibration = self._draw(f"calibration {nearest.name}", 0, errors.calibration * distance)
         noise = self._draw(f"marker {name}", tick, errors.noise * distance * distance)
-        return add(add(place, nearest.drift), add(calibration, noise))
+        x, y, _ = add(add(place, nearest.drift), add(calibration, noise))
+        return (x, y, height)
 
     def _draw(self, channel: str, tick: int, size: float) -> Vector3:
         x, y, z = (size * self._chance.generator(channel, tick).standard_normal(3)).tolist()

@@ -28,6 +28,10 @@ from aeros.sim.robot.body import CAPSULES, PANDA_BODY
 DAMPING: Final = 0.03
 """λ of the least squares, m: a torque error of 1 N·m gives at most 1/(2·λ) = 17 N; chosen."""
 
+LINK_DAMPING: Final = 0.1
+"""The same for a contact on another link, m: near an axis a small torque would be a large force. Chosen, so
+that fingers that push sideways with 18 N are not taken for an elbow that is hit with more than 65 N."""
+
 _MOMENT_LENGTH: Final = 0.1
 """Lever by which moments at the tool point are compared with forces, m: half of the hand."""
 
@@ -94,7 +98,7 @@ def _on_link(frames: Sequence[JointFrame], torques: Sequence[float], link: int) 
     """Return the force at the outer end of a link, N."""
     end = frames[link].to_base(_OUTER_ENDS[link])
     # (J·Jᵀ + λ²)·f = J·τ, symmetric: a b c / b d e / c e g.
-    a = d = g = DAMPING**2
+    a = d = g = LINK_DAMPING**2
     b = c = e = u = v = w = 0.0
     for (origin, _, _, z), torque in zip(frames[1 : link + 1], torques, strict=False):
         x, y, height = cross(z, subtract(end, origin))
