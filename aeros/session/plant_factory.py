@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final, Literal, get_args
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.ports import Plant
 from aeros.session.scene_files import scene_of_tasks
+from aeros.session.sensor_models import SensorSetup, sensor_setup
 from aeros.sim.hosting.remote import RemotePlant
 from aeros.spec.expr.doubles import to_doubles
 from aeros.spec.model.ecm import Task
@@ -139,7 +140,7 @@ def load_run_scene(
         return None
     scene = scene_of_tasks(configuration, tasks, extra)
     if extra is not None or len({task.scene for task in tasks}) > 1:
-        _build(plant, scene, seed).close()
+        _build(plant, scene, seed, sensor_setup(configuration, ideal=True)).close()
     return scene
 
 
@@ -205,6 +206,8 @@ def open_plant(
     faults: Sequence[Fault] = (),
     on_fault: Callable[[FaultEvent], None] | None = None,
     scene: Scene | None = None,
+    *,
+    ideal_sensors: bool = False,
 ) -> Iterator[Plant]:
     """Open the plant `name`, ready for `task`; it is closed however the block ends.
 
@@ -218,6 +221,7 @@ def open_plant(
         faults: Faults to inject (physics).
         on_fault: Called with each event of `faults` as it happens; None to inject no fault.
         scene: The scene; None for that of the task.
+        ideal_sensors: Sensors without the errors that the site declares (physics, kinematic).
 
     Yields:
         The plant.
@@ -227,10 +231,11 @@ def open_plant(
         UserError: There is no such scene, or it cannot be built.
     """
     scene = scene or load_run_scene(name, None, configuration, [task], seed)
+    errors = sensor_setup(configuration, ideal=ideal_sensors)
     plant = (
         _build_symbolic(configuration, task, seed)
         if scene is None
-        else _build(name, scene, seed, spectators, people, faults, on_fault)
+        else _build(name, scene, seed, errors, spectators, people, faults, on_fault)
     )
     try:
         yield plant
@@ -279,17 +284,18 @@ def _build(
     name: str,
     scene: Scene,
     seed: int,
+    errors: SensorSetup,
     spectators: Sequence[Viewer] = (),
     people: Sequence[Person] = (),
     faults: Sequence[Fault] = (),
     on_fault: Callable[[FaultEvent], None] | None = None,
 ) -> Plant:
     if name == "physics":
-        return _build_physics(scene, seed, spectators, people, faults, on_fault)
-    return _build_kinematic(scene, seed)
+        return _build_physics(scene, seed, errors, spectators, people, faults, on_fault)
+    return _build_kinematic(scene, seed, errors)
 
 
-def _build_kinematic(scene: Scene, seed: int) -> Plant:
+def _build_kinematic(scene: Scene, seed: int, errors: SensorSetup) -> Plant:
     try:
         from aeros.sim.kinematic.plant import make_plant
     except ImportError as error:
@@ -297,12 +303,13 @@ def _build_kinematic(scene: Scene, seed: int) -> Plant:
             f"the kinematic plant needs `pip install 'aeros[kinematic]'` ({error.name} is missing); "
             "or use `--plant symbolic`"
         ) from error
-    return make_plant(scene, seed)
+    return make_plant(scene, seed, errors.survey)
 
 
 def _build_physics(
     scene: Scene,
     seed: int,
+    errors: SensorSetup,
     spectators: Sequence[Viewer],
     people: Sequence[Person],
     faults: Sequence[Fault],
@@ -313,7 +320,16 @@ def _build_physics(
         from aeros.sim.physics import make_plant
 
     disturbance = None if on_fault is None else FaultInjector(faults, seed, on_fault)
-    return make_plant(scene, seed, spectators=spectators, people=people, disturbance=disturbance)
+    return make_plant(
+        scene,
+        seed,
+        errors.survey,
+        sensors=errors.models,
+        odometry=errors.odometry,
+        spectators=spectators,
+        people=people,
+        disturbance=disturbance,
+    )
 
 
 @contextmanager

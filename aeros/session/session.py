@@ -234,6 +234,7 @@ def open_session(
     state: str | PathLike[str] | None = None,
     bindings: Mapping[str, str] | None = None,
     parameters: Mapping[str, str] | None = None,
+    ideal_sensors: bool = False,
 ) -> Iterator[Session]:
     """Prove modules and open a robot that runs them, every action decided by the gate.
 
@@ -251,6 +252,7 @@ def open_session(
             None for a temporary agent that keeps nothing after the session and that no command reaches.
         bindings: The site's name for what a module needs, by `MODULE.NEED`, as `--bind` gives it.
         parameters: Values of modules' parameters, with their units, by `MODULE.PARAMETER`, as `--set` does.
+        ideal_sensors: Simulate sensors without the errors that the site declares.
 
     Yields:
         The session.  At the end of the block all motion is stopped and everything is closed.
@@ -316,7 +318,9 @@ def open_session(
                 return nullcontext(given)
             tasks = tasks_of(meaning, configuration)
             scene = load_run_scene(given, None, configuration, tasks, seed)
-            return open_plant(given, configuration, joined_task(tasks), seed, scene=scene)
+            return open_plant(
+                given, configuration, joined_task(tasks), seed, scene=scene, ideal_sensors=ideal_sensors
+            )
 
         session = Session(
             proof,

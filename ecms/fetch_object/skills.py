@@ -137,6 +137,10 @@ def deliver(observed: Observation, inputs: Inputs) -> SkillBody:
     observed = yield act("move_base", x=x - REACH, y=y, speed=BASE_SPEED)
     if observed.get("object_grasped") is False:
         return
+    # From here the mast sees the stand: the place relative to the base, not as far as wheels have slipped.
+    if "object_place" not in observed:
+        return
+    x, y, z = observed["object_place"]
     grip = z + (0.0 if observed.get("object_lying") is True else GRASP)
     yield from _over(observed, pace, (x, y, grip), CLEARANCE)
     yield act("move_tool", target=(x, y, grip + 0.001), yaw=0.0, speed=NEAR_SPEED)

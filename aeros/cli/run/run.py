@@ -202,6 +202,11 @@ def add_to(commands: Subparsers) -> None:
         help="inject faults: a faults file or a shipped name (physics)",
     )
     parser.add_argument(
+        "--ideal-sensors",
+        action="store_true",
+        help="simulate sensors without the noise, latency, dropout and drift that the site declares",
+    )
+    parser.add_argument(
         "--scene",
         metavar="FILE|NAME",
         help="extra objects: a scene file or a shipped name (physics)",

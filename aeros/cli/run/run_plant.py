@@ -158,6 +158,7 @@ def open_run_plant(
         faults,
         on_fault,
         scene,
+        ideal_sensors=arguments.ideal_sensors,
     )
 
 

@@ -15,6 +15,7 @@ from aeros.spec.declared.objects import ObjectKind
 from aeros.spec.declared.perception import Camera
 from aeros.spec.declared.policy import Policy
 from aeros.spec.declared.quantity import Quantity
+from aeros.spec.declared.sensor_errors import SensorErrors
 from aeros.spec.declared.tools import Tool
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.text.fields import (
@@ -227,6 +228,10 @@ class Site:
             "doc": "kinds of objects that people may ask the robot for, members of the enum `objects`, as in "
             "`objects: {small_cup: {words: [cup, small cup], cylinder: [3 cm, 8 cm]}}`"
         },
+    )
+    sensor_errors: SensorErrors | None = field(
+        default=None,
+        metadata={"doc": "errors that simulated plants give the sensors; if absent, they are ideal"},
     )
     modules: Named[ModuleSettings] = field(
         default=MappingField(),

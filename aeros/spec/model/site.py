@@ -30,6 +30,7 @@ from aeros.spec.model.policy import (
     Quota,
 )
 from aeros.spec.model.rules import ActionKind, JointRule, Risk, Rule
+from aeros.spec.model.sensor_errors import SensorErrors
 from aeros.spec.model.variables import Declared, History
 
 if TYPE_CHECKING:
@@ -70,6 +71,7 @@ class Site:
         devices: device file of each computing device, by its name.
         sensors: sensors that only modules read: their purpose by name.
         objects: objects that people may ask for, by name.
+        sensor_errors: errors that simulated plants give the sensors.
     """
 
     id: str
@@ -104,6 +106,7 @@ class Site:
     devices: Mapping[str, str] = field(default_factory=dict)
     sensors: Mapping[str, str] = field(default_factory=dict)
     objects: Mapping[str, ObjectKind] = field(default_factory=dict)
+    sensor_errors: SensorErrors = field(default_factory=SensorErrors)
 
     @cached_property
     def observed_variables(self) -> Mapping[str, Declared]:

@@ -26,6 +26,7 @@ from aeros.spec.model.scene import (
     ForceInstrument,
     Instrument,
     JointInstrument,
+    LoadInstrument,
     PositionInstrument,
     Scene,
     SceneBody,
@@ -187,7 +188,7 @@ def _types(scene: Scene) -> Iterator[tuple[str, Type]]:
 
 def _instrument_type(instrument: Instrument, bodies: Mapping[str, SceneBody]) -> Type:
     match instrument:
-        case ForceInstrument():
+        case ForceInstrument() | LoadInstrument():
             return RealType(FORCE)
         case PositionInstrument():
             return _POINT

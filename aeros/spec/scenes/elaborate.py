@@ -18,6 +18,7 @@ from aeros.spec.model.scene import (
     ForceInstrument,
     Instrument,
     JointInstrument,
+    LoadInstrument,
     Placement,
     PositionInstrument,
     Press,
@@ -158,15 +159,20 @@ class _SceneElaborator:
         )
 
     def _instrument(self, instrument: declared.Instrument) -> Instrument | None:
-        present = [word for word in ("force", "position", "joint") if getattr(instrument, word) is not None]
+        present = [
+            word for word in ("load", "position", "joint", "force") if getattr(instrument, word) is not None
+        ]
         if len(present) != 1:
             self._numbers.report(
-                "an instrument needs exactly one of `force`, `position` and `joint`", instrument.span
+                "an instrument needs exactly one of `load`, `position`, `joint` and `force`", instrument.span
             )
             return None
         if instrument.force is not None:
             first, second = (self._part(part, "link") for part in instrument.force)
             return None if first is None or second is None else ForceInstrument(first, second)
+        if instrument.load is not None:
+            under = self._part(instrument.load, "link")
+            return None if under is None else LoadInstrument(under)
         if instrument.position is not None:
             of = self._part(instrument.position, "link")
             return None if of is None else PositionInstrument(of)

@@ -15,6 +15,7 @@ from aeros.spec.model.scene import (
     ForceInstrument,
     Instrument,
     JointInstrument,
+    LoadInstrument,
     Placement,
     PositionInstrument,
     Press,
@@ -219,6 +220,8 @@ class _Move:
         match instrument:
             case ForceInstrument(first, second):
                 return ForceInstrument(self._part(first), self._part(second))
+            case LoadInstrument(of):
+                return LoadInstrument(self._part(of))
             case PositionInstrument(of):
                 return PositionInstrument(self._part(of))
             case JointInstrument(joint):

@@ -14,7 +14,8 @@ import pytest
 from aeros.runtime.ports import CameraPicture, CameraView, Reading
 from aeros.sim.clock import TICK
 from aeros.sim.physics import make_plant
-from aeros.sim.sensors import GroundTruth, SensorModel, Sensors
+from aeros.sim.sensor_model import SensorModel
+from aeros.sim.sensors import GroundTruth, Sensors
 from aeros.skill import act
 from aeros.spec.diagnostics.errors import MisuseError
 from tests.shipped_scenes import SHIPPED, shipped_scene

@@ -32,6 +32,9 @@ class StillWorld:
     def joint_position(self, joint: BodyPart) -> float:
         return self.joint
 
+    def load_on(self, part: BodyPart) -> float:
+        return self.force
+
     def force_between(self, first: BodyPart, second: BodyPart) -> float:
         return self.force
 

@@ -17,7 +17,8 @@ from aeros.runtime.monitor.monitor import RuntimeMonitor
 from aeros.runtime.ports import Reading, Readings
 from aeros.sim import physics
 from aeros.sim.robot.limits import SCANNER_RANGE
-from aeros.sim.sensors import GroundTruth, SensorModel, Sensors
+from aeros.sim.sensor_model import SensorModel
+from aeros.sim.sensors import GroundTruth, Sensors
 from tests.unit.sim.referee import Referee, of_the_site
 
 pytestmark = pytest.mark.physics

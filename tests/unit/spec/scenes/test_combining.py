@@ -130,6 +130,7 @@ def test_what_cannot_be_combined_is_refused_with_its_names(
     assert serve.robot is not None
     if more.get("robot") == "fixed":
         serve = replace(serve, robot=serve.robot._replace(carriage=False))
+    assert serve.robot is not None
     if more.get("robot") == "higher":
         serve = replace(serve, robot=serve.robot._replace(base=(0.0, 0.0, 0.3)))
     with pytest.raises(UserError, match=reason):

@@ -11,7 +11,7 @@ from aeros.sim.layouts.placement import place_things
 from aeros.sim.randomness import RandomSource
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.expr.terms import variables_of
-from aeros.spec.model.scene import BodyPart, ForceInstrument
+from aeros.spec.model.scene import BodyPart, ForceInstrument, LoadInstrument
 from aeros.spec.scenes.merging import merge, moved, names_in_use
 from tests.shipped_scenes import SHIPPED, shipped_scene
 
@@ -48,7 +48,8 @@ def test_everything_is_renamed_and_moved(name: str) -> None:
 
 def test_parts_and_regions_keep_their_bodies() -> None:
     bench = moved(shipped_scene("dumpling_bench"), "b_", OFFSET)
-    assert bench.instruments["b_press_force"] == ForceInstrument(
+    assert bench.instruments["b_press_force"] == LoadInstrument(BodyPart("b_press"))
+    assert bench.instruments["b_filling_force"] == ForceInstrument(
         BodyPart("b_filling"), BodyPart("b_wrapper", "plate_b")
     )
     assert bench.seals["b_dough"].joint == BodyPart("b_wrapper", "fold")
