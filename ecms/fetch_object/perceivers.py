@@ -83,8 +83,8 @@ at the carriage."""
 REACH_ASIDE = 0.15
 """Greatest lateral offset of an object from the arm's base, m: beyond it the elbow would hit the stand."""
 
-FLOOR = ((-0.6, 0.035), (-1.3, 2.6))
-"""Bounds of the arm's base in x and in y, m: the site's `floor`."""
+FLOOR = ((-0.595, 0.03), (-1.295, 2.595))
+"""Bounds of the arm's base in x and in y, m: 5 mm inside the site's `floor`, whose bound no double is."""
 
 SURVEYED = ("station_survey", "delivery_position")
 """Places of the stands."""
