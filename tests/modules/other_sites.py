@@ -119,6 +119,7 @@ def slower_site(folder: Path) -> Path:
         del site["resources"][f"{name}_camera"]
         access = site["policy"]["access"]["sensors"]
         access.remove(f"{name}_camera")
+        site["sensor_errors"]["cameras"].pop(name, None)
     site["modules"] = {
         module: {"set": {"hand_speed": "330 mm/s"}} for module in ("clean_table", "inspect_table")
     }

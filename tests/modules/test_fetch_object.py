@@ -82,16 +82,15 @@ def test_a_heading_is_from_minus_a_quarter_turn_on() -> None:
 def test_a_red_thing_far_from_the_stands_is_no_can(beyond: float, is_seen: bool) -> None:
     # The picture shows y from -0.6 to 0.8 m.
     for station in ((0.6, 0.2 - beyond, 0.0), (0.6 - beyond, 0.2, 0.0), (0.6 + beyond, 0.2, 0.0)):
-        places = {"station_survey": station, "delivery_position": station}
-        watched = Watched("fetch_object", "find_can", places)
+        places = {**WANTED, "station_survey": station, "delivery_position": station}
+        watched = Watched("fetch_object", "find_object", places)
         assert watched.see(0.0, draw(ABOVE, [STANDING], name="mast"))["object_seen"] is is_seen
 
 
 @pytest.mark.parametrize("missing", SURVEY)
 def test_while_the_stands_are_unknown_nothing_is_said_and_the_picture_is_kept(missing: str) -> None:
-    watched = Watched(
-        "fetch_object", "find_can", {name: at for name, at in SURVEY.items() if name != missing}
-    )
+    known = {name: at for name, at in SURVEY.items() if name != missing}
+    watched = Watched("fetch_object", "find_object", {**WANTED, **known})
     assert watched.see(0.0, draw(ABOVE, [STANDING], name="mast")) == {}
     watched.readings |= SURVEY
     assert watched.see(0.1)["object_seen"] is True
@@ -321,7 +320,7 @@ def test_the_station_moves_to_a_can_seen_out_of_reach_or_far_to_the_side(
 
 def test_the_robot_does_not_leave_the_floor_to_reach_a_can() -> None:
     seen_now = {"object_seen": True, "object_seen_time": 1.0}
-    for place, station in (((9.0, 9.0, 0.0), (0.035, 2.6, 0.0)), ((-9.0, -9.0, 0.0), (-0.6, -1.3, 0.0))):
+    for place, station in (((9.0, 9.0, 0.0), (0.03, 2.595, 0.0)), ((-9.0, -9.0, 0.0), (-0.595, -1.295, 0.0))):
         assert tracked(1.0, **seen_now, object_position=place)["station_position"] == station
     old = tracked(31.1, **seen_now, object_position=(9.0, 9.0, 0.0))
     assert old["station_position"] == STATION

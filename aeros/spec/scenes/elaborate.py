@@ -101,7 +101,8 @@ class _SceneElaborator:
             known = (*self._found.places, *self._found.bodies)
             self._add("bodies", {name.value: self._bodies.body(name.value, body, known)})
         if scene.module is not None:
-            measured = [name.value for name, _ in (*scene.places, *scene.instruments)]
+            sensed = [name for name, one in scene.instruments if one.force is None]
+            measured = [name.value for name in (*(place for place, _ in scene.places), *sensed)]
             self._add("variables", {name: f"{scene.module.value}.{name}" for name in measured})
         self._add("cameras", {self._site_camera(name): self._camera(one) for name, one in scene.cameras})
         self._add("instruments", _each(scene.instruments, self._instrument))
