@@ -33,7 +33,7 @@ def tasks(instruction: str, goal: str | None = None) -> list[str]:
         ("make dumplings", None, ["make_dumplings"]),
         ("clean the table, then make dumplings", None, ["clean_table", "make_dumplings"]),
         (
-            "clean the table, then make dumplings, then clean the table",
+            "clean the table, make dumplings and clean the table",
             None,
             ["clean_table", "make_dumplings"],
         ),
