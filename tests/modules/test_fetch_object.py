@@ -88,7 +88,7 @@ def test_a_red_thing_far_from_the_stands_is_no_can(beyond: float, is_seen: bool)
 
 
 @pytest.mark.parametrize("missing", SURVEY)
-def test_while_the_stands_are_unknown_nothing_is_said_and_the_picture_is_kept(missing: str) -> None:
+def test_while_the_stands_are_unknown_no_value_is_given_and_the_picture_is_kept(missing: str) -> None:
     known = {name: at for name, at in SURVEY.items() if name != missing}
     watched = Watched("fetch_object", "find_object", {**WANTED, **known})
     assert watched.see(0.0, draw(ABOVE, [STANDING], name="mast")) == {}

@@ -86,13 +86,13 @@ def _with_own_names(scenes: Mapping[str, Scene], robot: RobotMount | None) -> It
     """Yield the scenes: the robot and what all share with the first, and other names all different."""
     used = Counter(name for scene in scenes.values() for name in names_in_use(scene))
     shared = {name for name, count in used.items() if count > 1 and _is_shared(name, scenes.values())}
-    taken, given = set(used), set[str]()
+    in_use, given = set(used), set[str]()
     for number, (label, scene) in enumerate(scenes.items()):
         names: dict[str, str] = {}
         for name in names_in_use(scene):
             if used[name] > 1 and name not in shared:
-                names[name] = _free_name(label, name, taken)
-                taken.add(names[name])
+                names[name] = _free_name(label, name, in_use)
+                in_use.add(names[name])
         cell = replace(renamed(scene, names), robot=robot if number == 0 else None)
         for name in given & names_in_use(cell).keys():
             cell = _without(cell, name)
@@ -126,9 +126,9 @@ def _without(scene: Scene, name: str) -> Scene:
     )
 
 
-def _free_name(label: str, name: str, taken: set[str]) -> str:
+def _free_name(label: str, name: str, in_use: set[str]) -> str:
     found = f"{label}_{name}"
-    while found in taken:
+    while found in in_use:
         found = f"{label}_{found}"
     return found
 

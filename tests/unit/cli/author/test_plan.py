@@ -154,7 +154,7 @@ def test_the_page_on_planning_shows_what_is_answered(
         (
             "; laid askew?\n(make_dumplings.prepare)\n(make_dumplings.wrap)\n(make_dumplings.boil)\n",
             Exit.REJECTED,
-            "rejected  step 2, `make_dumplings.wrap`: its precondition `robot_at_bench and wrapper_aligned",
+            "rejected  step 2, `make_dumplings.wrap`: its precondition `robot_at_bench and",
         ),
         ("(make_dumplings.prepare)", Exit.REJECTED, "rejected  it ends, and the goal does not hold"),
         ("(make_dumplings.prepar)", Exit.REJECTED, "no such skill; did you mean `make_dumplings.prepare`?"),

@@ -121,18 +121,15 @@ def test_a_label_in_use_is_put_before_the_name_once_more(tmp_path: Path) -> None
         ({"camera": "other"}, "`top` of the scene `serve_scene` is already a camera of `pour_scene`"),
     ],
 )
-def test_what_cannot_be_combined_is_refused_with_its_names(
+def test_scenes_that_cannot_be_combined_are_refused_with_their_names(
     more: dict[str, str], reason: str, tmp_path: Path
 ) -> None:
     camera = "cameras: {{top: {{eye: [0 m, 0 m, {z} m], target: [0 m, 0 m, 0 m], up: [1, 0, 0]}}}}\n"
     pour = scene(tmp_path, "pour", 0.0, camera.format(z=1))
     serve = scene(tmp_path, "serve", 1.0, camera.format(z=2 if "camera" in more else 1))
-    assert serve.robot is not None
-    if more.get("robot") == "fixed":
-        serve = replace(serve, robot=serve.robot._replace(carriage=False))
-    assert serve.robot is not None
-    if more.get("robot") == "higher":
-        serve = replace(serve, robot=serve.robot._replace(base=(0.0, 0.0, 0.3)))
+    if "robot" in more:
+        robot = RobotMount(more["robot"] == "higher", (0.0, 0.0, 0.3 if more["robot"] == "higher" else 0.0))
+        serve = replace(serve, robot=robot)
     with pytest.raises(UserError, match=reason):
         combine({"pour": pour, "serve": serve})
 
