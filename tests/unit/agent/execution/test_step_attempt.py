@@ -8,20 +8,15 @@ from fractions import Fraction
 from math import inf
 from pathlib import Path
 from typing import ClassVar
-from uuid import uuid4
 
 import pytest
 
 from aeros.agent.agent import MEMORY_FILE, start_agent
 from aeros.agent.execution.attempt import AttemptResult, RunningAttempt
-from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.report import RunReport, StepRecord, StepRole
-from aeros.agent.execution.step_attempt import StepRunner
-from aeros.agent.identity import Identity
 from aeros.agent.memory.evidence import DurationStats
 from aeros.agent.memory.posterior import SuccessRecord
 from aeros.agent.memory.queries import EpisodeFilter, open_memory_reader
-from aeros.agent.memory.store import open_memory
 from aeros.agent.planning.base import Planner, RulePlanner
 from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.task_graph import TaskGraph
@@ -32,7 +27,7 @@ from aeros.spec.model.cause import Cause
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.verification.certificate import Certificate
-from tests.unit.agent.dumplings import DUMPLING, STATE, module, outcome, rule, site, skill, task, term
+from tests.unit.agent.dumplings import DUMPLING, STATE, module, outcome, rule, site, skill, task
 from tests.unit.agent.execution.kitchen import Kitchen
 from tests.unit.agent.fake_runtime import FakeRuntime
 
@@ -270,15 +265,3 @@ def test_a_site_that_declares_other_variables_is_measured_by_its_own() -> None:
     kitchen.runtime._site = replace(site(), state=only)
     assert kitchen.runner.observe().known == {"dumpling_cooked": False}
     assert kitchen.runner.observe().known == {"dumpling_cooked": False}
-
-
-def test_a_planner_gets_the_last_value_of_what_is_unknown_and_no_condition_reads_it(tmp_path: Path) -> None:
-    with open_memory(tmp_path / "memory.sqlite3", Identity(uuid4(), "chef", "", 1)) as memory:
-        runtime = FakeRuntime()
-        runner = StepRunner(runtime, memory, Journal(runtime, memory, None), "dumpling.make_dumplings")
-        assert runner.planning_world().remembered == {}
-        del runtime.state["wrapper_aligned"]
-        runner.observe()
-        world = runner.planning_world()
-    assert world.remembered == {"wrapper_aligned": False}
-    assert world.evaluate(term("not wrapper_aligned")) is None

@@ -177,7 +177,7 @@ def test_a_damaged_memory_is_refused(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert "damaged" in err
 
 
-def test_what_was_seen_of_a_variable_can_be_forgotten(
+def test_the_sightings_of_a_variable_can_be_forgotten(
     state: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     asked = ("forget", "--variable", "cup_position", "--state", str(state))
