@@ -89,7 +89,7 @@ class TaskLoop:
         self._engine = PlanExecutor(attempts, journal, self._is_goal_reached, self._until)
         self._waited = 0.0
         self._runtime = runtime
-        proposals = PlannerClient(runtime, planner, planning_timeout, attempts.recall)
+        proposals = PlannerClient(runtime, planner, planning_timeout, attempts.planning_memory.recall)
         self._plans = PlanSource(runtime, proposals, attempts, journal, routed, position.barred_skills)
         self._attempts = attempts
         self._journal = journal

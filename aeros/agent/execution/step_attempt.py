@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
 from typing import Any
 
 from aeros.agent.execution.after_failure import FailureRules
@@ -22,11 +21,10 @@ from aeros.agent.execution.attempt_journal import (
 )
 from aeros.agent.execution.dispatcher import ChosenComposition, Dispatcher, DispatchError
 from aeros.agent.execution.journal import Journal
+from aeros.agent.execution.planning_memory import PlanningMemory
 from aeros.agent.execution.report import StepRecord, StepRole
 from aeros.agent.execution.supervisor import assess_step
 from aeros.agent.execution.uncertain_steps import UncertainSteps
-from aeros.agent.memory.experience import ExperiencedModules
-from aeros.agent.memory.sightings import sightings_of
 from aeros.agent.memory.store import EpisodeEnd, EpisodeStart, Memory
 from aeros.agent.world.values import CachingConverter, to_json_value
 from aeros.agent.world.world import WorldModel, world_from_readings
@@ -48,6 +46,7 @@ class StepRunner:
         self.planned_in: list[Mapping[str, Any]] = []
         self._failures: list[Cause] = []
         self.records: list[StepRecord] = []
+        self.planning_memory = PlanningMemory(runtime, memory)
         self.bars = UncertainSteps()
         self.failure_rules = FailureRules(runtime, memory, self.dispatcher)
         self._planned_state: Mapping[str, Any] | None = None
@@ -98,16 +97,7 @@ class StepRunner:
             The world as last measured, with the causes of step failures since the previous plan, and the
             last values seen of what is not measured now.
         """
-        self._memory.note_sightings(sightings_of(self.world, self._runtime.site.state))
-        world = replace(
-            self.world,
-            failures=tuple(self._failures),
-            remembered={
-                name: one.value
-                for name, one in self._memory.remembered_values().items()
-                if name in self.world.unknown
-            },
-        )
+        world = self.planning_memory.view(self.world, self._failures)
         self._failures.clear()
         self._planned_state = world.predicates
         if world.predicates not in self.planned_in:
@@ -197,17 +187,6 @@ class StepRunner:
         made = PendingAttempt(role, dispatch, beginning, episode)
         return self.finish(made, handle) if isinstance(handle, StepResult) else RunningAttempt(handle, made)
 
-    def recall(self, modules: Mapping[str, Ecm]) -> Mapping[str, Ecm]:
-        """Give modules the probabilities and durations that memory has learned, for a planner.
-
-        Args:
-            modules: modules by id.
-
-        Returns:
-            The same modules; each is read from memory when it is asked for.
-        """
-        return ExperiencedModules(modules, self._memory.experience)
-
     def active_modules(self) -> Mapping[str, Ecm]:
         """Return the modules whose skills may run.
 
@@ -231,7 +210,7 @@ class StepRunner:
         ended = self._runtime.now()
         after = self.observe()
         judgement = assess_step(request.module, dispatch.skill, result, after, pending.episode_start.before)
-        self._memory.note_sightings(sightings_of(after, self._runtime.site.state))
+        self.planning_memory.note(after)
         causes = causes_to_json(judgement.causes)
         self._failures += judgement.causes
         ending = EpisodeEnd(

@@ -1,4 +1,4 @@
-"""What the agent has seen: the first and the latest value of each variable in each session.
+"""Sightings: the first and the latest value of each variable in each session.
 
 So a later session knows where things were last seen and where they usually are at first. Such knowledge is
 for planners and people. No condition reads it: a value that is not measured now stays unknown.

@@ -30,7 +30,15 @@ class SmtPlanner(StrongCyclicPlanner):
         return quickest_strategy(domain, start, self.site.limits.retries)
 
     def graph_of(self, strategy: StrongCyclicStrategy, start: State) -> TaskGraph:
-        """Convert the strategy, with its expected time and risk as the remark."""
+        """Convert the strategy, with its expected time and risk as the remark.
+
+        Args:
+            strategy: strategy that solves `start`.
+            start: first state.
+
+        Returns:
+            The plan.
+        """
         graph = super().graph_of(strategy, start)
         estimate = estimate_strategy(strategy, start, self.site.limits.retries)
         remark = f"expected {estimate.seconds:.0f} s, risk {estimate.risk:.2g}"

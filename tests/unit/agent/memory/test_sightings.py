@@ -1,4 +1,4 @@
-"""What was seen outlives the session: last, usually at first, and by whom."""
+"""Sightings outlive the session: the last value, the usual first one, and the source."""
 
 from __future__ import annotations
 
