@@ -56,8 +56,7 @@ _BACK_OFF_SPEED: Final = 0.1
 
 TORQUE_CUTOFF: Final = 30.0
 """Cut-off frequency of the first-order filter of torques, of which the rate is taken, Hz. Drivers filter,
-too (libfranka: 100 Hz by default). Chosen: fingers that close on a fixed bar change a torque by 6 N·m at
-once."""
+too (libfranka: 100 Hz by default). Chosen: fingers that close on a fixed bar change a torque by 6 N·m."""
 
 _TORQUE_SHARE: Final = TICK / (TICK + 1.0 / (2.0 * pi * TORQUE_CUTOFF))
 
