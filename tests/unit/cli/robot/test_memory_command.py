@@ -10,7 +10,6 @@ from aeros.agent.agent import MEMORY_FILE
 from aeros.agent.identity import Identity, lock_folder
 from aeros.agent.memory.store import EpisodeEnd, EpisodeStart, open_memory
 from aeros.cli.main import main
-from aeros.exit_codes import UsageError
 
 CONTEXT = json.dumps({"task": "cook.cook", "code": "0123456789abcdef", "predicates": {"lid_on": True}})
 
