@@ -8,6 +8,7 @@ from types import SimpleNamespace
 from typing import Any, Final
 
 from aeros.agent.execution.after_failure import FailureRules
+from aeros.agent.execution.provider_choice import ProviderChoice
 from aeros.agent.planning.task_graph import PlanStep
 from aeros.runtime.ports import AuditEvent, EndedStep, LogHead, StepRequest, StepResult, StepStatus
 from aeros.spec.theorems.module_copies import ModuleSource, Mutant
@@ -164,6 +165,7 @@ _OUTCOMES: Final = {
 _SKILL: Final = SimpleNamespace(
     id="k",
     idempotent=False,
+    timeout=60,
     outcomes=_OUTCOMES,
     success_outcomes=(_OUTCOMES["done"],),
     failures_with_more_effects=lambda _: [],  # each outcome has one effect
@@ -179,7 +181,8 @@ def _stubbed_attempts(do: PerformStep, modules: Any, world: Any) -> Any:
     dispatch = SimpleNamespace(
         request=StepRequest("m", "k", {}),
         skill=_SKILL,
-        options=(),
+        choice=ProviderChoice((), None, ""),
+        code="",
         context="",
         typical_duration=None,
         record=SimpleNamespace(successes=0, failures=0),
@@ -212,6 +215,7 @@ def _stubbed_attempts(do: PerformStep, modules: Any, world: Any) -> Any:
     one.dispatcher = SimpleNamespace(dispatch=lambda *_: dispatch, denied=set())
     one.failure_rules = FailureRules(one._runtime, one._memory, one.dispatcher)
     one._planned_state = None
+    one.planning_memory = SimpleNamespace(recall=lambda given: given, view=lambda seen, _: seen)
     one.records, one.planned_in, one.bars = [], [], modules.bars.UncertainSteps()
     one.finish = finish
     return one

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from itertools import product
 from types import SimpleNamespace
 from typing import Any, Final, cast
 
+from aeros.agent.memory.posterior import SuccessRecord
 from aeros.runtime.gate.decision import Decision, DecisionKind, Reason
 from aeros.skill import Action
 from aeros.spec.expr import terms as t
@@ -352,13 +354,17 @@ def _branch_pair_obligations(code: ModuleSource) -> TheoremObligation:
 def _owner_obligation(code: ModuleSource) -> TheoremObligation:
     """With what memory says, and what is measured, put aside."""
     dispatching = code.module(DISPATCHER, evidence_context=lambda *_: "", _with_defaults=lambda *_: {})
-    record = SimpleNamespace(mean=0.5, sample=lambda _: 0.5)
+    record, recent = SuccessRecord(0, 0), SimpleNamespace(mean=0.5, sample=lambda _: 0.5)
     alternatives = tuple(Alternative(name) for name in ("own", "b.lent"))
 
     def run(ask: DecideBranch) -> str:
         modules = {
-            "a": SimpleNamespace(id="a", skills={"own": SimpleNamespace(id="own", inputs={})}),
-            "b": SimpleNamespace(id="b", skills={"lent": SimpleNamespace(id="lent", inputs={})}),
+            "a": SimpleNamespace(
+                id="a", code_digest="", skills={"own": SimpleNamespace(id="own", inputs={})}
+            ),
+            "b": SimpleNamespace(
+                id="b", code_digest="", skills={"lent": SimpleNamespace(id="lent", inputs={})}
+            ),
         }
         caller = modules["a"]
         caller.callable_skills = {"own": None, "b.lent": None}
@@ -375,9 +381,13 @@ def _owner_obligation(code: ModuleSource) -> TheoremObligation:
         one = object.__new__(dispatching.Dispatcher)
         one._runtime = SimpleNamespace(active_modules=lambda: modules)
         one._memory = SimpleNamespace(
-            success_record=lambda *_: record, typical_duration=lambda *_: None, latest_episode=lambda: 0
+            success_record=lambda *_: record,
+            recent_records=lambda skills, _: dict.fromkeys(skills, recent),
+            typical_duration=lambda *_: None,
+            latest_episode=lambda: 0,
         )
         one._task, one._seed, one.denied = "", 0, set()
+        one._explorations = Counter()
         try:
             dispatch = one.dispatch("a", name, {}, None)
         except dispatching.DispatchError:
@@ -515,8 +525,8 @@ THEOREM = Theorem(
             "chooses-what-is-not-active",
             "owner",
             DISPATCHER,
-            '            why = "" if one in preferred else _unavailable_reason(one.problem)\n',
-            '            why = ""\n',
+            ', "" if one in preferred else _unavailable_reason(one.problem))\n',
+            ', "")\n',
         ),
     ),
 )

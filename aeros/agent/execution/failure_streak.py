@@ -11,8 +11,9 @@ and nobody knows. Where several did, such as a look and the search that is to he
 of failure q counts as `PRIOR_TRIES` results: a = 4 (1 - q), b = 4 q.
 
 With L below `LEAST_CHANCE`, after `LEAST_FAILURES` of the same step and `LEAST_SECONDS`, trying again is of
-no use: another provider may be, or the run ends. Chance does this to at most one streak of a thousand, and
-`aeros predict` leaves it out. A resumed run begins a new streak.
+no use: another provider may be, or the run ends. As far as record and declarations are right, chance does
+this to about one streak of a thousand at most. `aeros predict` leaves it out. A resumed run begins a new
+streak.
 """
 
 from __future__ import annotations
