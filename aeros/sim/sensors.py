@@ -103,20 +103,20 @@ class Sensors:
         self._lines: dict[str, _DelayLine] = {}
         self._last = _NO_READING
         self._noise: dict[str, _NoiseBlock] = {}
+        self._lucks: dict[str, tuple[int, list[float]]] = {}
         self._biases: dict[str, list[float]] = {}
 
     def needs_sampling(self, names: Iterable[str]) -> bool:
         """Check if sensors need values of every tick.
 
         Args:
-            names: quantities that are sampled anyway.
+            names: quantities that are not measured at every tick anyway.
 
         Returns:
-            True if a quantity other than `names` must be sampled at every tick.
+            True if one of them has a sensor model that depends on values of earlier ticks.
         """
-        if not self.models:
-            return False
-        return any(model.needs_history for name, model in self.models.items() if name not in names)
+        models = self.models
+        return bool(models) and any(name in models and models[name].needs_history for name in names)
 
     def sample(self, truth: GroundTruth) -> None:
         """Record the ground truth of a tick; further calls within the same tick change nothing.
@@ -261,7 +261,7 @@ class Sensors:
 
     def _measure(self, name: str, model: SensorModel, tick: int, value: Any) -> Any:
         """Return `value` as a sensor reads it, or `_NO_READING`; drawn by name and tick, so repeatable."""
-        if model.dropout > 0.0 and self._chance.generator(f"dropout {name}", tick).random() < model.dropout:
+        if model.dropout > 0.0 and self._luck(name, tick) < model.dropout:
             return _NO_READING
         kind = type(value)
         if kind is float:
@@ -295,6 +295,15 @@ class Sensors:
             normal = self._chance.generator(f"sensor {name}", number).standard_normal((_BLOCK, width))
             block = self._noise[name] = _NoiseBlock(number, model.noise, (model.noise * normal).tolist())
         return block.rows[place]
+
+    def _luck(self, name: str, tick: int) -> float:
+        """Return a uniform number of a tick, in [0, 1), drawn in blocks, too."""
+        number, place = divmod(tick, _BLOCK)
+        block = self._lucks.get(name)
+        if block is None or block[0] != number:
+            uniform = self._chance.generator(f"dropout {name}", number).random(_BLOCK)
+            block = self._lucks[name] = (number, uniform.tolist())
+        return block[1][place]
 
     def _bias(self, name: str, model: SensorModel, place: int) -> float:
         found = self._biases.get(name)
