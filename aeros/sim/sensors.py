@@ -103,7 +103,7 @@ class Sensors:
         self._lines: dict[str, _DelayLine] = {}
         self._last = _NO_READING
         self._noise: dict[str, _NoiseBlock] = {}
-        self._lucks: dict[str, tuple[int, list[float]]] = {}
+        self._uniform_blocks: dict[str, tuple[int, list[float]]] = {}
 
     def needs_sampling(self, names: Iterable[str]) -> bool:
         """Check if sensors need values of every tick.
@@ -260,7 +260,7 @@ class Sensors:
 
     def _measure(self, name: str, model: SensorModel, tick: int, value: Any) -> Any:
         """Return `value` as a sensor reads it, or `_NO_READING`; drawn by name and tick, so repeatable."""
-        if model.dropout > 0.0 and self._luck(name, tick) < model.dropout:
+        if model.dropout > 0.0 and self._uniform(name, tick) < model.dropout:
             return _NO_READING
         kind = type(value)
         if kind is float:
@@ -296,11 +296,11 @@ class Sensors:
             block = self._noise[name] = _NoiseBlock(number, model, (model.noise * normal + bias).tolist())
         return block.rows[place]
 
-    def _luck(self, name: str, tick: int) -> float:
+    def _uniform(self, name: str, tick: int) -> float:
         """Return a uniform number of a tick, in [0, 1), drawn in blocks, too."""
         number, place = divmod(tick, _BLOCK)
-        block = self._lucks.get(name)
+        block = self._uniform_blocks.get(name)
         if block is None or block[0] != number:
             uniform = self._chance.generator(f"dropout {name}", number).random(_BLOCK)
-            block = self._lucks[name] = (number, uniform.tolist())
+            block = self._uniform_blocks[name] = (number, uniform.tolist())
         return block[1][place]
