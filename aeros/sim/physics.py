@@ -175,6 +175,7 @@ class PhysicsPlant(FixedStepPlant):
         self._disturbance.attach(PlantParts(self._world, robot, scene, self.sensors, self._people))
         super().__init__(robot, scene.cameras)
         self._truth = GroundTruth(0, self._fast_values())
+        self._slow_quantities = tuple(self._ground_truth().values.keys() - self._truth.values.keys())
         self.sensors.sample(self._truth)
         for camera in scene.initial_cameras:
             # Taken before the clock starts, and so neither late nor lost, nor with faults.
@@ -252,9 +253,8 @@ class PhysicsPlant(FixedStepPlant):
 
     def _measure(self) -> None:
         self._truth = GroundTruth(self._world.ticks, self._fast_values())
-        self.sensors.sample(
-            self._ground_truth() if self.sensors.needs_sampling(self._truth.values) else self._truth
-        )
+        is_slow_sampled = self.sensors.needs_sampling(self._slow_quantities)
+        self.sensors.sample(self._ground_truth() if is_slow_sampled else self._truth)
         if self._referee is not None:
             base, tool = self._panda.true_points()
             true = {

@@ -10,6 +10,7 @@ from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import inf
+from operator import add
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -58,15 +59,14 @@ _NO_READING: Final = GroundTruth(-1, {})
 _BLOCK: Final = 240
 """Ticks whose noise is drawn at once."""
 
-_WIDEST: Final = 16
-"""Greatest number of numbers in a quantity with a bias."""
+_FLOATS: Final = {float}
 
 
 class _NoiseBlock(NamedTuple):
-    """Noise of `_BLOCK` ticks: its number, its standard deviation, and a row for each tick."""
+    """Noise and bias of `_BLOCK` ticks: its number, the sensor model, and a row for each tick."""
 
     number: int
-    size: float
+    model: SensorModel
     rows: list[list[float]]
 
 
@@ -103,20 +103,19 @@ class Sensors:
         self._lines: dict[str, _DelayLine] = {}
         self._last = _NO_READING
         self._noise: dict[str, _NoiseBlock] = {}
-        self._biases: dict[str, list[float]] = {}
+        self._uniform_blocks: dict[str, tuple[int, list[float]]] = {}
 
     def needs_sampling(self, names: Iterable[str]) -> bool:
         """Check if sensors need values of every tick.
 
         Args:
-            names: quantities that are sampled anyway.
+            names: quantities that are not measured at every tick anyway.
 
         Returns:
-            True if a quantity other than `names` must be sampled at every tick.
+            True if one of them has a sensor model that depends on values of earlier ticks.
         """
-        if not self.models:
-            return False
-        return any(model.needs_history for name, model in self.models.items() if name not in names)
+        models = self.models
+        return bool(models) and any(name in models and models[name].needs_history for name in names)
 
     def sample(self, truth: GroundTruth) -> None:
         """Record the ground truth of a tick; further calls within the same tick change nothing.
@@ -261,7 +260,7 @@ class Sensors:
 
     def _measure(self, name: str, model: SensorModel, tick: int, value: Any) -> Any:
         """Return `value` as a sensor reads it, or `_NO_READING`; drawn by name and tick, so repeatable."""
-        if model.dropout > 0.0 and self._chance.generator(f"dropout {name}", tick).random() < model.dropout:
+        if model.dropout > 0.0 and self._uniform(name, tick) < model.dropout:
             return _NO_READING
         kind = type(value)
         if kind is float:
@@ -269,6 +268,8 @@ class Sensors:
         if kind is not tuple:
             return value
         row = self._row(name, model, tick, len(value))
+        if model.resolution == 0.0 and name not in _SENSOR_RANGES and set(map(type, value)) == _FLOATS:
+            return tuple(map(add, value, row))
         return tuple(
             [
                 self._number(name, model, one, place, row) if type(one) is float else one
@@ -278,27 +279,28 @@ class Sensors:
 
     def _number(self, name: str, model: SensorModel, value: float, place: int, row: Sequence[float]) -> float:
         shown = value + row[place]
-        if model.bias > 0.0:
-            shown += self._bias(name, model, place)
         if model.resolution > 0.0:
             shown = model.resolution * round(shown / model.resolution)
         bounds = _SENSOR_RANGES.get(name)
         return shown if bounds is None else min(bounds[1], max(bounds[0], shown))
 
     def _row(self, name: str, model: SensorModel, tick: int, width: int) -> Sequence[float]:
-        """Return the noise of `width` numbers at a tick; drawn in blocks, as generators are slow to make."""
-        if model.noise == 0.0:
+        """Return noise and bias of `width` numbers; drawn in blocks, as generators are slow to make."""
+        if model.noise == 0.0 and model.bias == 0.0:
             return (0.0,) * width
         number, place = divmod(tick, _BLOCK)
         block = self._noise.get(name)
-        if block is None or (block.number, block.size, len(block.rows[0])) != (number, model.noise, width):
+        if block is None or block.number != number or block.model is not model or len(block.rows[0]) != width:
             normal = self._chance.generator(f"sensor {name}", number).standard_normal((_BLOCK, width))
-            block = self._noise[name] = _NoiseBlock(number, model.noise, (model.noise * normal).tolist())
+            bias = model.bias * self._chance.generator(f"bias {name}").standard_normal(width)
+            block = self._noise[name] = _NoiseBlock(number, model, (model.noise * normal + bias).tolist())
         return block.rows[place]
 
-    def _bias(self, name: str, model: SensorModel, place: int) -> float:
-        found = self._biases.get(name)
-        if found is None:
-            found = self._chance.generator(f"bias {name}").standard_normal(_WIDEST).tolist()
-            self._biases[name] = found
-        return model.bias * found[place]
+    def _uniform(self, name: str, tick: int) -> float:
+        """Return a uniform number of a tick, in [0, 1), drawn in blocks, too."""
+        number, place = divmod(tick, _BLOCK)
+        block = self._uniform_blocks.get(name)
+        if block is None or block[0] != number:
+            uniform = self._chance.generator(f"dropout {name}", number).random(_BLOCK)
+            block = self._uniform_blocks[name] = (number, uniform.tolist())
+        return block[1][place]

@@ -103,7 +103,7 @@ def assert_alike(plain: PhysicsPlant, changed: PhysicsPlant) -> None:
     assert plain.pictures() == changed.pictures()
 
 
-def test_what_nobody_looks_at_changes_no_reading(pair: tuple[Change, PhysicsPlant, PhysicsPlant]) -> None:
+def test_an_unseen_change_changes_no_reading(pair: tuple[Change, PhysicsPlant, PhysicsPlant]) -> None:
     one, plain, changed = pair
     assert plain.truth()[one.judged] is changed.truth()[one.judged] is False
     one.change(changed)
@@ -136,11 +136,11 @@ def test_a_slipping_wheel_is_not_felt() -> None:
     changed.close()
 
 
-def test_a_place_is_never_told_exactly() -> None:
+def test_a_place_is_never_measured_exactly() -> None:
     plant = make("fetch")
     true = {name: pose.position for name, pose in scene_of(plant)._poses.items()}
     for name in ("station_survey", "delivery_position"):
-        told = plant.observe()[f"fetch_object.{name}"].value
-        assert told != true[name]
-        assert told == pytest.approx(true[name], abs=0.012)
+        measured = plant.observe()[f"fetch_object.{name}"].value
+        assert measured != true[name]
+        assert measured == pytest.approx(true[name], abs=0.012)
     plant.close()

@@ -52,7 +52,7 @@ def test_fast_free_motion_is_no_contact(world: PhysicsWorld) -> None:
     assert 0.001 < max(map(abs, one._external.torques[:7])) < 0.3
 
 
-def test_the_drives_of_a_carriage_feel_what_pushes_it(world: PhysicsWorld) -> None:
+def test_the_drives_of_a_carriage_feel_a_push(world: PhysicsWorld) -> None:
     one = Panda(world, RobotOptions(carriage=True, base=(0.0, 0.0, 0.3)))
     foot = one._drive[-1]
     for _ in range(60):

@@ -56,7 +56,7 @@ def test_a_marker_in_view_has_the_cameras_error_and_a_noise() -> None:
     assert over_ticks.std(axis=0)[2] == pytest.approx(0.0)
 
 
-def test_what_a_carried_camera_sees_drifts_with_the_robot() -> None:
+def test_a_marker_in_a_carried_camera_drifts_with_the_robot() -> None:
     """So a place is right relative to a base that is not where it takes itself to be."""
     still, drifted = measured(1, cameras=seeing()), measured(1, cameras=seeing(DRIFT))
     assert drifted == pytest.approx(add(still, DRIFT))
@@ -96,7 +96,7 @@ def test_a_marker_is_on_the_fixed_body_that_is_declared_from_its_place() -> None
     assert (rest.fixture, rest.position) == (None, rest.place)  # the sponge moves
 
 
-def test_what_a_fixture_measures_is_off_as_its_place_is() -> None:
+def test_a_fixture_measures_with_the_error_of_its_place() -> None:
     far = (5.0, 5.0, 0.0)
     survey = Survey(
         {"spot": Marker(PLACE, PLACE, None), "far": Marker(far, far, None)}, ERRORS, RandomSource(0)

@@ -69,19 +69,19 @@ def test_errors_of_torques_below_the_thresholds_are_bounded_in_every_posture(
     assert estimate_contact_force(q, torques) <= math.hypot(*torques) / (2.0 * DAMPING) + 1e-9
 
 
-def test_a_stretched_arm_feels_less_of_what_pushes_along_it() -> None:
+def test_a_stretched_arm_feels_less_of_a_push_along_it() -> None:
     """It cannot be seen, and is not made up: only the elbow's offset of 82 mm gives it a lever."""
     stretched = [0.0, 0.0, 0.0, -0.0698, 0.0, 0.0, 0.0]
     pushed = estimate_contact_force(stretched, torques_of(stretched, "link5", 0.0, (0.0, 0.0, -65.0)))
     assert 20.0 < pushed < 55.0
 
 
-def test_what_wrist_joints_feel_is_on_no_link_before_them() -> None:
+def test_a_torque_of_the_wrist_is_on_no_link_before_it() -> None:
     q = READY_POSTURE.tolist()
     torques = [-8.0, 0.0, -8.5, 0.0, 0.0, 0.0, 0.0]
     felt = [*torques[:6], 1.001 * TORQUE_THRESHOLDS[6]]
     assert estimate_contact_force(q, felt) < estimate_contact_force(q, torques)
 
 
-def test_nothing_is_no_force() -> None:
+def test_no_torque_is_no_force() -> None:
     assert estimate_contact_force(READY_POSTURE.tolist(), [0.0] * 7) == pytest.approx(0.0)
