@@ -18,7 +18,7 @@ _MOVED: Final = frozenset({"base_position"})
 class PlaceDefinitions:
     """Definitions that read the base's position, and else only what the site's own sensors measure.
 
-    One that is false where the base is now does not hold any more, as of a robot that drives away from a dock.
+    One that is false where the base is now no longer holds, as of a robot that drives away from a dock.
     Only a declared outcome makes one true, as a skill may fail with the base where it belongs. The other
     definitions change by declared outcomes alone.
 
