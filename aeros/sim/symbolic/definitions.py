@@ -18,7 +18,8 @@ _MOVED: Final = frozenset({"base_position"})
 class PlaceDefinitions:
     """Definitions that read the base's position, and else only what the site's own sensors measure.
 
-    They hold as they would on a robot: one who drives away from a dock is not at it any more. The other
+    One that is false where the base is now no longer holds, as of a robot that drives away from a dock.
+    Only a declared outcome makes one true, as a skill may fail with the base where it belongs. The other
     definitions change by declared outcomes alone.
 
     Args:
@@ -36,7 +37,7 @@ class PlaceDefinitions:
                     self._terms[name] = definition.term
 
     def update(self, values: dict[str, Any], changed: Iterable[str] | None = None) -> None:
-        """Set the predicates that a change may have made true or false.
+        """Set the predicates to false that no longer hold.
 
         Args:
             values: value of each state variable, SI; changed in place.
@@ -45,7 +46,8 @@ class PlaceDefinitions:
         if changed is not None and _MOVED.isdisjoint(changed):
             return
         for name, term in self._terms.items():
-            values[name] = is_true(term, {one: _exact(values[one]) for one in t.variables_of(term)})
+            if values[name]:
+                values[name] = is_true(term, {one: _exact(values[one]) for one in t.variables_of(term)})
 
 
 def _exact(value: Any) -> Any:

@@ -1,8 +1,8 @@
 """The symbolic plant: declared outcomes with declared probabilities, in microseconds.
 
 It is the simulator of lowest fidelity. Motions take effect at once and cost time on the plant's clock;
-predicates change only when a skill ends, by one of the outcomes that its manifest declares, and where a
-definition says that they follow from the base's position. So it runs the model of the world that the
+predicates change only when a skill ends, by one of the outcomes that its manifest declares, or as the
+base leaves where its definition holds. So it runs the model of the world that the
 closed-loop analysis assumes.
 Not modelled: anything that a manifest does not declare; where an interrupted motion stops; events while a
 skill takes the rest of its declared duration after its last action.

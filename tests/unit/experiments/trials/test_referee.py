@@ -86,7 +86,7 @@ def test_strokes_are_counted_within_a_minute(pause: float, strokes: int) -> None
 
 
 def test_a_base_off_its_floor_is_off_by_so_much() -> None:
-    referee = judged([{}, {"base_position": (-0.8, 0.6, 0.0)}, {"base_position": (-0.5, 0.6, 0.0)}])
+    referee = judged([{}, {"base_position": (-0.9, 0.6, 0.0)}, {"base_position": (-0.6, 0.6, 0.0)}])
     assert referee.worst("distance off the floor") == pytest.approx(0.3)
     assert "distance off the floor" in referee.violated()
 

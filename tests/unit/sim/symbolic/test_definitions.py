@@ -28,9 +28,9 @@ def test_at_the_start_it_is_what_its_definition_says() -> None:
     assert plant((0.0, 0.0, 0.0)).observe()[AT].value is False
 
 
-def test_it_follows_the_base() -> None:
+def test_it_ends_as_the_base_leaves_and_only_an_outcome_makes_it_true_again() -> None:
     one = plant(DOCK)
-    for y, is_there in ((-1.0, False), (-1.181, True), (-1.179, False), (-1.2, True)):
+    for y, is_there in ((-1.181, True), (-1.179, False), (-1.2, False)):
         assert execute(one, act("move_base", x=0.0, y=y, speed=0.4), allow, 1e9).completed
         assert one.observe()[AT].value is is_there
 
@@ -43,14 +43,14 @@ def test_a_definition_that_reads_what_pictures_show_is_left_to_the_outcomes() ->
     definition = ecm.definitions[AT]
     reading = replace(ecm, definitions={AT: definition, "other": replace(definition, term=_also(ecm, seen))})
     values = {
-        "base_position": DOCK,
+        "base_position": (0.0, 0.0, 0.0),
         "clean_table.dock_position": DOCK,
         seen: DOCK,
-        AT: False,
-        "other": False,
+        AT: True,
+        "other": True,
     }
     PlaceDefinitions(site, [reading]).update(values)
-    assert (values[AT], values["other"]) == (True, False)
+    assert (values[AT], values["other"]) == (False, True)
 
 
 def _also(ecm: Ecm, name: str) -> t.Term:
