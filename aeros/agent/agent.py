@@ -18,7 +18,13 @@ from aeros.agent.execution.report import RunReport
 from aeros.agent.execution.step_attempt import StepRunner
 from aeros.agent.identity import Identity, acquire_identity, new_identity
 from aeros.agent.instructions.grammar import InstructionError
-from aeros.agent.instructions.understand import Errand, Understanding, understand, with_goal
+from aeros.agent.instructions.understand import (
+    Errand,
+    Understanding,
+    require_active_tasks,
+    understand,
+    with_goal,
+)
 from aeros.agent.memory.schema import IN_MEMORY
 from aeros.agent.memory.store import Memory, open_memory
 from aeros.agent.planning.base import Planner, RulePlanner
@@ -66,14 +72,18 @@ class Agent:
             )
 
     def run(
-        self, instruction: str, timeout: float | None = None, goal: ActionCondition | None = None
+        self,
+        instruction: str | Understanding,
+        timeout: float | None = None,
+        goal: ActionCondition | None = None,
     ) -> RunReport:
         """Pursue `instruction` until its goal is reached or the run gives up, as `task_loop.py` defines.
 
         Tasks that an instruction asks for are pursued in order, until one is not reached.
 
         Args:
-            instruction: words of the user, which must be understood whole by the active tasks.
+            instruction: words of the user, which must be understood whole by the active tasks, or a meaning
+                of them that was settled before.
             timeout: plant time (s) after which running steps are cancelled; None for no limit.
             goal: goal that replaces the goal of the only task.
 
@@ -91,7 +101,10 @@ class Agent:
             return self._pursue_all(meaning, timeout)
 
     def resume(
-        self, instruction: str, timeout: float | None = None, goal: ActionCondition | None = None
+        self,
+        instruction: str | Understanding,
+        timeout: float | None = None,
+        goal: ActionCondition | None = None,
     ) -> RunReport:
         """Continue `instruction` where an earlier session left it; the arguments are those of that `run`.
 
@@ -99,7 +112,7 @@ class Agent:
         task, this does the same as `run`.
 
         Args:
-            instruction: words that the earlier session was given.
+            instruction: words that the earlier session was given, or their meaning.
             timeout: plant time limit (s) for a run that starts anew; a resumed run keeps its earlier
                 deadline.
             goal: goal that replaced the task's own goal.
@@ -146,7 +159,7 @@ class Agent:
                 self._record_selection(meaning, number)
             remaining = None if deadline is None else max(0.0, deadline - self._runtime.now())
             barred = barred_skills(meaning, errand, self._runtime.active_modules())
-            position = ErrandPosition(number, tuple(reports), barred)
+            position = ErrandPosition(number, tuple(reports), barred, errand.proposed_plan)
             steps_before = len(resumed[0].steps) if resumed is not None and number == first else 0
             loop = self._task_loop(errand.routed, remaining, position)
             if resumed is not None and number == first:
@@ -256,9 +269,14 @@ class Agent:
             abandoned=abandoned,
         )
 
-    def _understand(self, instruction: str, goal: ActionCondition | None) -> Understanding:
+    def _understand(self, spoken: str | Understanding, goal: ActionCondition | None) -> Understanding:
+        instruction = spoken.instruction if isinstance(spoken, Understanding) else spoken
+        modules = self._runtime.active_modules()
         try:
-            meaning = understand(instruction, self._runtime.active_modules())
+            if isinstance(spoken, Understanding):
+                meaning = require_active_tasks(spoken, modules)
+            else:
+                meaning = understand(instruction, modules)
             if goal is not None:
                 meaning = with_goal(meaning, goal)
         except InstructionError as error:
@@ -277,6 +295,8 @@ class Agent:
             instruction=words,
             task=str(routed),
             understood=list(meaning.formal_lines),
+            source=meaning.source,
+            account=list(meaning.account),
             number=number + 1,
         )
 

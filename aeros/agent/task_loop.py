@@ -90,7 +90,9 @@ class TaskLoop:
         self._waited = 0.0
         self._runtime = runtime
         proposals = PlannerClient(runtime, planner, planning_timeout)
-        self._plans = PlanSource(runtime, proposals, attempts, journal, routed, position.barred_skills)
+        self._plans = PlanSource(
+            runtime, proposals, attempts, journal, routed, position.barred_skills, position.proposed_plan
+        )
         self._attempts = attempts
         self._journal = journal
         self._routed = routed

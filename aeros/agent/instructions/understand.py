@@ -30,6 +30,7 @@ from aeros.agent.instructions.grammar import (
 )
 from aeros.agent.instructions.lexicon import Coverage, TaskPhrases, task_phrases
 from aeros.agent.planning.routing import RoutedTask
+from aeros.agent.planning.task_graph import TaskGraph
 from aeros.spec.diagnostics.codes import quoted
 from aeros.spec.diagnostics.words import normalized_words
 from aeros.spec.expr import terms as t
@@ -40,6 +41,10 @@ _ALSO_NOT: Final = frozenset({"nor"})
 
 _MAX_MERGES: Final = 6
 """Limit on the joints of a sentence at which segments may be one request: all combinations are tried."""
+
+
+class NothingAskedError(InstructionError):
+    """An instruction that is understood and moves nothing: it only prohibits, or contradicts itself."""
 
 
 class AmbiguousInstructionError(InstructionError):
@@ -76,11 +81,13 @@ class Errand:
         routed: the task that it asks for.
         condition: it is done only if this is measured as true at its turn; None for always.
         condition_text: the condition as the module declares it; empty if there is none.
+        proposed_plan: unverified plan that came with the meaning, for its first plan; None if there is none.
     """
 
     routed: RoutedTask
     condition: t.Term | None = None
     condition_text: str = ""
+    proposed_plan: TaskGraph | None = None
 
     @property
     def formal_text(self) -> str:
@@ -97,11 +104,15 @@ class Understanding:
         instruction: words of the user.
         errands: requests in the order in which they are done; at least one.
         prohibited: tasks that must not be done.
+        source: who read it, for the audit record.
+        account: for each phrase, the part of the meaning that it accounts for, if a model read it.
     """
 
     instruction: str
     errands: tuple[Errand, ...]
     prohibited: tuple[RoutedTask, ...] = ()
+    source: str = "grammar"
+    account: tuple[str, ...] = ()
 
     @property
     def first(self) -> RoutedTask:
@@ -143,10 +154,23 @@ def understand(
         return Understanding(instruction, (Errand(named[0].routed),))
     try:
         return _understand(instruction, tasks)
-    except AmbiguousInstructionError:
+    except (AmbiguousInstructionError, NothingAskedError):
         raise
     except InstructionError as refusal:
         raise _with_inactive(instruction, refusal, inactive()) from refusal
+
+
+def is_task_name(instruction: str, modules: Mapping[str, Ecm]) -> bool:
+    """Check if an instruction is the name of a task, and so needs no reading.
+
+    Args:
+        instruction: words of the user.
+        modules: active modules by id.
+
+    Returns:
+        True if it is MODULE.TASK or TASK.
+    """
+    return bool(_named_tasks(instruction, task_phrases(modules)))
 
 
 def single_errand(understanding: Understanding) -> RoutedTask:
@@ -168,6 +192,26 @@ def single_errand(understanding: Understanding) -> RoutedTask:
         f"{quoted(understanding.instruction)} asks for more than one task: "
         f"{'; '.join(understanding.formal_lines)}; here, give an instruction for one task without conditions"
     )
+
+
+def require_active_tasks(understanding: Understanding, modules: Mapping[str, Ecm]) -> Understanding:
+    """Require that the tasks of a meaning are still those of the active modules.
+
+    Args:
+        understanding: meaning that was settled before; its goals may differ from those of its tasks.
+        modules: active modules by id.
+
+    Returns:
+        The meaning.
+
+    Raises:
+        InstructionError: a task is no longer active.
+    """
+    for routed in (*(errand.routed for errand in understanding.errands), *understanding.prohibited):
+        module = modules.get(routed.module)
+        if module is None or routed.task.id not in module.tasks:
+            raise InstructionError(f"`{routed}` is no longer active; give the instruction again")
+    return understanding
 
 
 def with_goal(understanding: Understanding, goal: ActionCondition) -> Understanding:
@@ -237,13 +281,13 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
             else:
                 prohibited += [one for one in _prohibited(segment, tasks, errands) if one not in prohibited]
     if prohibits_all and errands:
-        raise InstructionError(f"{quoted(prohibits_all)} contradicts the rest of the instruction")
+        raise NothingAskedError(f"{quoted(prohibits_all)} contradicts the rest of the instruction")
     if prohibits_all or not errands:
         never = ", ".join(f"`{routed}`" for routed in prohibited) or quoted(prohibits_all)
-        raise InstructionError(f"nothing is asked for, and {never} is prohibited, so nothing moves")
+        raise NothingAskedError(f"nothing is asked for, and {never} is prohibited, so nothing moves")
     for errand in errands:
         if errand.routed in prohibited:
-            raise InstructionError(f"the instruction asks for `{errand.routed}` and prohibits it")
+            raise NothingAskedError(f"the instruction asks for `{errand.routed}` and prohibits it")
     return Understanding(instruction, tuple(errands), tuple(prohibited))
 
 

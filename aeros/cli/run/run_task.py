@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from aeros.agent.agent import Agent
 from aeros.agent.execution.journal import AgentEvent
 from aeros.agent.execution.report import RunReport
+from aeros.agent.instructions.understand import Understanding
 from aeros.agent.planning.base import Planner
 from aeros.agent.recovery.checkpoint import CheckpointStore, TaskEnd
 from aeros.apps.report_page.run_data import read_run_data
@@ -52,6 +53,7 @@ class RunRequest(NamedTuple):
         planner: Proposes plans.
         goal: Goal that replaces the task's; None to keep it.
         signing: Signs the audit log; None for no signatures.
+        meaning: Meaning of the instruction.
     """
 
     governor: Governor
@@ -59,6 +61,7 @@ class RunRequest(NamedTuple):
     planner: Planner
     goal: ActionCondition | None
     signing: SigningConfiguration | None
+    meaning: Understanding
 
 
 def run_task(staged: PlantSetup, request: RunRequest) -> Exit:
@@ -85,7 +88,7 @@ def run_task(staged: PlantSetup, request: RunRequest) -> Exit:
             governor.on_command = partial(_apply_command, agent)
             notifier.send(READY)
             pursue = agent.resume if arguments.resume else agent.run
-            report = pursue(arguments.instruction, arguments.timeout, request.goal)
+            report = pursue(request.meaning, arguments.timeout, request.goal)
         notifier.send(STOPPING)
         simulated = recorded.plant.now()
         judgement = _judge(staged, request, report, recorded)

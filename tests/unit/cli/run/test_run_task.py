@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from aeros.agent.errors import AgentError
+from aeros.agent.instructions.understand import understand
 from aeros.agent.planning.base import RulePlanner
 from aeros.agent.planning.task_graph import TaskGraph
 from aeros.apps.goal import parse_goal
@@ -57,7 +58,8 @@ def run(
         Registry(arguments.state), FixedModules(configuration), resumed=arguments.resume
     )
     with governor:
-        asked = RunRequest(governor, report, planner or RulePlanner(), goal_condition, signing)
+        meaning = understand(arguments.instruction, configuration.modules)
+        asked = RunRequest(governor, report, planner or RulePlanner(), goal_condition, signing, meaning)
         return run_task(staged(arguments), asked)
 
 
