@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from aeros.agent.instructions import english
-from aeros.agent.instructions.english import Words
+from aeros.agent.instructions.phrases import Words
 from aeros.agent.planning.routing import RoutedTask
 from aeros.spec.diagnostics.words import normalized_words
 from aeros.spec.model.ecm import Ecm
@@ -23,6 +23,7 @@ class Coverage:
         unknown: words that the task does not declare.
         counts: numbers, as said, but for a `one` before an object.
         repetitions: words that ask for several times, as said.
+        starts_with_object: True if an object is named before the first phrase that asks for the task.
     """
 
     entry: TaskPhrases
@@ -31,6 +32,7 @@ class Coverage:
     unknown: Words
     counts: Words
     repetitions: Words
+    starts_with_object: bool = False
 
     @property
     def is_whole(self) -> bool:
@@ -77,6 +79,8 @@ class TaskPhrases:
         unknown: list[str] = []
         counts: list[str] = []
         repetitions: list[str] = []
+        starts_with_object = False
+        particles = {phrase[-1] for phrase in self.triggers if len(phrase) == 2} & english.PARTICLES
         at = 0
         while at < len(words):
             found, length = self._longest(words, at, is_perfect=is_perfect)
@@ -86,13 +90,18 @@ class TaskPhrases:
                 if found is self.triggers:
                     triggers.append(spoken)
                 elif found is self.objects:
+                    starts_with_object = starts_with_object or not triggers
                     objects.append(spoken)
                 at += length
                 continue
             number = english.number_of(word)
             # A task without objects acts on one thing only.
-            if (knows_pronoun or not self.objects) and word in english.PRONOUNS:
+            # In `the table, please clean it`, too, it can only mean that.
+            if (knows_pronoun or objects or not self.objects) and word in english.PRONOUNS:
+                starts_with_object = starts_with_object or not triggers
                 objects.append((word,))
+            elif word in particles and triggers and objects:
+                pass  # apart from its verb, as in `tidy the table up`
             elif word in english.REPETITIONS:
                 repetitions.append(word)
             elif number is not None:
@@ -103,7 +112,13 @@ class TaskPhrases:
                 unknown.append(word)
             at += 1
         return Coverage(
-            self, tuple(triggers), tuple(objects), tuple(unknown), tuple(counts), tuple(repetitions)
+            self,
+            tuple(triggers),
+            tuple(objects),
+            tuple(unknown),
+            tuple(counts),
+            tuple(repetitions),
+            starts_with_object,
         )
 
     def _longest(self, words: Words, at: int, *, is_perfect: bool) -> tuple[tuple[Words, ...], int]:

@@ -18,7 +18,6 @@ from itertools import product
 from typing import Final
 
 from aeros.agent.instructions import english
-from aeros.agent.instructions.english import Words
 from aeros.agent.instructions.grammar import (
     InstructionError,
     Link,
@@ -29,6 +28,8 @@ from aeros.agent.instructions.grammar import (
     parse_instruction,
 )
 from aeros.agent.instructions.lexicon import Coverage, TaskPhrases, task_phrases
+from aeros.agent.instructions.phrases import Words
+from aeros.agent.instructions.wordings import wordings
 from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.task_graph import TaskGraph
 from aeros.spec.diagnostics.codes import quoted
@@ -270,10 +271,15 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
     errands: list[Errand] = []
     prohibited: list[RoutedTask] = []
     prohibits_all = ""
-    for sentence in parse_instruction(instruction):
-        for segment, condition in _requests(_merged(check_scopes(sentence), tasks, errands)):
+    reasons: list[Segment] = []
+    for parsed in parse_instruction(instruction):
+        sentence, own_reasons = _without_statements(parsed, tasks)
+        reasons += own_reasons
+        context = [*errands, *_named_by(own_reasons or reasons[-1:], tasks)]
+        for segment, condition in _requests(_merged(check_scopes(sentence), tasks, context)):
             if segment.mood is Mood.REQUEST:
-                errand = _errand(segment, condition, tasks, errands)
+                errand = _errand(segment, condition, tasks, context)
+                context.append(errand)
                 if not errands or errands[-1] != errand:
                     errands.append(errand)
             elif _is_universal(segment):
@@ -288,7 +294,84 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
     for errand in errands:
         if errand.routed in prohibited:
             raise NothingAskedError(f"the instruction asks for `{errand.routed}` and prohibits it")
-    return Understanding(instruction, tuple(errands), tuple(prohibited))
+    for reason in reasons:
+        _require_plain_reason(reason, tasks, errands)
+    account = tuple(f"{quoted(' '.join(reason.words))}: a reason, asks for nothing" for reason in reasons)
+    return Understanding(instruction, tuple(errands), tuple(prohibited), account=account)
+
+
+def _without_statements(sentence: Sentence, tasks: Sequence[TaskPhrases]) -> tuple[Sentence, list[Segment]]:
+    """Take out the reasons, and statements of a condition that a task declares: `the table is dirty`."""
+    kept: list[Segment] = []
+    reasons: list[Segment] = []
+    for segment in sentence:
+        is_stated = (
+            segment.mood is Mood.REQUEST
+            and not segment.openers
+            and len(segment.words) > 1
+            and any(_condition(segment, entry) is not None for entry in tasks)
+        )
+        (reasons if is_stated or segment.mood is Mood.REASON else kept).append(segment)
+    return tuple(kept), reasons
+
+
+def _named_by(reasons: Sequence[Segment], tasks: Sequence[TaskPhrases]) -> list[Errand]:
+    """Return the task whose objects the last reason names, for `it` in the request after it."""
+    named = [
+        Errand(entry.routed)
+        for entry in tasks
+        for reason in reasons[-1:]
+        if entry.cover(reason.words, knows_pronoun=False).objects
+    ]
+    return named if len(named) == 1 else []
+
+
+def _require_plain_reason(reason: Segment, tasks: Sequence[TaskPhrases], errands: Sequence[Errand]) -> None:
+    """Require that a reason can only be one.
+
+    Raises:
+        InstructionError: it holds a condition or a negation, or asks for a task.
+    """
+    words = reason.words
+    is_stated = any(_condition(reason, entry) is not None for entry in tasks)
+    speaks_of_people = words[:1] in (("i",), ("we",), ("he",), ("she",), ("they",))
+    refused = (
+        english.CHOICES
+        | english.REPETITIONS
+        | _TURNS
+        | (frozenset() if speaks_of_people else english.NEGATIVES)
+    )
+    doubtful = [word for word in words if word in refused and not is_stated]
+    asked = [
+        entry.routed
+        for entry in tasks
+        if (found := entry.cover(words, knows_pronoun=False)).triggers and found.objects
+        if not is_stated and entry.routed not in [errand.routed for errand in errands]
+    ]
+    if doubtful or asked:
+        why = quoted(doubtful[0]) if doubtful else f"`{asked[0]}`"
+        text = " ".join((*reason.marker, *words))
+        raise InstructionError(f"it is not clear if {quoted(text)} is only a reason, because of {why}")
+
+
+_TURNS: Final = frozenset(
+    {
+        "if",
+        "unless",
+        "when",
+        "until",
+        "till",
+        "while",
+        "except",
+        "only",
+        "first",
+        "before",
+        "after",
+        "then",
+        "instead",
+    }
+)
+"""Words of a reason that might be a condition or an order of the request."""
 
 
 def _requests(sentence: Sentence) -> Iterator[tuple[Segment, Segment | None]]:
@@ -368,10 +451,11 @@ def _errand(
     # The condition names an object, so `it` in the request may stand for that.
     context = [*before, Errand(meanings[0][0].routed)]
     routed = _task_of(segment, tasks, context)
-    own = next(((term, text) for entry, term, text in meanings if entry.routed == routed), None)
-    if own is None:
-        raise InstructionError(f"`{routed}` declares no condition {quoted(condition.text)}")
-    term, text = own
+    # Another task may declare the condition, as in `make dumplings if the table is clean`.
+    own = [(term, text) for entry, term, text in meanings if entry.routed == routed]
+    term, text = (own or [(term, text) for _, term, text in meanings])[0]
+    if not own and any(other != term for _, other, _ in meanings):
+        raise InstructionError(f"several tasks declare the condition {quoted(condition.text)}")
     if condition.marker == ("unless",):
         return Errand(routed, t.Not(term), f"not ({text})")
     return Errand(routed, term, text)
@@ -411,16 +495,24 @@ def _task_of(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence[Er
     for number in range(len(segment.openers) + 1):
         # The phrase of a task may begin with words that are openers elsewhere, as in `go on`.
         words = segment.openers[len(segment.openers) - number :] + segment.words
-        coverages = [
-            entry.cover(words, knows_pronoun=entry.routed == last, is_perfect=segment.is_perfect)
-            for entry in tasks
-        ]
-        whole = [coverage.entry.routed for coverage in coverages if coverage.is_whole]
-        if len(whole) == 1:
-            return whole[0]
-        if whole:
-            raise _ambiguous(segment.text, whole)
-        refusal = refusal or _not_covered(segment, coverages)
+        for variant in wordings(words, is_polite=segment.is_polite, is_perfect=segment.is_perfect):
+            coverages = [
+                entry.cover(variant.words, knows_pronoun=entry.routed == last, is_perfect=variant.is_perfect)
+                for entry in tasks
+            ]
+            whole = [
+                one.entry.routed
+                for one in coverages
+                if one.is_whole and (one.starts_with_object or not variant.needs_object_first)
+            ]
+            if len(whole) == 1:
+                return whole[0]
+            if whole:
+                raise _ambiguous(segment.text, whole)
+            again = [one.entry.routed for one in coverages if one.is_object_alone]
+            if last is not None and again == [last] and segment.link is not Link.START:
+                return last  # as in `bring the red can, then the blue one`
+            refusal = refusal or _not_covered(segment, coverages)
     assert refusal is not None  # noqa: S101 - the first round makes one
     raise refusal
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from aeros.agent.instructions import english
-from aeros.agent.instructions.english import Words
+from aeros.agent.instructions.phrases import PhraseSet, Words
 from aeros.spec.diagnostics.codes import quoted
 from aeros.spec.diagnostics.words import normalized_words
 
@@ -23,20 +23,11 @@ COURTESY: Final = "courtesy"
 ORDER: Final = "order"
 """Part of words that only order the requests, such as `then`."""
 
-_IDIOMS: Final[tuple[Words, ...]] = tuple(
-    sorted(
-        {*english.OPENERS, *english.CLOSERS, *english.SENTENCE_OPENERS, *english.SEQUENCE},
-        key=len,
-        reverse=True,
-    )
-)
+_IDIOMS: Final = (english.OPENERS, english.CLOSERS, english.SENTENCE_OPENERS, english.SEQUENCE)
 """Phrases that ask for nothing, also where a word of them is a negation, as in `don't forget to`."""
 
-_TURNED: Final = frozenset({*english.REVERSED, *english.LEADING})
-_ORDER_PHRASES: Final[tuple[Words, ...]] = tuple(sorted({*_IDIOMS, *_TURNED}, key=len, reverse=True))
-_CONDITIONALS: Final = frozenset(
-    {"if", "unless"} | {phrase[0] for phrase in english.TIME_CONDITIONALS if len(phrase) == 1}
-)
+_TURNED: Final = (english.REVERSED, english.LEADING)
+_CONDITIONALS: Final = frozenset({"if", "unless", "till", "until", "when", "whenever", "while"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +111,7 @@ def _misplaced_words(claim: WordClaim, formal: str, nouns: Collection[Words]) ->
         return
     rest = claim.words
     if kind != "request":
-        rest = _without(rest, _ORDER_PHRASES if kind == ORDER else _IDIOMS)
+        rest = _without(rest, (*_IDIOMS, *_TURNED) if kind == ORDER else _IDIOMS)
         for noun in nouns:
             if any(rest[at : at + len(noun)] == noun for at in range(len(rest))):
                 yield f"{quoted(' '.join(noun))} in {quoted(claim.phrase)} names an object; it is no {kind}"
@@ -132,12 +123,12 @@ def _misplaced_words(claim: WordClaim, formal: str, nouns: Collection[Words]) ->
             yield f"{quoted(word)} in {quoted(claim.phrase)} is not carried by {quoted(claim.part)}"
 
 
-def _without(words: Words, phrases: Sequence[Words]) -> Words:
+def _without(words: Words, idioms: Sequence[PhraseSet]) -> Words:
     """Remove known phrases, the longest first, from the left."""
     rest: list[str] = []
     at = 0
     while at < len(words):
-        found = next((one for one in phrases if words[at : at + len(one)] == one), ())
+        found = max((one.starting(words, at) for one in idioms), key=len)
         rest += () if found else (words[at],)
         at += len(found) or 1
     return tuple(rest)
@@ -157,4 +148,4 @@ def _order_problems(parts: Sequence[str | None], *, is_turned: bool) -> Iterator
 
 
 def _is_turned(claims: Sequence[WordClaim]) -> bool:
-    return any(claim.part == ORDER and claim.words in _TURNED for claim in claims)
+    return any(claim.part == ORDER and any(claim.words in one for one in _TURNED) for claim in claims)
