@@ -111,7 +111,11 @@ def parse_instruction(instruction: str) -> tuple[Sentence, ...]:
         raise InstructionError(f"the instruction has more than {MAX_WORDS} words")
     if signed := _SIGNED_NUMBER.search(instruction):
         raise InstructionError(f"the number {quoted(signed.group())} is not understood")
-    sentences = [_parse_sentence(*one) for one in _sentences(instruction) if _strip_closers(one[0])]
+    spoken = [one for one in _sentences(instruction) if _strip_closers(one[0])]
+    sentences = [
+        _parse_sentence(tokens, is_question=is_question, is_first=number == 0)
+        for number, (tokens, is_question) in enumerate(spoken)
+    ]
     if not sentences:
         raise InstructionError("the instruction has no words")
     return tuple(sentences)
@@ -136,8 +140,13 @@ def _sentences(instruction: str) -> Iterator[tuple[Words, bool]]:
             yield tuple(tokens), bool(end and "?" in end.group())
 
 
-def _parse_sentence(tokens: Words, is_question: bool) -> Sentence:
-    tokens = tokens[len(english.SENTENCE_OPENERS.starting(tokens)) :]
+def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sentence:
+    link = english.SENTENCE_OPENERS.starting(tokens)
+    # At the very start, `later` is a time, and links nothing.
+    tokens = tokens if is_first and link == _LATER else tokens[len(link) :]
+    if tokens[:1] == ("should",) and _COMMA in tokens and not is_question:
+        # `should the table be dirty, …`
+        tokens = ("if", *("is" if word == "be" else word for word in tokens[1:]))
     whole = tokens
     tokens, reasons = _without_reasons(tokens)
     tokens = _strip_ends(tokens)
@@ -163,6 +172,7 @@ def _parse_sentence(tokens: Words, is_question: bool) -> Sentence:
     return (*segments, *reasons)
 
 
+_LATER: Final = ("later",)
 _POLITE: Final = frozenset({"please", "pls", "plz", "kindly"})
 
 
@@ -187,13 +197,16 @@ def _require_request(whole: Words, tokens: Words, *, is_question: bool) -> None:
     opener = english.OPENERS.starting(whole)
     asks_ability = opener in english.ABILITY and tokens == whole and not is_definite
     was_polite = asked != whole and not asks_ability
-    is_wish = bool(english.WISHES.starting(asked)) or len(english.CAUSATIVES.starting(asked)) > 1
-    starts_question = bool(asked) and asked[0] in english.QUESTIONS
+    causative = english.CAUSATIVES.starting(asked)
+    is_wish = bool(english.WISHES.starting(asked)) or len(causative) > 1 or causative == ("could",)
+    is_causative = asked[:1] == ("have",) and asked[1:2] not in _ADDRESSED and not is_question
+    starts_question = bool(asked) and asked[0] in english.QUESTIONS and not is_causative
     if (is_question and not (was_polite or is_wish)) or (starts_question and not is_wish):
         text = " ".join(token for token in whole if token != _COMMA)
         raise InstructionError(f"{quoted(text)} is a question; only requests are understood")
 
 
+_ADDRESSED: Final = (("you",), ("i",), ("we",), ("they",), ("he",), ("she",), ("it",))
 _DEFINITE: Final = frozenset(
     {"the", "this", "that", "these", "those", "my", "our", "your", "me", "us", "it", "them"}
 )
@@ -212,8 +225,13 @@ def _without_reasons(tokens: Words) -> tuple[Words, list[Segment]]:
             tokens, at = tokens[after:], 0
         elif marker and _begins_reason(tokens, at, marker):
             end = next((to for to in range(after, len(tokens)) if _ends_reason(tokens, to)), len(tokens))
-            if at == 0 and tokens[end : end + 1] != (_COMMA,):
-                return tokens, []
+            if end == after or (at == 0 and tokens[end : end + 1] != (_COMMA,)):
+                return tokens, reasons
+            if at and tokens[end : end + 1] == (_COMMA,) and not english.SEQUENCE.starting(tokens, end + 1):
+                rest = quoted(" ".join(tokens[end + 1 :]))
+                raise InstructionError(
+                    f"is {rest} a part of the reason, or wanted, too? say it in two sentences"
+                )
             reasons.append(Segment(Mood.REASON, tokens[after:end], Link.START, marker))
             tokens = tokens[:at] + tokens[end + (at == 0) :]
         else:
@@ -319,11 +337,11 @@ def _end_segment(tokens: Words, start: int, mood: Mood) -> tuple[int, Link, str]
     for at in range(start, len(tokens)):
         if tokens[at] == _COMMA:
             following = english.SEQUENCE.starting(tokens, at + 1)
+            turned = english.REVERSED.starting(tokens, at + 1)
+            if len(turned) > len(following):
+                return at, Link.AFTER, " ".join((_COMMA, *turned))
             if following:
                 return at, _link_of(following), " ".join((_COMMA, *following))
-            following = english.REVERSED.starting(tokens, at + 1)
-            if following:
-                return at, Link.AFTER, " ".join((_COMMA, *following))
             return at, Link.JOINED, _COMMA
         if at == start:
             continue
@@ -375,6 +393,10 @@ def check_scopes(sentence: Sentence) -> Sentence:
     """
     sentence = tuple(segment for segment in sentence if segment.mood is not Mood.REASON)
     for before, segment in pairwise(sentence):
+        if before.mood is segment.mood is Mood.PROHIBITION and segment.link is Link.ADJUNCT:
+            raise InstructionError(
+                f"{quoted(f'{before.text} {segment.text}')} negates twice, which is not understood"
+            )
         if before.mood is Mood.PROHIBITION and segment.mood is Mood.REQUEST:
             ends_itself = before.marker in _BOUNDED and segment.joint == _COMMA
             if segment.link is not Link.THEN and not ends_itself and not segment.is_new:

@@ -461,12 +461,19 @@ def _errand(
     return Errand(routed, term, text)
 
 
+_CONTRACTED: Final = {"isn": "is", "aren": "are", "wasn": "was", "hasn": "has"}
+
+
 def _condition(condition: Segment, entry: TaskPhrases) -> tuple[t.Term, str] | None:
     """Find the condition that a task declares for some words; a pronoun stands for any of its objects."""
     ignored = english.DETERMINERS | english.FILLERS
     spoken = tuple(word for word in condition.words if word not in ignored)
     if spoken[1:2] == ("s",):
         spoken = (spoken[0], "is", *spoken[2:])
+    for at, verb in enumerate(spoken):
+        if verb in _CONTRACTED and spoken[at + 1 : at + 2] == ("t",):
+            spoken = (*spoken[:at], _CONTRACTED[verb], "not", *spoken[at + 2 :])
+            break
     for phrase, declared in entry.routed.task.condition_phrases.items():
         words = tuple(word for word in normalized_words(phrase) if word not in english.DETERMINERS)
         subject = next((one for one in entry.objects if words[: len(one)] == one), ())

@@ -36,9 +36,14 @@ def wordings(words: Words, *, is_polite: bool, is_perfect: bool) -> Iterator[Wor
         is_perfect: True if its verb is in the perfect or the past.
 
     Yields:
-        The words as they are, then without the words of a causative, a duty, a light verb or a wish.
+        The words as they are, with a particle beside its verb, then without the words of a causative, a duty,
+        a light verb or a wish.
     """
     yield Wording(words, is_perfect=is_perfect)
+    for at in range(2, len(words)):
+        if words[at] in english.PARTICLES:
+            # `whip me up a dumpling`
+            yield Wording((words[0], words[at], *words[1:at], *words[at + 1 :]), is_perfect=is_perfect)
     yield from _causatives(words)
     yield from _duties(words)
     if words[:1] == _AS_BASE:
@@ -49,13 +54,14 @@ def wordings(words: Words, *, is_polite: bool, is_perfect: bool) -> Iterator[Wor
         yield Wording(_WANT + words[len(wish) :])
     if end := english.WISH_ENDS.ending(words):
         yield Wording(_WANT + words[: -len(end)])
+        yield Wording(words[: -len(end)])
     if is_polite:
         # `two dumplings, please`
         yield Wording(_WANT + words)
 
 
 def _causatives(words: Words) -> Iterator[Wording]:
-    """Yield `the table cleaned` for `have the table cleaned`, `the table clean` for `make the table clean`."""
+    """Yield `the table cleaned` for `have the table cleaned`, `the table clean` for `make … clean`."""
     causative = english.CAUSATIVES.starting(words)
     if not causative:
         return
@@ -63,6 +69,8 @@ def _causatives(words: Words) -> Iterator[Wording]:
     for linked in (rest, *_without_each(rest, english.COPULAS)):
         if any(english.participle_bases(word) for word in linked):
             yield Wording(linked, is_perfect=True, needs_object_first=True)
+        if any(word.endswith("ing") for word in linked):
+            yield Wording(linked, needs_object_first=True)
         if linked and linked[-1] in english.ADJECTIVES:
             yield Wording(linked, needs_object_first=True)
 
