@@ -28,6 +28,7 @@ MAX_WORDS: Final = 200
 """Limit on the words of an instruction."""
 
 _SENTENCE_END: Final = re.compile(r"(?:[.;!?:\n\r\u2026]|--+|\s[-\u2013\u2014]\s)+")
+_COLON: Final = ":"
 _COMMA: Final = ","
 _SIGNED_NUMBER: Final = re.compile(r"[-+\u2212\u00b1~<>=/.]\d+|\d+\s?[%/<>=]")
 """A number that means another one than its digits alone."""
@@ -127,17 +128,23 @@ def _sentences(instruction: str) -> Iterator[tuple[Words, bool]]:
     if _STARTS_LIST.match(instruction):
         rest = _INLINE_NUMBER.sub("\n", rest)
     position = 0
+    tokens: list[str] = []
     while position < len(rest):
         end = _SENTENCE_END.search(rest, position)
         text = rest[position : end.start() if end else len(rest)]
         position = end.end() if end else len(rest)
-        tokens: list[str] = []
         for part in text.split(_COMMA):
             if words := english.respelt(normalized_words(part)):
                 tokens += [_COMMA, *words] if tokens else words
-        is_label = bool(end and ":" in end.group()) and tuple(tokens) in english.LABELS
-        if tokens and not is_label:
-            yield tuple(tokens), bool(end and "?" in end.group())
+        if end and end.group().strip() == _COLON and tuple(tokens) in english.LABELS:
+            tokens = []
+        elif end and end.group().strip() == _COLON and position < len(rest):
+            continue  # `the table: clean it` is `the table, clean it`
+        elif tokens:
+            is_label = bool(end and _COLON in end.group()) and tuple(tokens) in english.LABELS
+            if not is_label:
+                yield tuple(tokens), bool(end and "?" in end.group())
+            tokens = []
 
 
 def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sentence:
@@ -148,6 +155,7 @@ def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sent
         # `should the table be dirty, …`
         tokens = ("if", *("is" if word == "be" else word for word in tokens[1:]))
     whole = tokens
+    tokens = _with_leading_prohibition(tokens)
     tokens, reasons = _without_reasons(tokens)
     tokens = _strip_ends(tokens)
     opener = english.OPENERS.starting(tokens)
@@ -170,6 +178,16 @@ def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sent
     if any(word in _POLITE for word in whole):
         segments = [replace(one, is_polite=True) for one in segments]
     return (*segments, *reasons)
+
+
+def _with_leading_prohibition(tokens: Words) -> Words:
+    """Rewrite `the table must not be cleaned` as `do not the table cleaned`."""
+    for at in range(1, len(tokens)):
+        if tokens[at] == _COMMA:
+            break
+        if duty := english.NEGATIVE_DUTIES.starting(tokens, at):
+            return ("do", "not", *tokens[:at], *tokens[at + len(duty) :])
+    return tokens
 
 
 _LATER: Final = ("later",)
@@ -232,7 +250,8 @@ def _without_reasons(tokens: Words) -> tuple[Words, list[Segment]]:
                 raise InstructionError(
                     f"is {rest} a part of the reason, or wanted, too? say it in two sentences"
                 )
-            reasons.append(Segment(Mood.REASON, tokens[after:end], Link.START, marker))
+            link = Link.ADJUNCT if at else Link.START
+            reasons.append(Segment(Mood.REASON, tokens[after:end], link, marker))
             tokens = tokens[:at] + tokens[end + (at == 0) :]
         else:
             at += 1
@@ -246,7 +265,7 @@ def _begins_reason(tokens: Words, at: int, marker: Words) -> bool:
     )
     if not after or after == (_COMMA,) or longer > len(marker):
         return False
-    return marker[0] in ("because", "due") or marker[-1] == "that" or after[0] in english.SUBJECTS
+    return marker[0] in ("because", "due", "in") or marker[-1] == "that" or after[0] in english.SUBJECTS
 
 
 def _ends_reason(tokens: Words, at: int) -> bool:

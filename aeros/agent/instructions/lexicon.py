@@ -125,9 +125,11 @@ class TaskPhrases:
         """Return the list with the longest phrase at a place, and the phrase's length; 0 if there is none."""
         found: tuple[tuple[Words, ...], int] = ((), 0)
         for phrases in (self.triggers, self.objects, self.extras):
-            length = next(
-                (len(one) for one in phrases if _stands_at(one, words, at, is_perfect=is_perfect)), 0
+            is_verb = phrases is self.triggers and bool(self.objects)
+            fits = (
+                one for one in phrases if _stands_at(one, words, at, is_perfect=is_perfect, is_verb=is_verb)
             )
+            length = next((len(one) for one in fits), 0)
             if length > found[1]:
                 found = phrases, length
         return found
@@ -159,12 +161,14 @@ def _as_words(phrases: Sequence[str]) -> tuple[Words, ...]:
     return tuple(sorted(spoken, key=len, reverse=True))
 
 
-def _stands_at(phrase: Words, words: Words, at: int, *, is_perfect: bool) -> bool:
+def _stands_at(phrase: Words, words: Words, at: int, *, is_perfect: bool, is_verb: bool) -> bool:
     """Compare a declared phrase with words, in any number, and verbs in their -ing form, too.
 
-    In the perfect, verbs may be past participles.
+    In the perfect, verbs may be past participles. A verb with an `s`, as in `he cleans`, asks for nothing.
     """
     spoken = words[at : at + len(phrase)]
+    if is_verb and spoken and spoken[0] == f"{phrase[0]}s":
+        return False
     return len(spoken) == len(phrase) and all(
         declared == word
         or declared in english.base_forms(word)

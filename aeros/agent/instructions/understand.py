@@ -18,6 +18,7 @@ from itertools import product
 from typing import Final
 
 from aeros.agent.instructions import english
+from aeros.agent.instructions.conditions import find_condition
 from aeros.agent.instructions.grammar import (
     InstructionError,
     Link,
@@ -29,6 +30,7 @@ from aeros.agent.instructions.grammar import (
 )
 from aeros.agent.instructions.lexicon import Coverage, TaskPhrases, task_phrases
 from aeros.agent.instructions.phrases import Words
+from aeros.agent.instructions.reasons import require_plain_reason, without_statements
 from aeros.agent.instructions.wordings import wordings
 from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.task_graph import TaskGraph
@@ -273,9 +275,9 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
     prohibits_all = ""
     reasons: list[Segment] = []
     for parsed in parse_instruction(instruction):
-        sentence, own_reasons = _without_statements(parsed, tasks)
+        sentence, own_reasons = without_statements(parsed, tasks)
         reasons += own_reasons
-        context = [*errands, *_named_by(own_reasons or reasons[-1:], tasks)]
+        context = _context(errands, own_reasons or reasons[-1:], tasks)
         for segment, condition in _requests(_merged(check_scopes(sentence), tasks, context)):
             if segment.mood is Mood.REQUEST:
                 errand = _errand(segment, condition, tasks, context)
@@ -295,83 +297,25 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
         if errand.routed in prohibited:
             raise NothingAskedError(f"the instruction asks for `{errand.routed}` and prohibits it")
     for reason in reasons:
-        _require_plain_reason(reason, tasks, errands)
+        require_plain_reason(reason, tasks, [errand.routed for errand in errands])
     account = tuple(f"{quoted(' '.join(reason.words))}: a reason, asks for nothing" for reason in reasons)
     return Understanding(instruction, tuple(errands), tuple(prohibited), account=account)
 
 
-def _without_statements(sentence: Sentence, tasks: Sequence[TaskPhrases]) -> tuple[Sentence, list[Segment]]:
-    """Take out the reasons, and statements of a condition that a task declares: `the table is dirty`."""
-    kept: list[Segment] = []
-    reasons: list[Segment] = []
-    for segment in sentence:
-        is_stated = (
-            segment.mood is Mood.REQUEST
-            and not segment.openers
-            and len(segment.words) > 1
-            and any(_condition(segment, entry) is not None for entry in tasks)
-        )
-        (reasons if is_stated or segment.mood is Mood.REASON else kept).append(segment)
-    return tuple(kept), reasons
+def _context(
+    errands: Sequence[Errand], reasons: Sequence[Segment], tasks: Sequence[TaskPhrases]
+) -> list[Errand]:
+    """Return the requests that `it` may mean the object of, the last one first of all.
 
-
-def _named_by(reasons: Sequence[Segment], tasks: Sequence[TaskPhrases]) -> list[Errand]:
-    """Return the task whose objects the last reason names, for `it` in the request after it."""
+    After a reason such as `the floor is dirty, so …`, `it` is what the reason names.
+    """
+    leading = [reason for reason in reasons if reason.link is not Link.ADJUNCT]
+    if not leading:
+        return list(errands)
     named = [
-        Errand(entry.routed)
-        for entry in tasks
-        for reason in reasons[-1:]
-        if entry.cover(reason.words, knows_pronoun=False).objects
+        Errand(entry.routed) for entry in tasks if entry.cover(leading[-1].words, knows_pronoun=False).objects
     ]
     return named if len(named) == 1 else []
-
-
-def _require_plain_reason(reason: Segment, tasks: Sequence[TaskPhrases], errands: Sequence[Errand]) -> None:
-    """Require that a reason can only be one.
-
-    Raises:
-        InstructionError: it holds a condition or a negation, or asks for a task.
-    """
-    words = reason.words
-    is_stated = any(_condition(reason, entry) is not None for entry in tasks)
-    speaks_of_people = words[:1] in (("i",), ("we",), ("he",), ("she",), ("they",))
-    refused = (
-        english.CHOICES
-        | english.REPETITIONS
-        | _TURNS
-        | (frozenset() if speaks_of_people else english.NEGATIVES)
-    )
-    doubtful = [word for word in words if word in refused and not is_stated]
-    asked = [
-        entry.routed
-        for entry in tasks
-        if (found := entry.cover(words, knows_pronoun=False)).triggers and found.objects
-        if not is_stated and entry.routed not in [errand.routed for errand in errands]
-    ]
-    if doubtful or asked:
-        why = quoted(doubtful[0]) if doubtful else f"`{asked[0]}`"
-        text = " ".join((*reason.marker, *words))
-        raise InstructionError(f"it is not clear if {quoted(text)} is only a reason, because of {why}")
-
-
-_TURNS: Final = frozenset(
-    {
-        "if",
-        "unless",
-        "when",
-        "until",
-        "till",
-        "while",
-        "except",
-        "only",
-        "first",
-        "before",
-        "after",
-        "then",
-        "instead",
-    }
-)
-"""Words of a reason that might be a condition or an order of the request."""
 
 
 def _requests(sentence: Sentence) -> Iterator[tuple[Segment, Segment | None]]:
@@ -443,46 +387,23 @@ def _errand(
 ) -> Errand:
     if condition is None:
         return Errand(_task_of(segment, tasks, before))
-    meanings = [(entry, *found) for entry in tasks if (found := _condition(condition, entry)) is not None]
-    if not meanings:
+    meanings = [(entry, *found) for entry in tasks if (found := find_condition(condition, entry)) is not None]
+    # The condition names an object, so `it` in the request may stand for that.
+    context = [*before, *(Errand(entry.routed) for entry, *_ in meanings[:1])]
+    routed = _task_of(segment, tasks, context)
+    asked = next(entry for entry in tasks if entry.routed == routed)
+    own = find_condition(condition, asked, is_own=True)
+    if own is None and not meanings:
         declared = sorted({phrase for entry in tasks for phrase in entry.routed.task.condition_phrases})
         known = ", ".join(f"`{one}`" for one in declared[:8]) or "none is declared"
         raise InstructionError(f"the condition {quoted(condition.text)} is not understood; known: {known}")
-    # The condition names an object, so `it` in the request may stand for that.
-    context = [*before, Errand(meanings[0][0].routed)]
-    routed = _task_of(segment, tasks, context)
     # Another task may declare the condition, as in `make dumplings if the table is clean`.
-    own = [(term, text) for entry, term, text in meanings if entry.routed == routed]
-    term, text = (own or [(term, text) for _, term, text in meanings])[0]
-    if not own and any(other != term for _, other, _ in meanings):
+    term, text = own or meanings[0][1:]
+    if own is None and any(other != term for _, other, _ in meanings):
         raise InstructionError(f"several tasks declare the condition {quoted(condition.text)}")
     if condition.marker == ("unless",):
         return Errand(routed, t.Not(term), f"not ({text})")
     return Errand(routed, term, text)
-
-
-_CONTRACTED: Final = {"isn": "is", "aren": "are", "wasn": "was", "hasn": "has"}
-
-
-def _condition(condition: Segment, entry: TaskPhrases) -> tuple[t.Term, str] | None:
-    """Find the condition that a task declares for some words; a pronoun stands for any of its objects."""
-    ignored = english.DETERMINERS | english.FILLERS
-    spoken = tuple(word for word in condition.words if word not in ignored)
-    if spoken[1:2] == ("s",):
-        spoken = (spoken[0], "is", *spoken[2:])
-    for at, verb in enumerate(spoken):
-        if verb in _CONTRACTED and spoken[at + 1 : at + 2] == ("t",):
-            spoken = (*spoken[:at], _CONTRACTED[verb], "not", *spoken[at + 2 :])
-            break
-    for phrase, declared in entry.routed.task.condition_phrases.items():
-        words = tuple(word for word in normalized_words(phrase) if word not in english.DETERMINERS)
-        subject = next((one for one in entry.objects if words[: len(one)] == one), ())
-        with_pronoun = (
-            {("it", *words[len(subject) :]), ("they", *words[len(subject) :])} if subject else set()
-        )
-        if spoken == words or spoken in with_pronoun:
-            return declared.term, declared.text
-    return None
 
 
 def _task_of(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence[Errand]) -> RoutedTask:
@@ -546,7 +467,9 @@ def _prohibited(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence
     last = before[-1].routed if before else None
     found: list[RoutedTask] = []
     for part in parts:
-        coverages = [entry.cover(part, knows_pronoun=entry.routed == last) for entry in tasks]
+        coverages = [
+            entry.cover(part, knows_pronoun=entry.routed == last, is_perfect=True) for entry in tasks
+        ]
         possible = [
             one.entry.routed
             for one in coverages

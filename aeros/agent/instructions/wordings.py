@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Final
 
 from aeros.agent.instructions import english
 from aeros.agent.instructions.phrases import PhraseSet, Words
 
 _WANT: Words = ("i", "want")
-_AS_BASE: Words = ("give",)
+_GIVE: Final = (("give",), ("giving",))
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +47,7 @@ def wordings(words: Words, *, is_polite: bool, is_perfect: bool) -> Iterator[Wor
             yield Wording((words[0], words[at], *words[1:at], *words[at + 1 :]), is_perfect=is_perfect)
     yield from _causatives(words)
     yield from _duties(words)
-    if words[:1] == _AS_BASE:
+    if words[:1] in _GIVE:
         # `give the table a good wipe`
         act = tuple(word for word in words[1:] if word not in english.INTENSIFIERS)
         yield Wording(act, needs_object_first=True)

@@ -111,7 +111,7 @@ def test_any_text_is_understood_or_refused_with_a_reason(text: str) -> None:
         ("clean it because it is cold, wipe it", "a part of the reason, or wanted, too?"),
         ("clean the table because nobody does", "only a reason, because of `nobody`"),
         ("do not clean the table and make dumplings", "is the second wanted, or prohibited, too?"),
-        ("clean the table, please don't", "it is not clear what `please don t` prohibits"),
+        ("clean the table, please don't", "it is not clear what `don t` prohibits"),
         ("fly to the moon", "no installed module provides `fly to the moon`; nearest: "),
         ("make -1 dumplings", "the number `-1` is not understood"),
         ("clean the table and", "nothing follows after `and`"),
