@@ -18,13 +18,7 @@ from aeros.agent.execution.report import RunReport
 from aeros.agent.execution.step_attempt import StepRunner
 from aeros.agent.identity import Identity, acquire_identity, new_identity
 from aeros.agent.instructions.grammar import InstructionError
-from aeros.agent.instructions.understand import (
-    Errand,
-    Understanding,
-    require_active_tasks,
-    understand,
-    with_goal,
-)
+from aeros.agent.instructions.understand import Errand, Spoken, Understanding, settle_meaning
 from aeros.agent.memory.schema import IN_MEMORY
 from aeros.agent.memory.store import Memory, open_memory
 from aeros.agent.planning.base import Planner, RulePlanner
@@ -72,18 +66,14 @@ class Agent:
             )
 
     def run(
-        self,
-        instruction: str | Understanding,
-        timeout: float | None = None,
-        goal: ActionCondition | None = None,
+        self, instruction: Spoken, timeout: float | None = None, goal: ActionCondition | None = None
     ) -> RunReport:
         """Pursue `instruction` until its goal is reached or the run gives up, as `task_loop.py` defines.
 
         Tasks that an instruction asks for are pursued in order, until one is not reached.
 
         Args:
-            instruction: words of the user, which must be understood whole by the active tasks, or a meaning
-                of them that was settled before.
+            instruction: words of the user, which must be understood whole by the active tasks, or their meaning.
             timeout: plant time (s) after which running steps are cancelled; None for no limit.
             goal: goal that replaces the goal of the only task.
 
@@ -101,10 +91,7 @@ class Agent:
             return self._pursue_all(meaning, timeout)
 
     def resume(
-        self,
-        instruction: str | Understanding,
-        timeout: float | None = None,
-        goal: ActionCondition | None = None,
+        self, instruction: Spoken, timeout: float | None = None, goal: ActionCondition | None = None
     ) -> RunReport:
         """Continue `instruction` where an earlier session left it; the arguments are those of that `run`.
 
@@ -269,18 +256,11 @@ class Agent:
             abandoned=abandoned,
         )
 
-    def _understand(self, spoken: str | Understanding, goal: ActionCondition | None) -> Understanding:
-        instruction = spoken.instruction if isinstance(spoken, Understanding) else spoken
-        modules = self._runtime.active_modules()
+    def _understand(self, spoken: Spoken, goal: ActionCondition | None) -> Understanding:
         try:
-            if isinstance(spoken, Understanding):
-                meaning = require_active_tasks(spoken, modules)
-            else:
-                meaning = understand(instruction, modules)
-            if goal is not None:
-                meaning = with_goal(meaning, goal)
+            meaning = settle_meaning(spoken, self._runtime.active_modules(), goal)
         except InstructionError as error:
-            self._journal.record("task-not-found", error.reason, instruction=instruction, reason=error.reason)
+            self._journal.record("task-not-found", error.reason, instruction=str(spoken), reason=error.reason)
             raise
         self._record_selection(meaning, 0)
         return meaning

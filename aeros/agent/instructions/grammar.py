@@ -231,7 +231,11 @@ _DEFINITE: Final = frozenset(
 
 
 def _without_reasons(tokens: Words) -> tuple[Words, list[Segment]]:
-    """Take the reasons out of a sentence: `because …`, `so that …`, and `the …, so` before a request."""
+    """Take the reasons out of a sentence: `because …`, `so that …`, and `the …, so` before a request.
+
+    Raises:
+        InstructionError: it is not clear where a reason ends.
+    """
     reasons: list[Segment] = []
     at = 0
     while at < len(tokens):

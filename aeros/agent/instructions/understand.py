@@ -15,7 +15,7 @@ import difflib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import Final
+from typing import Final, TypeAlias
 
 from aeros.agent.instructions import english
 from aeros.agent.instructions.conditions import find_condition
@@ -117,6 +117,9 @@ class Understanding:
     source: str = "grammar"
     account: tuple[str, ...] = ()
 
+    def __str__(self) -> str:
+        return self.instruction
+
     @property
     def first(self) -> RoutedTask:
         """The task of the first request."""
@@ -128,6 +131,10 @@ class Understanding:
         return tuple(one.formal_text for one in self.errands) + tuple(
             f"never {routed}" for routed in self.prohibited
         )
+
+
+Spoken: TypeAlias = str | Understanding
+"""An instruction: words of the user, or their meaning."""
 
 
 def understand(
@@ -197,24 +204,28 @@ def single_errand(understanding: Understanding) -> RoutedTask:
     )
 
 
-def require_active_tasks(understanding: Understanding, modules: Mapping[str, Ecm]) -> Understanding:
-    """Require that the tasks of a meaning are still those of the active modules.
+def settle_meaning(spoken: Spoken, modules: Mapping[str, Ecm], goal: ActionCondition | None) -> Understanding:
+    """Find the meaning of an instruction that the active modules can pursue.
 
     Args:
-        understanding: meaning that was settled before; its goals may differ from those of its tasks.
+        spoken: words of the user, or a meaning that was settled before; its goals may differ from those of its
+            tasks.
         modules: active modules by id.
+        goal: goal that replaces the goal of the only task; None for no other goal.
 
     Returns:
         The meaning.
 
     Raises:
-        InstructionError: a task is no longer active.
+        InstructionError: it is not understood, a task is no longer active, or `goal` is given for several
+            tasks.
     """
-    for routed in (*(errand.routed for errand in understanding.errands), *understanding.prohibited):
+    meaning = understand(spoken, modules) if isinstance(spoken, str) else spoken
+    for routed in (*(errand.routed for errand in meaning.errands), *meaning.prohibited):
         module = modules.get(routed.module)
         if module is None or routed.task.id not in module.tasks:
             raise InstructionError(f"`{routed}` is no longer active; give the instruction again")
-    return understanding
+    return meaning if goal is None else with_goal(meaning, goal)
 
 
 def with_goal(understanding: Understanding, goal: ActionCondition) -> Understanding:
@@ -397,7 +408,7 @@ def _errand(
         declared = sorted({phrase for entry in tasks for phrase in entry.routed.task.condition_phrases})
         known = ", ".join(f"`{one}`" for one in declared[:8]) or "none is declared"
         raise InstructionError(f"the condition {quoted(condition.text)} is not understood; known: {known}")
-    # Another task may declare the condition, as in `make dumplings if the table is clean`.
+    # Another task may declare the condition, as in `bring tea if the table is clean`.
     term, text = own or meanings[0][1:]
     if own is None and any(other != term for _, other, _ in meanings):
         raise InstructionError(f"several tasks declare the condition {quoted(condition.text)}")

@@ -43,7 +43,7 @@ def wordings(words: Words, *, is_polite: bool, is_perfect: bool) -> Iterator[Wor
     yield Wording(words, is_perfect=is_perfect)
     for at in range(2, len(words)):
         if words[at] in english.PARTICLES:
-            # `whip me up a dumpling`
+            # `pick me up a book`
             yield Wording((words[0], words[at], *words[1:at], *words[at + 1 :]), is_perfect=is_perfect)
     yield from _causatives(words)
     yield from _duties(words)
@@ -57,7 +57,7 @@ def wordings(words: Words, *, is_polite: bool, is_perfect: bool) -> Iterator[Wor
         yield Wording(_WANT + words[: -len(end)])
         yield Wording(words[: -len(end)])
     if is_polite:
-        # `two dumplings, please`
+        # `two teas, please`
         yield Wording(_WANT + words)
 
 

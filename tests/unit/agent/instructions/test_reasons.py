@@ -43,7 +43,7 @@ def test_reasons_are_set_apart(instruction: str, request_: str, reason: str) -> 
         ("the can on the floor is mine", Link.ADJUNCT, True),
     ],
 )
-def test_what_may_be_more_than_a_reason_is_refused(words: str, link: Link, is_plain: bool) -> None:
+def test_more_than_a_reason_is_refused(words: str, link: Link, is_plain: bool) -> None:
     reason = Segment(Mood.REASON, tuple(words.split()), link, ("because",))
     tasks = task_phrases(reference_modules())
     if is_plain:
