@@ -73,7 +73,7 @@ class Agent:
         Tasks that an instruction asks for are pursued in order, until one is not reached.
 
         Args:
-            instruction: words of the user, which must be understood whole by the active tasks, or their meaning.
+            instruction: words of the user, understood whole by the active tasks, or their meaning.
             timeout: plant time (s) after which running steps are cancelled; None for no limit.
             goal: goal that replaces the goal of the only task.
 

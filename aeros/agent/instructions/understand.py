@@ -208,8 +208,8 @@ def settle_meaning(spoken: Spoken, modules: Mapping[str, Ecm], goal: ActionCondi
     """Find the meaning of an instruction that the active modules can pursue.
 
     Args:
-        spoken: words of the user, or a meaning that was settled before; its goals may differ from those of its
-            tasks.
+        spoken: words of the user, or a meaning that was settled before; its goals may differ from those of
+            its tasks.
         modules: active modules by id.
         goal: goal that replaces the goal of the only task; None for no other goal.
 
@@ -218,7 +218,7 @@ def settle_meaning(spoken: Spoken, modules: Mapping[str, Ecm], goal: ActionCondi
 
     Raises:
         InstructionError: it is not understood, a task is no longer active, or `goal` is given for several
-            tasks.
+            its tasks.
     """
     meaning = understand(spoken, modules) if isinstance(spoken, str) else spoken
     for routed in (*(errand.routed for errand in meaning.errands), *meaning.prohibited):
