@@ -218,7 +218,7 @@ def settle_meaning(spoken: Spoken, modules: Mapping[str, Ecm], goal: ActionCondi
 
     Raises:
         InstructionError: it is not understood, a task is no longer active, or `goal` is given for several
-            its tasks.
+            tasks.
     """
     meaning = understand(spoken, modules) if isinstance(spoken, str) else spoken
     for routed in (*(errand.routed for errand in meaning.errands), *meaning.prohibited):
