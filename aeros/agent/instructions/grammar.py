@@ -113,6 +113,8 @@ def parse_instruction(instruction: str) -> tuple[Sentence, ...]:
     if signed := _SIGNED_NUMBER.search(instruction):
         raise InstructionError(f"the number {quoted(signed.group())} is not understood")
     spoken = [one for one in _sentences(instruction) if _strip_closers(one[0])]
+    # A sentence such as `Hi!` is nothing beside another; alone, it may be the phrase of a task.
+    spoken = [one for one in spoken if _strip_openers(_strip_closers(one[0]))] or spoken
     sentences = [
         _parse_sentence(tokens, is_question=is_question, is_first=number == 0)
         for number, (tokens, is_question) in enumerate(spoken)
@@ -168,7 +170,9 @@ def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sent
         if len(segments) != 2:
             raise InstructionError("the order of more than two requests is clear only with `then`")
         comes_later = leading[0] in ("before", "prior")
-        segments[0] = replace(segments[0], is_perfect=leading in english.PERFECT)
+        # `after the tea is made, …` is in the perfect, too.
+        is_perfect = leading in english.PERFECT or leading == ("after",)
+        segments[0] = replace(segments[0], is_perfect=is_perfect)
         segments[1] = replace(segments[1], link=Link.AFTER if comes_later else Link.THEN)
     if segments[0].mood is Mood.REQUEST:
         _require_request(whole, tokens, is_question=is_question)

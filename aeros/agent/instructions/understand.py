@@ -42,6 +42,7 @@ from aeros.spec.model.ecm import ActionCondition, Ecm
 _ALSO_NOT: Final = frozenset({"nor"})
 """Words that go on with a prohibition, as in `do not … nor …`."""
 
+_INDEFINITE: Final = (("a",), ("an",), ("one",), ("some",))
 _MAX_MERGES: Final = 6
 """Limit on the joints of a sentence at which segments may be one request: all combinations are tried."""
 
@@ -434,7 +435,10 @@ def _task_of(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence[Er
     for number in range(len(segment.openers) + 1):
         # The phrase of a task may begin with words that are openers elsewhere, as in `go on`.
         words = segment.openers[len(segment.openers) - number :] + segment.words
-        for variant in wordings(words, is_polite=segment.is_polite, is_perfect=segment.is_perfect):
+        # `clean the table, then the can, please` does not wish for the can.
+        may_wish = segment.link is Link.START or words[:1] in _INDEFINITE
+        is_polite = segment.is_polite and may_wish
+        for variant in wordings(words, is_polite=is_polite, is_perfect=segment.is_perfect):
             coverages = [
                 entry.cover(variant.words, knows_pronoun=entry.routed == last, is_perfect=variant.is_perfect)
                 for entry in tasks

@@ -45,6 +45,12 @@ def wordings(words: Words, *, is_polite: bool, is_perfect: bool) -> Iterator[Wor
         if words[at] in english.PARTICLES:
             # `pick me up a book`
             yield Wording((words[0], words[at], *words[1:at], *words[at + 1 :]), is_perfect=is_perfect)
+    if is_perfect:
+        for linked in _without_each(words, english.COPULAS):
+            yield Wording(linked, is_perfect=True, needs_object_first=True)
+    if words and words[0] in english.INTENSIFIERS:
+        # `do a quick wipe of the table`
+        yield Wording(words[1:])
     yield from _causatives(words)
     yield from _duties(words)
     if words[:1] in _GIVE:
