@@ -113,8 +113,7 @@ def parse_instruction(instruction: str) -> tuple[Sentence, ...]:
     if signed := _SIGNED_NUMBER.search(instruction):
         raise InstructionError(f"the number {quoted(signed.group())} is not understood")
     spoken = [one for one in _sentences(instruction) if _strip_closers(one[0])]
-    # A sentence such as `Hi!` is nothing beside another; alone, it may be the phrase of a task.
-    spoken = [one for one in spoken if _strip_openers(_strip_closers(one[0]))] or spoken
+    spoken = [one for one in spoken if one[0] not in english.GREETINGS] or spoken
     sentences = [
         _parse_sentence(tokens, is_question=is_question, is_first=number == 0)
         for number, (tokens, is_question) in enumerate(spoken)
