@@ -286,10 +286,13 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
     prohibited: list[RoutedTask] = []
     prohibits_all = ""
     reasons: list[Segment] = []
+    leading: list[Segment] = []
     for parsed in parse_instruction(instruction):
         sentence, own_reasons = without_statements(parsed, tasks)
         reasons += own_reasons
-        context = _context(errands, own_reasons or reasons[-1:], tasks)
+        # A sentence that is only a reason, as in `The table is dirty. Clean it.`, leads the next one.
+        context = _context(errands, own_reasons or leading, tasks)
+        leading = [] if sentence else own_reasons
         for segment, condition in _requests(_merged(check_scopes(sentence), tasks, context)):
             if segment.mood is Mood.REQUEST:
                 errand = _errand(segment, condition, tasks, context)
