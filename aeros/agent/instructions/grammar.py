@@ -220,7 +220,8 @@ def _require_request(whole: Words, tokens: Words, *, is_question: bool) -> None:
     was_polite = asked != whole and not asks_ability
     causative = english.CAUSATIVES.starting(asked)
     is_wish = bool(english.WISHES.starting(asked)) or len(causative) > 1 or causative == ("could",)
-    is_causative = asked[:1] == ("have",) and asked[1:2] not in _ADDRESSED and not is_question
+    is_asked_for = not is_question or asked != tokens
+    is_causative = asked[:1] == ("have",) and asked[1:2] not in _ADDRESSED and is_asked_for
     starts_question = bool(asked) and asked[0] in english.QUESTIONS and not is_causative
     if (is_question and not (was_polite or is_wish)) or (starts_question and not is_wish):
         text = " ".join(token for token in whole if token != _COMMA)
