@@ -19,12 +19,19 @@ FOLDERS: Final = tuple(sorted(path.parent for path in ECMS.glob("*/ecm.yaml")))
 """Folders of the shipped modules."""
 
 
+CAMERAS: Final = {
+    module: {"overhead": "table_top", "mast": "table_side"} for module in ("clean_table", "inspect_table")
+}
+"""The reference site's names of cameras by those of a module, where they differ."""
+
+
 @cache
 def shipped_scene(name: str) -> Scene:
-    """A scene by its name."""
-    return load_scene(name, FOLDERS)
+    """A scene by its name, with the reference site's cameras."""
+    return load_scene(name, FOLDERS, CAMERAS)
 
 
 def overhead(name: str) -> Camera:
     """The camera over a scene's bench."""
-    return fixed_camera(shipped_scene(name).cameras["overhead"])
+    cameras = shipped_scene(name).cameras
+    return fixed_camera(cameras["table_top" if name == "table" else "overhead"])

@@ -118,7 +118,8 @@ def run_skill(
         The result, and the plant and its scene after the run.
     """
     configuration, _ = prove_configuration([module], reference_site_path(), certified=False)
-    scene = DeclaredScene(load_scene("table", [ROOT / "ecms" / "clean_table"]))
+    cameras = {"clean_table": configuration.modules[module.name].names.cameras}
+    scene = DeclaredScene(load_scene("table", [ROOT / "ecms" / "clean_table"], cameras))
     plant = KinematicPlant(scene, seed)
     if gated:
         gate: CompiledGate | OpenGate = CompiledGate(configuration, GateMode.COMPILED)

@@ -51,8 +51,7 @@ class Agent:
         seed: int = 0,
         planning_timeout: float | None = None,
     ) -> None:
-        self._seed = seed
-        self._within = planning_timeout
+        self._seed, self._within = seed, planning_timeout
         self.identity = identity
         self._runtime = runtime
         self._memory = memory
@@ -144,6 +143,7 @@ class Agent:
         for number, errand in enumerate(meaning.errands[first:], first):
             if number > first:
                 self._record_selection(meaning, number)
+            self._runtime.set_parameters(errand.routed.variables)
             remaining = None if deadline is None else max(0.0, deadline - self._runtime.now())
             barred = barred_skills(meaning, errand, self._runtime.active_modules())
             position = ErrandPosition(number, tuple(reports), barred, errand.proposed_plan)
@@ -321,6 +321,7 @@ def start_agent(
     seed: int = 0,
     within: float | None = None,
     purpose: str = "",
+    plant: str = "",
 ) -> Iterator[Agent]:
     """Start the robot's one agent, with identity and memory in `folder`.
 
@@ -335,6 +336,7 @@ def start_agent(
         seed: seed of the choices between providers of a capability.
         within: wall time (s) for each plan, made in a separate process; by default plans are made in place.
         purpose: text shown to others who want the folder's lock.
+        plant: name of the plant; results on plants of other names are no evidence.
 
     Yields:
         The awake agent.
@@ -347,7 +349,7 @@ def start_agent(
         raise AgentError(quarantined)
     with (
         acquire_identity(folder, name, purpose) as identity,
-        open_memory(folder / MEMORY_FILE, identity) as memory,
+        open_memory(folder / MEMORY_FILE, identity, plant) as memory,
     ):
         yield Agent(
             folder,

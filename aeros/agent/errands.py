@@ -82,6 +82,7 @@ def attending(understanding: Understanding, runtime: Runtime, planner: Planner) 
     try:
         yield
     finally:
+        runtime.set_parameters({})
         runtime.attend(None)
 
 

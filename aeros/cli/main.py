@@ -36,6 +36,7 @@ _COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "graph": ("author.graph", "draw a task's planning rules, its closed loop or a composition"),
     "predict": ("author.predict", "compute a task's success probability and expected work exactly"),
     "experiment": ("project.experiment", "run seeded trials and compare them with exact predictions"),
+    "world": ("robot.world", "show what the agent last saw, with its age, and where things usually are"),
     "memory": ("robot.memory", "show, search, export or delete the agent's memory"),
     "bundle": ("robot.modules", "pack a module into one file"),
     "install": ("robot.modules", "install a module on this robot"),

@@ -30,7 +30,7 @@ from aeros.runtime.ports import (
     StepResult,
 )
 from aeros.sim.referee import truth_of
-from aeros.spec.diagnostics.errors import InternalError
+from aeros.spec.diagnostics.errors import InternalError, MisuseError
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.site import Site
 from aeros.spec.verification.certificate import Certificate
@@ -235,6 +235,15 @@ class ReplayingRuntime:
 
     def attend(self, modules: frozenset[str] | None) -> None:
         """Implement `Runtime.attend`: nothing is perceived here."""
+
+    def set_parameters(self, values: Mapping[str, Any]) -> None:
+        """Implement `Runtime.set_parameters`: every trial has the defaults.
+
+        Raises:
+            MisuseError: values are given.
+        """
+        if values:
+            raise MisuseError("a trial has the default parameters of its task")
 
     def observe(self) -> Readings:
         """Implement `Runtime.observe`."""

@@ -12,6 +12,7 @@ from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.motion.swept_volume import moves_joints
 from aeros.runtime.ports import PlannedMotion, Plant, Trajectory
 from aeros.session.plant_factory import surroundings_of
+from aeros.session.sensor_models import sensor_setup
 from aeros.sim.gilbert_elliott import GilbertElliottProcess
 from aeros.sim.symbolic.outcomes import BurstOutcomes
 from aeros.sim.symbolic.plant import SymbolicPlant
@@ -99,6 +100,7 @@ def physics_plants(
     except ImportError as error:
         raise missing_physics_error(error) from error
     happening = _faults(faults, process, configuration, scene)
+    errors = sensor_setup(configuration)
 
     @contextmanager
     def opened(seed: int) -> Iterator[OpenPlant]:
@@ -109,7 +111,14 @@ def physics_plants(
 
         injector = FaultInjector(happening, seed, count_fault)
         found.equivalent_interval = lambda: injector.equivalent_rates
-        plant = make_plant(scene, seed, disturbance=injector)
+        plant = make_plant(
+            scene,
+            seed,
+            errors.survey,
+            sensors=errors.models,
+            odometry=errors.odometry,
+            disturbance=injector,
+        )
         try:
             found.plant = cast(Plant, _CountingPlant(plant, found.counts))
             yield found

@@ -1,7 +1,14 @@
 """Interface and toolkit of perceivers: views that they receive, values that they yield, and geometry."""
 
+from aeros.perception.boxes import BoxPose, locate_box
 from aeros.perception.circles import Circle, fit_circle
-from aeros.perception.colours import has_dominant_colour, has_hsv_colour, has_red_ratios, to_hsv
+from aeros.perception.colours import (
+    has_colour_of,
+    has_dominant_colour,
+    has_hsv_colour,
+    has_red_ratios,
+    to_hsv,
+)
 from aeros.perception.components import connected_components, largest_component
 from aeros.perception.cylinders import CylinderPose, locate_cylinder
 from aeros.perception.outliers import inlier_mask
@@ -19,6 +26,7 @@ from aeros.perception.standing import erode, find_ground, heights_above, separat
 from aeros.perception.view import Estimate, Perception, Picture, Sample, View, estimate
 
 __all__ = [
+    "BoxPose",
     "Circle",
     "CylinderPose",
     "Estimate",
@@ -37,6 +45,7 @@ __all__ = [
     "find_plane",
     "fit_circle",
     "fit_plane",
+    "has_colour_of",
     "has_dominant_colour",
     "has_hsv_colour",
     "has_red_ratios",
@@ -44,6 +53,7 @@ __all__ = [
     "heights_above",
     "inlier_mask",
     "largest_component",
+    "locate_box",
     "locate_cylinder",
     "min_area_rectangle",
     "point_cloud",

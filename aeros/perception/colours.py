@@ -6,7 +6,8 @@ red, green and blue from 0 to 255; a mask has the shape (…).
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,12 @@ Bounds = tuple[float | None, float | None]
 """Lower and upper bound, both exclusive; None for no bound."""
 
 Mask = NDArray[np.bool_]
+
+_DARKEST: Final = 60.0 / 255.0
+"""Least value of a pixel whose hue is believed, in [0, 1]."""
+
+_HUE_TOLERANCE: Final = 20.0
+"""Greatest difference of hues of one surface, degrees: coloured light and noise shift them."""
 
 
 def has_dominant_colour(rgb: NDArray[Any], channel: int, ratio: float, brightness: float) -> Mask:
@@ -104,3 +111,18 @@ def has_hsv_colour(
     inside = (angle >= first) & (angle <= last) if first <= last else (angle >= first) | (angle <= last)
     mask: Mask = inside & (converted[..., 1] >= saturation) & (converted[..., 2] >= value)
     return mask
+
+
+def has_colour_of(rgb: NDArray[Any], colour: Sequence[float]) -> Mask:
+    """Find the pixels that may show a surface of a colour, in white light of any strength.
+
+    Args:
+        rgb: colours (…, 3), 0 to 255.
+        colour: the surface's red, green and blue, from 0 to 1; it must not be greyish.
+
+    Returns:
+        Mask (…): hue within 20 degrees of the surface's, and at least half of its saturation.
+    """
+    hue, saturation, _ = (float(one) for one in to_hsv(np.array([colour]) * 255.0)[0])
+    around = ((hue - _HUE_TOLERANCE) % 360.0, (hue + _HUE_TOLERANCE) % 360.0)
+    return has_hsv_colour(rgb, around, saturation / 2.0, _DARKEST)

@@ -461,6 +461,18 @@ def newest_pictures(plant: Plant) -> Mapping[str, CameraPicture]:
     return {} if pictures is None else pictures()
 
 
+def announce_parameters(plant: Plant, values: Mapping[str, Any]) -> None:
+    """Say the parameters of the task to a plant that has use for them, as the symbolic one.
+
+    Args:
+        plant: the plant.
+        values: values (SI) of parameters of tasks, by full name; the others have their defaults.
+    """
+    announce: Callable[[Mapping[str, Any]], None] | None = getattr(plant, "set_parameters", None)
+    if announce is not None:
+        announce(values)
+
+
 @dataclass(frozen=True, slots=True)
 class StepRequest:
     """One skill invocation that the agent proposes.
@@ -601,6 +613,15 @@ class Runtime(Protocol):
 
         Args:
             modules: ids of modules; those that they need are added. None for all.
+        """
+
+    def set_parameters(self, values: Mapping[str, Any]) -> None:
+        """Set the parameters of the task that is pursued.
+
+        Values that depend on a parameter that changes are unknown until they are measured anew.
+
+        Args:
+            values: values (SI) of parameters of tasks, by full name; the others have their defaults.
         """
 
     def observe(self) -> Readings:

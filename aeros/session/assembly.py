@@ -73,6 +73,7 @@ class SessionSetup:
         planning_timeout: Seconds for each plan, while the plant's clock runs on; None to plan synchronously.
         seed: Seed of the agent's choices between skills.
         purpose: Text that names the session to other processes that ask for the state folder.
+        plant_name: Name of the plant; the agent's results on plants of other names are no evidence.
         is_resumed: True to continue the session in the audit log in `out`.
     """
 
@@ -92,6 +93,7 @@ class SessionSetup:
     planning_timeout: float | None = None
     seed: int = 0
     purpose: str = ""
+    plant_name: str = ""
     is_resumed: bool = False
 
 
@@ -166,19 +168,18 @@ def build_executor(
     Raises:
         AuditError: The log cannot be written, or it is to be resumed and belongs to another site.
     """
-    on_close: Callable[[], None] | None = None
-    on_attend: Callable[[frozenset[str] | None], None] | None = None
+    perceiving: PerceivingPlant | None = None
     followed = FixedGovernor(configuration) if governor is None else governor
     record = audit.append if observe is None else _observed_record(audit, plant, observe)
     # Only a governor can bring modules and tools later.
     if governor is not None or any(kind.tool for kind in configuration.site.kinds.values()):
         plant = ToolPlant(plant, followed, record)
     if governor is not None or any(
-        ecm.perceivers or ecm.definitions for ecm in configuration.modules.values()
+        ecm.perceivers or ecm.definitions or ecm.task_parameters for ecm in configuration.modules.values()
     ):
-        plant = perceiving = PerceivingPlant(plant, followed, open_perceiver, record)
-        on_close = perceiving.close_perceivers
-        on_attend = None if perceives_all else perceiving.attend
+        plant = perceiving = PerceivingPlant(
+            plant, followed, open_perceiver, record, attends_to_all=perceives_all
+        )
     return Executor(
         configuration,
         CompiledGate(configuration) if gate is None else gate,
@@ -187,8 +188,7 @@ def build_executor(
         open_run,
         governor,
         resumed=is_resumed,
-        on_close=on_close,
-        on_attend=on_attend,
+        perception=perceiving,
     )
 
 
@@ -282,7 +282,15 @@ def open_agent(setup: SessionSetup, recorded: RecordedPlant, governor: Governor)
             open_temporary_agent(name, executor, planner, observe, setup.seed, timeout)
             if setup.state is None
             else start_agent(
-                setup.state, name, executor, planner, observe, setup.seed, timeout, setup.purpose
+                setup.state,
+                name,
+                executor,
+                planner,
+                observe,
+                setup.seed,
+                timeout,
+                setup.purpose,
+                setup.plant_name,
             )
         )
         with opened as agent:

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Final, Literal, get_args
 
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.ports import Plant
-from aeros.session.scene_files import scene_of_task
+from aeros.session.scene_files import scene_of_tasks
+from aeros.session.sensor_models import SensorSetup, sensor_setup
 from aeros.sim.hosting.remote import RemotePlant
 from aeros.spec.expr.doubles import to_doubles
 from aeros.spec.model.ecm import Task
@@ -114,20 +115,20 @@ def surroundings_of(configuration: Configuration, scene: Scene) -> FaultContext:
 
 
 def load_run_scene(
-    plant: str, extra: str | None, configuration: Configuration, task: Task, seed: int
+    plant: str, extra: str | None, configuration: Configuration, tasks: Sequence[Task], seed: int
 ) -> Scene | None:
     """Load the scene of a run.
 
     Args:
         plant: The plant's name.
-        extra: A scene file that is added to the task's, or its name; None for none. With one, the scene is
-            built once, to find bodies that overlap.
+        extra: A scene file that is added to the tasks', or its name; None for none.
         configuration: Site and modules, whose folders have scenes.
-        task: The task.
+        tasks: The tasks, in order. A scene that is put together from several files is built once, to find
+            bodies that overlap.
         seed: Seed of the plant.
 
     Returns:
-        The scene; None on a plant without one.
+        The scene of all; None on a plant without one.
 
     Raises:
         UserError: There is no such scene, a file is no scene file, or a body overlaps another one.
@@ -137,11 +138,9 @@ def load_run_scene(
         raise PlantSetupError(f"`--scene` needs the physics plant: the {plant} plant has no obstacles")
     if plant == "symbolic":
         return None
-    scene = scene_of_task(configuration, task, extra)
-    if extra is not None:
-        with _physics_import_errors():
-            from aeros.sim.physics import make_plant
-        make_plant(scene, seed).close()
+    scene = scene_of_tasks(configuration, tasks, extra)
+    if extra is not None or len({task.scene for task in tasks}) > 1:
+        _build(plant, scene, seed, sensor_setup(configuration, ideal=True)).close()
     return scene
 
 
@@ -207,6 +206,8 @@ def open_plant(
     faults: Sequence[Fault] = (),
     on_fault: Callable[[FaultEvent], None] | None = None,
     scene: Scene | None = None,
+    *,
+    ideal_sensors: bool = False,
 ) -> Iterator[Plant]:
     """Open the plant `name`, ready for `task`; it is closed however the block ends.
 
@@ -220,6 +221,7 @@ def open_plant(
         faults: Faults to inject (physics).
         on_fault: Called with each event of `faults` as it happens; None to inject no fault.
         scene: The scene; None for that of the task.
+        ideal_sensors: Sensors without the errors that the site declares (physics, kinematic).
 
     Yields:
         The plant.
@@ -228,14 +230,13 @@ def open_plant(
         PlantSetupError: The extra is missing, or the video cannot be written.
         UserError: There is no such scene, or it cannot be built.
     """
-    scene = scene or load_run_scene(name, None, configuration, task, seed)
-    plant: Plant
-    if scene is None:
-        plant = _build_symbolic(configuration, task, seed)
-    elif name == "physics":
-        plant = _build_physics(scene, seed, spectators, people, faults, on_fault)
-    else:
-        plant = _build_kinematic(scene, seed)
+    scene = scene or load_run_scene(name, None, configuration, [task], seed)
+    errors = sensor_setup(configuration, ideal=ideal_sensors)
+    plant = (
+        _build_symbolic(configuration, task, seed)
+        if scene is None
+        else _build(name, scene, seed, errors, spectators, people, faults, on_fault)
+    )
     try:
         yield plant
     finally:
@@ -279,7 +280,22 @@ def _build_symbolic(configuration: Configuration, task: Task, seed: int) -> Plan
     return SymbolicPlant(configuration.site, configuration.modules, seed, to_doubles(task.initial))
 
 
-def _build_kinematic(scene: Scene, seed: int) -> Plant:
+def _build(
+    name: str,
+    scene: Scene,
+    seed: int,
+    errors: SensorSetup,
+    spectators: Sequence[Viewer] = (),
+    people: Sequence[Person] = (),
+    faults: Sequence[Fault] = (),
+    on_fault: Callable[[FaultEvent], None] | None = None,
+) -> Plant:
+    if name == "physics":
+        return _build_physics(scene, seed, errors, spectators, people, faults, on_fault)
+    return _build_kinematic(scene, seed, errors)
+
+
+def _build_kinematic(scene: Scene, seed: int, errors: SensorSetup) -> Plant:
     try:
         from aeros.sim.kinematic.plant import make_plant
     except ImportError as error:
@@ -287,12 +303,13 @@ def _build_kinematic(scene: Scene, seed: int) -> Plant:
             f"the kinematic plant needs `pip install 'aeros[kinematic]'` ({error.name} is missing); "
             "or use `--plant symbolic`"
         ) from error
-    return make_plant(scene, seed)
+    return make_plant(scene, seed, errors.survey)
 
 
 def _build_physics(
     scene: Scene,
     seed: int,
+    errors: SensorSetup,
     spectators: Sequence[Viewer],
     people: Sequence[Person],
     faults: Sequence[Fault],
@@ -303,7 +320,16 @@ def _build_physics(
         from aeros.sim.physics import make_plant
 
     disturbance = None if on_fault is None else FaultInjector(faults, seed, on_fault)
-    return make_plant(scene, seed, spectators=spectators, people=people, disturbance=disturbance)
+    return make_plant(
+        scene,
+        seed,
+        errors.survey,
+        sensors=errors.models,
+        odometry=errors.odometry,
+        spectators=spectators,
+        people=people,
+        disturbance=disturbance,
+    )
 
 
 @contextmanager

@@ -1,5 +1,7 @@
 """Scenes of tasks: from the folder of the task's module, from AEROS, or from another module.
 
+The scenes of several tasks are combined into one cell.
+
 A scene is no code of the robot, so it is no part of a module's certificate: no proof speaks of it, and
 another position of a crate in a simulator asks for no new certificate. It is part of the module's bundle.
 The digest of a scene's files is part of the scene, so a report can name what a run took place in. The
@@ -9,12 +11,14 @@ registry keeps the files with the module.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
 
 from aeros.runtime.gate.configuration import Configuration
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
-from aeros.spec.model.ecm import Task
+from aeros.spec.model.ecm import Ecm, Task
 from aeros.spec.model.scene import Scene
+from aeros.spec.scenes.combining import combine
 from aeros.spec.scenes.load import add_scene, known_scenes, load_scene, require_robot
 
 
@@ -28,9 +32,8 @@ def module_folders(configuration: Configuration, task: Task | None) -> Sequence[
     Returns:
         The folders of the modules.
     """
-    own = None if task is None else task.span
     modules = configuration.modules.values()
-    ordered = sorted(modules, key=lambda ecm: all(one.span != own for one in ecm.tasks.values()))
+    ordered = sorted(modules, key=lambda ecm: task is None or not _has(ecm, task))
     return [ecm.folder for ecm in ordered]
 
 
@@ -49,15 +52,47 @@ def scene_of_task(configuration: Configuration, task: Task, extra: str | None = 
         UserError: the task names no scene or one that does not exist, a file has problems, or both scenes
             have the same names.
     """
-    folders = module_folders(configuration, task)
-    known = known_scenes(folders)
-    if task.scene is None or task.scene not in known:
-        headline = f"the task's scene is `{task.scene}`, but there is only {', '.join(sorted(known))}"
-        help_ = ("add its file to the module's folder `scenes`", "or use `--plant symbolic`")
-        raise UserError([Diagnostic("AE002", headline, help=help_)])
+    return scene_of_tasks(configuration, [task], extra)
+
+
+def scene_of_tasks(configuration: Configuration, tasks: Sequence[Task], extra: str | None = None) -> Scene:
+    """Load the scenes of several tasks, combined into one cell.
+
+    Args:
+        configuration: site and active modules.
+        tasks: the tasks, at least one; the robot starts where the first one's scene has it.
+        extra: as in `scene_of_task`; it is added to the whole.
+
+    Returns:
+        The scene of all.
+
+    Raises:
+        UserError: as in `scene_of_task`, or the scenes cannot be combined.
+    """
+    scenes: dict[str, Scene] = {}
+    files: set[Path] = set()
     cameras, variables = _site_cameras(configuration), _state_variables(configuration)
-    scene = require_robot(load_scene(task.scene, folders, cameras, variables))
-    return scene if extra is None else add_scene(scene, extra, folders, cameras, variables)
+    for task in tasks:
+        folders = module_folders(configuration, task)
+        known = known_scenes(folders)
+        if task.scene is None or task.scene not in known:
+            headline = (
+                f"the scene of `{task.id}` is `{task.scene}`, but there is only {', '.join(sorted(known))}"
+            )
+            help_ = ("add its file to the module's folder `scenes`", "or use `--plant symbolic`")
+            raise UserError([Diagnostic("AE002", headline, help=help_)])
+        if (path := known[task.scene].resolve()) not in files:
+            files.add(path)
+            scene = require_robot(load_scene(task.scene, folders, cameras, variables))
+            module = next((id_ for id_, one in configuration.modules.items() if _has(one, task)), task.scene)
+            scenes[module if module not in scenes else f"{module}_{task.scene}"] = scene
+    whole = combine(scenes)
+    folders = module_folders(configuration, tasks[0])
+    return whole if extra is None else add_scene(whole, extra, folders, cameras, variables)
+
+
+def _has(module: Ecm, task: Task) -> bool:
+    return any(one.span == task.span for one in module.tasks.values())
 
 
 def scene_named(configuration: Configuration, name: str) -> Scene:

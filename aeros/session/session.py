@@ -13,7 +13,7 @@ from typing import get_args
 
 from aeros.agent.execution.journal import AgentEvent, Observer
 from aeros.agent.execution.report import RunReport
-from aeros.agent.instructions.understand import understand
+from aeros.agent.instructions.understand import Understanding, understand
 from aeros.agent.planning.base import Planner
 from aeros.files import temporary_folder
 from aeros.runtime.audit.checkpoints import SigningConfiguration
@@ -29,8 +29,9 @@ from aeros.session.argument_checks import (
     require_whole_number,
 )
 from aeros.session.assembly import AgentSession, SessionSetup, open_agent, open_recorded_plant
+from aeros.session.joined_tasks import joined_task, tasks_of
 from aeros.session.module_settings import read_module_settings
-from aeros.session.plant_factory import PLANTS, PlantName, open_plant
+from aeros.session.plant_factory import PLANTS, PlantName, load_run_scene, open_plant
 from aeros.session.rendered_errors import rendered_errors
 from aeros.session.robot_thread import RobotThread
 from aeros.session.run_governor import RunGovernor
@@ -39,11 +40,9 @@ from aeros.session.setup import (
     create_output_folder,
     find_signing_key,
     open_governor,
-    task_of_plant,
 )
 from aeros.session.skill_gate import GateModeName
 from aeros.spec.diagnostics.errors import InternalError, MisuseError
-from aeros.spec.model.ecm import Task
 from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.verification.reports import Report
 
@@ -76,7 +75,7 @@ class Session:
         proof: Report,
         out: Path,
         governor: RunGovernor,
-        make_setup: Callable[[Task, Observer], SessionSetup],
+        make_setup: Callable[[Understanding, Observer], SessionSetup],
         *,
         is_bound_to_scene: bool,
     ) -> None:
@@ -87,7 +86,7 @@ class Session:
         self._make_setup = make_setup
         self._is_bound_to_scene = is_bound_to_scene
         self._thread: RobotThread[AgentSession] | None = None
-        self._scene: str | None = None
+        self._scenes: frozenset[str | None] = frozenset()
         self._events: SimpleQueue[AgentEvent | None] = SimpleQueue()
         self._run: Future[RunReport] | None = None
         self._is_closed = False
@@ -199,16 +198,19 @@ class Session:
             raise MisuseError("a run is under way: take its events to the end, or call `stop`")
         require_text("instruction", instruction)
         with rendered_errors():
-            meaning = understand(instruction, self._governor.configuration()[1].modules)
-            task = task_of_plant(meaning, "physics" if self._is_bound_to_scene else "symbolic")
+            configuration = self._governor.configuration()[1]
+            meaning = understand(instruction, configuration.modules)
+            tasks = tasks_of(meaning, configuration)
             if self._thread is None:
-                setup = self._make_setup(task, lambda event: self._events.put(event))
-                self._scene = task.scene
+                setup = self._make_setup(meaning, lambda event: self._events.put(event))
+                self._scenes = frozenset(task.scene for task in tasks)
                 self._thread = RobotThread(lambda: _open_parts(setup, self._governor))
-        if self._is_bound_to_scene and task.scene != self._scene:
+        elsewhere = [task for task in tasks if task.scene not in self._scenes]
+        if self._is_bound_to_scene and elsewhere:
+            there = ", ".join(f"`{scene}`" for scene in sorted(map(str, self._scenes)))
             raise MisuseError(
-                f"`{task.id}` takes place in `{task.scene}`, and the plant is `{self._scene}`: "
-                "open another session"
+                f"`{elsewhere[0].id}` takes place in `{elsewhere[0].scene}`, and the plant has only {there}: "
+                "open another session, or begin one with an instruction that asks for both"
             )
         return self._thread
 
@@ -232,6 +234,7 @@ def open_session(
     state: str | PathLike[str] | None = None,
     bindings: Mapping[str, str] | None = None,
     parameters: Mapping[str, str] | None = None,
+    ideal_sensors: bool = False,
 ) -> Iterator[Session]:
     """Prove modules and open a robot that runs them, every action decided by the gate.
 
@@ -249,6 +252,7 @@ def open_session(
             None for a temporary agent that keeps nothing after the session and that no command reaches.
         bindings: The site's name for what a module needs, by `MODULE.NEED`, as `--bind` gives it.
         parameters: Values of modules' parameters, with their units, by `MODULE.PARAMETER`, as `--set` does.
+        ideal_sensors: Simulate sensors without the errors that the site declares.
 
     Yields:
         The session.  At the end of the block all motion is stopped and everything is closed.
@@ -294,10 +298,10 @@ def open_session(
                 governor = steered
         folder = create_output_folder(output or Path(stack.enter_context(temporary_folder())), "")
 
-        def make_setup(task: Task, observe: Observer) -> SessionSetup:
+        def make_setup(meaning: Understanding, observe: Observer) -> SessionSetup:
             return SessionSetup(
                 configuration=configuration,
-                open_plant=lambda _: _plant_for(plant, task),
+                open_plant=lambda _: _plant_for(plant, meaning),
                 out=folder,
                 state=robot,
                 warn=lambda text: warnings.warn(text, RuntimeWarning, stacklevel=2),
@@ -306,11 +310,16 @@ def open_session(
                 signing=None if robot is None else _signing(robot, folder),
                 planner=planner,
                 seed=seed,
+                plant_name=plant if isinstance(plant, str) else type(plant).__qualname__,
             )
 
-        def _plant_for(given: PlantName | Plant, task: Task) -> AbstractContextManager[Plant]:
-            return (
-                open_plant(given, configuration, task, seed) if isinstance(given, str) else nullcontext(given)
+        def _plant_for(given: PlantName | Plant, meaning: Understanding) -> AbstractContextManager[Plant]:
+            if not isinstance(given, str):
+                return nullcontext(given)
+            tasks = tasks_of(meaning, configuration)
+            scene = load_run_scene(given, None, configuration, tasks, seed)
+            return open_plant(
+                given, configuration, joined_task(tasks), seed, scene=scene, ideal_sensors=ideal_sensors
             )
 
         session = Session(

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from types import MappingProxyType
@@ -199,30 +198,6 @@ def understand_instruction(
         InstructionError: A part is not understood; the message says if an inactive module has the task.
     """
     return understand(instruction, configuration.modules, governor.inactive_modules)
-
-
-def task_of_plant(understanding: Understanding, plant: str) -> Task:
-    """Return a task whose scene and initial state serve all tasks of an instruction.
-
-    Args:
-        understanding: The tasks, in order.
-        plant: Name of the plant.  The symbolic one has no scene.
-
-    Returns:
-        The first task, with the initial values of the others for variables that it does not name.
-
-    Raises:
-        PlantSetupError: The tasks take place in different scenes.
-    """
-    tasks = [errand.routed.task for errand in understanding.errands]
-    scenes = list(dict.fromkeys(str(task.scene) for task in tasks))
-    if plant != "symbolic" and len(scenes) > 1:
-        raise PlantSetupError(
-            f"the tasks take place in different scenes ({', '.join(scenes)}), and the {plant} plant has one: "
-            "run them one after the other, or use `--plant symbolic`"
-        )
-    initial = {name: value for task in reversed(tasks) for name, value in task.initial.items()}
-    return replace(tasks[0], initial=initial)
 
 
 def declared_start(site: Site, task: Task | None) -> dict[str, Value]:

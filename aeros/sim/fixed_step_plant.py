@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import chain
-from math import hypot
+from math import hypot, pi
 from typing import Any, Final
 
 from aeros.runtime.ports import (
@@ -53,6 +53,12 @@ _WAY_TICKS: Final = 240
 
 _BACK_OFF_SPEED: Final = 0.1
 """Speed of backing off: of the fastest joint, rad/s, or of the base, m/s."""
+
+TORQUE_CUTOFF: Final = 30.0
+"""Cut-off frequency of the first-order filter of torques, of which the rate is taken, Hz. Drivers filter,
+too (libfranka: 100 Hz by default). Chosen: fingers that close on a fixed bar change a torque by 6 N·m."""
+
+_TORQUE_SHARE: Final = TICK / (TICK + 1.0 / (2.0 * pi * TORQUE_CUTOFF))
 
 CAMERA_TICKS: Final = 24
 """Exposure and read-out of a camera, ticks (0.1 s)."""
@@ -105,6 +111,7 @@ class FixedStepPlant(ABC):
         self._cameras = cameras
         self._pictures: dict[str, PictureSource] = {}
         self._state = robot.read_sensors()
+        self._torque = self._state.torque  # filtered
         self._torque_rate = (0.0,) * len(self._state.torque)
         self._planned: tuple[float, PreparedMotion] | None = None
         self._under_way: dict[MotionHandle, _RunningMotion] = {}
@@ -306,8 +313,10 @@ class FixedStepPlant(ABC):
 
     def _tick(self, *, stopping: bool = False) -> None:
         self._step_world()
-        before, self._state = self._state.torque, self._robot.read_sensors()
-        self._torque_rate = tuple([(a - b) / TICK for a, b in zip(self._state.torque, before, strict=True)])
+        self._state = self._robot.read_sensors()
+        changes = [a - b for a, b in zip(self._state.torque, self._torque, strict=True)]
+        self._torque = tuple([b + _TORQUE_SHARE * d for b, d in zip(self._torque, changes, strict=True)])
+        self._torque_rate = tuple([_TORQUE_SHARE / TICK * change for change in changes])
         self._way.append(self._state)
         self._measure()
         for running in self._running_motions():

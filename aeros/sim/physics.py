@@ -18,14 +18,18 @@ from aeros.sim.bullet.panda import Panda
 from aeros.sim.bullet.people import People, Person
 from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.fixed_step_plant import CAMERA_TICKS, FixedStepPlant, PictureSource
-from aeros.sim.geometry import Camera, Vector3
+from aeros.sim.geometry import Camera, Vector3, add
+from aeros.sim.layouts.survey import NO_SURVEY_ERRORS
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.errors import BlockedError
+from aeros.sim.robot.odometry import WheelOdometry
 from aeros.sim.scenes.physics_scene import PhysicsScene
 from aeros.sim.scenes.scene import PhysicalScene
-from aeros.sim.sensors import SCANNER_RANGE, GroundTruth, SensorModel, Sensors
+from aeros.sim.sensor_model import SensorModel
+from aeros.sim.sensors import SCANNER_RANGE, GroundTruth, Sensors
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.model.scene import Scene
+from aeros.spec.model.sensor_errors import OdometryErrors, SurveyErrors
 
 BLOCKED_DISTANCE: Final = 0.015
 """Distance of a link from its commanded place above which the robot is blocked, m (unhindered: 0.002).
@@ -119,6 +123,7 @@ class PlantOptions(TypedDict, total=False):
     Attributes:
         spectators: videos and windows that show the world; none by default.
         people: simulated people on scripted paths; nobody by default.
+        odometry: errors of wheel odometry; none by default.
         sensors: sensor models by name of the state variable; variables without one are measured exactly and
             without delay.
         referee: is given the ground truth after every tick; none by default.
@@ -128,6 +133,7 @@ class PlantOptions(TypedDict, total=False):
     spectators: Sequence[Viewer]
     people: Sequence[Person]
     sensors: Mapping[str, SensorModel] | None
+    odometry: OdometryErrors
     referee: TruthListener | None
     disturbance: NoDisturbance | None
 
@@ -153,7 +159,8 @@ class PhysicsPlant(FixedStepPlant):
         self._referee = options.get("referee")
         self.sensors = Sensors(seed, options.get("sensors"))
         self._world = PhysicsWorld()
-        robot = Panda(self._world, scene.robot)
+        wheels = WheelOdometry(RandomSource(seed), *options.get("odometry", OdometryErrors()))
+        robot = Panda(self._world, scene.robot, wheels)
         try:
             scene.build(self._world, robot, RandomSource(seed))
         except UserError:
@@ -164,13 +171,14 @@ class PhysicsPlant(FixedStepPlant):
         self._world.ticks = 0
         self._people = People(self._world, robot.body, people, RandomSource(seed))
         self._disturbance = options.get("disturbance") or NoDisturbance()
+        self._panda = robot
         self._disturbance.attach(PlantParts(self._world, robot, scene, self.sensors, self._people))
         super().__init__(robot, scene.cameras)
         self._truth = GroundTruth(0, self._fast_values())
         self.sensors.sample(self._truth)
         for camera in scene.initial_cameras:
-            # Taken before the clock starts, and so without faults.
-            self._publish(self._picture(camera))
+            # Taken before the clock starts, and so neither late nor lost, nor with faults.
+            self._publish(self.sensors.disturb(self._picture(camera), 0))
 
     def now(self) -> float:
         """Implement `Plant.now`: simulated seconds since the scene settled."""
@@ -218,7 +226,7 @@ class PhysicsPlant(FixedStepPlant):
             self._publish(picture)
 
     def _picture(self, name: str) -> CameraPicture:
-        camera = self._scene.camera(name)
+        camera, drift = self._scene.camera(name), self._scene.drift(name)
         image = self._world.renderer.render(camera)
         return CameraPicture(
             name,
@@ -227,7 +235,7 @@ class PhysicsPlant(FixedStepPlant):
             camera.height,
             image.rgb.tobytes(),
             image.depth.astype(np.float32).tobytes(),
-            CameraView(camera.eye, camera.target, camera.up, camera.field_of_view),
+            CameraView(add(camera.eye, drift), add(camera.target, drift), camera.up, camera.field_of_view),
         )
 
     def _publish(self, picture: CameraPicture) -> None:
@@ -248,7 +256,14 @@ class PhysicsPlant(FixedStepPlant):
             self._ground_truth() if self.sensors.needs_sampling(self._truth.values) else self._truth
         )
         if self._referee is not None:
-            self._referee(self._truth)
+            base, tool = self._panda.true_points()
+            true = {
+                **self._truth.values,
+                "contact_force": self._panda.net_contact_force(),
+                "base_position": base,
+                "tool_position": tool,
+            }
+            self._referee(GroundTruth(self._truth.tick, true))
 
     def _monitor_values(self) -> Mapping[str, Any]:
         return self.sensors.monitor_values(self._truth)
@@ -278,14 +293,17 @@ def _format_point(place: Vector3) -> str:
     return f"({x:.3f}, {y:.3f}, {z:.3f}) m"
 
 
-def make_plant(scene: Scene, seed: int, **options: Unpack[PlantOptions]) -> PhysicsPlant:
+def make_plant(
+    scene: Scene, seed: int, survey: SurveyErrors = NO_SURVEY_ERRORS, **options: Unpack[PlantOptions]
+) -> PhysicsPlant:
     """Make a physics plant of a scene.
 
     The same scene, options, seed and actions repeat bit for bit.
 
     Args:
         scene: the scene.
-        seed: of layout, sensor noise and people.
+        seed: of layout, sensor errors and people.
+        survey: errors of surveyed places.
         **options: see `PlantOptions`.
 
     Returns:
@@ -294,4 +312,4 @@ def make_plant(scene: Scene, seed: int, **options: Unpack[PlantOptions]) -> Phys
     Raises:
         UserError: the scene has no robot, a model cannot be loaded, or two bodies overlap.
     """
-    return PhysicsPlant(PhysicsScene(scene), seed, **options)
+    return PhysicsPlant(PhysicsScene(scene, survey), seed, **options)

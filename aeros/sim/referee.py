@@ -6,11 +6,13 @@ cannot import it. What no scene defines is not refereed.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import is_true
+from aeros.spec.model.truth_names import truths_for
 
 
 class GoalJudgement(NamedTuple):
@@ -62,7 +64,13 @@ def truth_of(plant: object) -> Mapping[str, bool]:
     return {} if source is None else source()
 
 
-def judge_goal(goal: t.Term, believed: bool, truth: Mapping[str, bool], module: str = "") -> GoalJudgement:
+def judge_goal(
+    goal: t.Term,
+    believed: bool,
+    truth: Mapping[str, bool],
+    module: str = "",
+    arguments: Mapping[str, Any] = MappingProxyType({}),
+) -> GoalJudgement:
     """Judge a goal by the truth.
 
     Args:
@@ -70,11 +78,13 @@ def judge_goal(goal: t.Term, believed: bool, truth: Mapping[str, bool], module: 
         believed: True if the agent measured that it is reached.
         truth: the truth of state variables.
         module: id of the goal's module; a scene names that module's own variables by their short names.
+        arguments: values of the parameters of the task, by name.
 
     Returns:
         The judgement: false if a conjunct is false, true if all are known and true, else not refereed.
     """
     # Of its own module a scene may say what is the site's, as `holding`, and the other way round.
+    truth = {variable: truth[name] for variable, name in truths_for(truth, arguments).items()}
     own = f"{module}."
     truth = {
         **{f"{own}{name}": value for name, value in truth.items()},
@@ -83,9 +93,25 @@ def judge_goal(goal: t.Term, believed: bool, truth: Mapping[str, bool], module: 
     }
     names = {name for part in _conjuncts(goal) for name in t.variables_of(part)}
     values = {name: truth[name] for name in sorted(names & truth.keys())}
-    judged = [_judge(part, values) for part in _conjuncts(goal)]
-    true = False if False in judged else None if None in judged or not judged else True
-    return GoalJudgement(believed, true, values)
+    return GoalJudgement(believed, _all_true([_judge(part, values) for part in _conjuncts(goal)]), values)
+
+
+def join_judgements(judgements: Sequence[GoalJudgement]) -> GoalJudgement:
+    """Join the judgements of several goals that all were to be reached.
+
+    Args:
+        judgements: one for each goal, at least one.
+
+    Returns:
+        True if all are true, false if one is false, else not refereed.
+    """
+    judged = [one.true for one in judgements]
+    values = {name: value for one in judgements for name, value in one.values.items()}
+    return GoalJudgement(all(one.believed for one in judgements), _all_true(judged), values)
+
+
+def _all_true(judged: Sequence[bool | None]) -> bool | None:
+    return False if False in judged else None if None in judged or not judged else True
 
 
 def _conjuncts(goal: t.Term) -> Iterator[t.Term]:

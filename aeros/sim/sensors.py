@@ -7,19 +7,18 @@ readings. A quantity without a sensor model is measured exactly and without dela
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from math import ceil, inf
-from typing import Any, Final
+from math import inf
+from typing import Any, Final, NamedTuple
 
 import numpy as np
-from numpy.random import Generator
 
 from aeros.runtime.ports import CameraPicture, Reading, Readings
 from aeros.sim.clock import TICK
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.limits import SCANNER_RANGE as SCANNER_RANGE
-from aeros.spec.diagnostics.errors import MisuseError
+from aeros.sim.sensor_model import SensorModel
 
 _SENSOR_RANGES: Final[Mapping[str, tuple[float, float]]] = {
     "human_distance": (0.0, SCANNER_RANGE),
@@ -29,45 +28,10 @@ _SENSOR_RANGES: Final[Mapping[str, tuple[float, float]]] = {
     "contact_force": (0.0, inf),
     "finger_gap": (0.0, inf),
     "grip_force": (0.0, inf),
+    "base_speed": (0.0, inf),
+    "make_dumplings.press_force": (0.0, inf),
 }
 """Range of readings of an instrument, whatever its noise: a range finder shows no negative distance."""
-
-
-@dataclass(frozen=True, slots=True)
-class SensorModel:
-    """Errors of one measured quantity; by default none.
-
-    Attributes:
-        noise: standard deviation of each of its numbers, SI; booleans and words have no noise.
-        resolution: readings are whole multiples of it, SI; 0 means no rounding.
-        latency: time from when a value is true to when its reading arrives, s.
-        dropout: probability that the value of one tick is never read; the last reading stays and ages.
-    """
-
-    noise: float = 0.0
-    resolution: float = 0.0
-    latency: float = 0.0
-    dropout: float = 0.0
-
-    def __post_init__(self) -> None:
-        """Check the numbers.
-
-        Raises:
-            MisuseError: a number is negative or infinite, or the dropout is above 1.
-        """
-        amounts = (self.noise, self.resolution, self.latency, self.dropout)
-        if not all(0.0 <= amount < inf for amount in amounts) or self.dropout > 1.0:
-            raise MisuseError(f"invalid sensor model {self}")
-
-    @property
-    def needs_history(self) -> bool:
-        """True if a reading depends on values of earlier ticks."""
-        return self.latency > 0.0 or self.dropout > 0.0
-
-    @property
-    def latency_ticks(self) -> int:
-        """The latency in ticks, rounded up."""
-        return ceil(self.latency / TICK - 1e-9)
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,6 +53,21 @@ class GroundTruth:
 
 
 _NO_READING: Final = GroundTruth(-1, {})
+
+
+_BLOCK: Final = 240
+"""Ticks whose noise is drawn at once."""
+
+_WIDEST: Final = 16
+"""Greatest number of numbers in a quantity with a bias."""
+
+
+class _NoiseBlock(NamedTuple):
+    """Noise of `_BLOCK` ticks: its number, its standard deviation, and a row for each tick."""
+
+    number: int
+    size: float
+    rows: list[list[float]]
 
 
 @dataclass(slots=True)
@@ -123,6 +102,8 @@ class Sensors:
         self._chance = RandomSource(seed)
         self._lines: dict[str, _DelayLine] = {}
         self._last = _NO_READING
+        self._noise: dict[str, _NoiseBlock] = {}
+        self._biases: dict[str, list[float]] = {}
 
     def needs_sampling(self, names: Iterable[str]) -> bool:
         """Check if sensors need values of every tick.
@@ -147,7 +128,7 @@ class Sensors:
             for name in self._lines.keys() - self.models.keys():
                 del self._lines[name]
             for name, model in self.models.items():
-                if name in truth.values:
+                if name in truth.values and (model.needs_history or name in self._lines):
                     self._sample(name, model, truth)
         self._last = truth
 
@@ -164,11 +145,16 @@ class Sensors:
         self.sample(truth)
         now = truth.time
         readings = {name: Reading(value, now) for name, value in truth.values.items()}
-        for name in self.models:
-            readings.pop(name, None)
+        for name, model in self.models.items():
+            if name not in truth.values:
+                continue
             line = self._lines.get(name)
-            if line is not None and line.latest is not None:
+            if line is None:
+                readings[name] = Reading(self._measure(name, model, truth.tick, truth.values[name]), now)
+            elif line.latest is not None:
                 readings[name] = line.latest
+            else:
+                del readings[name]
         return readings
 
     def monitor_values(self, truth: GroundTruth) -> Mapping[str, Any]:
@@ -184,8 +170,14 @@ class Sensors:
             return truth.values
         self.sample(truth)
         now, values = truth.time, dict(truth.values)
-        for name in self.models.keys() & values.keys():
-            reading = self._lines[name].latest
+        for name, model in self.models.items():
+            if name not in values:
+                continue
+            line = self._lines.get(name)
+            if line is None:
+                values[name] = self._measure(name, model, truth.tick, values[name])
+                continue
+            reading = line.latest
             if reading is None:
                 del values[name]
             else:
@@ -193,7 +185,7 @@ class Sensors:
         return values
 
     def deliver(self, picture: CameraPicture, tick: int) -> CameraPicture | None:
-        """Pass a picture through its camera's sensor model: noise is of depth, m, along the optical axis.
+        """Pass a picture through its camera's sensor model.
 
         Args:
             picture: what the camera saw.
@@ -203,16 +195,34 @@ class Sensors:
             The picture that arrives; None if it is lost.
         """
         model = self.models.get(picture.camera)
-        if model is None or (model.dropout == 0.0 and model.noise == 0.0):
+        lost = 0.0 if model is None else model.dropout
+        if lost > 0.0 and self._chance.generator(f"lost {picture.camera}", tick).random() < lost:
+            return None
+        return self.disturb(picture, tick)
+
+    def disturb(self, picture: CameraPicture, tick: int) -> CameraPicture:
+        """Add a camera's noise to a picture: to depth along the optical axis, and to colours.
+
+        Args:
+            picture: what the camera saw.
+            tick: number of the tick.
+
+        Returns:
+            The picture that the camera takes.
+        """
+        model = self.models.get(picture.camera)
+        if model is None:
             return picture
         draw = self._chance.generator(f"camera {picture.camera}", tick)
-        if draw.random() < model.dropout:
-            return None
-        if model.noise == 0.0 or picture.depth is None:
-            return picture
-        depth = np.frombuffer(picture.depth, np.float32)
-        noise = draw.normal(0.0, model.noise, len(depth)).astype(np.float32)
-        return replace(picture, depth=(depth + noise).tobytes())
+        if model.noise > 0.0 and picture.depth is not None:
+            depth = np.frombuffer(picture.depth, np.float32)
+            noise = draw.normal(0.0, model.noise, len(depth)).astype(np.float32)
+            picture = replace(picture, depth=(depth + noise).tobytes())
+        if model.colour_noise > 0.0:
+            colours = np.frombuffer(picture.rgb, np.uint8)
+            noisy = np.rint(colours + draw.normal(0.0, model.colour_noise, len(colours)))
+            picture = replace(picture, rgb=np.clip(noisy, 0, 255).astype(np.uint8).tobytes())
+        return picture
 
     def delay(self, camera: str) -> int:
         """Return the time by which a camera's picture arrives late.
@@ -251,21 +261,44 @@ class Sensors:
 
     def _measure(self, name: str, model: SensorModel, tick: int, value: Any) -> Any:
         """Return `value` as a sensor reads it, or `_NO_READING`; drawn by name and tick, so repeatable."""
-        if model.dropout == 0.0 and model.noise == 0.0:
-            return _apply_noise(name, model, value, None)
-        draw = self._chance.generator(f"sensor {name}", tick)
-        if draw.random() < model.dropout:
+        if model.dropout > 0.0 and self._chance.generator(f"dropout {name}", tick).random() < model.dropout:
             return _NO_READING
-        return _apply_noise(name, model, value, draw)
+        kind = type(value)
+        if kind is float:
+            return self._number(name, model, value, 0, self._row(name, model, tick, 1))
+        if kind is not tuple:
+            return value
+        row = self._row(name, model, tick, len(value))
+        return tuple(
+            [
+                self._number(name, model, one, place, row) if type(one) is float else one
+                for place, one in enumerate(value)
+            ]
+        )
 
+    def _number(self, name: str, model: SensorModel, value: float, place: int, row: Sequence[float]) -> float:
+        shown = value + row[place]
+        if model.bias > 0.0:
+            shown += self._bias(name, model, place)
+        if model.resolution > 0.0:
+            shown = model.resolution * round(shown / model.resolution)
+        bounds = _SENSOR_RANGES.get(name)
+        return shown if bounds is None else min(bounds[1], max(bounds[0], shown))
 
-def _apply_noise(name: str, model: SensorModel, value: Any, draw: Generator | None) -> Any:
-    if type(value) is tuple:
-        return tuple([_apply_noise(name, model, part, draw) for part in value])
-    if type(value) is not float:
-        return value
-    shown = value if draw is None else value + model.noise * float(draw.standard_normal())
-    if model.resolution > 0.0:
-        shown = model.resolution * round(shown / model.resolution)
-    low, high = _SENSOR_RANGES.get(name, (-inf, inf))
-    return min(high, max(low, shown))
+    def _row(self, name: str, model: SensorModel, tick: int, width: int) -> Sequence[float]:
+        """Return the noise of `width` numbers at a tick; drawn in blocks, as generators are slow to make."""
+        if model.noise == 0.0:
+            return (0.0,) * width
+        number, place = divmod(tick, _BLOCK)
+        block = self._noise.get(name)
+        if block is None or (block.number, block.size, len(block.rows[0])) != (number, model.noise, width):
+            normal = self._chance.generator(f"sensor {name}", number).standard_normal((_BLOCK, width))
+            block = self._noise[name] = _NoiseBlock(number, model.noise, (model.noise * normal).tolist())
+        return block.rows[place]
+
+    def _bias(self, name: str, model: SensorModel, place: int) -> float:
+        found = self._biases.get(name)
+        if found is None:
+            found = self._chance.generator(f"bias {name}").standard_normal(_WIDEST).tolist()
+            self._biases[name] = found
+        return model.bias * found[place]

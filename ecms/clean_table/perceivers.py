@@ -31,9 +31,10 @@ from aeros.perception import (
 )
 
 Place = tuple[float, float, float]
+Corners = tuple[tuple[float, float], tuple[float, float]]
 
-AREA = ((0.35, -0.15), (0.65, 0.15))
-"""Lowest and highest corner (x, y) of the area to wipe, m."""
+AREA = ((-0.15, -0.15), (0.15, 0.15))
+"""Lowest and highest corner (x, y) of the area to wipe, from its middle, m."""
 
 CELL = 0.01
 """Edge of a cell in which dirt is judged, m."""
@@ -59,8 +60,12 @@ FOAM_TOPS = (FLAT, 0.12)
 STANDING = (FLAT, 0.30)
 """Height range of anything that stands on the table, m: above is the arm."""
 
-INSPECTED = ((0.22, -0.62), (0.75, 0.50))
-"""Lowest and highest corner (x, y) of the inspected area, m: all of the table that the arm works on."""
+INSPECTED = ((-0.28, -0.62), (0.25, 0.50))
+"""Lowest and highest corner (x, y) of the inspected area, from the middle of the area to wipe, m: all of the
+table that the arm works on."""
+
+SURVEYED = ("area_position", "bin_position", "sponge_rest_position")
+"""Places that a verdict needs."""
 
 MIN_PIXELS = 25
 """Least number of pixels of an object: fewer are noise, or an object that is mostly hidden."""
@@ -142,7 +147,11 @@ def see_table(view: View) -> Perception:
     """Find sponge, clutter and dirt in a picture from above; without the table in it, clutter is unknown."""
     while True:
         picture, readings = view.pictures["overhead"], view.readings
-        points, has_table = _level(picture)
+        if "area_position" not in readings:
+            view = yield {}
+            continue
+        area = readings["area_position"]
+        points, has_table = _level(picture, area)
         rgb = picture.rgb.astype(np.float64)
         # Where the sponge is, is compared with its surveyed rest, so it is measured in the world frame.
         sponge = _find_sponge(picture.points(), rgb)
@@ -150,11 +159,11 @@ def see_table(view: View) -> Perception:
         if sponge is not None:
             values["sponge_position"] = estimate(_middle(sponge), UNCERTAINTY)
             values["sponge_yaw"] = estimate(wrap_heading(sponge[0].longer_heading, pi), HEADING_UNCERTAINTY)
-        clean = _clean_share(points, rgb)
+        clean = _clean_share(points, rgb, area)
         values["wiped_fraction"] = estimate(clean, 0.01)
         values["table_wiped"] = clean >= WIPED_SHARE
         if has_table and "bin_position" in readings:
-            other = _in_rectangle(points, *INSPECTED) & _stands(points)
+            other = _in_rectangle(points, *_around(area, INSPECTED)) & _stands(points)
             other &= ~_is_bin(points, readings["bin_position"], BIN_EDGE)
             other &= ~_is_hand(points, readings.get("tool_position"))
             if sponge is not None:
@@ -166,9 +175,9 @@ def see_table(view: View) -> Perception:
             ]
             values["clutter_on_table"] = bool(loose)
             values["wiping_area_clear"] = not any(
-                _is_in_the_way(points[part]) for part in separate_parts(other, MIN_PIXELS)
+                _is_in_the_way(points[part], area) for part in separate_parts(other, MIN_PIXELS)
             )
-            values |= _next_piece(loose)
+            values |= _next_piece(loose, area)
             if "sponge_rest_position" in readings:
                 rest = readings["sponge_rest_position"]
                 is_back = sponge is not None and dist(_middle(sponge), rest) < RETURNED_WITHIN
@@ -184,16 +193,14 @@ def check_table(view: View) -> Perception:
     while True:
         readings = view.readings
         is_clean = None
-        if "bin_position" in readings and "sponge_rest_position" in readings:
-            is_clean = _is_clean(
-                view.pictures["mast"], readings["bin_position"], readings["sponge_rest_position"]
-            )
+        if all(name in readings for name in SURVEYED):
+            is_clean = _is_clean(view.pictures["mast"], *(readings[name] for name in SURVEYED))
         view = yield {"table_verified": is_clean}
 
 
-def _is_clean(picture: Picture, opening: Place, rest: Place) -> bool:
-    points, rgb = _level(picture)[0], picture.rgb.astype(np.float64)
-    standing = _in_rectangle(points, *INSPECTED) & _stands(points)
+def _is_clean(picture: Picture, area: Place, opening: Place, rest: Place) -> bool:
+    points, rgb = _level(picture, area)[0], picture.rgb.astype(np.float64)
+    standing = _in_rectangle(points, *_around(area, INSPECTED)) & _stands(points)
     foam = points[standing & _is_yellow(rgb)]
     if len(foam) < MIN_PIXELS:
         return False
@@ -203,16 +210,23 @@ def _is_clean(picture: Picture, opening: Place, rest: Place) -> bool:
     is_of_sponge = np.hypot(points[:, :, 0] - u, points[:, :, 1] - v) <= SPONGE_RADIUS
     other = standing & ~_is_bin(points, opening, BIN_MARGIN) & ~is_of_sponge
     is_empty = int(other.sum()) < MIN_PIXELS
-    return is_empty and dist(sponge, rest) < RETURNED_WITHIN and _clean_share(points, rgb) >= WIPED_SHARE
+    is_back = dist(sponge, rest) < RETURNED_WITHIN
+    return is_empty and is_back and _clean_share(points, rgb, area) >= WIPED_SHARE
 
 
-def _level(picture: Picture) -> tuple[Points, bool]:
+def _around(area: Place, corners: Corners) -> Corners:
+    """Return corners that count from the middle of the area in the world frame."""
+    (x, y, _), ((left, near), (right, far)) = area, corners
+    return (x + left, y + near), (x + right, y + far)
+
+
+def _level(picture: Picture, area: Place) -> tuple[Points, bool]:
     """Return the points of a picture, whose z counts from the table, and True if it shows the table.
 
     The table is the plane that most points near z = 0 are on: a camera may be tilted a little.
     """
     points = picture.points()
-    near = points[_in_rectangle(points, *INSPECTED) & (np.abs(points[:, :, 2]) < FLAT)]
+    near = points[_in_rectangle(points, *_around(area, INSPECTED)) & (np.abs(points[:, :, 2]) < FLAT)]
     ground = find_ground(near, OFF_TABLE, MIN_TABLE)
     if ground is not None:
         points[:, :, 2] = heights_above(points, ground)
@@ -251,14 +265,14 @@ def _pieces(points: Points, cores: Mask, mask: Mask) -> Iterator[Piece]:
         yield Piece(piece, (box.x, box.y, top / 2.0), box.longer_heading, (shorter, longer, top))
 
 
-def _next_piece(loose: list[Piece]) -> dict[str, Any]:
+def _next_piece(loose: list[Piece], area: Place) -> dict[str, Any]:
     """Choose the piece to grip next: one in the way, else the nearest to the arm; none that is too large."""
     fitting = [
         one for one in loose if all(side < most for side, most in zip(one.sides, GRASPABLE, strict=True))
     ]
     if not fitting:
         return {}
-    piece = min(fitting, key=lambda one: (not _is_in_the_way(one.points), one.place[0]))
+    piece = min(fitting, key=lambda one: (not _is_in_the_way(one.points, area), one.place[0]))
     # It is gripped across; where both sides fit, along as well.
     period = pi / 2.0 if piece.sides[1] < GRASPABLE[0] else pi
     return {
@@ -312,9 +326,10 @@ def _is_in_bin(place: Place, opening: Place) -> bool:
     return abs(dx) < BIN_HALF[0] and abs(dy) < BIN_HALF[1] and -BIN_DEPTH < dz < 0.0
 
 
-def _is_in_the_way(points: Points) -> bool:
+def _is_in_the_way(points: Points, area: Place) -> bool:
     """Return True if some point of a thing is where sponge and fingers pass."""
-    low, high = np.array(AREA[0]) - WAY_AROUND, np.array(AREA[1]) + WAY_AROUND
+    corners = np.array(_around(area, AREA))
+    low, high = corners[0] - WAY_AROUND, corners[1] + WAY_AROUND
     return bool(((points[:, :2] > low) & (points[:, :2] < high)).all(axis=1).any())
 
 
@@ -323,14 +338,14 @@ def _in_rectangle(points: Points, low: tuple[float, float], high: tuple[float, f
     return (low[0] < x) & (x < high[0]) & (low[1] < y) & (y < high[1])
 
 
-def _clean_share(points: Points, rgb: Points) -> float:
+def _clean_share(points: Points, rgb: Points, area: Place) -> float:
     """Return the share of the area's cells that most of their pixels show as bright as the table around it.
 
     Cells that the picture does not show do not count as clean.
     """
-    low, high = AREA
+    low, high = _around(area, AREA)
     red = rgb[:, :, 0]
-    top = _in_rectangle(points, *INSPECTED) & (np.abs(points[:, :, 2]) < FLAT)
+    top = _in_rectangle(points, *_around(area, INSPECTED)) & (np.abs(points[:, :, 2]) < FLAT)
     inside = top & _in_rectangle(points, low, high)
     outside = top & ~inside
     if not outside.any():

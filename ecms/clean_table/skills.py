@@ -50,11 +50,13 @@ FOAM_HALF_HEIGHT = 0.015
 WIPE_FORCE = 4.0
 """N on the table."""
 
-STROKES = (0.395, 0.465, 0.535, 0.605)
-"""x of the strokes, m: the sponge is 100 mm long, so they overlap by 30 mm and cover 0.345 to 0.655."""
+STROKES = (-0.105, -0.035, 0.035, 0.105)
+"""From the middle of the area to the strokes along x, m: the sponge is 100 mm long, so they overlap by 30 mm
+and cover ±0.155."""
 
 STROKE_ENDS = (0.13, -0.13)
-"""y of the ends of a stroke, m: the sponge is 70 mm wide, so strokes cover ±0.165."""
+"""From the middle of the area to the ends of a stroke along y, m: the sponge is 70 mm wide, so strokes cover
+±0.165."""
 
 HOVER = 0.008
 """Height of the sponge over the table between strokes, m: a slide begins off the surface."""
@@ -90,7 +92,11 @@ DROP_HEIGHT = 0.045
 """Height of the tool over the bin's rim when it lets go, m."""
 
 DRAWN_IN = (0.30, 0.0, 0.45)
-"""Tool position that does not hide the table from the cameras, m."""
+"""Tool position that does not hide the table from the cameras, from the arm's base, m; the arm is there, over
+everything that stands in the cell, while it is driven."""
+
+BASE_SPEED = 0.48
+"""Peak speed of the base, m/s."""
 
 LOOKS = 5
 """Largest number of looks for a sponge or clutter that is not seen."""
@@ -110,6 +116,15 @@ DROP_ROOM = 0.08
 """From the bin's middle to where the end of a piece that is let go may be, along x, m."""
 
 
+def dock(observed: Observation, inputs: Inputs) -> SkillBody:
+    """Raise the tool, draw it in and drive to the dock."""
+    pace = inputs["hand_speed"]
+    observed = yield from _sense(observed, "tool_position", "base_position", "dock_position")
+    yield from _raise_and_draw_in(observed, pace, observed["base_position"][2] + DRAWN_IN[2])
+    x, y, _ = observed["dock_position"]
+    yield act("move_base", x=x, y=y, speed=BASE_SPEED)
+
+
 def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
     """Take the sponge, sweep it over the area in overlapping strokes, put it back and look."""
     pace = inputs["hand_speed"]
@@ -119,10 +134,13 @@ def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
         if not _are_known(observed, SPONGE):
             return
         observed = yield from _take_sponge(observed, pace)
-    height = SPONGE_GRASP + FOAM_HALF_HEIGHT
-    start, end = STROKE_ENDS
-    yield from _approach(observed, pace, (STROKES[0], start, height + HOVER), 0.0)
-    for x in STROKES:
+    observed = yield from _sense(observed, "area_position")
+    middle_x, middle_y, top = observed["area_position"]
+    height = top + SPONGE_GRASP + FOAM_HALF_HEIGHT
+    start, end = (middle_y + offset for offset in STROKE_ENDS)
+    strokes = [middle_x + offset for offset in STROKES]
+    yield from _approach(observed, pace, (strokes[0], start, height + HOVER), 0.0)
+    for x in strokes:
         yield act("move_tool", target=(x, start, height + HOVER), yaw=0.0, speed=HOVER_SPEED)
         yield act("slide", target=(x, end, height), force=WIPE_FORCE, speed=WIPE_SPEED)
         observed = yield act("move_tool", target=(x, end, height + HOVER), yaw=0.0, speed=NEAR_SPEED)
@@ -191,11 +209,18 @@ def _free(observed: Observation, pace: float) -> float:
 
 def _draw_in(observed: Observation, pace: float) -> Task:
     """Bring the tool out of the cameras' sight, over everything that stands on the table."""
-    observed = yield from _sense(observed, "tool_position")
+    observed = yield from _sense(observed, "tool_position", "base_position")
+    return (yield from _raise_and_draw_in(observed, pace, TRAVEL_HEIGHT))
+
+
+def _raise_and_draw_in(observed: Observation, pace: float, height: float) -> Task:
+    """Raise the tool to `height`, if it is lower, then draw it in."""
     x, y, z = observed["tool_position"]
-    if z < TRAVEL_HEIGHT - 0.005:
-        yield act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=0.0, speed=_free(observed, pace))
-    return (yield act("move_tool", target=DRAWN_IN, yaw=0.0, speed=_free(observed, pace)))
+    if z < height - 0.005:
+        yield act("move_tool", target=(x, y, height), yaw=0.0, speed=_free(observed, pace))
+    u, v, w = observed["base_position"]
+    target = (u + DRAWN_IN[0], v + DRAWN_IN[1], w + DRAWN_IN[2])
+    return (yield act("move_tool", target=target, yaw=0.0, speed=_free(observed, pace)))
 
 
 def _overlook(observed: Observation, pace: float) -> Task:

@@ -1,32 +1,35 @@
-"""Perceivers of fetch_object: a red can of known size, found by colour and depth, and felt in the hand.
+"""Perceivers of fetch_object: an object of known size, found by colour and depth, and felt in the hand.
+
+The instruction names the object; the site says its shape, size and colour.
 
 All lengths in metres, in the world frame; headings are of a hand at yaw 0, whose fingers close along y.
 """
 
 from collections.abc import Mapping
 from math import cos, dist, hypot, pi, sin
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from aeros.perception import Perception, Picture, Points, View, estimate, has_dominant_colour, locate_cylinder
+from aeros.perception import (
+    Mask,
+    Perception,
+    Picture,
+    Points,
+    View,
+    estimate,
+    has_colour_of,
+    locate_box,
+    locate_cylinder,
+)
 
 Place = tuple[float, float, float]
 
-RADIUS, HEIGHT = 0.022, 0.08
-"""Of the can, m."""
-
 MIN_PIXELS = 25
-"""Least number of pixels of the can: fewer are noise, or a can that is mostly hidden."""
-
-RED_DOMINANCE = 2.0
-"""Least ratio of red to green and to blue in a red pixel, in any light."""
-
-MIN_BRIGHTNESS = 60
-"""Least red of a red pixel (of 255)."""
+"""Least number of pixels of the object: fewer are noise, or an object that is mostly hidden."""
 
 UNCERTAINTY = 0.005
-"""Standard uncertainty of the can's place, m: one and a half pixels of the mast's camera."""
+"""Standard uncertainty of the object's place, m: one and a half pixels of the mast's camera."""
 
 HEADING_UNCERTAINTY = 0.05
 """Standard uncertainty of its heading, rad."""
@@ -53,19 +56,25 @@ SEARCH_RADIUS = 0.45
 """Greatest distance of those positions from the object, m: more than half of a stand's length."""
 
 GRIP_HEADINGS = (0.0, pi / 2.0)
-"""Hand headings to try for a can that stands, rad."""
+"""Hand headings to try for a cylinder that stands, rad."""
 
 DELIVERED_WITHIN = 0.03
-"""Greatest distance of a delivered can from its place, m."""
+"""Greatest distance of a delivered object from its place, m."""
 
-GRIPPED_GAP = (0.041, 0.048)
-"""Gap between fingers that hold the can, m: it is 44 mm wide, and what stands beside it 40 mm."""
+GRIPPED_WITHIN = 0.003
+"""Greatest difference of the fingers' gap from the width of the object that they hold, m."""
+
+SURVEYED_FOR = 0.04
+"""Height of the middle of the object for which the place to deliver was surveyed, over its stand, m."""
+
+SIDES = {"middle": 0.0, "left": 0.12, "right": -0.12}
+"""Where on the stand the object belongs, along y from the surveyed place, m."""
 
 MAX_AGE = 30.0
-"""Greatest age of a picture that still says where the can is, s."""
+"""Greatest age of a picture that still says where the object is, s."""
 
-STATION_TO_CAN = 0.58
-"""Distance of the can from the arm's base where the base stands to pick it, m."""
+STATION_TO_OBJECT = 0.58
+"""Distance of the object from the arm's base where the base stands to pick it, m."""
 
 REACH = (0.50, 0.70)
 """Horizontal distance from the arm's base at which it can pick objects, m; nearer ones on the floor are
@@ -74,52 +83,126 @@ at the carriage."""
 REACH_ASIDE = 0.15
 """Greatest lateral offset of an object from the arm's base, m: beyond it the elbow would hit the stand."""
 
-FLOOR = ((-0.5, 1.6), (-1.4, 0.6))
-"""Bounds of the arm's base in x and in y, m: the site's `floor`."""
+FLOOR = ((-0.595, 0.03), (-1.295, 2.595))
+"""Bounds of the arm's base in x and in y, m: 5 mm inside the site's `floor`, whose bound no double is."""
+
+SURVEYED = ("station_survey", "delivery_position")
+"""Places of the stands."""
+
+AROUND_STANDS = 0.55
+"""Margin around these places, along x and y, within which the can is looked for, m."""
 
 ARRIVED_WITHIN = 0.03
 """Greatest distance of the base from the station at which it has arrived, m."""
 
 
-def find_can(view: View) -> Perception:
-    """Find the can in the newest picture; what a picture does not show keeps the value and time it had."""
+class Kind(NamedTuple):
+    """The kind of object that is wanted: shape, edges or radius and height (m) as it stands, and colour."""
+
+    shape: str
+    size: tuple[float, ...]
+    colour: tuple[float, float, float]
+
+    @property
+    def height(self) -> float:
+        """Height as it stands, m."""
+        return self.size[-1]
+
+    @property
+    def lying_height(self) -> float:
+        """Height of a cylinder on its side, m."""
+        return 2.0 * self.size[0]
+
+    @property
+    def widths(self) -> tuple[float, ...]:
+        """Gaps between fingers that hold it, m."""
+        return (2.0 * self.size[0],) if self.shape == "cylinder" else tuple(sorted(self.size)[:2])
+
+
+class Seen(NamedTuple):
+    """The object in a picture: place, height of its top, if it lies, its heading and those for a hand."""
+
+    position: Place
+    top: float
+    is_lying: bool
+    axis: float | None
+    headings: tuple[float, ...]
+
+
+def find_object(view: View) -> Perception:
+    """Find the object in the newest picture; what a picture does not show keeps the value and time it had.
+
+    Elsewhere in the cell things of its colour are of other tasks. Where the stands are has to be known.
+    """
     known: dict[str, Any] = {}
     newest = -1.0
     while True:
-        for name in ("mast", "hand"):
-            picture = view.pictures.get(name)
-            if picture is None or picture.time <= newest:
-                continue
-            found = _look(picture, name == "mast", view.readings.get("delivery_position"))
-            for variable, value in found.items():
-                known[variable] = None if value is None else estimate(*value, time=picture.time)
-        newest = max(picture.time for picture in view.pictures.values())
+        kind = _kind(view.readings)
+        if kind is not None and all(place in view.readings for place in SURVEYED):
+            stands = np.array([view.readings[place][:2] for place in SURVEYED])
+            for name in ("mast", "hand"):
+                picture = view.pictures.get(name)
+                if picture is None or picture.time <= newest:
+                    continue
+                found = _look(picture, kind, name == "mast", stands, _place(view.readings))
+                for variable, value in found.items():
+                    known[variable] = None if value is None else estimate(*value, time=picture.time)
+            newest = max(picture.time for picture in view.pictures.values())
         view = yield known.copy()
 
 
 def track(view: View) -> Perception:
-    """Say if the can is held, and where to drive for it; what was seen before it was held no longer holds."""
+    """Say if the object is held, where it belongs, and where to drive for it.
+
+    What was seen before it was held no longer holds.
+    """
     moved_at = -1.0
     while True:
-        told = view.readings
-        held = _is_held(told)
+        given = view.readings
+        held = _is_held(given)
         if held:
             moved_at = view.time
-        seen_at = told.get("object_seen_time", -1.0) if told.get("object_seen") else -1.0
+        seen_at = given.get("object_seen_time", -1.0) if given.get("object_seen") else -1.0
         is_fresh = seen_at > moved_at and view.time - seen_at <= MAX_AGE
-        values = {"object_grasped": held, "object_detected": None if held is None else held or is_fresh}
-        if "station_survey" in told and "base_position" in told:
-            seen = told.get("object_position") if is_fresh else None
-            station = _station_for(told["station_survey"], seen)
+        values: dict[str, Any] = {
+            "object_grasped": held,
+            "object_detected": None if held is None else held or is_fresh,
+        }
+        kind, place = _kind(given), _place(given)
+        if kind is not None and place is not None:
+            height = kind.lying_height if given.get("object_lying") is True else kind.height
+            x, y, z = place
+            values["object_place"] = estimate((x, y, z + height / 2.0), UNCERTAINTY)
+        if "station_survey" in given and "base_position" in given:
+            seen = given.get("object_position") if is_fresh else None
+            station = _station_for(given["station_survey"], seen)
             values["station_position"] = estimate(station, UNCERTAINTY)
-            values["robot_at_target"] = dist(told["base_position"][:2], station[:2]) < ARRIVED_WITHIN
+            values["robot_at_target"] = dist(given["base_position"][:2], station[:2]) < ARRIVED_WITHIN
         view = yield values
 
 
-def _is_held(told: Mapping[str, Any]) -> bool | None:
-    if "holding" not in told or "finger_gap" not in told:
+def _kind(given: Mapping[str, Any]) -> Kind | None:
+    """Return the kind of object that is wanted; None if its looks are unknown."""
+    kind = given.get("objects", {}).get(given.get("object"))
+    if kind is None or not kind["size"] or kind["colour"] is None:
         return None
-    return bool(told["holding"] and GRIPPED_GAP[0] < told["finger_gap"] < GRIPPED_GAP[1])
+    return Kind(kind["shape"], tuple(kind["size"]), tuple(kind["colour"]))
+
+
+def _place(given: Mapping[str, Any]) -> Place | None:
+    """Return the point on the stand where the object belongs."""
+    if "delivery_position" not in given or "to" not in given:
+        return None
+    x, y, z = given["delivery_position"]
+    return (x, y + SIDES[given["to"]], z - SURVEYED_FOR)
+
+
+def _is_held(given: Mapping[str, Any]) -> bool | None:
+    kind = _kind(given)
+    if kind is None or "holding" not in given or "finger_gap" not in given:
+        return None
+    fits = any(abs(given["finger_gap"] - width) < GRIPPED_WITHIN for width in kind.widths)
+    return bool(given["holding"]) and fits
 
 
 def _station_for(surveyed: Place, seen: Place | None) -> Place:
@@ -134,46 +217,64 @@ def _station_for(surveyed: Place, seen: Place | None) -> Place:
     if REACH[0] <= away <= REACH[1] and aside <= REACH_ASIDE:
         return surveyed
     (west, east), (south, north) = FLOOR
-    x, y = seen[0] - STATION_TO_CAN, seen[1]
+    x, y = seen[0] - STATION_TO_OBJECT, seen[1]
     return (min(east, max(west, x)), min(north, max(south, y)), surveyed[2])
 
 
-def _look(picture: Picture, is_mast: bool, delivery: Place | None) -> dict[str, tuple[Any, ...] | None]:
+def _look(
+    picture: Picture, kind: Kind, is_mast: bool, stands: Points, belongs: Place | None
+) -> dict[str, tuple[Any, ...] | None]:
     """Return value and uncertainty of what a picture shows; None for a value that is no longer known.
 
-    Only the mast's camera sees if there is room for a hand around the can, and if it is where it belongs.
+    Only the mast's camera sees if there is room for a hand around it, and if it is where it belongs.
     """
     points = picture.points()
-    red = has_dominant_colour(picture.rgb, 0, RED_DOMINANCE, MIN_BRIGHTNESS)
-    if int(red.sum()) < MIN_PIXELS:
+    mask = has_colour_of(picture.rgb, kind.colour) & _is_around(points, stands)
+    if int(mask.sum()) < MIN_PIXELS:
         return {"object_seen": (False,), **({"object_delivered": (False,)} if is_mast else {})}
-    can = locate_cylinder(points[red], RADIUS, HEIGHT)
+    found = _locate(points[mask], kind)
     values: dict[str, tuple[Any, ...] | None] = {
         "object_seen": (True,),
         "object_seen_time": (picture.time, 1e-3),
-        "object_position": (can.position, UNCERTAINTY),
-        "object_lying": (can.axis is not None,),
+        "object_position": (found.position, UNCERTAINTY),
+        "object_lying": (found.is_lying,),
     }
-    if can.axis is not None:
-        values["object_yaw"] = (can.axis, HEADING_UNCERTAINTY)
+    if found.is_lying or kind.shape == "box":
+        values["object_yaw"] = (found.headings[0], HEADING_UNCERTAINTY)
     if not is_mast:
         return values
     # Visible points that a hand would hit.
-    higher = points[points[:, :, 2] > can.top + HAND_CLEARANCE]
-    headings = GRIP_HEADINGS if can.axis is None else (can.axis,)
-    grip = next((way for way in headings if _has_room(higher, can.position, way)), None)
+    higher = points[points[:, :, 2] > found.top + HAND_CLEARANCE]
+    grip = next((way for way in found.headings if _has_room(higher, found.position, way)), None)
     push = None
-    if can.heading is not None and grip is None:
-        push = _shortest_push(higher, can.position, can.heading)
+    if found.axis is not None and grip is None:
+        push = _shortest_push(higher, found.position, found.axis)
     values["object_free"] = (grip is not None,)
-    values["object_yaw"] = (can.axis or grip or 0.0, HEADING_UNCERTAINTY)
+    values["object_yaw"] = (found.headings[0] if grip is None else grip, HEADING_UNCERTAINTY)
     values["object_push_start"] = None if push is None else (push[0], UNCERTAINTY)
     values["object_push_way"] = None if push is None else (push[1], UNCERTAINTY)
-    if delivery is not None:
-        dx, dy, dz = (a - b for a, b in zip(can.position, delivery, strict=True))
-        rests = RADIUS - HEIGHT / 2 if can.axis is not None else 0.0
-        values["object_delivered"] = (hypot(dx, dy) < DELIVERED_WITHIN and abs(dz - rests) < 0.01,)
+    if belongs is not None:
+        dx, dy, dz = (a - b for a, b in zip(found.position, belongs, strict=True))
+        is_there = hypot(dx, dy) < DELIVERED_WITHIN and abs(dz - (found.top - found.position[2])) < 0.01
+        values["object_delivered"] = (is_there,)
     return values
+
+
+def _locate(points: Points, kind: Kind) -> Seen:
+    if kind.shape == "cylinder":
+        radius, height = kind.size
+        can = locate_cylinder(points, radius, height)
+        headings = GRIP_HEADINGS if can.axis is None else (can.axis,)
+        return Seen(can.position, can.top, can.axis is not None, can.heading, headings)
+    box = locate_box(points, kind.size)
+    return Seen(box.position, box.top, False, None, box.headings)
+
+
+def _is_around(points: Points, places: Points) -> Mask:
+    """Find the points (h, w, 3) of a picture that are near the rectangle that places (n, 2) span."""
+    low, high = places.min(axis=0) - AROUND_STANDS, places.max(axis=0) + AROUND_STANDS
+    around: Mask = ((points[:, :, :2] > low) & (points[:, :, :2] < high)).all(axis=2)
+    return around
 
 
 def _has_room(points: Points, place: Place, yaw: float, half: tuple[float, float] = HAND_HALF) -> bool:

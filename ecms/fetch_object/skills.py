@@ -36,7 +36,7 @@ LOOK_HEIGHT = 0.17
 FARTHEST = 0.80
 """Greatest distance of the tool from the arm's base along x and y, m: the site's `workspace`."""
 
-OVER_STANDS = 0.55
+OVER_STANDS = 0.25
 """Height of the tool in the world from which a hand may turn beside a stand, with what it holds, m."""
 
 LIFT = 0.13
@@ -48,14 +48,11 @@ CLEARANCE = 0.05
 GRASP = 0.012
 """Height of the grasp above the object's middle, m."""
 
-LOWER = 0.018
-"""Distance by which a lying object's middle is lower, m."""
-
 OPEN = 0.08
 """Fingers wide open, m."""
 
 CLOSED = 0.03
-"""Gap the fingers close to when they meet nothing, m: the object is 44 mm wide."""
+"""Gap the fingers close to when they meet nothing, m: objects are wider."""
 
 GRIP_FORCE = 10.0
 """N."""
@@ -134,11 +131,17 @@ def deliver(observed: Observation, inputs: Inputs) -> SkillBody:
     observed = yield from _carry(observed, pace)
     if observed.get("object_grasped") is False:
         return
-    x, y, z = observed["delivery_position"]
+    if "object_place" not in observed:
+        return
+    x, y, z = observed["object_place"]
     observed = yield act("move_base", x=x - REACH, y=y, speed=BASE_SPEED)
     if observed.get("object_grasped") is False:
         return
-    grip = z - LOWER if observed.get("object_lying") is True else z + GRASP
+    # From here the mast sees the stand: the place relative to the base, not as far as wheels have slipped.
+    if "object_place" not in observed:
+        return
+    x, y, z = observed["object_place"]
+    grip = z + (0.0 if observed.get("object_lying") is True else GRASP)
     yield from _over(observed, pace, (x, y, grip), CLEARANCE)
     yield act("move_tool", target=(x, y, grip + 0.001), yaw=0.0, speed=NEAR_SPEED)
     yield act("grip", width=OPEN, force=GRIP_FORCE)

@@ -22,7 +22,7 @@ GRIP_FORCE = 10.0
 """N."""
 
 DRAWN_IN = (0.30, 0.0)
-"""Place of the tool that does not hide the table from the cameras, m."""
+"""Place of the tool that does not hide the table from the cameras, from the arm's base, m."""
 
 LOW, HIGH = 0.40, 0.45
 """Heights of the tool there, m: over an empty table, and over one on which something lies or may lie."""
@@ -50,13 +50,15 @@ def stand_still(observed: Observation, inputs: Inputs) -> SkillBody:
 
 def inspect(observed: Observation, inputs: Inputs) -> SkillBody:
     """Bring the tool out of the cameras' sight, over everything that stands on the table, and look."""
-    observed = yield from _sense(observed, "tool_position")
+    observed = yield from _sense(observed, "tool_position", "base_position")
     x, y, z = observed["tool_position"]
     pace = inputs["hand_speed"]
     speed = pace if observed.get("holding") is False else min(CARRY_SPEED, pace)
     if z < TRAVEL_HEIGHT - 0.005:
         yield act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=0.0, speed=speed)
-    yield act("move_tool", target=(*DRAWN_IN, inputs["height"]), yaw=0.0, speed=speed)
+    u, v, base = observed["base_position"]
+    target = (u + DRAWN_IN[0], v + DRAWN_IN[1], base + inputs["height"])
+    yield act("move_tool", target=target, yaw=0.0, speed=speed)
     yield act("look", camera="mast")
 
 

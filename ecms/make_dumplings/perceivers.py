@@ -64,8 +64,9 @@ POT_HALF, POT_DEPTH = (0.08, 0.085), 0.05
 COOKING_TIME = 5.0
 """Time in the pot after which a dumpling is cooked, s."""
 
-SEALING_FORCE = 1.0
-"""Force on the filling above which the wrapper seals, N."""
+SEALING_LOAD = 3.0
+"""Load on the press's bed above which the lid presses on a closed wrapper, N. Wrapper and filling weigh
+1.3 N; from 3 N on, more than 1 N is on the filling, which seals."""
 
 MAX_HEIGHT = 0.20
 """Greatest height of an object on the bench, m: above it is the arm."""
@@ -174,7 +175,7 @@ def see_dumpling(view: View) -> Perception:
     in_pot_since: float | None = None
     seen: dict[str, float] = {}
     while True:
-        pressed = pressed or any(one.value > SEALING_FORCE for one in view.samples["press_force"])
+        pressed = pressed or any(one.value > SEALING_LOAD for one in view.samples["press_force"])
         for name in ("overhead", "side"):
             picture = view.pictures.get(name)
             if picture is None or picture.time <= seen.get(name, -1.0):

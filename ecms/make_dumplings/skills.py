@@ -82,7 +82,11 @@ GAP_WITHIN = 0.005
 """Tolerance of the finger gap around these widths, m."""
 
 DRAWN_IN = (0.30, 0.0, 0.45)
-"""Tool position that does not hide the bench from the cameras, m."""
+"""Tool position that does not hide the bench from the cameras, from the arm's base, m; the arm is there, over
+everything that stands in the cell, while it is driven."""
+
+BASE_SPEED = 0.48
+"""Peak speed of the base, m/s."""
 
 LOOKS = 5
 """Largest number of looks for a wrapper or filling that is not seen."""
@@ -90,8 +94,9 @@ LOOKS = 5
 WRAPPER = ("wrapper_position", "wrapper_yaw")
 """Pose of the wrapper; unknown if the last picture does not show it."""
 
-SPOT = (0.37, 0.10, 0.0145)
-"""Tool position for a filling that was held from the start and has no wrapper to be put on, m."""
+SPOT = (-0.13, 0.10, 0.0145)
+"""Tool position for a filling that was held from the start and has no wrapper to be put on, from the press
+along x and y and from the bench up, m."""
 
 LOADED_CLEARANCE = 0.10
 """Height from which a loaded hand comes down slowly, m: the gate expects up to 60 mm below the fingers."""
@@ -137,6 +142,14 @@ FINGERS_HALF = 0.015
 
 POT_REACH = 0.08
 """From the pot's middle to its walls, m."""
+
+
+def dock(observed: Observation, inputs: Inputs) -> SkillBody:
+    """Raise the tool, draw it in and drive to the dock."""
+    pace = inputs["hand_speed"]
+    yield from _raise_and_draw_in(observed, pace, _drawn_in(observed)[2])
+    x, y, _ = observed["dock_position"]
+    yield act("move_base", x=x, y=y, speed=BASE_SPEED)
 
 
 def prepare(observed: Observation, inputs: Inputs) -> SkillBody:
@@ -211,17 +224,28 @@ def _are_known(observed: Observation, names: Iterable[str]) -> bool:
 
 def _look(observed: Observation, pace: float, *names: str) -> Task:
     """Draw the arm in, with what it holds, and look; again, if the wrapper or one of `names` is unknown."""
-    x, y, z = observed["tool_position"]
-    if dist((x, y, z), DRAWN_IN) > 0.1:
-        if z < TRAVEL_HEIGHT - HEIGHT_WITHIN:
-            yield act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=0.0, speed=NEAR_SPEED)
-        free = pace if observed["holding"] is False else min(CARRY_SPEED, pace)
-        yield act("move_tool", target=DRAWN_IN, yaw=0.0, speed=free)
+    if dist(observed["tool_position"], _drawn_in(observed)) > 0.1:
+        observed = yield from _raise_and_draw_in(observed, pace, TRAVEL_HEIGHT)
     for _ in range(LOOKS):
         observed = yield act("look", camera="overhead")
         if _holds(observed, WRAPPER_GAP) or _are_known(observed, (*WRAPPER, *names)):
             break
     return observed
+
+
+def _raise_and_draw_in(observed: Observation, pace: float, height: float) -> Task:
+    """Raise the tool to `height`, if it is lower, then draw it in."""
+    x, y, z = observed["tool_position"]
+    if z < height - HEIGHT_WITHIN:
+        yield act("move_tool", target=(x, y, height), yaw=0.0, speed=NEAR_SPEED)
+    free = pace if observed["holding"] is False else min(CARRY_SPEED, pace)
+    return (yield act("move_tool", target=_drawn_in(observed), yaw=0.0, speed=free))
+
+
+def _drawn_in(observed: Observation) -> Place:
+    """The tool position of a drawn-in arm, in the world frame."""
+    x, y, z = observed["base_position"]
+    return (x + DRAWN_IN[0], y + DRAWN_IN[1], z + DRAWN_IN[2])
 
 
 def _holds(observed: Observation, gap: float) -> bool:
@@ -297,7 +321,8 @@ def _nudge(observed: Observation, pace: float, thing: Place) -> Leg:
 
 def _lay_filling(observed: Observation, pace: float) -> Task:
     """Grip the filling, if it is seen, and set it down on the wrapper; where there is none, put it back."""
-    back = SPOT
+    x, y, _ = observed["press_position"]
+    back = (x + SPOT[0], y + SPOT[1], SPOT[2])
     if not _holds(observed, FILLING_GAP):
         if "filling_position" not in observed:
             observed = yield from _look(observed, pace, "filling_position")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -10,7 +10,10 @@ from typing import Any
 from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.report import RunReport
 from aeros.agent.execution.step_attempt import StepRunner
-from aeros.agent.memory.posterior import SuccessRecord
+from aeros.agent.memory.evidence import SkillId
+from aeros.agent.memory.experience import ExperiencedEnd
+from aeros.agent.memory.posterior import RecentRecord, SuccessRecord
+from aeros.agent.memory.sightings import RememberedValue, Sighting
 from aeros.agent.memory.store import EpisodeEnd, EpisodeStart, Memory
 from aeros.agent.planning.base import Planner, RulePlanner
 from aeros.agent.planning.routing import RoutedTask
@@ -40,8 +43,20 @@ class Forgetful(Memory):
     def success_record(self, module: str, skill: str, context: str | None = None) -> SuccessRecord:
         return SuccessRecord(0, 0)
 
-    def typical_duration(self, module: str, skill: str) -> None:
+    def recent_records(self, skills: Iterable[SkillId], context: str) -> Mapping[SkillId, RecentRecord]:
+        return dict.fromkeys(skills, RecentRecord())
+
+    def typical_duration(self, module: str, skill: str, code: str = "") -> None:
         return None
+
+    def experience(self, module: str, skill: str, code: str) -> Sequence[ExperiencedEnd]:
+        return ()
+
+    def note_sightings(self, sightings: Iterable[Sighting]) -> None:
+        pass
+
+    def remembered_values(self) -> Mapping[str, RememberedValue]:
+        return {}
 
     def latest_episode(self) -> int:
         return 0

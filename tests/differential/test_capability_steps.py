@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from random import Random
@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.report import RunReport
 from aeros.agent.execution.step_attempt import StepRunner
-from aeros.agent.memory.posterior import SuccessRecord
+from aeros.agent.memory.evidence import SkillId
+from aeros.agent.memory.posterior import RecentRecord
 from aeros.agent.planning.base import RulePlanner
 from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.task_loop import TaskLoop
@@ -78,8 +79,8 @@ class _Choosing(Forgetful):
         self._script = script
         self.order: tuple[str, ...] = ()
 
-    def success_record(self, module: str, skill: str, context: str | None = None) -> SuccessRecord:
-        return _Drawn(0, 0, self, skill)
+    def recent_records(self, skills: Iterable[SkillId], context: str) -> Mapping[SkillId, RecentRecord]:
+        return {one: _Drawn(self, one[1]) for one in skills}
 
     def latest_episode(self) -> int:
         # Asked for once a choice, before anything is drawn.
@@ -88,9 +89,13 @@ class _Choosing(Forgetful):
         return 0
 
 
-@dataclass(frozen=True)
-class _Drawn(SuccessRecord):
+class _Drawn(RecentRecord):
     """Draws by the place of its skill in the order that is due."""
+
+    def __init__(self, memory: _Choosing, skill: str) -> None:
+        super().__init__()
+        object.__setattr__(self, "memory", memory)
+        object.__setattr__(self, "skill", skill)
 
     memory: _Choosing
     skill: str

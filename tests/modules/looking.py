@@ -22,7 +22,7 @@ from aeros.sim.pictures.ray_caster import cast
 from aeros.sim.pictures.scene_solids import SceneSolids, decals_of
 from aeros.sim.randomness import RandomSource
 from aeros.spec.model.scene import BodyPart
-from tests.shipped_scenes import ECMS, shipped_scene
+from tests.shipped_scenes import CAMERAS, ECMS, shipped_scene
 
 Colour = tuple[int, int, int]
 GREY: Colour = (128, 128, 128)
@@ -159,7 +159,8 @@ class Put:
         return self.joints.get(f"{joint.body}.{joint.part}", 0.0)
 
     def look(self, name: str, time: float = 0.0, camera: Camera | None = None) -> Picture:
-        """A picture of one of its cameras, which does not move, or of another one."""
-        view = fixed_camera(self.scene.cameras[name]) if camera is None else camera
+        """A picture of one of its cameras, as its module names it, which does not move, or of another one."""
+        names = CAMERAS["clean_table"] if self.scene.name == "table" else {}
+        view = fixed_camera(self.scene.cameras[names.get(name, name)]) if camera is None else camera
         rgb, depth = cast(view, self._solids.placed(self), decals_of(self.coatings))
         return as_picture(view, rgb, depth, name, time)

@@ -19,12 +19,20 @@ VOLUMES: Final = {
     "workspace": "arm_space",
     "own_base": "arm_column",
     "floor": "drive_space",
+    "aisle": "lane",
     "bench_area": "kitchen_space",
     "press_area": "folding_space",
     "table_area": "counter_space",
     "stands": "hall",
 }
-CAMERAS: Final = {"mast": "pole", "hand": "wrist", "overhead": "top", "side": "level"}
+CAMERAS: Final = {
+    "mast": "pole",
+    "hand": "wrist",
+    "overhead": "top",
+    "side": "level",
+    "table_top": "sky",
+    "table_side": "pole_at_table",
+}
 SENSORS: Final = {
     "joint_encoders": "axes",
     "wheel_odometry": "wheels",
@@ -100,18 +108,18 @@ def slower_site(folder: Path) -> Path:
         "upper": ["750 mm", "700 mm", "600 mm"],
     }
     site["volumes"]["table_area"] |= {
-        "lower": ["260 mm", "-560 mm", "12 mm"],
-        "upper": ["660 mm", "410 mm", "460 mm"],
+        "lower": ["260 mm", "-1760 mm", "12 mm"],
+        "upper": ["660 mm", "-790 mm", "460 mm"],
     }
     for name in ("bench_area", "press_area"):
         del site["volumes"][name]
-    site["enums"]["cameras"] = ["mast", "overhead"]
-    for name in ("hand", "side"):
+    site["enums"]["cameras"] = ["mast", "table_top", "table_side"]
+    for name in ("hand", "overhead", "side"):
         del site["cameras"][name]
         del site["resources"][f"{name}_camera"]
         access = site["policy"]["access"]["sensors"]
         access.remove(f"{name}_camera")
-    site["cameras"]["overhead"]["sees"] = ["table_area"]
+        site["sensor_errors"]["cameras"].pop(name, None)
     site["modules"] = {
         module: {"set": {"hand_speed": "330 mm/s"}} for module in ("clean_table", "inspect_table")
     }

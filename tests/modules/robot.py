@@ -50,6 +50,7 @@ class Robot:
         self._skills = configuration.modules[module].skills
         self.failures: list[Any] = []
         self._module = module
+        self._cameras = configuration.modules[module].names.cameras
         self._sees = ObservationFilter(configuration.modules[module], configuration.site)
         self.plant = PerceivingPlant(
             plant, FixedGovernor(configuration), open_in_process, lambda *event: self.failures.append(event)
@@ -62,8 +63,14 @@ class Robot:
         return seen
 
     def do(self, kind: str, **parameters: Any) -> MotionCompletion:
-        """Do one action."""
-        return execute(self.plant, act(kind, **parameters), allow, self.plant.now() + 60.0)
+        """Do one action; a camera is named as the module names it."""
+        return self._execute(act(kind, **parameters))
+
+    def _execute(self, action: Action) -> MotionCompletion:
+        camera = action.parameters.get("camera")
+        named = {} if camera is None else {"camera": self._cameras.get(camera, camera)}
+        action = act(action.kind, **{**action.parameters, **named})
+        return execute(self.plant, action, allow, self.plant.now() + 60.0)
 
     def run(self, skill: str, actions: int = 1000) -> str | None:
         """Run a skill, at most `actions` of its actions; None, or why one did not complete."""
@@ -72,7 +79,7 @@ class Robot:
         try:
             action: Action = next(body)
             for _ in range(actions):
-                ended = execute(self.plant, action, allow, self.plant.now() + 60.0)
+                ended = self._execute(action)
                 if not ended.completed:
                     return ended.reason
                 action = body.send(self.observed())

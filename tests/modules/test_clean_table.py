@@ -12,16 +12,16 @@ from numpy.typing import NDArray
 
 from aeros.perception import Picture
 from aeros.sim.geometry import Camera, Pose, Vector3, yaw_of, yaw_orientation
-from aeros.sim.layouts.cameras import fixed_camera
 from tests.modules.looking import Put, Top, Watched, draw
-from tests.shipped_scenes import shipped_scene
+from tests.shipped_scenes import overhead
 
 DIRT, FOAM, BLUE, GREEN = (90, 80, 70), (220, 190, 60), (40, 60, 200), (60, 180, 70)
 BIN = (0.45, -0.50, 0.085)
 REST = (0.45, 0.34, 0.015)
 SPONGE = Top(0.45, 0.34, 0.03, (0.05, 0.035), FOAM)
-OVERHEAD = fixed_camera(shipped_scene("table").cameras["overhead"])
-PLACES = {"bin_position": BIN, "sponge_rest_position": REST}
+OVERHEAD = replace(overhead("table"), eye=(0.47, -0.06, 1.45), target=(0.47, -0.06, 0.0))
+"""The camera over the table; the table is drawn so that the middle of its area is at (0.5, 0)."""
+PLACES = {"area_position": (0.5, 0.0, 0.0), "bin_position": BIN, "sponge_rest_position": REST}
 
 
 def seen(*tops: Top, camera: Camera = OVERHEAD) -> dict[str, Any]:
@@ -282,7 +282,9 @@ def test_a_table_without_its_sponge_is_not_verified() -> None:
 
 def test_without_surveyed_places_no_verdict_is_given() -> None:
     picture = draw(OVERHEAD, [SPONGE])
-    found = Watched("clean_table", "see_table").see(0.0, picture)
+    assert Watched("clean_table", "see_table").see(0.0, picture) == {}
+    area = {"area_position": PLACES["area_position"]}
+    found = Watched("clean_table", "see_table", area).see(0.0, picture)
     assert found.keys() == {"sponge_seen", "sponge_position", "sponge_yaw", "wiped_fraction", "table_wiped"}
     mast = draw(OVERHEAD, [SPONGE], name="mast")
     assert Watched("clean_table", "check_table").see(0.0, mast) == {"table_verified": None}
@@ -296,15 +298,15 @@ def apart(a: float, b: float, period: float) -> float:
     return abs((a - b + period / 2.0) % period - period / 2.0)
 
 
-def table(seed: int = 3) -> tuple[Put, Vector3]:
+def table(seed: int = 3) -> tuple[Put, dict[str, Vector3]]:
     scene = Put("table", seed)
-    return scene, scene.poses["sponge_rest_position"].position
+    return scene, {name: scene.poses[name].position for name in PLACES}
 
 
 @pytest.mark.parametrize("seed", range(6))
 def test_sponge_and_clutter_are_seen_where_they_are(seed: int) -> None:
-    scene, rest = table(seed)
-    watched = Watched("clean_table", "see_table", {"bin_position": BIN, "sponge_rest_position": rest})
+    scene, places = table(seed)
+    watched = Watched("clean_table", "see_table", places)
     found = watched.see(0.0, scene.look("overhead"))
     sponge, cube = scene.poses["sponge"], scene.poses["cube"]
     assert dist(found["sponge_position"][:2], sponge.position[:2]) < 0.003
@@ -338,24 +340,24 @@ def disturbed(picture: Picture, deviation: float, raised: float, tilted: float) 
 def test_a_camera_with_noise_or_askew_sees_what_stands_and_no_more(
     seed: int, deviation: float, raised: float, tilted: float
 ) -> None:
-    scene, rest = table(seed)
-    watched = Watched("clean_table", "see_table", {"bin_position": BIN, "sponge_rest_position": rest})
+    scene, places = table(seed)
+    watched = Watched("clean_table", "see_table", places)
     cube = scene.poses["cube"]
     found = watched.see(0.0, disturbed(scene.look("overhead"), deviation, raised, tilted))
     assert (found["clutter_on_table"], found["wiping_area_clear"]) == (True, True)
     assert dist(found["clutter_position"], cube.position) < 0.003 + tilted + 3.0 * deviation
-    scene.put("cube", 0.5, 0.1, 0.02)
+    scene.put("cube", 0.5, -1.1, 0.02)
     found = watched.see(1.0, disturbed(scene.look("overhead", 1.0), deviation, raised, tilted))
     assert (found["clutter_on_table"], found["wiping_area_clear"]) == (True, False)
     for body, x in (("cube", 0.42), ("can", 0.48)):
-        scene.put(body, x, -0.5, 0.03)
+        scene.put(body, x, -1.7, 0.03)
     found = watched.see(2.0, disturbed(scene.look("overhead", 2.0), deviation, raised, tilted))
     assert (found["clutter_on_table"], found["wiping_area_clear"]) == (False, True)
 
 
 def test_the_mast_verifies_a_clean_table_with_its_sponge_and_nothing_else() -> None:
-    scene, rest = table()
-    watched = Watched("clean_table", "check_table", {"bin_position": BIN, "sponge_rest_position": rest})
+    scene, places = table()
+    watched = Watched("clean_table", "check_table", places)
 
     def is_verified() -> bool:
         found: bool = watched.see(0.0, scene.look("mast"))["table_verified"]
@@ -365,7 +367,7 @@ def test_the_mast_verifies_a_clean_table_with_its_sponge_and_nothing_else() -> N
     scene.coatings["dirt"].wiped[:] = True
     assert not is_verified(), "clutter is seen"
     for body, x in (("cube", 0.42), ("can", 0.48)):
-        scene.put(body, x, -0.5, 0.03)
+        scene.put(body, x, -1.7, 0.03)
     assert is_verified()
     at = scene.poses["sponge"].position
     scene.poses["sponge"] = Pose((at[0], at[1] - 0.05, at[2]), yaw_orientation(0.2))

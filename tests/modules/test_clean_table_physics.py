@@ -87,14 +87,14 @@ def test_carrying_the_sponge_over_the_dirt_wipes_nothing() -> None:
         assert clean(plant) == 0.0
 
 
-@pytest.mark.parametrize("cube", [((0.41, -0.35, 0.021), 0.1), ((0.493, -0.39, 0.021), -0.288)])
+@pytest.mark.parametrize("cube", [((0.41, -1.55, 0.021), 0.1), ((0.493, -1.59, 0.021), -0.288)])
 def test_clutter_at_the_bin_is_reached_and_a_can_that_lies_is_gripped(
     cube: tuple[Vector3, float], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     place, yaw = cube
 
     def fallen(scene: Scene, chance: RandomSource) -> dict[str, Pose]:
-        lying = Pose((0.57, -0.24, 0.021), (0.0, 2**-0.5, 0.0, 2**-0.5))
+        lying = Pose((0.57, -1.44, 0.021), (0.0, 2**-0.5, 0.0, 2**-0.5))
         return {**place_things(scene, chance), "cube": Pose(place, yaw_orientation(yaw)), "can": lying}
 
     monkeypatch.setattr(physics_scene, "place_things", fallen)
@@ -133,19 +133,20 @@ def is_in_bin(plant: PhysicsPlant, body: str) -> bool:
     """True if the middle of a body is in the bin."""
     assert isinstance(plant._scene, PhysicsScene)
     x, y, _ = plant._scene.pose_of(BodyPart(body)).position
-    return abs(x - 0.45) < 0.09 and abs(y + 0.50) < 0.08
+    return abs(x - 0.45) < 0.09 and abs(y + 1.70) < 0.08
 
 
 OBSERVED = {
     "holding": False,
-    "tool_position": (0.4, 0.0, 0.2),
+    "tool_position": (0.4, -1.2, 0.2),
+    "base_position": (0.0, -1.2, 0.0),
     "sponge_seen": True,
-    "sponge_position": (0.5, 0.25, 0.015),
+    "sponge_position": (0.5, -0.95, 0.015),
     "sponge_yaw": 0.0,
-    "sponge_rest_position": (0.45, 0.34, 0.015),
-    "bin_position": (0.45, -0.5, 0.085),
+    "sponge_rest_position": (0.45, -0.86, 0.015),
+    "bin_position": (0.45, -1.7, 0.085),
     "clutter_on_table": True,
-    "clutter_position": (0.4, -0.25, 0.02),
+    "clutter_position": (0.4, -1.45, 0.02),
     "clutter_yaw": 0.0,
     "clutter_length": 0.04,
 }
@@ -173,7 +174,7 @@ def test_a_skill_waits_or_looks_for_a_reading_that_is_missing(missing: str) -> N
     while action != trying:
         action = body.send(without)
     assert body.send(without) == trying
-    assert body.send({**OBSERVED, "tool_position": (0.3, 0.0, 0.4)}) != trying
+    assert body.send({**OBSERVED, "tool_position": (0.3, -1.2, 0.4)}) != trying
 
 
 def test_clutter_in_a_hand_that_was_stopped_is_let_go_over_the_bin_alone() -> None:
@@ -182,7 +183,7 @@ def test_clutter_in_a_hand_that_was_stopped_is_let_go_over_the_bin_alone() -> No
     while actions[-1].kind != "grip":
         actions.append(body.send({**OBSERVED, "holding": True}))
     x, y, _ = actions[-2].parameters["target"]
-    assert (x, y) == (0.45, -0.5)
+    assert (x, y) == (0.45, -1.7)
 
 
 def test_layout_varies_with_the_seed_and_repeats() -> None:

@@ -10,6 +10,10 @@ import pytest
 
 from aeros.perception import Picture
 from aeros.sim.geometry import Camera, Vector3
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_site
+from aeros.spec.model.site import Site
+from aeros.spec.text.discovery import reference_site_path
 from tests.modules.looking import GREY, Put, Top, Watched, as_picture, draw
 
 ABOVE = Camera(eye=(0.5, 0.1, 1.5), target=(0.5, 0.1, 0.0), up=(1.0, 0.0, 0.0), field_of_view=40.0)
@@ -18,6 +22,18 @@ ABOVE = Camera(eye=(0.5, 0.1, 1.5), target=(0.5, 0.1, 0.0), up=(1.0, 0.0, 0.0), 
 RED = (200, 30, 40)
 STANDING = Top(0.6, 0.2, 0.08, (0.022, 0.0), RED, is_round=True)
 DELIVERY = (1.7, -1.1, 0.44)
+SURVEY = {"station_survey": (0.0, 0.2, 0.0), "delivery_position": DELIVERY}
+
+
+def reference_site() -> Site:
+    found = load_site(reference_site_path(), Diagnostics())
+    assert found is not None
+    return found
+
+
+OBJECTS = {name: one.for_perceivers() for name, one in reference_site().objects.items()}
+WANTED = {"object": "red_can", "to": "middle", "objects": OBJECTS}
+"""What an instruction says of the task, and what the site says of its objects."""
 
 
 def lying(heading: float) -> Top:
@@ -26,9 +42,8 @@ def lying(heading: float) -> Top:
 
 
 def seen(picture: Picture, delivery: Vector3 = DELIVERY) -> dict[str, Any]:
-    found: dict[str, Any] = Watched("fetch_object", "find_can", {"delivery_position": delivery}).see(
-        0.0, picture
-    )
+    places = {**WANTED, **SURVEY, "delivery_position": delivery}
+    found: dict[str, Any] = Watched("fetch_object", "find_object", places).see(0.0, picture)
     return found
 
 
@@ -61,6 +76,24 @@ def test_a_lying_can_is_a_strip_and_is_gripped_across_its_axis(heading: float) -
 def test_a_heading_is_from_minus_a_quarter_turn_on() -> None:
     assert from_mast(lying(pi - 0.6))["object_yaw"] == pytest.approx(-0.6, abs=0.1)
     assert from_mast(lying(-pi + 0.6))["object_yaw"] == pytest.approx(0.6, abs=0.1)
+
+
+@pytest.mark.parametrize(("beyond", "is_seen"), [(0.52, True), (0.58, False)])
+def test_a_red_thing_far_from_the_stands_is_no_can(beyond: float, is_seen: bool) -> None:
+    # The picture shows y from -0.6 to 0.8 m.
+    for station in ((0.6, 0.2 - beyond, 0.0), (0.6 - beyond, 0.2, 0.0), (0.6 + beyond, 0.2, 0.0)):
+        places = {**WANTED, "station_survey": station, "delivery_position": station}
+        watched = Watched("fetch_object", "find_object", places)
+        assert watched.see(0.0, draw(ABOVE, [STANDING], name="mast"))["object_seen"] is is_seen
+
+
+@pytest.mark.parametrize("missing", SURVEY)
+def test_while_the_stands_are_unknown_no_value_is_given_and_the_picture_is_kept(missing: str) -> None:
+    known = {name: at for name, at in SURVEY.items() if name != missing}
+    watched = Watched("fetch_object", "find_object", {**WANTED, **known})
+    assert watched.see(0.0, draw(ABOVE, [STANDING], name="mast")) == {}
+    watched.readings |= SURVEY
+    assert watched.see(0.1)["object_seen"] is True
 
 
 def test_without_enough_red_there_is_no_can() -> None:
@@ -187,7 +220,7 @@ def test_the_hand_sees_where_the_can_is_and_how_it_lies() -> None:
 
 
 def test_a_value_that_a_later_picture_does_not_show_keeps_its_time() -> None:
-    watched = Watched("fetch_object", "find_can", {"delivery_position": DELIVERY})
+    watched = Watched("fetch_object", "find_object", {**WANTED, **SURVEY})
     watched.see(1.0, draw(ABOVE, [lying(0.0), wall(-0.065, 0.08, 0.0, (0.135, 0.01))], name="mast", time=1.0))
     found = watched.see(2.0, draw(ABOVE, [], name="hand", time=2.0))
     assert (found["object_seen"], found["object_free"]) == (False, False)
@@ -199,9 +232,15 @@ def test_a_value_that_a_later_picture_does_not_show_keeps_its_time() -> None:
 
 # What is felt, and where to drive.
 
-STATION = (1.25, 0.2, 0.3)
-CAN = (1.83, 0.2, 0.441)
-EMPTY = {"holding": False, "finger_gap": 0.08, "base_position": (0.0, 0.0, 0.3), "station_survey": STATION}
+STATION = (-0.05, 2.4, 0.0)
+CAN = (0.53, 2.4, 0.141)
+EMPTY = {
+    **WANTED,
+    "holding": False,
+    "finger_gap": 0.08,
+    "base_position": (0.0, 0.0, 0.0),
+    "station_survey": STATION,
+}
 
 
 def tracked(time: float, **readings: Any) -> dict[str, Any]:
@@ -262,33 +301,34 @@ def test_a_picture_from_before_the_can_was_held_no_longer_counts() -> None:
 @pytest.mark.parametrize(
     ("place", "before_it"),
     [
-        ((1.75, 0.30, 0.0), False),
-        ((1.75, 0.36, 0.0), True),
-        ((1.60, 0.20, 0.0), True),
-        ((1.96, 0.20, 0.0), True),
+        ((0.33, 2.40, 0.0), False),
+        ((0.33, 2.46, 0.0), True),
+        ((0.18, 2.30, 0.0), True),
+        ((0.54, 2.30, 0.0), True),
     ],
 )
 def test_the_station_moves_to_a_can_seen_out_of_reach_or_far_to_the_side(
     place: Vector3, before_it: bool
 ) -> None:
-    station = (1.17, 0.20, 0.3)
+    station = (-0.25, 2.30, 0.0)
     found = tracked(
         1.0, station_survey=station, object_seen=True, object_seen_time=1.0, object_position=place
     )
-    there = pytest.approx((place[0] - 0.58, place[1], 0.3))
+    there = pytest.approx((place[0] - 0.58, place[1], 0.0))
     assert found["station_position"] == (there if before_it else station)
 
 
 def test_the_robot_does_not_leave_the_floor_to_reach_a_can() -> None:
     seen_now = {"object_seen": True, "object_seen_time": 1.0}
-    for place, station in (((9.0, 9.0, 0.0), (1.6, 0.6, 0.3)), ((-9.0, -9.0, 0.0), (-0.5, -1.4, 0.3))):
+    for place, station in (((9.0, 9.0, 0.0), (0.03, 2.595, 0.0)), ((-9.0, -9.0, 0.0), (-0.595, -1.295, 0.0))):
         assert tracked(1.0, **seen_now, object_position=place)["station_position"] == station
     old = tracked(31.1, **seen_now, object_position=(9.0, 9.0, 0.0))
     assert old["station_position"] == STATION
 
 
 @pytest.mark.parametrize(
-    ("base", "is_there"), [((1.25, 0.229, 0.3), True), ((1.25, 0.231, 0.3), False), ((1.25, 0.2, 9.0), True)]
+    ("base", "is_there"),
+    [((-0.05, 2.429, 0.0), True), ((-0.05, 2.431, 0.0), False), ((-0.05, 2.4, 9.0), True)],
 )
 def test_the_robot_is_at_its_station_within_3_cm(base: Vector3, is_there: bool) -> None:
     assert tracked(0.0, base_position=base)["robot_at_target"] is is_there

@@ -97,9 +97,9 @@ def test_the_can_and_the_decoy_differ_in_width(thing: str, is_can: bool) -> None
 def test_wiping_without_a_sponge_in_the_hand_wipes_nothing() -> None:
     one = robot("clean_table", "table")
     one.do("grip", width=0.0, force=10.0)
-    one.do("move_tool", target=(0.5, 0.1, 0.02), yaw=0.0, speed=0.25)
-    assert one.do("slide", target=(0.5, -0.1, 0.0), force=4.0, speed=0.1).completed
-    assert one.do("move_tool", target=(0.3, 0.0, 0.45), yaw=0.0, speed=0.25).completed
+    one.do("move_tool", target=(0.5, -1.1, 0.02), yaw=0.0, speed=0.25)
+    assert one.do("slide", target=(0.5, -1.3, 0.0), force=4.0, speed=0.1).completed
+    assert one.do("move_tool", target=(0.3, -1.2, 0.45), yaw=0.0, speed=0.25).completed
     one.do("look", camera="overhead")
     assert one.observed()["wiped_fraction"] == 0.0
 
@@ -122,10 +122,10 @@ def test_can_and_decoy_stand_on_their_stand_and_are_as_wide_as_they_are() -> Non
 def test_hands_press_on_the_stands_and_on_the_floor() -> None:
     (_, things), laid = built("fetch"), room_layout(SEED)
     for x, y, top in (
-        (*laid.stands[0][:2], 0.4),
-        (*laid.stands[1][:2], 0.4),
-        (3.0, 2.0, 0.0),
-        (-1.5, -2.5, 0.0),
+        (*laid.stands[0][:2], 0.1),
+        (*laid.stands[1][:2], 0.1),
+        (2.0, 2.0, -0.3),
+        (-1.5, -2.5, -0.3),
     ):
         things.tick(Pose((x, y, top + 0.008), yaw_orientation(0.0)), 0.0)
         assert things.load == pytest.approx(10.0)
@@ -151,7 +151,9 @@ def test_places_are_surveyed_as_the_modules_own_variables() -> None:
     (scene, _), laid = built("table"), table_layout(SEED)
     assert dict(scene.measure()) == {
         "clean_table.sponge_rest_position": laid.rest,
-        "clean_table.bin_position": (0.45, -0.5, pytest.approx(0.085)),
+        "clean_table.bin_position": (0.45, pytest.approx(-1.7), pytest.approx(0.085)),
+        "clean_table.area_position": (0.5, pytest.approx(-1.2), 0.0),
+        "clean_table.dock_position": (0.0, pytest.approx(-1.2), 0.0),
     }
     assert set(scene.truth()) == {
         "clean_table.table_wiped",
@@ -167,7 +169,7 @@ def test_a_held_sponge_wipes_where_it_is_pressed_with_more_than_1_n(depth: float
     tool = Pose((x, y, z + 0.034), laid.sponge.orientation)
     things.grip(tool)
     # 10 kN/m: 0.2 mm too deep are 2 N.
-    things.tick(Pose((0.5, 0.0, z + 0.034 - depth), tool.orientation), 0.04)
+    things.tick(Pose((0.5, -1.2, z + 0.034 - depth), tool.orientation), 0.04)
     scene.tick(SOMEWHERE)
     # The foam covers 100 mm by 70 mm of 300 mm by 300 mm.
     assert scene.wiped_share("dirt") == (pytest.approx(70 / 900, abs=0.02) if wipes else 0.0)
@@ -175,7 +177,7 @@ def test_a_held_sponge_wipes_where_it_is_pressed_with_more_than_1_n(depth: float
 
 def test_a_hand_without_the_sponge_wipes_nothing() -> None:
     scene, things = built("table")
-    things.tick(Pose((0.5, 0.0, 0.005), yaw_orientation(0.0)), 0.04)
+    things.tick(Pose((0.5, -1.2, 0.005), yaw_orientation(0.0)), 0.04)
     assert things.load > 1.0
     scene.tick(SOMEWHERE)
     assert scene.wiped_share("dirt") == 0.0
@@ -185,6 +187,6 @@ def test_a_table_is_organized_in_truth_once_both_pieces_are_in_the_bin() -> None
     (scene, things), laid = built("table"), table_layout(SEED)
     for pose, x, is_organized in ((laid.cube, 0.42, False), (laid.can, 0.48, True)):
         things.grip(Pose(add(pose.position, (0.0, 0.0, 0.015)), pose.orientation))
-        things.tick(Pose((x, -0.5, 0.2), pose.orientation), 0.04)
+        things.tick(Pose((x, -1.7, 0.2), pose.orientation), 0.04)
         things.release()
         assert scene.truth()["clean_table.table_organized"] is is_organized

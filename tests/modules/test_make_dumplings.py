@@ -276,7 +276,7 @@ def test_a_wrapper_is_aligned_with_the_press_or_only_on_it(
     assert found["filling_position"] is None
 
 
-def closed_dumpling(force: float = 1.5) -> Bench:
+def closed_dumpling(force: float = 3.1) -> Bench:
     """A filled wrapper that was closed and pressed, and looked at from above and from the side."""
     bench = Bench()
     bench.put(PRESS, 0.0, filling=None)
@@ -306,7 +306,7 @@ def test_a_picture_without_a_wrapper_says_nothing_of_it() -> None:
     assert (found["dumpling_wrapped"], bench.watched.answer["dumpling_wrapped"].time) == (False, 0.0)
 
 
-@pytest.mark.parametrize(("force", "is_wrapped"), [(1.5, True), (1.0, False)])
+@pytest.mark.parametrize(("force", "is_wrapped"), [(3.1, True), (3.0, False)])
 def test_a_dumpling_is_wrapped_if_it_is_closed_filled_and_was_pressed(force: float, is_wrapped: bool) -> None:
     assert closed_dumpling(force).watched.answer["dumpling_wrapped"].value is is_wrapped
 
@@ -315,7 +315,7 @@ def test_an_empty_or_open_wrapper_is_no_dumpling() -> None:
     for fold, filling in ((pi, (9.0, 9.0, 9.0)), (0.0, None)):
         bench = Bench()
         bench.put(PRESS, fold, filling=filling)
-        bench.look(0.0, force=1.5)
+        bench.look(0.0, force=3.1)
         assert bench.look(1.0, "side")["dumpling_wrapped"] is False
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from aeros.agent.execution.attempt import RAN_STATUSES, AttemptResult, PendingAttempt
 from aeros.agent.execution.dispatcher import Dispatch, Dispatcher
+from aeros.agent.execution.failure_streak import FailureStreak
 from aeros.agent.execution.repeats import (
     LOOK_AGAIN_PAUSE_S,
     MOST_NOT_STARTED,
@@ -33,7 +34,8 @@ class FailureRules:
         dispatcher: prefers other providers than those that it is told to avoid.
 
     Attributes:
-        repeats: failures of this run that chance does not explain.
+        repeats: failures of this run that chance does not explain, other than declared ones.
+        streak: declared failures since the last success.
     """
 
     def __init__(self, runtime: Runtime, memory: Memory, dispatcher: Dispatcher) -> None:
@@ -41,6 +43,7 @@ class FailureRules:
         self._memory = memory
         self._dispatcher = dispatcher
         self.repeats = RepeatedFailures()
+        self.streak = FailureStreak()
 
     def after_step(
         self,
@@ -68,19 +71,24 @@ class FailureRules:
         dispatch = pending.dispatch
         is_known = not (judgement.is_undeclared or judgement.is_unknown)
         raised = result.status is StepStatus.RAISED
+        useless = self._streak_reason(pending, result, judgement)
         times = self._count_failures(pending, result, judgement, after)
         is_repeated = times >= MOST_OF_A_KIND
         repeatable = record.failed and record.status in RAN_STATUSES and is_known and not raised
         hopeless = self._no_retry_reason(dispatch) if repeatable else ""
         if times > 1:
             hopeless = f"it failed {times} times in the same way"
+        is_repeated = is_repeated or bool(useless)
+        hopeless = useless or hopeless
         if raised or is_repeated or (result.status is StepStatus.DENIED and not result.is_transient):
             self._dispatcher.avoid(dispatch.request.module, dispatch.request.skill)
         # What chance does not explain is not tried again: another provider may be, the same may not.
         stops = stops or ((raised or is_repeated) and not self._dispatcher.has_another(dispatch))
+        if useless:
+            self.streak.reset()
         return AttemptResult(
             record.failed,
-            record.reason,
+            f"{record.reason}; {useless}" if useless else record.reason,
             repeatable,
             record,
             result.outputs,
@@ -134,10 +142,22 @@ class FailureRules:
         place = [] if joints is None else [round(float(one), 3) for one in joints]
         return self.repeats.count(step, result.status, causes, beginning.before, place)
 
+    def _streak_reason(self, pending: PendingAttempt, result: StepResult, judgement: StepAssessment) -> str:
+        """Note how a step ended; return why another try is no use, empty if it may be of use."""
+        if not judgement.failed:
+            self.streak.reset()
+        if result.status is not StepStatus.FINISHED or not judgement.failed or judgement.outcome is None:
+            return ""
+        dispatch, beginning = pending.dispatch, pending.episode_start
+        skill = (dispatch.request.module, dispatch.request.skill)
+        record = self._memory.success_record(*skill, dispatch.context)
+        self.streak.add(skill, dispatch.skill, beginning.before, beginning.started, record)
+        return self.streak.reason_to_stop(skill, self._runtime.now())
+
     def _no_retry_reason(self, dispatch: Dispatch) -> str:
         """Return why memory makes another attempt in this context hopeless; empty if it does not."""
         request = dispatch.request
-        records = {option.skill: option.record for option in dispatch.options}
+        records = {option.skill: option.record for option in dispatch.choice.options}
         records |= {
             request.skill: self._memory.success_record(request.module, request.skill, dispatch.context)
         }

@@ -7,8 +7,9 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
-from aeros.agent.execution.dispatcher import ChosenComposition, Dispatch, ProviderOption
+from aeros.agent.execution.dispatcher import ChosenComposition, Dispatch
 from aeros.agent.execution.journal import Journal
+from aeros.agent.execution.provider_choice import ProviderOption
 from aeros.agent.execution.report import StepRole
 from aeros.agent.execution.supervisor import StepAssessment
 from aeros.agent.world.world import WorldModel
@@ -29,15 +30,18 @@ def record_provider_choice(
         name: capability that was asked for.
         dispatch: the choice, with its options.
     """
-    if dispatch.options:
+    choice = dispatch.choice
+    if choice.options:
         journal.record(
             "provider-selected",
-            f"`{_chosen_name(module, dispatch)}` for {module}.{name}: "
-            + "; ".join(map(str, dispatch.options)),
+            f"`{_chosen_name(module, dispatch)}` for {module}.{name} ({choice.reason}): "
+            + "; ".join(map(str, choice.options)),
             capability=f"{module}.{name}",
             skill=".".join(owner_of(_chosen_name(module, dispatch), module)),
             context=json.loads(dispatch.context),
-            options=[_option_to_json(option) for option in dispatch.options],
+            reason=choice.reason,
+            explores=choice.is_exploration,
+            options=[_option_to_json(option) for option in choice.options],
         )
 
 
@@ -60,6 +64,7 @@ def record_start(journal: Journal, role: StepRole, dispatch: Dispatch, inputs: M
     record, usual = dispatch.record, dispatch.typical_duration
     name = f"{dispatch.request.module}.{dispatch.request.skill}"
     took = "" if usual is None else f"; successes take {usual}"
+    took += f"; timeout {float(dispatch.skill.timeout):g} s"
     journal.record_step(
         "step-started",
         f"{role.value} {name} ({record.successes} successes and {record.failures} failures so far{took})",
@@ -69,6 +74,7 @@ def record_start(journal: Journal, role: StepRole, dispatch: Dispatch, inputs: M
         successes=record.successes,
         failures=record.failures,
         usual_seconds=None if usual is None else usual.median,
+        timeout_seconds=float(dispatch.skill.timeout),
     )
 
 
@@ -175,6 +181,9 @@ def _option_to_json(option: ProviderOption) -> dict[str, Any]:
     return {
         "skill": option.skill,
         "record": asdict(option.record),
+        "recent": {name: round(value, 6) for name, value in asdict(option.recent).items()},
+        "usual_seconds": option.seconds,
+        "expected_seconds": option.expected_s,
         "drawn": option.sampled_success,
         "why_not": option.unavailable_reason,
     }

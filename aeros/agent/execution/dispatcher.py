@@ -1,10 +1,9 @@
 """Make a request for the runtime from a step of a plan: an active skill and all its inputs.
 
-If the step names a capability, one of its providers is chosen by Thompson sampling: among the providers whose
-preconditions are measured as true, the one with the highest chance of success drawn from its posterior in
-this context. So providers that worked better are chosen more often and little-known ones are still tried.
-Providers may be of several modules: of the step's own, or of those that it requires. A provider may be a
-composition: then its record is that of the skill of it that succeeded least.
+If the step names a capability, one of its alternatives is chosen (`provider_choice.py`) among those whose
+preconditions are measured as true, by their results in this context and by their usual durations. They may be
+of several modules: of the step's own, or of those that it requires. One may be a composition: then its record
+is that of the skill of it that succeeded least, and its duration the sum of those of its skills.
 
 The proof of the planning rules covers every provider, so any choice is covered by it. The draw is a function
 of the seed and of the memory's content: the same memory gives the same choice. A provider that the gate has
@@ -15,15 +14,18 @@ The choice is only a request: the gate decides its actions like any others and d
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from random import Random
-from typing import Any
+from typing import Any, Final
 
+from aeros.agent.execution.provider_choice import ProviderChoice, ProviderOption, choose_provider
 from aeros.agent.execution.supervisor import composition_obstacle, start_obstacle
 from aeros.agent.memory.context import evidence_context
-from aeros.agent.memory.posterior import SuccessRecord
-from aeros.agent.memory.store import DurationStats, Memory
+from aeros.agent.memory.evidence import DurationStats, SkillId
+from aeros.agent.memory.posterior import NO_RESULTS, RecentRecord, SuccessRecord
+from aeros.agent.memory.store import Memory
 from aeros.agent.planning.task_graph import input_problems
 from aeros.agent.world.values import to_exact
 from aeros.agent.world.world import WorldModel
@@ -33,6 +35,8 @@ from aeros.spec.model.cause import Cause
 from aeros.spec.model.composition import Composition
 from aeros.spec.model.ecm import Alternative, Ecm, Skill, owner_of
 
+_NO_CHOICE: Final = ProviderChoice((), None, "")
+
 
 class DispatchError(Exception):
     """A step for which nothing can be started; the message says why, `causes` says the same as data."""
@@ -40,32 +44,6 @@ class DispatchError(Exception):
     def __init__(self, reason: str, *causes: Cause) -> None:
         super().__init__(reason)
         self.causes = causes
-
-
-@dataclass(frozen=True, slots=True)
-class ProviderOption:
-    """A provider as the choice saw it.
-
-    Attributes:
-        skill: id of the skill, or name of the composition; `MODULE.NAME` for one of another module.
-        record: successes and failures in the context of the choice; of a composition, those of the skill that
-            succeeded least.
-        sampled_success: chance of success drawn for it, in [0, 1]; None if it was not available.
-        unavailable_reason: why it was not available; empty if it was.
-    """
-
-    skill: str
-    record: SuccessRecord
-    sampled_success: float | None
-    unavailable_reason: str = ""
-
-    def __str__(self) -> str:
-        text = f"`{self.skill}` {self.record} succeeded"
-        return (
-            f"{text}, not now: {self.unavailable_reason}"
-            if self.sampled_success is None
-            else f"{text}, drew {self.sampled_success:.3f}"
-        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,8 +56,10 @@ class Dispatch:
         context: context in which its ending is evidence; see `memory/context.py`.
         record: successes and failures of the skill in all contexts.
         typical_duration: duration of its latest successes (s); None if there are none.
-        options: providers that were considered, the chosen one included; empty if the step names a skill.
+        choice: providers that were considered, and why it was chosen; without options if the step names a
+            skill.
         caller: id of the module whose step asked for it.
+        code: digest of the code of the skill's module.
     """
 
     request: StepRequest
@@ -87,8 +67,9 @@ class Dispatch:
     context: str
     record: SuccessRecord
     typical_duration: DurationStats | None
-    options: tuple[ProviderOption, ...] = ()
+    choice: ProviderChoice = _NO_CHOICE
     caller: str = ""
+    code: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,14 +81,14 @@ class ChosenComposition:
         module: id of the module that asks for it.
         composition: the composition, with its skills named as that module names them.
         context: context of the choice.
-        options: alternatives that were considered, the chosen one included.
+        choice: alternatives that were considered, and why it was chosen.
     """
 
     name: str
     module: str
     composition: Composition
     context: str
-    options: tuple[ProviderOption, ...] = ()
+    choice: ProviderChoice = _NO_CHOICE
 
 
 class Dispatcher:
@@ -118,7 +99,8 @@ class Dispatcher:
         self._memory = memory
         self._task = task
         self._seed = seed
-        self.denied: set[tuple[str, str]] = set()
+        self._explorations: Counter[str] = Counter()
+        self.denied: set[SkillId] = set()
 
     def avoid(self, module: str, skill: str) -> None:
         """Prefer other providers from now on, because this skill was denied for good or its code raised.
@@ -140,7 +122,7 @@ class Dispatcher:
         """
         return any(
             one.sampled_success is not None and owner_of(one.skill, dispatch.caller) not in self.denied
-            for one in dispatch.options
+            for one in dispatch.choice.options
         )
 
     def dispatch(
@@ -171,26 +153,25 @@ class Dispatcher:
         runs = [run for one in candidates for run in one.runs]
         others = [ecm for ecm, _ in runs if ecm.id != module]
         context = evidence_context(self._task, active, [skill for _, skill in runs], world, others)
-        options = self._options(candidates, context)
-        chosen, option = max(
-            zip(candidates, options, strict=True),
-            key=lambda pair: -1.0 if pair[1].sampled_success is None else pair[1].sampled_success,
-        )
-        if option.sampled_success is None:
+        choice = self._choose(f"{module}.{name}", candidates, context)
+        if choice.chosen is None:
             unable = [one.problem for one in candidates if one.problem is not None]
             raise DispatchError("; ".join(map(_problem_text, unable)), *unable)
-        options = () if name in active.callable_skills else options
+        chosen = candidates[choice.chosen]
+        if name in active.callable_skills:
+            choice = _NO_CHOICE
         if chosen.composition is not None:
-            return ChosenComposition(chosen.name, module, chosen.composition, context, options)
+            return ChosenComposition(chosen.name, module, chosen.composition, context, choice)
         ((owner, skill),) = chosen.runs
         return Dispatch(
             StepRequest(owner.id, skill.id, _with_defaults(skill, inputs)),
             skill,
             context,
             self._memory.success_record(owner.id, skill.id),
-            self._memory.typical_duration(owner.id, skill.id),
-            options,
+            self._memory.typical_duration(owner.id, skill.id, owner.code_digest),
+            choice,
             module,
+            owner.code_digest,
         )
 
     def _candidate(
@@ -215,21 +196,34 @@ class Dispatcher:
             problem = composition_obstacle(f"{module.id}.{one.name}", one.composition, world)
         return _Candidate(one.name, tuple(runs), one.composition, problem)
 
-    def _options(self, candidates: Sequence[_Candidate], context: str) -> tuple[ProviderOption, ...]:
+    def _choose(self, capability: str, candidates: Sequence[_Candidate], context: str) -> ProviderChoice:
         can = [one for one in candidates if one.problem is None]
         preferred = [one for one in can if not self.denied & one.names] or can
         random = Random(f"{self._seed} {self._memory.latest_episode()}")  # noqa: S311  exploration, no secret
-        options = []
-        for one in candidates:
-            records = [self._memory.success_record(ecm.id, skill.id, context) for ecm, skill in one.runs]
-            # A composition is as good as the skill of it that succeeded least. Without any records, each
-            # alternative is as likely as another.
-            record = min(records, key=lambda each: each.mean, default=SuccessRecord(0, 0))
-            # Drawn for each, so that a draw does not depend on which of the others may start.
-            drawn = record.sample(random)
-            why = "" if one in preferred else _unavailable_reason(one.problem)
-            options.append(ProviderOption(one.name, record, None if why else drawn, why))
-        return tuple(options)
+        recent = self._memory.recent_records([run for one in candidates for run in one.run_ids], context)
+        options = [
+            self._option(one, context, recent, "" if one in preferred else _unavailable_reason(one.problem))
+            for one in candidates
+        ]
+        choice = choose_provider(options, random, self._explorations[capability])
+        self._explorations[capability] += choice.is_exploration
+        return choice
+
+    def _option(
+        self, one: _Candidate, context: str, recent: Mapping[SkillId, RecentRecord], unavailable: str
+    ) -> ProviderOption:
+        # A composition is as good as the skill of it that succeeded least. Without any records, each
+        # alternative is as likely as another.
+        weakest = min(one.run_ids, key=lambda run: recent[run].mean, default=None)
+        took = [self._memory.typical_duration(ecm.id, skill.id, ecm.code_digest) for ecm, skill in one.runs]
+        seconds = [one.median for one in took if one is not None]
+        return ProviderOption(
+            one.name,
+            SuccessRecord(0, 0) if weakest is None else self._memory.success_record(*weakest, context),
+            NO_RESULTS if weakest is None else recent[weakest],
+            sum(seconds) if seconds and len(seconds) == len(took) else None,
+            unavailable,
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -242,8 +236,12 @@ class _Candidate:
     problem: Cause | None
 
     @property
-    def names(self) -> set[tuple[str, str]]:
-        return {(ecm.id, skill.id) for ecm, skill in self.runs}
+    def run_ids(self) -> tuple[SkillId, ...]:
+        return tuple((ecm.id, skill.id) for ecm, skill in self.runs)
+
+    @property
+    def names(self) -> set[SkillId]:
+        return set(self.run_ids)
 
 
 def _problem(module: Ecm, skill: Skill, inputs: Mapping[str, Any], world: WorldModel) -> Cause | None:

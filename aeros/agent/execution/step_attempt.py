@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
 from typing import Any
 
 from aeros.agent.execution.after_failure import FailureRules
@@ -22,6 +21,7 @@ from aeros.agent.execution.attempt_journal import (
 )
 from aeros.agent.execution.dispatcher import ChosenComposition, Dispatcher, DispatchError
 from aeros.agent.execution.journal import Journal
+from aeros.agent.execution.planning_memory import PlanningMemory
 from aeros.agent.execution.report import StepRecord, StepRole
 from aeros.agent.execution.supervisor import assess_step
 from aeros.agent.execution.uncertain_steps import UncertainSteps
@@ -46,6 +46,7 @@ class StepRunner:
         self.planned_in: list[Mapping[str, Any]] = []
         self._failures: list[Cause] = []
         self.records: list[StepRecord] = []
+        self.planning_memory = PlanningMemory(runtime, memory)
         self.bars = UncertainSteps()
         self.failure_rules = FailureRules(runtime, memory, self.dispatcher)
         self._planned_state: Mapping[str, Any] | None = None
@@ -93,9 +94,10 @@ class StepRunner:
         """Return the world for a planner and remember that a plan is made in it.
 
         Returns:
-            The world as last measured, with the causes of step failures since the previous plan.
+            The world as last measured, with the causes of step failures since the previous plan, and the
+            last values seen of what is not measured now.
         """
-        world = replace(self.world, failures=tuple(self._failures))
+        world = self.planning_memory.view(self.world, self._failures)
         self._failures.clear()
         self._planned_state = world.predicates
         if world.predicates not in self.planned_in:
@@ -168,10 +170,16 @@ class StepRunner:
             step = (request.module, request.skill, request.inputs)
             return self._not_started(role, step, barred, (cause,))
         given = {key: to_json_value(value) for key, value in dispatch.request.inputs.items()}
-        time, before = self._runtime.now(), self.world.predicates
-        chosen = dispatch.request.skill
         beginning = EpisodeStart(
-            self._task, request.module, chosen, role.value, given, time, before, dispatch.context
+            task=self._task,
+            module=request.module,
+            skill=request.skill,
+            role=role.value,
+            inputs=given,
+            started=self._runtime.now(),
+            before=self.world.predicates,
+            context=dispatch.context,
+            code=dispatch.code,
         )
         episode = self._memory.start_episode(beginning)
         record_start(self._journal, role, dispatch, given)
@@ -202,6 +210,7 @@ class StepRunner:
         ended = self._runtime.now()
         after = self.observe()
         judgement = assess_step(request.module, dispatch.skill, result, after, pending.episode_start.before)
+        self.planning_memory.note(after)
         causes = causes_to_json(judgement.causes)
         self._failures += judgement.causes
         ending = EpisodeEnd(

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from aeros.agent.instructions import english
+from aeros.agent.instructions.arguments import StatedValues, ValuePhrase, counted_parameter, value_phrases
 from aeros.agent.instructions.phrases import Words
 from aeros.agent.planning.routing import RoutedTask
 from aeros.spec.diagnostics.words import normalized_words
@@ -23,6 +24,7 @@ class Coverage:
         unknown: words that the task does not declare.
         counts: numbers, as said, but for a `one` before an object.
         repetitions: words that ask for several times, as said.
+        values: values that the words state for the task's parameters.
         starts_with_object: True if an object is named before the first phrase that asks for the task.
     """
 
@@ -32,19 +34,48 @@ class Coverage:
     unknown: Words
     counts: Words
     repetitions: Words
+    values: StatedValues
     starts_with_object: bool = False
+
+    @property
+    def routed(self) -> RoutedTask:
+        """The task with its arguments."""
+        return replace(self.entry.routed, arguments=self.values.arguments)
+
+    @property
+    def prohibited(self) -> RoutedTask:
+        """The task with only those arguments that the words say: without any, all are meant."""
+        return replace(self.entry.routed, arguments=self.values.stated)
+
+    @property
+    def names_pronoun(self) -> bool:
+        """True if a pronoun stands for what it acts on."""
+        return any(one[0] in english.PRONOUNS for one in self.objects if len(one) == 1)
+
+    def repeats(self, last: RoutedTask | None) -> bool:
+        """Check if the words only name another object of the request before: `the can and the block`.
+
+        Args:
+            last: the task of the request before; None if there is none.
+
+        Returns:
+            True if the same task is asked for again, with that object.
+        """
+        is_same = last is not None and self.entry.routed.covers(last)
+        return is_same and self.is_object_alone and self.values.is_specific
 
     @property
     def is_whole(self) -> bool:
         """True if the words ask for the task, name an object if it needs one, and leave nothing over."""
         names_object = bool(self.objects) or not self.entry.objects
-        leaves_nothing = not (self.unknown or self.counts or self.repetitions)
+        leaves_nothing = not (self.unknown or self.counts or self.repetitions or self.values.fault)
         return bool(self.triggers) and names_object and leaves_nothing
 
     @property
     def is_object_alone(self) -> bool:
         """True if the words name objects of the task and nothing else."""
-        return bool(self.objects) and not (self.triggers or self.unknown or self.counts or self.repetitions)
+        is_more = self.triggers or self.unknown or self.counts or self.repetitions or self.values.fault
+        return bool(self.objects) and not is_more
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,12 +87,14 @@ class TaskPhrases:
         triggers: phrases that ask for it: verbs, or any words if it declares no objects.
         objects: phrases of what it acts on.
         extras: phrases that may be said with it and change nothing.
+        values: phrases for values of its parameters.
     """
 
     routed: RoutedTask
     triggers: tuple[Words, ...]
     objects: tuple[Words, ...]
     extras: tuple[Words, ...]
+    values: tuple[ValuePhrase, ...] = ()
 
     def cover(self, words: Words, *, knows_pronoun: bool, is_perfect: bool = False) -> Coverage:
         """Cover words with the longest declared phrases, from the left.
@@ -79,12 +112,21 @@ class TaskPhrases:
         unknown: list[str] = []
         counts: list[str] = []
         repetitions: list[str] = []
+        stated = StatedValues(self.routed.task)
         starts_with_object = False
         particles = {phrase[-1] for phrase in self.triggers if len(phrase) == 2} & english.PARTICLES
         at = 0
         while at < len(words):
             found, length = self._longest(words, at, is_perfect=is_perfect)
             word = words[at]
+            value = self._value_phrase(words, at, more_than=length - 1, is_perfect=is_perfect)
+            if value is not None:
+                stated.add(value)
+                if value.names_object:
+                    starts_with_object = starts_with_object or not triggers
+                    objects.append(words[at : at + len(value.words)])
+                at += len(value.words)
+                continue
             if length:
                 spoken = words[at : at + length]
                 if found is self.triggers:
@@ -106,7 +148,11 @@ class TaskPhrases:
                 repetitions.append(word)
             elif number is not None:
                 nouns = self.objects or self.triggers
-                if number != 1 or self._longest(words, at + 1, is_perfect=is_perfect)[0] is not nouns:
+                is_of_noun = self._longest(words, at + 1, is_perfect=is_perfect)[0] is nouns
+                following = self._value_phrase(words, at + 1, more_than=0, is_perfect=is_perfect)
+                if counted_parameter(self.routed.task) is not None and is_of_noun:
+                    stated.add_number(word, number)
+                elif number != 1 or not (is_of_noun or (following is not None and following.names_object)):
                     counts.append(word)
             elif word not in english.FILLERS and word not in english.DETERMINERS:
                 unknown.append(word)
@@ -118,7 +164,20 @@ class TaskPhrases:
             tuple(unknown),
             tuple(counts),
             tuple(repetitions),
+            stated,
             starts_with_object,
+        )
+
+    def _value_phrase(self, words: Words, at: int, *, more_than: int, is_perfect: bool) -> ValuePhrase | None:
+        """Return the longest phrase for a value at a place, if it has more words than that."""
+        return next(
+            (
+                one
+                for one in self.values
+                if len(one.words) > more_than
+                and _stands_at(one.words, words, at, is_perfect=is_perfect, is_verb=False)
+            ),
+            None,
         )
 
     def _longest(self, words: Words, at: int, *, is_perfect: bool) -> tuple[tuple[Words, ...], int]:
@@ -150,6 +209,7 @@ def task_phrases(modules: Mapping[str, Ecm]) -> tuple[TaskPhrases, ...]:
             _as_words(task.trigger_phrases),
             _as_words(task.object_phrases),
             _as_words(task.extra_phrases),
+            value_phrases(task),
         )
         for name, module in modules.items()
         for task in module.tasks.values()

@@ -59,7 +59,7 @@ def require_plain_reason(
         entry.routed
         for entry in tasks
         if (found := entry.cover(words, knows_pronoun=False)).triggers and found.objects
-        if not is_stated and entry.routed not in asked_for
+        if not is_stated and not any(entry.routed.covers(one) for one in asked_for)
     ]
     if doubtful or asked:
         why = quoted(doubtful[0]) if doubtful else f"`{asked[0]}`"

@@ -6,7 +6,8 @@
 3.  A prohibition never moves anything. Skills that only prohibited tasks use are used for nothing else.
 4.  A condition of a request is measured when its turn comes. Unless it is measured as true, the request is
     skipped.
-5.  If several tasks may be meant, all are named; the caller may ask the user which one.
+5.  If several tasks may be meant, or several values of a parameter, all are named; the caller may ask the
+    user which one.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from itertools import product
 from typing import Final, TypeAlias
 
 from aeros.agent.instructions import english
+from aeros.agent.instructions.arguments import is_object
 from aeros.agent.instructions.conditions import find_condition
 from aeros.agent.instructions.grammar import (
     InstructionError,
@@ -29,6 +31,7 @@ from aeros.agent.instructions.grammar import (
     parse_instruction,
 )
 from aeros.agent.instructions.lexicon import Coverage, TaskPhrases, task_phrases
+from aeros.agent.instructions.named_task import named_tasks
 from aeros.agent.instructions.phrases import Words
 from aeros.agent.instructions.reasons import require_plain_reason, without_statements
 from aeros.agent.instructions.wordings import wordings
@@ -57,10 +60,10 @@ class AmbiguousInstructionError(InstructionError):
     Args:
         reason: text of the reason.
         part: words of the part.
-        candidates: the tasks, as MODULE.TASK.
+        candidates: an unambiguous instruction for each meaning, by a name for it.
     """
 
-    def __init__(self, reason: str, part: str, candidates: tuple[str, ...]) -> None:
+    def __init__(self, reason: str, part: str, candidates: Mapping[str, str]) -> None:
         super().__init__(reason)
         self.part = part
         self.candidates = candidates
@@ -95,8 +98,8 @@ class Errand:
 
     @property
     def formal_text(self) -> str:
-        """Formal text: the task, its goal and its condition."""
-        text = f"{self.routed}: {self.routed.task.goal_text}"
+        """Formal text: the task with its arguments, its goal and its condition."""
+        text = f"{self.routed.formal_text}: {self.routed.task.goal_text}"
         return f"{text} (if {self.condition_text})" if self.condition is not None else text
 
 
@@ -130,7 +133,7 @@ class Understanding:
     def formal_lines(self) -> tuple[str, ...]:
         """Formal text of each request in order, then of each prohibition."""
         return tuple(one.formal_text for one in self.errands) + tuple(
-            f"never {routed}" for routed in self.prohibited
+            f"never {routed.formal_text}" for routed in self.prohibited
         )
 
 
@@ -146,7 +149,8 @@ def understand(
     """Find the tasks that an instruction asks for.
 
     Args:
-        instruction: words of the user, or the name of a task (`MODULE.TASK` or `TASK`).
+        instruction: words of the user, or the name of a task (`MODULE.TASK` or `TASK`), with values of its
+            parameters, as in `fetch_object object=red_can`.
         modules: active modules by id.
         inactive: returns the other installed modules; called only if the instruction is not understood.
 
@@ -158,11 +162,11 @@ def understand(
         InstructionError: a part is not understood, prohibits what another part asks for, or asks for nothing.
     """
     tasks = task_phrases(modules)
-    named = _named_tasks(instruction, tasks)
+    named = named_tasks(instruction, [entry.routed for entry in tasks])
     if len(named) > 1:
-        raise _ambiguous(instruction, [entry.routed for entry in named])
+        raise _ambiguous(instruction, named)
     if named:
-        return Understanding(instruction, (Errand(named[0].routed),))
+        return Understanding(instruction, (Errand(named[0]),))
     try:
         return _understand(instruction, tasks)
     except (AmbiguousInstructionError, NothingAskedError):
@@ -181,7 +185,7 @@ def is_task_name(instruction: str, modules: Mapping[str, Ecm]) -> bool:
     Returns:
         True if it is MODULE.TASK or TASK.
     """
-    return bool(_named_tasks(instruction, task_phrases(modules)))
+    return bool(named_tasks(instruction, [entry.routed for entry in task_phrases(modules)]))
 
 
 def single_errand(understanding: Understanding) -> RoutedTask:
@@ -251,16 +255,6 @@ def with_goal(understanding: Understanding, goal: ActionCondition) -> Understand
     return replace(understanding, errands=(replace(errand, routed=replace(errand.routed, task=task)),))
 
 
-def _named_tasks(instruction: str, tasks: Sequence[TaskPhrases]) -> list[TaskPhrases]:
-    """Return the tasks whose name is the instruction."""
-    words = normalized_words(instruction)
-    return [
-        entry
-        for entry in tasks
-        if words in (normalized_words(entry.routed.task.id), normalized_words(str(entry.routed)))
-    ]
-
-
 def _with_inactive(
     instruction: str, refusal: InstructionError, inactive: Mapping[str, Ecm]
 ) -> InstructionError:
@@ -268,9 +262,8 @@ def _with_inactive(
     if not inactive:
         return refusal
     tasks = task_phrases(inactive)
-    named = _named_tasks(instruction, tasks)
     try:
-        found = [entry.routed for entry in named] or [
+        found = named_tasks(instruction, [entry.routed for entry in tasks]) or [
             errand.routed for errand in _understand(instruction, tasks).errands
         ]
     except AmbiguousInstructionError:
@@ -297,7 +290,9 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
             if segment.mood is Mood.REQUEST:
                 errand = _errand(segment, condition, tasks, context)
                 context.append(errand)
-                if not errands or errands[-1] != errand:
+                if errands and segment.link is Link.JOINED and _says_where(errands[-1], errand, segment):
+                    errands[-1] = errand
+                elif not errands or errands[-1] != errand:
                     errands.append(errand)
             elif _is_universal(segment):
                 prohibits_all = segment.text
@@ -306,15 +301,28 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
     if prohibits_all and errands:
         raise NothingAskedError(f"{quoted(prohibits_all)} contradicts the rest of the instruction")
     if prohibits_all or not errands:
-        never = ", ".join(f"`{routed}`" for routed in prohibited) or quoted(prohibits_all)
+        never = ", ".join(f"`{routed.formal_text}`" for routed in prohibited) or quoted(prohibits_all)
         raise NothingAskedError(f"nothing is asked for, and {never} is prohibited, so nothing moves")
     for errand in errands:
-        if errand.routed in prohibited:
-            raise NothingAskedError(f"the instruction asks for `{errand.routed}` and prohibits it")
+        if any(one.covers(errand.routed) for one in prohibited):
+            raise NothingAskedError(
+                f"the instruction asks for `{errand.routed.formal_text}` and prohibits it"
+            )
     for reason in reasons:
         require_plain_reason(reason, tasks, [errand.routed for errand in errands])
     account = tuple(f"{quoted(' '.join(reason.words))}: a reason, asks for nothing" for reason in reasons)
     return Understanding(instruction, tuple(errands), tuple(prohibited), account=account)
+
+
+def _says_where(before: Errand, errand: Errand, segment: Segment) -> bool:
+    """Return True for the second half of `fetch the can and put it on the right`: one request, not two."""
+    routed = before.routed
+    is_same = routed.task is errand.routed.task and before.condition is errand.condition is None
+    parameters = routed.task.parameters
+    unsaid = all(
+        is_object(one) or routed.arguments.get(name) == one.default for name, one in parameters.items()
+    )
+    return is_same and bool(parameters) and unsaid and "it" in segment.words
 
 
 def _context(
@@ -406,7 +414,7 @@ def _errand(
     # The condition names an object, so `it` in the request may stand for that.
     context = [*before, *(Errand(entry.routed) for entry, *_ in meanings[:1])]
     routed = _task_of(segment, tasks, context)
-    asked = next(entry for entry in tasks if entry.routed == routed)
+    asked = next(entry for entry in tasks if entry.routed.covers(routed))
     own = find_condition(condition, asked, is_own=True)
     if own is None and not meanings:
         declared = sorted({phrase for entry in tasks for phrase in entry.routed.task.condition_phrases})
@@ -443,21 +451,23 @@ def _task_of(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence[Er
         is_polite = segment.is_polite and may_wish
         for variant in wordings(words, is_polite=is_polite, is_perfect=segment.is_perfect):
             coverages = [
-                entry.cover(variant.words, knows_pronoun=entry.routed == last, is_perfect=variant.is_perfect)
+                entry.cover(
+                    variant.words,
+                    knows_pronoun=last is not None and entry.routed.covers(last),
+                    is_perfect=variant.is_perfect,
+                )
                 for entry in tasks
             ]
             whole = [
-                one.entry.routed
+                one
                 for one in coverages
-                if one.is_whole and (one.starts_with_object or not variant.needs_object_first)
+                if (one.is_whole and (one.starts_with_object or not variant.needs_object_first))
+                or one.repeats(last)
             ]
             if len(whole) == 1:
-                return whole[0]
+                return _with_arguments(segment, whole[0], last)
             if whole:
-                raise _ambiguous(segment.text, whole)
-            again = [one.entry.routed for one in coverages if one.is_object_alone]
-            if last is not None and again == [last] and segment.link is not Link.START:
-                return last  # as in `bring the red can, then the blue one`
+                raise _ambiguous(segment.text, [one.entry.routed for one in whole])
             refusal = refusal or _not_covered(segment, coverages)
     assert refusal is not None  # noqa: S101 - the first round makes one
     raise refusal
@@ -466,8 +476,43 @@ def _task_of(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence[Er
 def _ambiguous(text: str, candidates: Sequence[RoutedTask]) -> AmbiguousInstructionError:
     named = ", ".join(f"`{routed}` ({', '.join(routed.task.trigger_phrases)})" for routed in candidates)
     return AmbiguousInstructionError(
-        f"{quoted(text)} may mean several tasks: {named}", text, tuple(map(str, candidates))
+        f"{quoted(text)} may mean several tasks: {named}",
+        text,
+        {str(routed): routed.instruction for routed in candidates},
     )
+
+
+def _with_arguments(segment: Segment, coverage: Coverage, last: RoutedTask | None) -> RoutedTask:
+    """Return the task with its arguments; a pronoun stands for the object of the request before.
+
+    Raises:
+        AmbiguousInstructionError: an argument may have several values.
+        InstructionError: an argument is missing that is a number.
+    """
+    routed = coverage.routed
+    if last is not None and coverage.names_pronoun and not coverage.values.is_specific:
+        before = {
+            name: one for name, one in last.arguments.items() if is_object(routed.task.parameters[name])
+        }
+        arguments = routed.task.complete_arguments({**routed.arguments, **before})
+        return replace(routed, arguments=arguments)
+    for name, values in coverage.values.open_parameters():
+        candidates = {
+            one: replace(routed, arguments={**routed.arguments, name: one}).instruction for one in values
+        }
+        listed = ", ".join(f"`{one}`" for one in values)
+        parameter = routed.task.parameters[name]
+        stated = {one: ", ".join(parameter.phrases.get(one, ())) for one in values}
+        shown = ", ".join(f"`{one}` ({stated[one]})" for one in values) if any(stated.values()) else listed
+        if not values:
+            raise InstructionError(
+                f"{quoted(segment.text)} does not say `{name}` of `{routed}`; write "
+                f"`aeros run --task {routed} {name}=VALUE`"
+            )
+        raise AmbiguousInstructionError(
+            f"{quoted(segment.text)} leaves open `{name}` of `{routed}`: {shown}", segment.text, candidates
+        )
+    return routed
 
 
 def _prohibited(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence[Errand]) -> list[RoutedTask]:
@@ -486,14 +531,15 @@ def _prohibited(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence
     found: list[RoutedTask] = []
     for part in parts:
         coverages = [
-            entry.cover(part, knows_pronoun=entry.routed == last, is_perfect=True) for entry in tasks
+            entry.cover(part, knows_pronoun=last is not None and entry.routed.covers(last), is_perfect=True)
+            for entry in tasks
         ]
         possible = [
-            one.entry.routed
+            one.prohibited
             for one in coverages
             if not (one.unknown or one.repetitions) and (one.triggers or one.objects)
         ] or [
-            one.entry.routed
+            one.prohibited
             for one in coverages
             if one.triggers and all(word in english.UNIVERSAL for word in one.unknown)
         ]
@@ -535,6 +581,8 @@ def _not_covered(segment: Segment, coverages: Sequence[Coverage]) -> Instruction
     if best.unknown:
         unknown = ", ".join(quoted(word) for word in dict.fromkeys(best.unknown))
         return InstructionError(f"in {text}, `{routed}` does not know {unknown}; {_known_phrases(best)}")
+    if best.values.fault:
+        return InstructionError(f"in {text}, {best.values.fault}")
     if best.counts or best.repetitions:
         counted = ", ".join(quoted(word) for word in best.counts + best.repetitions)
         return InstructionError(

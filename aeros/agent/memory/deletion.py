@@ -28,18 +28,20 @@ class DeletedRows:
         episodes: number of attempts of skills.
         events: number of events.
         facts: number of learned facts.
+        sightings: number of variables seen, in each session.
     """
 
     sessions: int
     episodes: int
     events: int
     facts: int
+    sightings: int
 
 
-DeletionFilter: TypeAlias = Callable[[sqlite3.Connection], None]
+DeletionFilter: TypeAlias = Callable[[sqlite3.Connection], object]
 """Function that deletes the selected rows of a memory."""
 
-_TABLES: Final = ("sessions", "episodes", "events", "facts")
+_TABLES: Final = ("sessions", "episodes", "events", "facts", "sightings")
 
 
 def filter_by_skill(name: str) -> DeletionFilter:
@@ -60,6 +62,18 @@ def filter_by_skill(name: str) -> DeletionFilter:
         database.execute("DELETE FROM facts WHERE mentions(key) OR mentions(value)")
 
     return forget
+
+
+def filter_by_variable(name: str) -> DeletionFilter:
+    """Select what was seen of a variable.
+
+    Args:
+        name: name of the variable.
+
+    Returns:
+        A function that deletes these rows.
+    """
+    return lambda database: database.execute("DELETE FROM sightings WHERE variable = ?", (name,))
 
 
 def filter_by_session(number: int) -> DeletionFilter:
@@ -96,7 +110,7 @@ def _forget_sessions(database: sqlite3.Connection, which: str, value: int | str)
     within = f"(SELECT id FROM sessions WHERE {which})"  # noqa: S608  of this file
     sources = f"(SELECT 'session ' || number FROM sessions WHERE {which})"  # noqa: S608
     database.execute(f"DELETE FROM facts WHERE source IN {sources}", (value,))  # noqa: S608
-    for table in ("episodes", "events"):
+    for table in ("episodes", "events", "sightings"):
         database.execute(f"DELETE FROM {table} WHERE session IN {within}", (value,))  # noqa: S608
     database.execute(f"DELETE FROM sessions WHERE {which}", (value,))  # noqa: S608
 

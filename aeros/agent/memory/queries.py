@@ -14,13 +14,29 @@ from pathlib import Path
 from typing import Any, Final
 
 from aeros.agent.errors import AgentError
+from aeros.agent.memory.evidence import (
+    DurationStats,
+    read_experience,
+    read_success_record,
+    read_typical_duration,
+)
+from aeros.agent.memory.experience import ExperienceSource
 from aeros.agent.memory.posterior import SuccessRecord
 from aeros.agent.memory.schema import open_database
-from aeros.agent.memory.store import DurationStats, read_success_record, read_typical_duration
+from aeros.agent.memory.sightings import RememberedValue, read_remembered
 
-_JSON_COLUMNS: Final = frozenset(("inputs", "before", "after", "context", "details", "value", "causes"))
-_TABLES: Final = {"session": "sessions", "episode": "episodes", "event": "events", "fact": "facts"}
+_JSON_COLUMNS: Final = frozenset(
+    ("inputs", "before", "after", "context", "details", "value", "first_value", "causes")
+)
+_TABLES: Final = {
+    "session": "sessions",
+    "episode": "episodes",
+    "event": "events",
+    "fact": "facts",
+    "sighting": "sightings",
+}
 _MAX_REASONS: Final = 3
+_MAX_INPUTS: Final = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +61,21 @@ class EpisodeFilter:
 
 
 @dataclass(frozen=True, slots=True)
+class ContextSummary:
+    """Record of a skill in one context on one plant.
+
+    Attributes:
+        context: the context; None if it was not kept.
+        plant: name of the plant; None if it was not kept.
+        record: successes and failures.
+    """
+
+    context: dict[str, Any] | None
+    plant: str | None
+    record: SuccessRecord
+
+
+@dataclass(frozen=True, slots=True)
 class SkillSummary:
     """Summary of the episodes of a skill.
 
@@ -52,15 +83,20 @@ class SkillSummary:
         skill: skill as MODULE.SKILL.
         record: successes and failures in all contexts.
         typical_duration: duration of its latest successes (s); None if there are none.
-        contexts: record of each context; the context is None if it was not kept.
+        contexts: record of each context on each plant.
         reasons: most frequent reasons of failure, with their counts.
+        inputs: record with each set of inputs, most successful first; empty if there was only one.
+        obstacles: rules, readings and conditions that denied, stopped or prevented the skill, each as its
+            kind and name, with their counts.
     """
 
     skill: str
     record: SuccessRecord
     typical_duration: DurationStats | None
-    contexts: tuple[tuple[dict[str, Any] | None, SuccessRecord], ...]
+    contexts: tuple[ContextSummary, ...]
     reasons: tuple[tuple[str, int], ...]
+    inputs: tuple[tuple[dict[str, Any], SuccessRecord], ...] = ()
+    obstacles: tuple[tuple[str, str, int], ...] = ()
 
 
 class MemoryReader:
@@ -87,13 +123,45 @@ class MemoryReader:
                     read_typical_duration(self._database, module, skill),
                     tuple(self._contexts(module, skill)),
                     tuple(self._reasons(module, skill)),
+                    tuple(self._inputs(module, skill)),
+                    tuple(self._obstacles(module, skill)),
                 )
 
-    def _contexts(self, module: str, skill: str) -> Iterator[tuple[dict[str, Any] | None, SuccessRecord]]:
-        sql = """SELECT context, sum(failed = 0), sum(failed = 1) FROM episodes
-                 WHERE module = ? AND skill = ? AND counts = 1 GROUP BY context ORDER BY max(id) DESC"""
-        for context, successes, failures in self._run(sql, module, skill):
-            yield None if context is None else json.loads(context), SuccessRecord(successes, failures)
+    def experience_on(self, plant: str) -> ExperienceSource:
+        """Make the reader of the ends of skills on a plant, for `with_experience`.
+
+        Args:
+            plant: name of the plant.
+
+        Returns:
+            The reader.
+        """
+        return lambda module, skill, code: read_experience(self._database, module, skill, (plant, code))
+
+    def _contexts(self, module: str, skill: str) -> Iterator[ContextSummary]:
+        sql = """SELECT context, plant, sum(failed = 0), sum(failed = 1)
+                 FROM episodes JOIN sessions ON sessions.id = session
+                 WHERE module = ? AND skill = ? AND counts = 1 GROUP BY context, plant
+                 ORDER BY max(episodes.id) DESC"""
+        for context, plant, *counts in self._run(sql, module, skill):
+            decoded = None if context is None else json.loads(context)
+            yield ContextSummary(decoded, plant, SuccessRecord(*counts))
+
+    def _inputs(self, module: str, skill: str) -> list[tuple[dict[str, Any], SuccessRecord]]:
+        sql = """SELECT inputs, sum(failed = 0), sum(failed = 1) FROM episodes
+                 WHERE module = ? AND skill = ? AND counts = 1 GROUP BY inputs ORDER BY max(id) DESC"""
+        found = [
+            (json.loads(inputs), SuccessRecord(*counts)) for inputs, *counts in self._run(sql, module, skill)
+        ]
+        return sorted(found, key=lambda one: -one[1].mean)[:_MAX_INPUTS] if len(found) > 1 else []
+
+    def _obstacles(self, module: str, skill: str) -> list[tuple[str, str, int]]:
+        sql = """SELECT json_extract(cause.value, '$.kind') AS kind,
+                        json_extract(cause.value, '$.rule') AS name, count(*) AS times
+                 FROM episodes, json_each(coalesce(causes, '[]')) AS cause
+                 WHERE module = ? AND skill = ? AND kind NOT IN ('outcome', 'undeclared-outcome')
+                 GROUP BY kind, name ORDER BY times DESC, max(episodes.id) DESC LIMIT ?"""
+        return [(kind, name, times) for kind, name, times in self._run(sql, module, skill, _MAX_REASONS)]
 
     def _reasons(self, module: str, skill: str) -> list[tuple[str, int]]:
         sql = """SELECT reason, count(*) FROM episodes WHERE module = ? AND skill = ? AND failed = 1
@@ -138,6 +206,20 @@ class MemoryReader:
             {"session": session, "time": time, **json.loads(details)}
             for session, time, details in self._run(sql)
         ]
+
+    def remembered_values(self, plant: str | None = None) -> list[RememberedValue]:
+        """List what was seen.
+
+        Args:
+            plant: name of the plant; None for that of the latest session.
+
+        Returns:
+            The memory of each variable, by name.
+        """
+        if plant is None:
+            latest = self._run("SELECT plant FROM sessions ORDER BY id DESC LIMIT 1").fetchone()
+            plant = "" if latest is None or latest[0] is None else str(latest[0])
+        return read_remembered(self._database, plant)
 
     def facts(self) -> list[dict[str, Any]]:
         """List all facts.

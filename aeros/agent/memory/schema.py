@@ -58,7 +58,27 @@ _MIGRATION_4: Final = tuple(
     for old, new in RENAMED_EVENTS.items()
 )
 
-_MIGRATIONS: Final = (_MIGRATION_1, _MIGRATION_2, _MIGRATION_3, _MIGRATION_4)
+# `plant` and `code`: results and durations on another plant, or of other code, are no evidence. NULL where
+# they were not kept, so that no such episode is evidence.
+_MIGRATION_5: Final = (
+    "ALTER TABLE sessions ADD COLUMN plant TEXT",
+    "ALTER TABLE episodes ADD COLUMN code TEXT",
+    "CREATE INDEX episodes_of_context ON episodes (context, counts)",
+)
+
+# What was seen: the first and the latest value of each variable in each session.
+_MIGRATION_6: Final = (
+    """CREATE TABLE sightings (
+  session INTEGER NOT NULL REFERENCES sessions, variable TEXT NOT NULL, first_value TEXT NOT NULL,
+  value TEXT NOT NULL, time REAL NOT NULL, seen TEXT NOT NULL, source TEXT, uncertainty REAL,
+  PRIMARY KEY (session, variable)
+) STRICT""",
+)
+
+_MIGRATIONS: Final = (
+    *(_MIGRATION_1, _MIGRATION_2, _MIGRATION_3),
+    *(_MIGRATION_4, _MIGRATION_5, _MIGRATION_6),
+)
 
 SCHEMA_VERSION: Final = MEMORY.version
 

@@ -9,18 +9,27 @@ from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from statistics import quantiles
 from typing import Any, Final, TypeVar
 
 from aeros.agent.errors import AgentError
 from aeros.agent.identity import Identity
-from aeros.agent.memory.posterior import SuccessRecord
+from aeros.agent.memory.evidence import (
+    DurationStats,
+    SkillId,
+    read_experience,
+    read_recent_records,
+    read_success_record,
+    read_typical_duration,
+)
+from aeros.agent.memory.experience import ExperiencedEnd
+from aeros.agent.memory.posterior import RecentRecord, SuccessRecord
 from aeros.agent.memory.schema import open_database
+from aeros.agent.memory.sightings import RememberedValue, Sighting, SightingLog, read_remembered
 
 _T = TypeVar("_T")
 
@@ -28,9 +37,6 @@ _ENCODER: Final = json.JSONEncoder(allow_nan=False, sort_keys=True)
 
 INTERRUPTED: Final = "interrupted"
 """The status of a step whose ending nobody saw."""
-
-_DURATION_SAMPLES: Final = 101
-"""Number of the latest successes that a skill's usual duration is computed from."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +52,7 @@ class EpisodeStart:
         started: plant time (s).
         before: predicates as measured, JSON values.
         context: context in which the step's ending is evidence; see `context.py`.
+        code: digest of the module's code.
     """
 
     task: str
@@ -56,6 +63,7 @@ class EpisodeStart:
     started: float
     before: Mapping[str, Any]
     context: str
+    code: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,25 +92,6 @@ class EpisodeEnd:
 
 
 @dataclass(frozen=True, slots=True)
-class DurationStats:
-    """Statistics of the durations of a skill's latest successes.
-
-    Attributes:
-        median: plant seconds.
-        low, high: lower and upper quartile, plant seconds.
-        successes: number of the successes.
-    """
-
-    median: float
-    low: float
-    high: float
-    successes: int
-
-    def __str__(self) -> str:
-        return f"{self.median:.1f} s, half of them {self.low:.1f} to {self.high:.1f} s"
-
-
-@dataclass(frozen=True, slots=True)
 class Fact:
     """A fact that was learned, and its source.
 
@@ -116,11 +105,16 @@ class Fact:
 
 
 class Memory:
-    """The memory in one session; made by `open_memory` alone."""
+    """The memory in one session; made by `open_memory` alone.
 
-    def __init__(self, database: sqlite3.Connection, session: int) -> None:
+    Only episodes on the plant of this session are evidence: what a simulator does says little of a robot.
+    """
+
+    def __init__(self, database: sqlite3.Connection, session: int, plant: str = "") -> None:
         self._database = database
         self._session = session
+        self._plant = plant
+        self._sightings = SightingLog(database, session)
 
     def start_episode(self, step: EpisodeStart) -> int:
         """Write the start of an episode.
@@ -132,11 +126,11 @@ class Memory:
             The number of the episode, for `end_episode`.
         """
         sql = """INSERT INTO episodes
-                 (session, task, module, skill, role, inputs, started, before, context)
-                 VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)"""
+                 (session, task, module, skill, role, inputs, started, before, context, code)
+                 VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"""
         inputs, before = _json(step.inputs), _json(step.before)
         what = (step.task, step.module, step.skill, step.role)
-        row = (self._session, *what, inputs, step.started, before, step.context)
+        row = (self._session, *what, inputs, step.started, before, step.context, step.code)
         episode = self._run(sql, row).lastrowid
         assert episode is not None  # noqa: S101  an INSERT always has one
         return episode
@@ -201,7 +195,7 @@ class Memory:
         return None if row is None else Fact(json.loads(row[0]), row[1])
 
     def success_record(self, module: str, skill: str, context: str | None = None) -> SuccessRecord:
-        """Count the successes and failures of a skill, without endings that do not count.
+        """Count the successes and failures of a skill on this plant, without endings that do not count.
 
         Args:
             module: id of the module.
@@ -211,19 +205,67 @@ class Memory:
         Returns:
             The counts.
         """
-        return self._query(lambda database: read_success_record(database, module, skill, context))
+        return self._query(
+            lambda database: read_success_record(database, module, skill, context, self._plant)
+        )
 
-    def typical_duration(self, module: str, skill: str) -> DurationStats | None:
-        """Summarize the durations of a skill's latest successes.
+    def recent_records(self, skills: Iterable[SkillId], context: str) -> Mapping[SkillId, RecentRecord]:
+        """Weigh the results of skills on this plant by their age, for a choice between the skills.
+
+        Args:
+            skills: module and id of each skill.
+            context: context that must agree.
+
+        Returns:
+            The record of each skill.
+        """
+        named = tuple(skills)
+        return self._query(lambda database: read_recent_records(database, named, context, self._plant))
+
+    def typical_duration(self, module: str, skill: str, code: str = "") -> DurationStats | None:
+        """Summarize the durations of a skill's latest successes on this plant.
 
         Args:
             module: id of the module.
             skill: id of the skill.
+            code: digest of the module's code; the durations of other code are no evidence.
 
         Returns:
             Median and quartiles (s); None if there are no successes.
         """
-        return self._query(lambda database: read_typical_duration(database, module, skill))
+        return self._query(
+            lambda database: read_typical_duration(database, module, skill, (self._plant, code))
+        )
+
+    def experience(self, module: str, skill: str, code: str) -> Sequence[ExperiencedEnd]:
+        """List the latest ends of a skill on this plant that are evidence; an `ExperienceSource`.
+
+        Args:
+            module: id of the module.
+            skill: id of the skill.
+            code: digest of the module's code, which must agree.
+
+        Returns:
+            The ends, newest first.
+        """
+        return self._query(lambda database: read_experience(database, module, skill, (self._plant, code)))
+
+    def note_sightings(self, sightings: Iterable[Sighting]) -> None:
+        """Write what was measured, as far as it is new.
+
+        Args:
+            sightings: what was measured.
+        """
+        self._query(lambda _: self._sightings.write(sightings))
+
+    def remembered_values(self) -> Mapping[str, RememberedValue]:
+        """Read what was seen on this plant, in this session and in earlier ones.
+
+        Returns:
+            The memory of each variable, by name.
+        """
+        found = self._query(lambda database: read_remembered(database, self._plant))
+        return {one.variable: one for one in found}
 
     def latest_episode(self) -> int:
         """Read the number of the latest episode.
@@ -249,52 +291,14 @@ class Memory:
             raise AgentError(f"the agent's memory failed: {error}") from error
 
 
-def read_success_record(
-    database: sqlite3.Connection, module: str, skill: str, context: str | None = None
-) -> SuccessRecord:
-    """Count successes and failures as `Memory.success_record` does.
-
-    Args:
-        database: connection to the memory.
-        module: id of the module.
-        skill: id of the skill.
-        context: context that must agree; None for all contexts.
-
-    Returns:
-        The counts.
-    """
-    sql = """SELECT coalesce(sum(failed = 0), 0), coalesce(sum(failed = 1), 0) FROM episodes
-             WHERE module = ? AND skill = ? AND counts = 1 AND (? IS NULL OR context = ?)"""
-    return SuccessRecord(*database.execute(sql, (module, skill, context, context)).fetchone())
-
-
-def read_typical_duration(database: sqlite3.Connection, module: str, skill: str) -> DurationStats | None:
-    """Summarize durations as `Memory.typical_duration` does.
-
-    Args:
-        database: connection to the memory.
-        module: id of the module.
-        skill: id of the skill.
-
-    Returns:
-        Median and quartiles (s); None if there are no successes.
-    """
-    sql = """SELECT ended - started FROM episodes
-             WHERE module = ? AND skill = ? AND counts = 1 AND failed = 0 ORDER BY id DESC LIMIT ?"""
-    took = [seconds for (seconds,) in database.execute(sql, (module, skill, _DURATION_SAMPLES))]
-    if not took:
-        return None
-    low, median, high = quantiles(took * 2 if len(took) == 1 else took, method="inclusive")
-    return DurationStats(median, low, high, len(took))
-
-
 @contextmanager
-def open_memory(path: Path, identity: Identity) -> Iterator[Memory]:
+def open_memory(path: Path, identity: Identity, plant: str = "") -> Iterator[Memory]:
     """Open the memory at `path` in a new session.
 
     Args:
         path: file of the memory, or `IN_MEMORY`.
         identity: agent whose session it is.
+        plant: name of the plant; only episodes on a plant of this name are evidence.
 
     Yields:
         The memory; its session ends with the block.
@@ -304,7 +308,7 @@ def open_memory(path: Path, identity: Identity) -> Iterator[Memory]:
     """
     database = open_database(path)
     try:
-        memory = Memory(database, _new_session(database, path, identity))
+        memory = Memory(database, _new_session(database, path, identity, plant), plant)
         try:
             yield memory
         finally:
@@ -313,10 +317,11 @@ def open_memory(path: Path, identity: Identity) -> Iterator[Memory]:
         database.close()
 
 
-def _new_session(database: sqlite3.Connection, path: Path, identity: Identity) -> int:
-    row = (str(identity.id), identity.sessions, _utc_now())
+def _new_session(database: sqlite3.Connection, path: Path, identity: Identity, plant: str) -> int:
+    row = (str(identity.id), identity.sessions, _utc_now(), plant)
     try:
-        inserted = database.execute("INSERT INTO sessions (agent, number, began) VALUES (?, ?, ?)", row)
+        sql = "INSERT INTO sessions (agent, number, began, plant) VALUES (?, ?, ?, ?)"
+        inserted = database.execute(sql, row)
     except sqlite3.Error as error:
         raise AgentError(f"the agent's memory {path} is damaged or cannot be used: {error}") from error
     assert inserted.lastrowid is not None  # noqa: S101  an INSERT always has one

@@ -1,4 +1,7 @@
-"""The planning function F of the paper: from the measured world to a task graph.
+"""The planning function F(o, s) of the paper: from the measured world o and memory s to a task graph.
+
+Memory comes in the modules, as the learned probabilities and durations of outcomes, and in the world, as the
+failures since the previous plan.
 
 A planner is a replaceable, untrusted component: whatever it returns is verified before its first
 step, every step is checked again on the measured world, and every action is decided by the gate.
@@ -28,7 +31,8 @@ class Planner(Protocol):
         Args:
             task: task to plan for.
             world: current state.
-            modules: active modules by id, whose skills the plan may use.
+            modules: active modules by id, whose skills the plan may use; the probabilities and durations of
+                their outcomes are those that memory has learned, where it knows any.
 
         Returns:
             The plan.

@@ -159,6 +159,7 @@ def _task_prompt(
         "goal": routed.task.goal_text,
         "must_always_hold": [one.text for one in routed.task.invariants],
         "measured": {name: to_json_value(world.known.get(name)) for name in sorted(read) if "." not in name},
+        "last_seen": {name: world.remembered[name] for name in sorted(read & world.remembered.keys())},
         "most_retries": retries,
         "skills": [describe_skill(choices) for choices in skills_of(domain).values()],
     }

@@ -21,7 +21,7 @@ from aeros.spec.model.site import Site
 from aeros.spec.planning.domain import GroundSkill, PlanningDomain
 from aeros.spec.planning.pddl import action_name, write_pddl
 from aeros.spec.planning.search_result import AvoidSet, PlanPath, PlanUndecidedError
-from aeros.spec.planning.strong_cyclic import PathFinder
+from aeros.spec.planning.strong_cyclic import StrongCyclicStrategy
 
 _MAX_ENGINE_CALLS: Final = 100
 
@@ -53,9 +53,9 @@ class PddlPlanner(StrongCyclicPlanner):
         """Name in the audit record."""
         return "pddl"
 
-    def path_finder(self) -> PathFinder:
-        """Implement `StrongCyclicPlanner.path_finder` by asking the engine, with a new budget of calls."""
-        return OptimisticPlanFinder(self._engine)
+    def find_strategy(self, domain: PlanningDomain, start: State) -> StrongCyclicStrategy:
+        """Implement `StrongCyclicPlanner.find_strategy` by asking the engine, with a new budget of calls."""
+        return StrongCyclicStrategy(domain, OptimisticPlanFinder(self._engine))
 
 
 class OptimisticPlanFinder:

@@ -7,10 +7,10 @@ can be used, if a check shows that it leads to the goal from the current state.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from math import inf
-from typing import Any
+from typing import Any, TypeAlias
 
 from aeros.agent.planning.base import Planner
 from aeros.agent.planning.check_plan import PlanChecker
@@ -26,16 +26,28 @@ from aeros.agent.planning.time_limited import (
 from aeros.agent.world.world import WorldModel
 from aeros.descriptions import describe_exception
 from aeros.runtime.ports import Runtime
+from aeros.spec.model.ecm import Ecm
+
+Recall: TypeAlias = Callable[[Mapping[str, Ecm]], Mapping[str, Ecm]]
+"""Function that gives modules what memory knows of their skills."""
 
 
 class PlannerClient:
     """Client of one planner.
 
     `timeout_s` is the wall time (s) for a plan that is made in a separate process, if the site does not allow
-    less; with None, plans are made in place.
+    less; with None, plans are made in place. `recall` gives the active modules the probabilities and
+    durations that memory has learned; plans are checked against the modules as they are declared.
     """
 
-    def __init__(self, runtime: Runtime, planner: Planner, timeout_s: float | None = None) -> None:
+    def __init__(
+        self,
+        runtime: Runtime,
+        planner: Planner,
+        timeout_s: float | None = None,
+        recall: Recall | None = None,
+    ) -> None:
+        self._recall = recall
         self._runtime = runtime
         self._planner = planner
         self._within = timeout_s
@@ -61,11 +73,15 @@ class PlannerClient:
             PlannerProcessError: the planner fails or answers with something else.
         """
         modules = self._runtime.active_modules()
+        if self._recall is not None:
+            modules = self._recall(modules)
         if self._within is None:
             try:
                 return self._planner.plan(routed, world, modules)
             except Exception as error:  # an untrusted planner may raise anything
                 raise PlannerProcessError(describe_exception(error, MOST_REASON, one_line=True)) from error
+
+        modules = dict(modules)  # read before the process begins, which must not use the memory's connection
 
         def propose() -> tuple[Any, str]:
             graph = self._planner.plan(routed, world, modules)

@@ -14,10 +14,11 @@ from aeros.agent.planning.strategy_to_graph import strategy_to_graph
 from aeros.agent.planning.task_graph import TaskGraph
 from aeros.agent.world.world import WorldModel
 from aeros.spec.backends.oracle import Oracle
+from aeros.spec.closed_loop.invocation import State
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.site import Site
-from aeros.spec.planning.domain import domain_for
-from aeros.spec.planning.strong_cyclic import PathFinder, StrongCyclicStrategy
+from aeros.spec.planning.domain import PlanningDomain, domain_for
+from aeros.spec.planning.strong_cyclic import StrongCyclicStrategy
 
 
 class NoPlanError(Exception):
@@ -25,10 +26,13 @@ class NoPlanError(Exception):
 
 
 class StrongCyclicPlanner(ABC):
-    """Planner for the goal of the task that ignores its planning rules; subclasses choose how to search."""
+    """Planner for the goal of the task that ignores its planning rules; subclasses choose the search.
+
+    `site` is the site whose policy governs.
+    """
 
     def __init__(self, site: Site) -> None:
-        self._site = site
+        self.site = site
         self._oracle = Oracle()
 
     @property
@@ -37,12 +41,31 @@ class StrongCyclicPlanner(ABC):
         """Name in the audit record."""
 
     @abstractmethod
-    def path_finder(self) -> PathFinder:
-        """Choose the search for paths that count on successes.
+    def find_strategy(self, domain: PlanningDomain, start: State) -> StrongCyclicStrategy:
+        """Search for a strategy.
+
+        Args:
+            domain: planning domain.
+            start: first state.
 
         Returns:
-            The search, for one plan.
+            The strategy; one that does not solve `start` if there is none.
+
+        Raises:
+            PlanUndecidedError: the search was given up.
         """
+
+    def graph_of(self, strategy: StrongCyclicStrategy, start: State) -> TaskGraph:
+        """Convert a strategy to a plan.
+
+        Args:
+            strategy: strategy that solves `start`.
+            start: first state.
+
+        Returns:
+            The plan.
+        """
+        return strategy_to_graph(strategy, start, self.site.limits.retries)
 
     def plan(self, routed: RoutedTask, world: WorldModel, modules: Mapping[str, Ecm]) -> TaskGraph:
         """Search for a plan.
@@ -60,11 +83,12 @@ class StrongCyclicPlanner(ABC):
             PlanUndecidedError: the search was given up.
         """
         task = routed.task
-        domain = domain_for(modules, self._site, world.known, task.goal, task.invariants, self._oracle)
-        strategy, start = StrongCyclicStrategy(domain, self.path_finder()), domain.state(world.known)
+        domain = domain_for(modules, self.site, world.known, task.goal, task.invariants, self._oracle)
+        start = domain.state(world.known)
+        strategy = self.find_strategy(domain, start)
         if not strategy.solves(start):
             raise NoPlanError(explain_no_plan(strategy))
-        return strategy_to_graph(strategy, start, self._site.limits.retries)
+        return self.graph_of(strategy, start)
 
 
 def explain_no_plan(strategy: StrongCyclicStrategy) -> str:

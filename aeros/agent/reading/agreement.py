@@ -44,7 +44,7 @@ def meanings_agree(grammar: Understanding, model: Understanding, site: Site, ora
     Returns:
         True if it is proved.
     """
-    if {str(one) for one in grammar.prohibited} != {str(one) for one in model.prohibited}:
+    if {one.formal_text for one in grammar.prohibited} != {one.formal_text for one in model.prohibited}:
         return False
     if len(grammar.errands) != len(model.errands):
         return False
@@ -55,6 +55,8 @@ def meanings_agree(grammar: Understanding, model: Understanding, site: Site, ora
 
 
 def _ask_the_same(one: Errand, other: Errand, site: Site, oracle: Oracle) -> bool:
+    if (str(one.routed) == str(other.routed)) and one.routed.arguments != other.routed.arguments:
+        return False
     first, second = (t.TRUE if errand.condition is None else errand.condition for errand in (one, other))
     return is_equivalent(one.routed.task.goal, other.routed.task.goal, site, oracle) and is_equivalent(
         first, second, site, oracle

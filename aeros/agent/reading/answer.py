@@ -29,12 +29,14 @@ class AnsweredRequest:
 
     Attributes:
         task: the declared task that it is about, as MODULE.TASK.
+        arguments: values of the task's parameters as text, by name.
         goal: goal, in the expression language.
         condition: condition on which it is done, in the expression language; None for always.
         plan: JSON values of a plan.
     """
 
     task: str
+    arguments: tuple[tuple[str, str], ...]
     goal: str
     condition: str | None
     plan: Any
@@ -80,10 +82,14 @@ def parse_answer(text: str) -> ModelAnswer:
 
 
 def _request(data: Any, place: str) -> AnsweredRequest:
-    form = _object(data, {"task", "goal", "condition", "plan"}, place)
+    form = _object(data, {"task", "arguments", "goal", "condition", "plan"}, place)
+    arguments = form["arguments"]
+    if type(arguments) is not dict or len(arguments) > MAX_REQUESTS:
+        raise MalformedAnswerError(f"`{place}.arguments` is not an object of at most {MAX_REQUESTS} values")
     condition = form["condition"]
     return AnsweredRequest(
         _text(form["task"], f"{place}.task"),
+        tuple((name, _text(one, f"{place}.arguments.{name[:40]}")) for name, one in arguments.items()),
         _text(form["goal"], f"{place}.goal"),
         None if condition is None else _text(condition, f"{place}.condition"),
         form["plan"],

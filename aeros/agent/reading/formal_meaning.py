@@ -12,11 +12,14 @@ A goal that is proved equivalent to that of its task is replaced by the task's o
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any, Final
 
 from aeros.agent.errands import barred_skills, barred_steps
+from aeros.agent.instructions.grammar import InstructionError
+from aeros.agent.instructions.named_task import named_tasks
 from aeros.agent.instructions.understand import Errand, Understanding
 from aeros.agent.planning.check_plan import PlanChecker
 from aeros.agent.planning.plan_json import MalformedPlanError, plan_from_json
@@ -109,7 +112,7 @@ class FormalMeaning:
         problems += [
             f"`{errand.routed}` is asked for and prohibited"
             for errand in found
-            if str(errand.routed) in map(str, prohibited)
+            if any(one.covers(errand.routed) for one in prohibited)
         ]
         if not problems:
             problems += self._plan_problems(meaning)
@@ -127,6 +130,8 @@ class FormalMeaning:
 
     def _errand(self, request: AnsweredRequest, part: str, problems: list[str]) -> Errand | None:
         routed = self._task(request.task, part, problems)
+        if routed is not None:
+            routed = self._with_arguments(routed, request, part, problems)
         goal = self._condition(request.goal, f"the goal of {part}", problems)
         condition = (
             None
@@ -139,10 +144,23 @@ class FormalMeaning:
         task = routed.task
         if not is_equivalent(goal, task.goal, self._site, self._oracle):
             task = replace(task, goal=goal, goal_text=unparse(goal), goal_conjuncts=(), rules=())
-        if WorldModel(0.0, self._start(task), {}, {}).evaluate(goal) is True:
+        routed = replace(routed, task=task)
+        if WorldModel(0.0, self._start(routed.task_at_start), {}, {}).evaluate(goal) is True:
             problems.append(f"the goal of {part} holds already at the declared start of `{routed}`")
         text = "" if condition is None else unparse(condition)
-        return Errand(RoutedTask(routed.module, task), condition, text, plan)
+        return Errand(routed, condition, text, plan)
+
+    def _with_arguments(
+        self, routed: RoutedTask, request: AnsweredRequest, part: str, problems: list[str]
+    ) -> RoutedTask | None:
+        """Return the task with its arguments; None after adding the problem."""
+        given = " ".join(shlex.quote(f"{name}={value}") for name, value in request.arguments)
+        try:
+            (found,) = named_tasks(f"{routed} {given}", [routed])
+        except (InstructionError, ValueError) as error:
+            problems.append(f"{part}: its arguments are not those of `{routed}`: {error}")
+            return None
+        return found
 
     def _condition(self, text: str, place: str, problems: list[str]) -> t.Term | None:
         """Elaborate a condition that can hold and need not hold; None after adding the problem."""
@@ -171,7 +189,7 @@ class FormalMeaning:
     def _plan_problems(self, meaning: Understanding) -> Iterator[str]:
         for number, errand in enumerate(meaning.errands, 1):
             graph = errand.proposed_plan or _NO_PLAN
-            world = WorldModel(0.0, self._start(errand.routed.task), {}, {})
+            world = WorldModel(0.0, self._start(errand.routed.task_at_start), {}, {})
             barred = barred_skills(meaning, errand, self._modules)
             problems = (
                 verify_plan(graph, self._modules, self._site)

@@ -21,13 +21,15 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import EnumType
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.site import Site
+from aeros.spec.model.task_parameters import TaskParameter
 from aeros.spec.planning.domain import PlanningDomain, domain_for
 
 SYSTEM_PROMPT: Final = f"""\
 You translate an instruction for a robot into a formal meaning. Answer with one JSON object that has exactly
 the keys "requests", "prohibited" and "words", and nothing else.
-"requests" lists in order what is to be done. Each request is {{"task": NAME, "goal": CONDITION,
-"condition": CONDITION or null, "plan": PLAN}}. "task" is the declared task that it is about. "goal" is what
+"requests" lists in order what is to be done. Each request is {{"task": NAME, "arguments": {{...}},
+"goal": CONDITION, "condition": CONDITION or null, "plan": PLAN}}. "task" is the declared task,
+"arguments" has a value (as text) for each of its parameters that the instruction says. "goal" is what
 has to be true afterwards: the goal of that task, unless the instruction asks for something else. "condition"
 is the condition that the instruction itself makes (`if`, `unless`), else null.
 "prohibited" lists the tasks that the instruction prohibits.
@@ -108,6 +110,7 @@ def answer_form(domain: PlanningDomain, modules: Mapping[str, Ecm], retries: int
     request = object_schema(
         {
             "task": tasks,
+            "arguments": {"type": "object", "additionalProperties": text},
             "goal": text,
             "condition": {"anyOf": [text, {"type": "null"}]},
             "plan": PLAN_REFERENCE,
@@ -125,12 +128,23 @@ def _describe_task(
     own = start(task)
     return {
         "task": str(entry.routed),
+        "parameters": {name: _choices(one) for name, one in task.parameters.items()},
         "goal": task.goal_text,
         "must_always_hold": [one.text for one in task.invariants],
         "asked_for_by": list(task.trigger_phrases),
         "objects": list(task.object_phrases),
         "conditions": {phrase: one.text for phrase, one in task.condition_phrases.items()},
         "start": {name: to_json_value(own.get(name)) for name in names if own.get(name) != known.get(name)},
+    }
+
+
+def _choices(parameter: TaskParameter) -> dict[str, Any]:
+    default = None if parameter.default is None else to_json_value(parameter.default)
+    kind = _describe_type(parameter.declared.variable)
+    return {
+        "values": kind,
+        "default": default,
+        "words": {key: list(one) for key, one in parameter.phrases.items()},
     }
 
 

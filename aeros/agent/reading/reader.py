@@ -199,7 +199,10 @@ class LlmReader:
 
 def _parts(answer: ModelAnswer) -> dict[str, str]:
     """Formal text of each part of an answer that some word must account for."""
-    parts = {f"request {number}": one.goal for number, one in enumerate(answer.requests, 1)}
+    parts = {
+        f"request {number}": f"{one.goal} {dict(one.arguments)}"
+        for number, one in enumerate(answer.requests, 1)
+    }
     parts |= {
         f"condition {number}": one.condition
         for number, one in enumerate(answer.requests, 1)

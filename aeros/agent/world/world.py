@@ -53,6 +53,8 @@ class WorldModel:
         predicates: measured variables of type bool or enum, for memory: JSON values, None if unknown.
         stamps: stamp of each known value.
         failures: causes of step failures since the previous plan; for planners, read by no condition.
+        remembered: value last seen of each variable that is unknown now, as JSON, of any session; for
+            planners, read by no condition.
     """
 
     time: float
@@ -61,6 +63,7 @@ class WorldModel:
     predicates: Mapping[str, Any]
     stamps: Mapping[str, MeasurementStamp] = field(default_factory=dict)
     failures: tuple[Cause, ...] = ()
+    remembered: Mapping[str, Any] = field(default_factory=dict)
 
     def at_time(self, now: float) -> WorldModel:
         """Drop the values that are too old at a later time, with nothing measured since.

@@ -11,6 +11,7 @@ from typing import Any, Final
 
 from aeros.apps.stop_text import stop_text
 from aeros.apps.why.failed_measurements import failures_before
+from aeros.apps.why.provider_choices import explain_choice
 from aeros.runtime.audit.check import Record
 from aeros.spec.expr.shortfall import UnmetBound
 from aeros.spec.migrations.renamed_names import current_event
@@ -257,6 +258,16 @@ class RunLog:
         yield CausalLink(step.end_index, text, judged if deeper and step.failed else _causes(details))
         if step.failed:
             yield from deeper
+        yield from self._choice(step)
+
+    def _choice(self, step: StepTrace) -> Iterator[CausalLink]:
+        """Yield the choice of the step's skill among several that provide the same."""
+        before = [one for one in self._notes if one[0] < step.start_index]
+        if not before or before[-1][1] != "provider-selected":
+            return
+        place, _, details = before[-1]
+        if details.get("skill") == step.skill:
+            yield CausalLink(place, *explain_choice(details))
 
     def _failed_measurements(self, start: int, end: int, name: str) -> Iterator[CausalLink]:
         """Yield failures that left values unknown at the end of a step or task `MODULE.NAME`."""

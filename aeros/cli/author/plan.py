@@ -34,6 +34,7 @@ from aeros.spec.model.site import Site
 from aeros.spec.planning.domain import PlanningDomain, domain_for
 from aeros.spec.planning.pddl import write_pddl
 from aeros.spec.planning.plan_check import UnreadablePlanError, find_step_problems, read_plan
+from aeros.spec.planning.quickest import estimate_strategy, quickest_strategy
 from aeros.spec.planning.search_result import PlanUndecidedError
 from aeros.spec.planning.strong_cyclic import StrongCyclicStrategy
 from aeros.spec.text.files import read_source
@@ -136,7 +137,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
     task: Task | None = None
     if instruction is not None:
         try:
-            task = single_errand(understand(instruction, modules, others)).task
+            task = single_errand(understand(instruction, modules, others)).task_at_start
         except InstructionError as refusal:
             print(f"aeros: {refusal}", file=sys.stderr)
             return Exit.REJECTED
@@ -158,12 +159,14 @@ def _command(arguments: argparse.Namespace) -> Exit:
         "plan": None,
         "steps_at_least": None,
         "states": None,
+        "expected_s": None,
+        "risk": None,
         "reason": None,
         "left_out": dict(domain.excluded_skills),
     }
-    strategy = StrongCyclicStrategy(domain)
     code = Exit.SUCCESS
     try:
+        strategy = quickest_strategy(domain, start, site.limits.retries)
         if strategy.solves(start):
             graph = strategy_to_graph(strategy, start, site.limits.retries)
             if graph.parts and (problems := verify_plan(graph, modules, site)):
@@ -171,6 +174,8 @@ def _command(arguments: argparse.Namespace) -> Exit:
             found["plan"] = plan_to_json(graph)
             found["steps_at_least"] = strategy.distance_to_goal(start)
             found["states"] = len(strategy.reachable_from(start))
+            estimate = estimate_strategy(strategy, start, site.limits.retries)
+            found["expected_s"], found["risk"] = estimate.seconds, estimate.risk
         else:
             code, found["reason"] = Exit.REJECTED, explain_no_plan(strategy)
     except PlanUndecidedError as why:
@@ -269,8 +274,12 @@ def _as_text(found: Mapping[str, Any]) -> str:
         lines += ["plan", *_format_parts(found["plan"], "  ")]
         lines.append(
             f"proved the goal can be reached from each of the {found['states']} states that declared "
-            f"outcomes may lead to; the shortest path has {found['steps_at_least']} step"
+            f"outcomes may lead to; the path has {found['steps_at_least']} step"
             + ("" if found["steps_at_least"] == 1 else "s")
+        )
+        lines.append(
+            f"time   {found['expected_s']:.0f} s are expected, a failure counting as a minute; "
+            f"the risk that a step fails in all its tries is {found['risk']:.2g}"
         )
     return "\n".join(map(escape_invisible, lines))
 

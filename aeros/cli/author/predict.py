@@ -9,12 +9,18 @@ from collections.abc import Iterable
 from dataclasses import asdict, replace
 from decimal import Decimal
 from fractions import Fraction
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from aeros.agent.agent import MEMORY_FILE
+from aeros.agent.errors import AgentError
+from aeros.agent.memory.experience import with_experience
+from aeros.agent.memory.queries import open_memory_reader
 from aeros.cli.arguments import add_command, existing_path
 from aeros.cli.author.module_argument import read_module, select_declared
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.exit_codes import Exit, UsageError
+from aeros.session.plant_factory import PLANTS
 from aeros.sim.symbolic.state import initial_values
 from aeros.spec.closed_loop.markov_chain import predict
 from aeros.spec.closed_loop.outcome_probabilities import with_retries, with_skill_probabilities
@@ -44,13 +50,16 @@ _EXAMPLES = """\
 The agent's loop with its retries, recoveries and re-plans is a Markov chain over the declared outcomes.
 It is solved exactly, in fractions, without sampling.  A run starts from the same state as the symbolic
 plant: the task's `initial`, everything else false.  With --probability the other outcomes of
-the skill keep their proportions.  The module is not proved; use `aeros verify`.
+the skill keep their proportions.  With --from-memory, probabilities are what the agent experienced
+with this code on that plant, four results of each skill being as declared.  The module is not proved;
+use `aeros verify`.
 
 examples:
   aeros predict ecms/make_dumplings                                as declared, with the site's re-plans
   aeros predict ecms/make_dumplings --probability wrap.wrapped=70%   wrapping fails in 30 % of all tries
   aeros predict ecms/clean_table --probability wipe.streaky=0.4 --max-retries wipe=3 --max-replans 0
   aeros predict ecms/fetch_object --probability grasp.grasped=13/20 --format json
+  aeros predict ecms/fetch_object --from-memory .aeros --plant physics
 """
 
 
@@ -70,6 +79,15 @@ def add_to(commands: Subparsers) -> None:
         default=[],
         metavar="SKILL.OUTCOME=P",
         help="override an outcome probability, as 0.7, 7/10 or 70%% (repeatable)",
+    )
+    parser.add_argument(
+        "--from-memory",
+        type=existing_path,
+        metavar="FOLDER",
+        help="use the outcomes that the agent with this state folder has seen",
+    )
+    parser.add_argument(
+        "--plant", choices=PLANTS, default="physics", help="plant of these outcomes (default: physics)"
     )
     parser.add_argument(
         "--max-replans", type=_count, metavar="N", help="maximum number of re-plans (default: the site's)"
@@ -132,6 +150,8 @@ def _command(arguments: argparse.Namespace) -> Exit:
             raise UsageError(
                 f"`--max-retries {skill}={retries}`: {site.id} allows at most {site.limits.retries}"
             )
+    if arguments.from_memory is not None:
+        found = _experienced(found, arguments.from_memory, arguments.plant)
     try:
         ecm, tasks = _apply_overrides(found, chosen, arguments)
     except MisuseError as error:
@@ -143,6 +163,19 @@ def _command(arguments: argparse.Namespace) -> Exit:
     else:
         print("\n\n".join(_as_text(one) for one in predictions))
     return Exit.SUCCESS
+
+
+def _experienced(ecm: Ecm, folder: Path, plant: str) -> Ecm:
+    """Give the module the probabilities and durations that are remembered.
+
+    Raises:
+        UsageError: There is no memory that can be trusted.
+    """
+    try:
+        with open_memory_reader(folder / MEMORY_FILE) as memory:
+            return with_experience(ecm, memory.experience_on(plant))
+    except AgentError as refusal:
+        raise UsageError(str(refusal)) from refusal
 
 
 def _apply_overrides(

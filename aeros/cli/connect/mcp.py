@@ -171,6 +171,7 @@ def _open_robot(
         listeners=(measurements,),
         planner=planner,
         seed=arguments.seed,
+        plant_name=arguments.plant,
     )
     with open_recorded_plant(setup) as recorded, open_agent(setup, recorded, governor) as robot:
         save_latest_run(arguments.state, out)

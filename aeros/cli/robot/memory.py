@@ -14,9 +14,15 @@ from typing import TYPE_CHECKING, Any, Final
 
 from aeros.agent.agent import MEMORY_FILE
 from aeros.agent.errors import AgentError
-from aeros.agent.memory.deletion import filter_before, filter_by_session, filter_by_skill, forget
+from aeros.agent.memory.deletion import (
+    filter_before,
+    filter_by_session,
+    filter_by_skill,
+    filter_by_variable,
+    forget,
+)
 from aeros.agent.memory.posterior import SuccessRecord
-from aeros.agent.memory.queries import EpisodeFilter, SkillSummary, open_memory_reader
+from aeros.agent.memory.queries import ContextSummary, EpisodeFilter, SkillSummary, open_memory_reader
 from aeros.cli.arguments import add_command
 from aeros.cli.terminal import print_line
 from aeros.exit_codes import EXIT_CODES, Exit, UsageError
@@ -74,6 +80,7 @@ def add_to(commands: Subparsers) -> None:
         help="steps of this skill, and events and facts that name it",
     )
     which.add_argument("--session", type=_number, metavar="N", help="everything of this session, by its id")
+    which.add_argument("--variable", metavar="NAME", help="what was seen of this variable (`aeros world`)")
     which.add_argument(
         "--older-than",
         type=_number,
@@ -148,8 +155,13 @@ def _skill_data(one: SkillSummary) -> dict[str, Any]:
         "skill": one.skill,
         **_record_data(one.record),
         "usual": None if one.typical_duration is None else asdict(one.typical_duration),
-        "contexts": [{"context": context, **_record_data(record)} for context, record in one.contexts],
+        "contexts": [
+            {"context": each.context, "plant": each.plant, **_record_data(each.record)}
+            for each in one.contexts
+        ],
         "reasons": [{"reason": reason, "times": times} for reason, times in one.reasons],
+        "inputs": [{"inputs": inputs, **_record_data(record)} for inputs, record in one.inputs],
+        "obstacles": [{"kind": kind, "name": name, "times": times} for kind, name, times in one.obstacles],
     }
 
 
@@ -164,8 +176,13 @@ def _format_summary(
         yield escape_invisible(f"{one.skill}: {_success_text(one.record)}")
         if one.typical_duration is not None:
             yield f"  successes take {one.typical_duration}"
-        for context, record in one.contexts:
-            yield escape_invisible(f"  {_success_text(record)} {_context_text(context)}")
+        for each in one.contexts:
+            yield escape_invisible(f"  {_success_text(each.record)} {_context_text(each)}")
+        for inputs, record in one.inputs:
+            values = ", ".join(f"{name} = {json.dumps(value)}" for name, value in inputs.items())
+            yield escape_invisible(f"  {_success_text(record)} with {values}")
+        for kind, name, times in one.obstacles:
+            yield escape_invisible(f"  prevented {times} times by {kind} `{name}`")
         for reason, times in one.reasons:
             yield escape_invisible(f"  failed {times} times: {reason}")
     for fact in facts:
@@ -181,11 +198,12 @@ def _success_text(record: SuccessRecord) -> str:
     return f"{record} succeeded, next {record.mean:.0%}"
 
 
-def _context_text(context: Mapping[str, Any] | None) -> str:
-    if context is None:
-        return "in unknown contexts"
+def _context_text(one: ContextSummary) -> str:
+    plant = f" on {one.plant}" if one.plant else ""
+    if (context := one.context) is None:
+        return f"in unknown contexts{plant}"
     values = [f"{name} = {json.dumps(value)}" for name, value in context["predicates"].items()]
-    return f"in {context['task']}, by code {context['code'][:12]}" + (
+    return f"in {context['task']}{plant}, by code {context['code'][:12]}" + (
         f", {', '.join(values)}" if values else ""
     )
 
@@ -220,6 +238,8 @@ def _export(arguments: argparse.Namespace) -> Exit:
 def _forget(arguments: argparse.Namespace) -> Exit:
     if arguments.skill is not None:
         what, which = f"`{arguments.skill}`", filter_by_skill(arguments.skill)
+    elif arguments.variable is not None:
+        what, which = f"`{escape_invisible(arguments.variable)}`", filter_by_variable(arguments.variable)
     elif arguments.session is not None:
         what, which = f"session {arguments.session}", filter_by_session(arguments.session)
     else:

@@ -24,7 +24,7 @@ def understand_or_ask(
         governor: Governor of the run; its inactive modules are searched for a hint.
 
     Returns:
-        The tasks that it asks for; after a question, the one task that was chosen.
+        The tasks that it asks for; after a question, the one meaning that was chosen.
 
     Raises:
         InstructionError: A part is not understood, or nobody chose one of several tasks.
@@ -40,4 +40,4 @@ def understand_or_ask(
         chosen = sys.stdin.readline().strip()
         if chosen not in ambiguous.candidates:
             raise
-        return understand_instruction(chosen, configuration, governor)
+        return understand_instruction(ambiguous.candidates[chosen], configuration, governor)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 import sys
 from dataclasses import replace
 from math import inf
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 from aeros.agent.errors import AgentError
 from aeros.agent.identity import lock_folder
-from aeros.agent.instructions.understand import single_errand
+from aeros.agent.instructions.understand import single_errand, with_goal
 from aeros.agent.recovery.checkpoint import CheckpointStore
 from aeros.agent.recovery.quarantine import Quarantine
 from aeros.apps.goal import parse_goal
@@ -43,6 +44,7 @@ from aeros.files import private_umask
 from aeros.runtime.gate.gate import GateMode
 from aeros.runtime.registry.registry import Registry
 from aeros.runtime.registry.registry_governor import OperatorCommands
+from aeros.session.joined_tasks import joined_task, tasks_of
 from aeros.session.plant_factory import PLANTS, PlantSetupError
 from aeros.session.setup import (
     SETUP_ERRORS,
@@ -50,7 +52,6 @@ from aeros.session.setup import (
     create_output_folder,
     find_signing_key,
     open_governor,
-    task_of_plant,
 )
 from aeros.sim.hosting.wire import ConnectionLostError
 
@@ -76,7 +77,7 @@ examples:
   aeros run "clean the table" --seed 7 --out runs/clean
   aeros run "make dumplings, then clean the table" --plant symbolic
   aeros run "if the table is dirty, clean it, but do not make dumplings" --plant symbolic
-  aeros run --task fetch_object
+  aeros run --task fetch_object object=blue_block
   aeros run "make dumplings" --plant symbolic --gate compiled
   aeros run "fetch the object" --plant kinematic --seed 3
   aeros run "fetch the object" --composition fetch_once --timeout 60
@@ -110,7 +111,10 @@ def add_to(commands: Subparsers) -> None:
     parser = add_command(commands, "run", __doc__, _EXAMPLES)
     parser.add_argument("instruction", nargs="?", help='the instruction, as in "make dumplings"')
     parser.add_argument(
-        "--task", metavar="NAME", help="the task, in place of an instruction; `aeros tasks` lists them"
+        "--task",
+        nargs="+",
+        metavar=("NAME", "KEY=VALUE"),
+        help="the task with values of its parameters, in place of an instruction; `aeros tasks` lists them",
     )
     parser.add_argument("--seed", type=parse_seed, default=0, help="seed of all random numbers (default: 0)")
     parser.add_argument("--plant", choices=PLANTS, default="physics", help="default: physics")
@@ -199,6 +203,11 @@ def add_to(commands: Subparsers) -> None:
         help="inject faults: a faults file or a shipped name (physics)",
     )
     parser.add_argument(
+        "--ideal-sensors",
+        action="store_true",
+        help="simulate sensors without the noise, latency, dropout and drift that the site declares",
+    )
+    parser.add_argument(
         "--scene",
         metavar="FILE|NAME",
         help="extra objects: a scene file or a shipped name (physics)",
@@ -274,7 +283,7 @@ def _seconds(text: str) -> float:
 def _command(arguments: argparse.Namespace) -> Exit:
     is_going_on = arguments.resume or arguments.serve_plant
     if arguments.task is not None and arguments.instruction is None:
-        arguments.instruction = arguments.task
+        arguments.instruction = shlex.join(arguments.task)
     elif arguments.task is not None:
         raise UsageError("give an instruction or --task, not both")
     if is_going_on != (arguments.instruction is None):
@@ -342,18 +351,20 @@ def _run_agent(arguments: argparse.Namespace) -> Exit:
         arguments.instruction = meaning.instruction
         if arguments.composition is not None:
             single_errand(meaning)
-        routed = replace(meaning.first, task=task_of_plant(meaning, arguments.plant))
         goal = None if arguments.goal is None else parse_goal(arguments.goal, configuration.site)
+        meaning = meaning if goal is None else with_goal(meaning, goal)
+        tasks = tasks_of(meaning, configuration, goal)
+        routed = replace(meaning.first, task=joined_task(tasks))
         follows_rules = all(errand.routed.task.rules for errand in meaning.errands)
         module = configuration.modules[routed.module]
         planner = build_planner(arguments, module, configuration.site, follows_rules=follows_rules)
-        around = load_scene_extras(arguments, configuration, routed)
+        around = load_scene_extras(arguments, configuration, tasks)
         with open_outputs(arguments, routed.task.id) as (out, spectators), governor:
             staged = PlantSetup(arguments, configuration, routed, around, spectators, out)
             if arguments.serve_plant:
                 return serve_plant(staged)
             signing = None if key is None else build_signing(key, arguments.state, out, arguments.anchor)
-            return run_task(staged, RunRequest(governor, proof, planner, goal, signing, meaning))
+            return run_task(staged, RunRequest(governor, proof, planner, meaning, goal, signing))
     except SETUP_ERRORS as refusal:
         print(f"aeros: {refusal}", file=sys.stderr)
         return Exit.REJECTED

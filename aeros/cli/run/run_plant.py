@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from aeros.sim.faults.injector import FaultEvent
     from aeros.sim.faults.model import Fault
     from aeros.sim.physics import Viewer
+    from aeros.spec.model.ecm import Task
     from aeros.spec.model.scene import Scene
 
 
@@ -86,14 +87,14 @@ def is_remote(arguments: argparse.Namespace) -> bool:
 
 
 def load_scene_extras(
-    arguments: argparse.Namespace, configuration: Configuration, routed: RoutedTask
+    arguments: argparse.Namespace, configuration: Configuration, tasks: Sequence[Task]
 ) -> SceneExtras:
     """Load scene, people and faults.
 
     Args:
         arguments: Parsed options of `aeros run`.
         configuration: Modules and site of the run.
-        routed: The selected task.
+        tasks: The tasks of the instruction, in order.
 
     Returns:
         The extras; empty if another process serves the plant, which loads them itself.
@@ -101,7 +102,7 @@ def load_scene_extras(
     people = load_people(arguments.plant, arguments.people)
     if is_remote(arguments):
         return SceneExtras((), (), None)
-    scene = load_run_scene(arguments.plant, arguments.scene, configuration, routed.task, arguments.seed)
+    scene = load_run_scene(arguments.plant, arguments.scene, configuration, tasks, arguments.seed)
     faults = load_faults(arguments.plant, arguments.faults, configuration, scene)
     return SceneExtras(people, faults, scene)
 
@@ -157,6 +158,7 @@ def open_run_plant(
         faults,
         on_fault,
         scene,
+        ideal_sensors=arguments.ideal_sensors,
     )
 
 

@@ -22,6 +22,7 @@ from aeros.cli.latest_run import save_latest_run
 from aeros.cli.records.report import write_report
 from aeros.cli.run.planners import planning_timeout
 from aeros.cli.run.run_plant import PlantSetup, open_run_plant
+from aeros.cli.run.run_referee import RunReferee
 from aeros.cli.run.run_report import summary
 from aeros.cli.terminal import print_line
 from aeros.exit_codes import Exit
@@ -31,12 +32,12 @@ from aeros.runtime.audit.log import AuditLog, AuditReport, verify_log
 from aeros.runtime.bus.feed import BusFeed
 from aeros.runtime.execution.governor import Governor, OperatorCommand
 from aeros.runtime.gate.gate import DecisionTally, GateMode
-from aeros.session.assembly import RecordedPlant, SessionSetup, open_agent, open_recorded_plant
+from aeros.session.assembly import SessionSetup, open_agent, open_recorded_plant
 from aeros.session.run_governor import RunGovernor
 from aeros.session.sd_notify import READY, STOPPING, Notifier
 from aeros.session.setup import AUDIT
 from aeros.sim.hosting.remote import RemotePlant
-from aeros.sim.referee import GoalJudgement, judge_goal, truth_of
+from aeros.sim.referee import GoalJudgement
 from aeros.spec.model.ecm import ActionCondition
 from aeros.spec.verification.reports import Report
 
@@ -51,17 +52,17 @@ class RunRequest(NamedTuple):
         governor: Governor of the run.
         proof_report: Verification report of the modules.
         planner: Proposes plans.
+        meaning: The requests of the instruction.
         goal: Goal that replaces the task's; None to keep it.
         signing: Signs the audit log; None for no signatures.
-        meaning: Meaning of the instruction.
     """
 
     governor: Governor
     proof_report: Report
     planner: Planner
+    meaning: Understanding
     goal: ActionCondition | None
     signing: SigningConfiguration | None
-    meaning: Understanding
 
 
 def run_task(staged: PlantSetup, request: RunRequest) -> Exit:
@@ -78,8 +79,10 @@ def run_task(staged: PlantSetup, request: RunRequest) -> Exit:
     arguments, out = staged.arguments, staged.out
     if arguments.resume and (ended := _find_task_end(staged, request)) is not None:
         return _report_past_end(staged, request, ended)
-    setup = _setup(staged, request)
+    referee = RunReferee(request.meaning)
+    setup = _setup(staged, request, referee)
     with Notifier() as notifier, open_recorded_plant(setup) as recorded:
+        referee.plant = recorded.plant
         with (
             RunGovernor(request.governor, notifier) as governor,
             open_agent(setup, recorded, governor) as (_, agent, gate),
@@ -91,7 +94,9 @@ def run_task(staged: PlantSetup, request: RunRequest) -> Exit:
             report = pursue(request.meaning, arguments.timeout, request.goal)
         notifier.send(STOPPING)
         simulated = recorded.plant.now()
-        judgement = _judge(staged, request, report, recorded)
+        judgement = referee.judge(report)
+        if judgement is not None:
+            recorded.audit.append("goal-judged", judgement.record())
         # An agent that lost its supervisor has stopped; its task and plant can be resumed.
         is_over = False
         if isinstance(recorded.plant, RemotePlant) and not notifier.is_alone:
@@ -105,7 +110,7 @@ def run_task(staged: PlantSetup, request: RunRequest) -> Exit:
     return Exit.INTERRUPTED if governor.is_interrupted else code
 
 
-def _setup(staged: PlantSetup, request: RunRequest) -> SessionSetup:
+def _setup(staged: PlantSetup, request: RunRequest, referee: RunReferee) -> SessionSetup:
     """Describe the session that the options select."""
     arguments = staged.arguments
     return SessionSetup(
@@ -115,6 +120,7 @@ def _setup(staged: PlantSetup, request: RunRequest) -> SessionSetup:
         state=arguments.state,
         warn=print_warning,
         stream=sys.stdout,
+        on_event=referee.observe,
         gate_mode=GateMode(arguments.gate),
         signing=request.signing,
         bag=arguments.bag,
@@ -123,6 +129,7 @@ def _setup(staged: PlantSetup, request: RunRequest) -> SessionSetup:
         planning_timeout=planning_timeout(arguments, request.planner),
         seed=arguments.seed,
         purpose=arguments.instruction,
+        plant_name=arguments.plant,
         is_resumed=arguments.resume,
     )
 
@@ -148,19 +155,6 @@ def _report_past_end(staged: PlantSetup, request: RunRequest, ended: TaskEnd) ->
     if not arguments.supervised:
         end_task(arguments.state, arguments.plant_at)
     return code
-
-
-def _judge(
-    staged: PlantSetup, request: RunRequest, report: RunReport, recorded: RecordedPlant
-) -> GoalJudgement | None:
-    """Judge the goal by truth and record the judgement; None if the scene defines no truth."""
-    truth = truth_of(recorded.plant)
-    if not truth:
-        return None
-    goal = staged.task.task.goal if request.goal is None else request.goal.term
-    judgement = judge_goal(goal, report.reached, truth, staged.task.module)
-    recorded.audit.append("goal-judged", judgement.record())
-    return judgement
 
 
 def _report_run(

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from aeros.agent.instructions.grammar import InstructionError
+from aeros.agent.world.values import to_json_value
 from aeros.cli.arguments import add_command, existing_path, warn_of_withheld_modules
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.terminal import print_line
@@ -92,6 +93,14 @@ def _list_tasks(configuration: Configuration, form: str) -> None:
             "objects": list(task.object_phrases),
             "extras": list(task.extra_phrases),
             "conditions": {phrase: one.text for phrase, one in task.condition_phrases.items()},
+            "parameters": {
+                name: {
+                    "values": list(one.values),
+                    "default": None if one.default is None else to_json_value(one.default),
+                    "words": {value: list(stated) for value, stated in one.phrases.items()},
+                }
+                for name, one in task.parameters.items()
+            },
             "scene": task.scene,
         }
         for module in configuration.modules.values()
@@ -107,5 +116,10 @@ def _list_tasks(configuration: Configuration, form: str) -> None:
         for label, key in (("with", "objects"), ("also", "extras")):
             if one[key]:
                 print_line(f"  {label:<8} {', '.join(one[key])}")
+        for name, parameter in one["parameters"].items():
+            stated = {value: ", ".join(words) for value, words in parameter["words"].items()}
+            values = "; ".join(f"{value} ({words})" if words else value for value, words in stated.items())
+            default = "" if parameter["default"] is None else f", else {parameter['default']}"
+            print_line(f"  {name:<8} {values}{default}")
         for phrase, text in one["conditions"].items():
             print_line(f"  if       {phrase}: {text}")

@@ -27,7 +27,7 @@ from aeros.runtime.ports import EndedStep, Plant, Runtime, StepStatus
 from aeros.session.assembly import build_executor
 from aeros.session.scene_files import scene_of_task
 from aeros.sim.clock import TICK
-from aeros.sim.sensors import SensorModel
+from aeros.sim.sensor_model import SensorModel
 from aeros.spec.model.site import Site
 
 if TYPE_CHECKING:

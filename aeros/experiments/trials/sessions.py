@@ -2,7 +2,8 @@
 
 Settings of a condition: `module`, the text of each of its files; `task`; `sessions`, how many; `first` and
 `second`, the skills that provide what the task needs, each with the outcome that is its failure and its
-`rates`, pairs of a session and the rate then, linear between them; `remembers`, whether memory is kept from
+`rates`, pairs of a session and the rate then, linear between them, and the `seconds` that it takes, for the
+prediction; `remembers`, whether memory is kept from
 one session to the next; `replans`, most of each session: with none there is one try; `faults`, on physics the
 file in which each fault is named like the skill that it makes fail.
 
@@ -105,7 +106,7 @@ class SessionTrials:
     def expected_values(self, condition: TrialCondition, premises: TrialInputs) -> Mapping[str, float] | str:
         """Implement `TrialKind.expected_values`.
 
-        For sessions with one try, over all records that memory can hold.
+        For sessions with one try.
         """
         settings = condition.settings
         if settings["replans"]:
@@ -180,7 +181,9 @@ def _success_probabilities(settings: Mapping[str, Any]) -> SuccessProbabilities:
 
 def _expected(settings: Mapping[str, Any]) -> list[ExpectedSession]:
     chances = tuple(_success_probabilities(settings))
-    return _remembering(chances) if settings["remembers"] else without_memory(chances)
+    if not settings["remembers"]:
+        return without_memory(chances)
+    return _remembering(chances, (settings["first"]["seconds"], settings["second"]["seconds"]))
 
 
 _remembering = lru_cache(maxsize=4)(with_memory)

@@ -75,9 +75,9 @@ state:
   sensors:
     [joint_encoders, gripper, cell_survey, wheel_odometry, overhead_camera, side_camera]
   actions:
-    move_tool: target in table_area and speed <= 250 mm/s
+    move_tool: target in bench_area and speed <= 250 mm/s
     grip: width <= 81 mm and force <= 15 N
-    slide: target in table_area and force <= 15 N and speed <= 210 mm/s
+    slide: target in bench_area and force <= 15 N and speed <= 210 mm/s
     wait: duration <= 20 s
 dependencies:
   aeros: ">=0.1,<0.2"{depends}
@@ -107,7 +107,7 @@ def _skill(number: int, index: int) -> str:
     last = f"wait: duration <= {1 + share / 1000:.4f} s"
     if index % 2:
         last = (
-            "slide: >-\n        target in table_area and target - base_position in workspace"
+            "slide: >-\n        target in bench_area and target - base_position in workspace"
             "\n        and target - base_position not in own_base"
             f"\n        and force <= {force:.5f} N and speed <= {speed:.3f} mm/s"
         )
@@ -120,7 +120,7 @@ def _skill(number: int, index: int) -> str:
       failed: {{failure: true, probability: 0.1, duration: 10 s}}
     envelope:
       move_tool: >-
-        target in table_area and target - base_position in workspace
+        target in bench_area and target - base_position in workspace
         and target - base_position not in own_base and speed <= {most}
       grip: width <= {width:.3f} mm and force <= {force:.5f} N
       {last}

@@ -100,7 +100,13 @@ class TaskTrials:
                     counting = CountingRuntime(runtime, watched, judge_by_measurement=judged)
                     found = _run_architecture(counting, routed, settings, seed)
                 state, took = runtime.state, time.process_time() - began
-                judgement = judge_goal(routed.task.goal, found["reached"], state.truth, routed.module)
+                judgement = judge_goal(
+                    routed.task.goal,
+                    found["reached"],
+                    state.truth,
+                    routed.module,
+                    routed.task.complete_arguments({}),
+                )
                 if judgement.true is not None:
                     found |= {"reached": judgement.true, "believed": judgement.believed}
                 return {

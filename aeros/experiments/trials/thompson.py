@@ -1,20 +1,24 @@
-"""Exact results of choosing between two skills by Thompson sampling, session by session.
+"""Expected results of choosing between two skills as the dispatcher does, session by session.
 
-One try a session.  Memory holds the record of both skills, successes and failures, which is a Markov chain:
-the first is chosen with the probability that a draw from its Beta posterior is above one from the other's,
-and succeeds with its probability in that session.  All states are walked, so nothing is sampled.
+One try a session. The weights of both records are real numbers, so their states cannot be enumerated. The
+choice alone is simulated instead, without agent, runtime and plant: `RUNS` times with fixed random numbers.
+It is written anew here, so that the measured results also check the agent's code.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import exp, lgamma
-from typing import NamedTuple
+from random import Random
+from typing import Final, NamedTuple
+
+from aeros.agent.memory.posterior import FORGETTING
+from aeros.spec.model.expected_time import FAILURE_COST_S
 
 SuccessProbabilities = Sequence[tuple[float, float]]
 """Probabilities of success of either skill, for each session."""
 
-_Record = tuple[int, int, int, int]
+RUNS: Final = 10_000
+"""Simulated agents; the standard error of the successes in 50 sessions is 0.03."""
 
 
 class ExpectedSession(NamedTuple):
@@ -29,35 +33,53 @@ class ExpectedSession(NamedTuple):
     first: float
 
 
-def with_memory(chances: SuccessProbabilities) -> list[ExpectedSession]:
-    """Compute each session of an agent that remembers the sessions before.
+def with_memory(
+    chances: SuccessProbabilities,
+    seconds: tuple[float, float] = (0.0, 0.0),
+    forgetting: float = FORGETTING,
+    runs: int = RUNS,
+) -> list[ExpectedSession]:
+    """Estimate each session of an agent that remembers the sessions before.
 
     Args:
         chances: probability of success of either skill, for each session.
+        seconds: time that either skill takes, s.
+        forgetting: factor by which each try lowers the weight of the tries before it.
+        runs: number of simulated agents.
 
     Returns:
         Expected values of each session.
     """
-    above = _ProbabilityAbove()
-    records: dict[_Record, float] = {(0, 0, 0, 0): 1.0}
-    sessions = []
-    for one, other in chances:
-        after: dict[_Record, float] = {}
-        first = 0.0
-        for (s, f, u, g), chance in records.items():
-            chosen = chance * above(s + 1, f + 1, u + 1, g + 1)
-            other_chosen = chance - chosen
-            first += chosen
-            for record, share in (
-                ((s + 1, f, u, g), chosen * one),
-                ((s, f + 1, u, g), chosen * (1.0 - one)),
-                ((s, f, u + 1, g), other_chosen * other),
-                ((s, f, u, g + 1), other_chosen * (1.0 - other)),
-            ):
-                after[record] = after.get(record, 0.0) + share
-        sessions.append(ExpectedSession(first * one + (1.0 - first) * other, first))
-        records = after
-    return sessions
+    random = Random(0)  # noqa: S311  a simulation
+    firsts = [0] * len(chances)
+    for _ in range(runs):
+        weights, succeeded = [[0.0, 0.0], [0.0, 0.0]], [False, False]
+        for number, pair in enumerate(chances):
+            chosen = _choose(random, weights, seconds if all(succeeded) else None)
+            firsts[number] += chosen == 0
+            failed = random.random() >= pair[chosen]
+            weights = [[forgetting * one for one in both] for both in weights]
+            weights[chosen][failed] += 1.0
+            succeeded[chosen] |= not failed
+    return [
+        ExpectedSession((first * one + (runs - first) * other) / runs, first / runs)
+        for first, (one, other) in zip(firsts, chances, strict=True)
+    ]
+
+
+def _choose(random: Random, weights: list[list[float]], seconds: tuple[float, float] | None) -> int:
+    """Return the index of the skill with the lower expected time until success by a draw of each posterior.
+
+    Where the times are not both known, they count as equal, and the higher draw has the lower expected time.
+    """
+    one, other = (random.betavariate(successes + 1.0, failures + 1.0) for successes, failures in weights)
+    if seconds is None:
+        return int(one < other)
+    expected = [
+        (took + (1.0 - drawn) * FAILURE_COST_S) / max(drawn, 1e-12)
+        for took, drawn in zip(seconds, (one, other), strict=True)
+    ]
+    return int(expected[0] > expected[1])
 
 
 def without_memory(chances: SuccessProbabilities) -> list[ExpectedSession]:
@@ -82,29 +104,3 @@ def oracle(chances: SuccessProbabilities) -> list[ExpectedSession]:
         Expected values of each session.
     """
     return [ExpectedSession(max(one, other), float(one >= other)) for one, other in chances]
-
-
-class _ProbabilityAbove:
-    """P(X > Y) of X ~ Beta(a, b) and Y ~ Beta(c, d), for integers of at least 1; cached.
-
-    For a = 1 it is E[(1 − Y)^b] = B(c, b + d) / B(c, d), and one more of a adds
-    B(a + c, b + d) / (a B(a, b) B(c, d)).
-    """
-
-    def __init__(self) -> None:
-        self._known: dict[_Record, float] = {}
-
-    def __call__(self, a: int, b: int, c: int, d: int) -> float:
-        known = self._known.get((a, b, c, d))
-        if known is None:
-            if a == 1:
-                known = exp(_log_beta(c, b + d) - _log_beta(c, d))
-            else:
-                more = _log_beta(a - 1 + c, b + d) - _log_beta(a - 1, b) - _log_beta(c, d)
-                known = self(a - 1, b, c, d) + exp(more) / (a - 1)
-            self._known[a, b, c, d] = known
-        return known
-
-
-def _log_beta(a: int, b: int) -> float:
-    return lgamma(a) + lgamma(b) - lgamma(a + b)

@@ -24,9 +24,9 @@ own code runs.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from math import inf
-from typing import Any, Final, Self
+from typing import Any, Final, Protocol, Self
 
 from aeros.runtime.audit.check import CHECKPOINT
 from aeros.runtime.audit.log import AuditError, AuditLog, DecisionCounts
@@ -65,6 +65,19 @@ LOST_AGENT: Final = "the agent was lost; the plant stopped by itself, unseen"
 """Reason of the stop that a resumed session records if steps were under way when the last one broke off."""
 
 
+class Perception(Protocol):
+    """The perceivers of modules, as the executor steers them."""
+
+    def attend(self, modules: frozenset[str] | None) -> None:
+        """Implement `Runtime.attend`."""
+
+    def set_parameters(self, values: Mapping[str, Any]) -> None:
+        """Implement `Runtime.set_parameters`."""
+
+    def close_perceivers(self) -> None:
+        """End every perceiver; called when the executor is closed, after every step has ended."""
+
+
 class Executor:
     """The runtime as the agent uses it (`ports.Runtime`), for one configuration and one plant.
 
@@ -81,8 +94,7 @@ class Executor:
             `configuration` stays in force.
         resumed: continue the session in the log, which ended without a closing record. Its quota counts and
             histories are restored, with a gap since its last record.
-        on_close: called when the executor is closed, after every step has ended.
-        on_attend: called with the modules whose values matter, None for all.
+        perception: measures with the perceivers of modules; None if there are none.
 
     Raises:
         AuditError: another site was in force in the session to resume.
@@ -98,11 +110,10 @@ class Executor:
         governor: Governor | None = None,
         *,
         resumed: bool = False,
-        on_close: Callable[[], None] | None = None,
-        on_attend: Callable[[frozenset[str] | None], None] | None = None,
+        perception: Perception | None = None,
     ) -> None:
         self._plant = plant
-        self._on_close, self._on_attend = on_close, on_attend
+        self._perception = perception
         self._audit = audit
         self._open_run = open_run
         self._table = StepTable()
@@ -156,8 +167,13 @@ class Executor:
 
     def attend(self, modules: frozenset[str] | None) -> None:
         """Implement `Runtime.attend`."""
-        if self._on_attend is not None:
-            self._on_attend(modules)
+        if self._perception is not None:
+            self._perception.attend(modules)
+
+    def set_parameters(self, values: Mapping[str, Any]) -> None:
+        """Implement `Runtime.set_parameters`."""
+        if self._perception is not None:
+            self._perception.set_parameters(values)
 
     def observe(self) -> Readings:
         """Implement `Runtime.observe`."""
@@ -270,8 +286,8 @@ class Executor:
         """Clean up every step that has not ended; safe to call twice."""
         if self._table.steps:
             self._clean_up.clean_up_all(MisuseError("the executor was closed before the step ended"))
-        if self._on_close is not None:
-            self._on_close()
+        if self._perception is not None:
+            self._perception.close_perceivers()
 
     def __enter__(self) -> Self:
         return self

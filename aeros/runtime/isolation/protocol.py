@@ -36,6 +36,9 @@ MAX_TEXT_LENGTH: Final = 1000
 _PREFIX: Final = 4
 
 JsonValue = None | bool | int | float | str
+
+TableRow = dict[str, JsonValue | tuple[JsonValue, ...]]
+"""One object of a site, as perceivers get it."""
 """One scalar of an observation, an input or a parameter."""
 
 
@@ -162,13 +165,13 @@ class ResumePerceiver(WorkerMessage, frozen=True):
 
     Attributes:
         time: plant time, s.
-        readings: values by the module's name for the variable, SI.
+        readings: values by the module's name for the variable, SI; a table of the site by its name.
         samples: time and value of each sampled reading, oldest first, by the same names.
         pictures: facts of the picture in each slot; None where the camera has taken none.
     """
 
     time: float
-    readings: dict[str, JsonValue | tuple[JsonValue, ...]]
+    readings: dict[str, JsonValue | tuple[JsonValue, ...] | dict[str, TableRow]]
     samples: dict[str, tuple[tuple[float, JsonValue | tuple[JsonValue, ...]], ...]]
     pictures: tuple[PictureFacts | None, ...]
 

@@ -12,6 +12,7 @@ from contextlib import suppress
 from typing import Any
 
 from aeros.runtime.execution.governor import Governor
+from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.isolation.isolated_run import MIN_RESPONSE_TIMEOUT_S
 from aeros.runtime.perception.active_definition import ActiveDefinition
 from aeros.runtime.perception.active_perceiver import ActivePerceiver
@@ -26,12 +27,15 @@ from aeros.runtime.ports import (
     Plant,
     Reading,
     Readings,
+    announce_parameters,
     announce_stop,
     newest_pictures,
 )
 from aeros.runtime.records.failed_measurements import RecordEvent
 from aeros.skill import Action
 from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.expr.doubles import to_doubles
+from aeros.spec.model.task_parameters import parameters_behind_variables
 
 _PerceiverKey = tuple[str, ...]
 
@@ -41,23 +45,34 @@ class PerceivingPlant:
 
     A plant that measures itself what a module perceives or defines, as the symbolic one, is believed: the
     module's perceivers do not run, and its definitions are not evaluated. Nor are those of modules that the
-    agent does not attend to.
+    agent does not attend to. The parameters of tasks are readings, too: as the instruction says them, or else
+    their defaults.
 
     Args:
         plant: the wrapped plant; closed with this one.
         governor: returns the configuration in force.
         open_perceiver: opens runs of perceivers.
         record: writes events of perceivers into the audit record.
+        attends_to_all: True to run all perceivers, whatever the agent attends to.
     """
 
     def __init__(
-        self, plant: Plant, governor: Governor, open_perceiver: OpenPerceiver, record: RecordEvent
+        self,
+        plant: Plant,
+        governor: Governor,
+        open_perceiver: OpenPerceiver,
+        record: RecordEvent,
+        *,
+        attends_to_all: bool = False,
     ) -> None:
         self._plant = plant
         self._governor = governor
         self._open, self._record = open_perceiver, record
         self._generation: int | None = None
         self._attended: frozenset[str] | None = None
+        self._attends_to_all = attends_to_all
+        self._stated: dict[str, Any] = {}
+        self._parameters: dict[str, Any] = {}
         self._perceivers: dict[_PerceiverKey, ActivePerceiver] = {}
         self._definitions: dict[str, ActiveDefinition] = {}
         self._defined: dict[str, Reading] = {}
@@ -82,7 +97,9 @@ class PerceivingPlant:
             self._update(readings)
         self._evaluate_definitions(readings)
         values = self._values()
-        return {**readings, **values} if values else readings
+        return (
+            {**readings, **values, **self._parameter_readings()} if values or self._parameters else readings
+        )
 
     def attend(self, modules: frozenset[str] | None) -> None:
         """Say whose values matter. Other perceivers end, and their values and definitions are unknown.
@@ -90,8 +107,21 @@ class PerceivingPlant:
         Args:
             modules: ids of modules; `needed_modules` says what they need. None for all.
         """
-        if modules != self._attended:
+        if modules != self._attended and not self._attends_to_all:
             self._attended, self._generation = modules, None
+
+    def set_parameters(self, values: Mapping[str, Any]) -> None:
+        """Say what the instruction says; the others have their defaults.
+
+        Whatever depends on a parameter that changes is unknown until it is measured anew: its perceivers
+        begin again.
+
+        Args:
+            values: values (SI) of parameters of tasks, by full name.
+        """
+        if dict(values) != self._stated:
+            self._stated, self._generation = dict(values), None
+            announce_parameters(self._plant, values)
 
     def pictures(self) -> Mapping[str, CameraPicture]:
         """Return the newest pictures of the plant; see `newest_pictures`.
@@ -163,7 +193,8 @@ class PerceivingPlant:
         least_timeout = 0.0 if self.runs_in_real_time else MIN_RESPONSE_TIMEOUT_S
         for perceiver in active:
             # What one perceiver of a module has just measured, a later one may read.
-            perceiver.update(now, {**readings, **self._values()}, pictures, least_timeout)
+            known = {**readings, **self._values(), **self._parameter_readings()}
+            perceiver.update(now, known, pictures, least_timeout)
 
     def _evaluate_definitions(self, readings: Readings) -> None:
         self._defined = {}
@@ -174,7 +205,8 @@ class PerceivingPlant:
         }
         if not pending:
             return
-        now, known = self._plant.now(), {**readings, **self._values()}
+        now = self._plant.now()
+        known = {**readings, **self._values(), **self._parameter_readings()}
         # Again as long as there is something new: one may read another, also of a module that comes later.
         is_new = True
         while pending and is_new:
@@ -190,6 +222,7 @@ class PerceivingPlant:
         if self._governor.generation == self._generation:
             return
         definitions: dict[str, ActiveDefinition] = {}
+        parameters: dict[str, Any] = {}
         found: dict[_PerceiverKey, ActivePerceiver] = {}
         provided: set[str] = set()
         # Without a configuration nothing is measured: what needs it is denied.
@@ -198,6 +231,8 @@ class PerceivingPlant:
             site = configuration.site
             self._in_invariants = site.perception.in_invariants
             needed = needed_modules(configuration, self._attended)
+            parameters = self._values_of_parameters(configuration)
+            behind = parameters_behind_variables(configuration.modules.values())
             for ecm in (one for name, one in configuration.modules.items() if name in needed):
                 for name, definition in ecm.definitions.items():
                     definitions[name] = ActiveDefinition(definition, site)
@@ -205,7 +240,11 @@ class PerceivingPlant:
                     provided.update(perceiver.provides)
                     bound = tuple(part for one in sorted(ecm.configuration.items()) for part in one)
                     digests = (ecm.code_digest, ecm.manifest_digest, site.digest)
-                    key = (ecm.id, perceiver.id, *digests, *bound)
+                    depends = sorted(
+                        frozenset[str]().union(*(behind.get(one, ()) for one in perceiver.provides))
+                    )
+                    stated = (f"{one}={parameters.get(one)!r}" for one in depends)
+                    key = (ecm.id, perceiver.id, *digests, *bound, *stated)
                     running = self._perceivers.pop(key) if key in self._perceivers else None
                     found[key] = (
                         ActivePerceiver(site, ecm, perceiver, self._open, self._record)
@@ -214,11 +253,25 @@ class PerceivingPlant:
                     )
         for ended in self._perceivers.values():
             ended.close()
-        self._perceivers, self._definitions = found, definitions
+        self._perceivers, self._definitions, self._parameters = found, definitions, parameters
         self._perceived = {*definitions, *provided}
 
     def _active(self) -> list[ActivePerceiver]:
         return [one for key, one in self._perceivers.items() if key[0] not in self._modelled]
+
+    def _values_of_parameters(self, configuration: Configuration) -> dict[str, Any]:
+        """Return the value of each parameter that has one, by full name."""
+        defaults = {
+            name: one.default
+            for ecm in configuration.modules.values()
+            for name, one in ecm.task_parameters.items()
+            if one.default is not None or name in self._stated
+        }
+        return to_doubles({name: self._stated.get(name, default) for name, default in defaults.items()})
+
+    def _parameter_readings(self) -> dict[str, Reading]:
+        now = self._plant.now()
+        return {name: Reading(value, now) for name, value in self._parameters.items()}
 
     def _values(self) -> dict[str, Reading]:
         perceived = {name: value for one in self._active() for name, value in one.values.items()}

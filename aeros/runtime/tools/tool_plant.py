@@ -27,6 +27,7 @@ from aeros.runtime.ports import (
     Plant,
     Reading,
     Readings,
+    announce_parameters,
     announce_stop,
     newest_pictures,
 )
@@ -110,6 +111,14 @@ class ToolPlant:
             The pictures by camera; empty if it has none.
         """
         return newest_pictures(self._plant)
+
+    def set_parameters(self, values: Mapping[str, Any]) -> None:
+        """Say the parameters of the task; see `announce_parameters`.
+
+        Args:
+            values: values (SI) of parameters of tasks, by full name.
+        """
+        announce_parameters(self._plant, values)
 
     def plan(self, action: Action) -> PlannedMotion:
         """Implements `Plant.plan`; a call moves nothing."""

@@ -1,6 +1,6 @@
 """A Franka Panda with its hand in a `PhysicsWorld`: motors in, measured values out.
 
-The arm stands fixed at W's origin or on a carriage: two force-limited prismatic joints along x and y.
+The arm stands fixed or on a carriage: two force-limited prismatic joints along x and y.
 Each arm motor gets the torque that the commanded motion needs by inverse dynamics, and a position controller
 (feed-forward velocity, gain 0.3) corrects it by at most `CORRECTION_TORQUE`. Both together stay inside the
 official torque limits. So an obstacle meets the arm's momentum and the correction, not all that the motors
@@ -12,7 +12,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from itertools import combinations
-from operator import add
+from math import hypot
 from typing import Final
 
 import numpy as np
@@ -21,13 +21,17 @@ from aeros.files import temporary_folder
 from aeros.kinematic_chain import pairs_that_may_meet
 from aeros.sim.bullet.body_factory import load_model
 from aeros.sim.bullet.client import DATA, bullet
+from aeros.sim.bullet.external_torques import ExternalTorqueObserver
 from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.clock import TICK
 from aeros.sim.geometry import Vector3
+from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.body import PANDA_BODY
+from aeros.sim.robot.contact_estimate import estimate_contact_force
 from aeros.sim.robot.kinematics import FLANGE_TO_TOOL
 from aeros.sim.robot.limits import FINGER_GAP_MAX, FINGER_SPEED, QD_MAX, TAU_MAX, Vector
-from aeros.sim.robot.robot import Robot, RobotOptions, RobotState
+from aeros.sim.robot.odometry import WheelOdometry
+from aeros.sim.robot.robot import CARRIAGE_EDGES, Robot, RobotOptions, RobotState
 from aeros.spec.text.files import read_source
 
 _POSITION_GAIN: Final = 0.3
@@ -48,21 +52,28 @@ It bounds the push on an obstacle, below `collision_force` and every quasi-stati
 class Panda(Robot):
     """A Panda simulated in PyBullet.
 
+    Its own sensors, and so its set points, count from where wheel odometry takes the base to be.
+
     Args:
         world: the world to add it to.
         options: carriage, base position, initial posture and friction.
+        odometry: of the carriage; without drift if None.
 
     Attributes:
         body: its number in PyBullet.
+        odometry: of the carriage.
         fingers: numbers of the finger links.
         grip_command: commanded gap, m, and force on each finger, N.
         finger_friction: Coulomb coefficient of undegraded finger pads.
         torque_limits: greatest torque of each arm motor (7), N·m; a fault may lower it.
     """
 
-    def __init__(self, world: PhysicsWorld, options: RobotOptions) -> None:
+    def __init__(
+        self, world: PhysicsWorld, options: RobotOptions, odometry: WheelOdometry | None = None
+    ) -> None:
         super().__init__(options)
         self._world = world
+        self.odometry = odometry or WheelOdometry(RandomSource(0))
         self.body = _load(world, options)
         index = _joint_indices(self.body, world.client)
         self._arm = [index[f"panda_joint{i}"] for i in range(1, 8)]
@@ -75,8 +86,12 @@ class Panda(Robot):
         self._arm_start = self._sensed.index(self._arm[0])
         self.torque_limits: list[float] = TAU_MAX.tolist()
         self._drives = _Drives(world, self.body, self._arm, self._drive, self._sensed, self.torque_limits)
+        self._external = ExternalTorqueObserver(world, self.body, self._sensed, self._drives.note_corrections)
         x, y, z = self._base_start.tolist()
         self._stand: Vector3 = (x, y, z)
+        self._driven: tuple[float, ...] = (0.0,) * len(self._drive)
+        if self._drive:
+            world.after_step.append(self._count_wheels)
         self.grip_command = (FINGER_GAP_MAX, 10.0)
         self.finger_friction = options.finger_friction
         self._assemble()
@@ -128,7 +143,7 @@ class Panda(Robot):
         """Implement `Robot.command_base`."""
         acceleration = (speed - self.base_speed_command) / TICK
         self.base_command, self.base_speed_command = xy, speed
-        self._drives.base_points(xy, speed, acceleration)
+        self._drives.base_points(xy - np.array(self.odometry.drift), speed, acceleration)
 
     def grip(self, width: float, force: float) -> None:
         """Implement `Robot.grip`."""
@@ -167,18 +182,20 @@ class Panda(Robot):
     def read_sensors(self) -> RobotState:
         """Implement `Robot.read_sensors`."""
         client = self._world.client
-        positions, rates, _, torques = zip(*self._world.joint_states(self.body, self._sensed), strict=True)
+        positions, rates, _, _ = zip(*self._world.joint_states(self.body, self._sensed), strict=True)
         # The joints of the carriage come before those of the arm, and the fingers after.
         first, fingers = self._arm_start, self._arm_start + len(self._arm)
         tool = bullet.getLinkState(
             self.body, self._tool, computeLinkVelocity=1, computeForwardKinematics=1, physicsClientId=client
         )
         vx, vy, vz = tool[6]
+        x, y, z = tool[4]
+        off_x, off_y = self.odometry.drift
         return RobotState(
             q=positions[first:fingers],
             qd=rates[first:fingers],
-            torque=self._drives.total_torques(torques[first:fingers]),
-            tool_position=tool[4],
+            torque=tuple(self._drives.efforts[first:fingers]),
+            tool_position=(x + off_x, y + off_y, z),
             tool_speed=float((vx * vx + vy * vy + vz * vz) ** 0.5),
             # Closed fingers penetrate each other slightly; a gap is never measured as negative.
             finger_gap=max(0.0, positions[fingers] + positions[fingers + 1]),
@@ -188,19 +205,47 @@ class Panda(Robot):
         )
 
     def _base_position(self, drive: tuple[float, ...]) -> Vector3:
+        """Return the position that odometry shows."""
         if not drive:
             return self._stand
         x, y, z = self._stand
-        return (x + drive[0], y + drive[1], z)
+        off_x, off_y = self.odometry.drift
+        return (x + drive[0] + off_x, y + drive[1] + off_y, z)
+
+    def _count_wheels(self) -> None:
+        x, y = self._external.positions[:2]
+        before, self._driven = self._driven, (x, y)
+        self.odometry.drive(x - before[0], y - before[1])
+
+    def true_points(self) -> tuple[Vector3, Vector3]:
+        """Locate the robot, for scene and referee; no sensor of it measures this.
+
+        Returns:
+            Positions of the arm's base and of the tool point in W, m.
+        """
+        state = self.read_sensors()
+        (bx, by, bz), (tx, ty, tz) = state.base_position, state.tool_position
+        off_x, off_y = self.odometry.drift
+        return (bx - off_x, by - off_y, bz), (tx - off_x, ty - off_y, tz)
 
     def finger_forces(self) -> tuple[float, float]:
-        """Implement `Robot.finger_forces`."""
-        left, right = self.fingers
-        forces = self._world.forces_by_link(self.body)
-        return forces.get(left, 0.0), forces.get(right, 0.0)
+        """Implement `Robot.finger_forces` by the motors, whose forces are negative as they close."""
+        left, right = self._world.joint_states(self.body, self._sensed)[-2:]
+        return max(0.0, -left[3]), max(0.0, -right[3])
 
     def contact_force(self) -> float:
-        """Implement `Robot.contact_force` by the normal and friction forces of all contacts."""
+        """Implement `Robot.contact_force` from external torques of arm and carriage."""
+        first, fingers = self._arm_start, self._arm_start + len(self._arm)
+        outside = self._external.torques
+        arm = estimate_contact_force(self._external.positions[first:fingers], outside[first:fingers])
+        return max(arm, hypot(*outside[:first]))
+
+    def net_contact_force(self) -> float:
+        """Sum the forces of all contacts with the robot, for a referee; no sensor of it measures this.
+
+        Returns:
+            The magnitude, N.
+        """
         return self._world.net_contact_force(self.body)
 
     def wrist_vertical_force(self) -> float:
@@ -225,6 +270,9 @@ class _Drives:
         carriage: numbers of the carriage's joints; none of an arm that stands fixed.
         movable: numbers of all movable joints; those of arm and carriage follow each other.
         limits: greatest torque of each motor, N·m; read at each tick.
+
+    Attributes:
+        efforts: of the motors of all movable joints in the last tick, N·m or N.
     """
 
     def __init__(
@@ -254,8 +302,9 @@ class _Drives:
         self._acceleration: list[float] = self._qd
         self._limits = limits
         self._strength = 1.0
-        self._modelled: list[float] = [0.0] * len(arm)
-        self._most: list[float] = list(CORRECTION_TORQUE)
+        # Of each motor of arm and carriage: its place, the modelled effort, and the greatest correction.
+        self._given: list[tuple[int, float, float]] = []
+        self.efforts: list[float] = [0.0] * len(movable)
         world.before_step.append(self._set_motors)
 
     def set_points(self, q: Vector, qd: Vector, acceleration: Vector, strength: float) -> None:
@@ -281,18 +330,20 @@ class _Drives:
         self._xy, self._base_speed = xy.tolist(), speed.tolist()
         self._base_acceleration = acceleration.tolist()
 
-    def total_torques(self, corrections: Sequence[float]) -> tuple[float, ...]:
-        """Add the modelled torques of the last tick to the corrections that PyBullet reports.
+    def note_corrections(self, corrections: Sequence[float]) -> list[float]:
+        """Add the modelled efforts of the last tick to the corrections that PyBullet reports.
 
         Args:
-            corrections: torques of the position controllers (7), N·m.
+            corrections: efforts of the position controllers of all movable joints, N·m or N.
 
         Returns:
-            Torques of the motors (7), N·m.
+            `efforts` from now on.
         """
-        # Of a motor without any force PyBullet reports what it gave last.
-        given = (max(-most, min(most, one)) for one, most in zip(corrections, self._most, strict=True))
-        return tuple(map(add, self._modelled, given))
+        self.efforts = list(corrections)
+        for place, modelled, most in self._given:
+            # Of a motor without any force PyBullet reports what it gave last.
+            self.efforts[place] = modelled + max(-most, min(most, corrections[place]))
+        return self.efforts
 
     def _set_motors(self) -> None:
         """Set the motors for one tick.
@@ -310,27 +361,28 @@ class _Drives:
         torques = bullet.calculateInverseDynamics(
             self._body, positions, self._rates, self._accelerations, physicsClientId=client
         )
-        self._modelled = [
+        modelled = [
             max(-limit, min(limit, torque))
             for torque, limit in zip(torques[self._places], limits, strict=True)
         ]
-        self._most = [
+        greatest = [
             min(most, limit - abs(torque))
-            for most, limit, torque in zip(CORRECTION_TORQUE, limits, self._modelled, strict=True)
+            for most, limit, torque in zip(CORRECTION_TORQUE, limits, modelled, strict=True)
         ]
+        self._given = list(zip(range(self._places.start, self._places.stop), modelled, greatest, strict=True))
         bullet.setJointMotorControlArray(
             self._body,
             self._arm,
             bullet.POSITION_CONTROL,
             targetPositions=self._q,
             targetVelocities=self._qd,
-            forces=self._most,
+            forces=greatest,
             positionGains=_GAINS,
             velocityGains=_ONES,
             physicsClientId=client,
         )
         bullet.setJointMotorControlArray(
-            self._body, self._arm, bullet.TORQUE_CONTROL, forces=self._modelled, physicsClientId=client
+            self._body, self._arm, bullet.TORQUE_CONTROL, forces=modelled, physicsClientId=client
         )
         if self._carriage:
             self._set_carriage(torques[self._carriage_places], client)
@@ -338,13 +390,15 @@ class _Drives:
     def _set_carriage(self, forces: Sequence[float], client: int) -> None:
         """Set the carriage's motors for one tick, with the modelled forces, N."""
         bounded = [max(-_BASE_FORCE_MAX, min(_BASE_FORCE_MAX, force)) for force in forces]
+        greatest = [min(BASE_CORRECTION, _BASE_FORCE_MAX - abs(force)) for force in bounded]
+        self._given += zip(range(len(bounded)), bounded, greatest, strict=True)
         bullet.setJointMotorControlArray(
             self._body,
             self._carriage,
             bullet.POSITION_CONTROL,
             targetPositions=self._xy,
             targetVelocities=self._base_speed,
-            forces=[min(BASE_CORRECTION, _BASE_FORCE_MAX - abs(force)) for force in bounded],
+            forces=greatest,
             positionGains=_GAINS[: len(bounded)],
             velocityGains=_ONES[: len(bounded)],
             physicsClientId=client,
@@ -371,8 +425,8 @@ _CARRIAGE: Final = """
   <link name="slider"><inertial><mass value="5"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>
   </inertial></link>
   <link name="carriage"><inertial><mass value="55"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>
-  </inertial><visual><origin xyz="0 0 {middle}"/><geometry><box size="0.5 0.45 {height}"/></geometry></visual>
-  <collision><origin xyz="0 0 {middle}"/><geometry><box size="0.5 0.45 {height}"/></geometry></collision>
+  </inertial><visual><origin xyz="0 0 {middle}"/><geometry><box size="{edges}"/></geometry></visual>
+  <collision><origin xyz="0 0 {middle}"/><geometry><box size="{edges}"/></geometry></collision>
   </link>
   <joint name="carriage_x" type="prismatic"><parent link="rail"/><child link="slider"/><axis xyz="1 0 0"/>
   <limit lower="-10" upper="10" effort="600" velocity="2"/></joint>
@@ -393,8 +447,8 @@ def _load(world: PhysicsWorld, options: RobotOptions) -> int:
     text = text.replace("package://", folder + "/").replace("<friction_anchor/>", "")
     text = text.replace('xyz="0 0 0.105"', f'xyz="0 0 {FLANGE_TO_TOOL}"')
     if options.carriage:
-        height = options.base[2] - 0.02
-        frame = _CARRIAGE.format(height=height, middle=-height / 2.0)
+        edges = " ".join(map(str, CARRIAGE_EDGES))
+        frame = _CARRIAGE.format(edges=edges, middle=-CARRIAGE_EDGES[2] / 2.0)
         text = text.replace("</robot>", frame + "</robot>")
     with temporary_folder() as scratch:
         path = os.path.join(scratch, "panda.urdf")

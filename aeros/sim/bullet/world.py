@@ -53,6 +53,7 @@ class PhysicsWorld:
         renderer: takes pictures.
         ticks: number of steps since the clock was set to 0.
         before_step: called in order before each step.
+        after_step: called in order after each step.
     """
 
     def __init__(self) -> None:
@@ -68,6 +69,7 @@ class PhysicsWorld:
         self.renderer = Renderer(self.client)
         self.ticks = 0
         self.before_step: list[Callable[[], None]] = []
+        self.after_step: list[Callable[[], None]] = []
         # Contact points and joint states by body after the last step, cached on first query.
         self._touching: dict[int, Any] = {}
         self._joint_states: dict[tuple[int, tuple[int, ...]], Any] = {}
@@ -85,12 +87,15 @@ class PhysicsWorld:
         self._touching.clear()
         self._joint_states.clear()
         self.ticks += 1
+        for note in self.after_step:
+            note()
 
     def close(self) -> None:
         """End the client; safe to call twice."""
         if self.client >= 0:
             bullet.disconnect(physicsClientId=self.client)
             self.before_step.clear()
+            self.after_step.clear()
             self.client = self.bodies.client = self.renderer.client = -1
 
     def push(self, body: int, force: Vector3) -> None:
@@ -183,6 +188,19 @@ class PhysicsWorld:
             selection["linkIndexA"] = link
         points = bullet.getContactPoints(**selection, physicsClientId=self.client)
         return [Contact(p[3], p[4], p[2], p[6], p[7], p[9]) for p in points or ()]
+
+    def first_on_way(self, start: Vector3, end: Vector3) -> tuple[int, float] | None:
+        """Find what a ray meets first.
+
+        Args:
+            start: in W, m.
+            end: in W, m.
+
+        Returns:
+            Number of the body, and the way that was left to the end, m; None if the way is free.
+        """
+        body, _, share, *_ = bullet.rayTest(start, end, physicsClientId=self.client)[0]
+        return None if body < 0 else (body, (1.0 - share) * math.dist(start, end))
 
     def overlaps(self, deeper_than: float) -> list[tuple[int, int, float]]:
         """List all pairs of bodies that overlap.

@@ -13,7 +13,7 @@ import numpy as np
 from aeros.sim.clock import TICK
 from aeros.sim.physics import PlantParts
 from aeros.sim.robot.limits import Vector
-from aeros.sim.sensors import SensorModel
+from aeros.sim.sensor_model import SensorModel
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,10 +117,12 @@ def _worst_models(
 
 
 def _worst_model(first: SensorModel, second: SensorModel) -> SensorModel:
-    """Return the larger noise, resolution, latency and dropout of the two."""
+    """Return the larger error of each kind."""
     return SensorModel(
         max(first.noise, second.noise),
         max(first.resolution, second.resolution),
         max(first.latency, second.latency),
         max(first.dropout, second.dropout),
+        max(first.bias, second.bias),
+        max(first.colour_noise, second.colour_noise),
     )

@@ -22,7 +22,7 @@ from aeros.sim.faults.degradation import NO_DEGRADATION, Degradation
 from aeros.sim.faults.model import PersonEntersFault, PhysicalFault, PictureFault
 from aeros.sim.geometry import Vector3, add
 from aeros.sim.physics import PlantParts
-from aeros.sim.sensors import SensorModel
+from aeros.sim.sensor_model import SensorModel
 from aeros.spec.declared.faults import (
     CommandDelayFault,
     GripForceFault,

@@ -27,6 +27,7 @@ from aeros.runtime.ports import (
     Plant,
     RobotBody,
     Trajectory,
+    announce_parameters,
     newest_pictures,
 )
 from aeros.sim.hosting.wire import (
@@ -245,6 +246,9 @@ class PlantHost:
         self._plant.skill_ended(message["skill"], finished=message["finished"])
         self._log("skill-ended", skill=message["skill"], finished=message["finished"])
 
+    def _set_parameters(self, message: Mapping[str, Any]) -> Any:
+        announce_parameters(self._plant, message["values"])
+
     def _shut_down(self, message: Mapping[str, Any]) -> Any:
         self._plant.stop()
         self._log("host-ended")
@@ -274,6 +278,7 @@ _HANDLERS: Final[Mapping[str, Callable[[PlantHost, Mapping[str, Any]], Any]]] = 
     "stop": PlantHost._stop,
     "skill-began": PlantHost._skill_began,
     "skill-ended": PlantHost._skill_ended,
+    "set-parameters": PlantHost._set_parameters,
     "end": PlantHost._shut_down,
 }
 

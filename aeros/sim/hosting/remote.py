@@ -22,6 +22,7 @@ from aeros.runtime.ports import (
 )
 from aeros.sim.hosting.wire import MessageChannel, decode_body, decode_picture, decode_plan, decode_value
 from aeros.skill import Action
+from aeros.spec.expr.doubles import to_doubles
 
 HOST_TIMEOUT_S: Final = 600.0
 """Real seconds for a hosted plant to answer: a tick of physics takes a millisecond, a picture far more."""
@@ -150,6 +151,14 @@ class RemotePlant:
     def skill_ended(self, skill: str, *, finished: bool) -> None:
         """Implement `Plant.skill_ended`."""
         self._call("skill-ended", skill=skill, finished=finished)
+
+    def set_parameters(self, values: Mapping[str, Any]) -> None:
+        """Say the parameters of the task; see `announce_parameters`.
+
+        Args:
+            values: values (SI) of parameters of tasks, by full name.
+        """
+        self._call("set-parameters", values=to_doubles(dict(values)))
 
     def shut_down_host(self) -> None:
         """Shut down the host with its plant, and disconnect."""

@@ -15,10 +15,12 @@ from aeros.sim.fixed_step_plant import FixedStepPlant, PictureSource
 from aeros.sim.kinematic.robot import BLOCKING_FORCE, KinematicRobot
 from aeros.sim.kinematic.scenes.declared_scene import DeclaredScene
 from aeros.sim.kinematic.scenes.scene import KinematicScene
+from aeros.sim.layouts.survey import NO_SURVEY_ERRORS
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.errors import BlockedError
 from aeros.sim.robot.self_contact import find_self_contact
 from aeros.spec.model.scene import Scene
+from aeros.spec.model.sensor_errors import SurveyErrors
 
 _SELF_CONTACT_TICKS: Final = 12
 """Ticks between two looks for links that meet each other: 50 ms."""
@@ -88,14 +90,15 @@ class KinematicPlant(FixedStepPlant):
             self._free_posture = self._state.q
 
 
-def make_plant(scene: Scene, seed: int) -> KinematicPlant:
+def make_plant(scene: Scene, seed: int, survey: SurveyErrors = NO_SURVEY_ERRORS) -> KinematicPlant:
     """Make a kinematic plant of a scene.
 
     The same scene, seed and actions repeat bit for bit.
 
     Args:
         scene: the scene.
-        seed: of the layout, which is that of the physics plant with this seed.
+        seed: of the layout, which is that of the physics plant with this seed, and of the survey.
+        survey: errors of surveyed places.
 
     Returns:
         The plant, its clock at 0.
@@ -103,4 +106,4 @@ def make_plant(scene: Scene, seed: int) -> KinematicPlant:
     Raises:
         UserError: the scene has no robot.
     """
-    return KinematicPlant(DeclaredScene(scene), seed)
+    return KinematicPlant(DeclaredScene(scene, survey), seed)

@@ -22,6 +22,7 @@ from aeros.spec.model.scene import (
     BodyPart,
     ForceInstrument,
     JointInstrument,
+    LoadInstrument,
     PositionInstrument,
     Region,
     Scene,
@@ -68,6 +69,16 @@ class SimulatedWorld(Protocol):
 
         Returns:
             The force, N.
+        """
+
+    def load_on(self, part: BodyPart) -> float:
+        """Sum the downward parts of the normal forces of all that touches a body or link.
+
+        Args:
+            part: the body or link.
+
+        Returns:
+            The force, N; 0 if all together pull up.
         """
 
     def is_held(self, body: str) -> bool:
@@ -249,6 +260,8 @@ def _readers(scene: Scene, poses: Mapping[str, Pose], world: SimulatedWorld) -> 
         match instrument:
             case ForceInstrument(first, second):
                 found[name] = partial(world.force_between, first, second)
+            case LoadInstrument(of):
+                found[name] = partial(world.load_on, of)
             case PositionInstrument(of):
                 found[name] = partial(_position, world, of)
             case JointInstrument(part):

@@ -9,15 +9,17 @@ from typing import Final, Protocol
 import numpy as np
 
 from aeros.kinematic_chain import frames_of, mounting_of
-from aeros.sim.geometry import Pose, Vector3, add, compose
+from aeros.sim.geometry import UPRIGHT, Pose, Vector3, add, compose
 from aeros.sim.layouts.coating import CoatingMap
 from aeros.sim.pictures.ray_caster import Decal, PlacedSolid, place
 from aeros.sim.pictures.solids import Solid, hull, solids_of_shape
 from aeros.sim.pictures.urdf_model import UrdfVisuals
 from aeros.sim.robot.body import PANDA_BODY
-from aeros.spec.model.scene import BodyPart, Scene, UrdfModel
+from aeros.sim.robot.robot import CARRIAGE_EDGES
+from aeros.spec.model.scene import BodyPart, Box, Scene, UrdfModel
 
 _ROBOT_COLOUR: Final = (0.9, 0.9, 0.9)
+_CARRIAGE_COLOUR: Final = (1.0, 1.0, 1.0)
 
 
 class PosedBodies(Protocol):
@@ -109,6 +111,19 @@ def robot_solids(joints: Sequence[float], base: Vector3) -> Iterator[PlacedSolid
         frame = frames[joint]
         middle = add(base, frame.to_base(solid.place.position))
         yield PlacedSolid(solid, middle, np.array((frame.x, frame.y, frame.z)).T)
+
+
+def carriage_solid(base: Vector3) -> PlacedSolid:
+    """Place the carriage that the robot drives on.
+
+    Args:
+        base: position of the arm's base in W, m.
+
+    Returns:
+        Its box.
+    """
+    (box,) = solids_of_shape(Box(CARRIAGE_EDGES), _CARRIAGE_COLOUR)
+    return place(box, Pose(add(base, (0.0, 0.0, -CARRIAGE_EDGES[2] / 2.0)), UPRIGHT))
 
 
 _MOUNTINGS: Final = tuple(mounting_of(row) for row in PANDA_BODY.dh_rows)

@@ -24,6 +24,9 @@ from aeros.sim.robot.body import CAPSULES, PANDA_BODY
 from aeros.sim.robot.kinematics import READY_POSTURE, forward_kinematics
 from aeros.sim.robot.limits import QDD_MAX, Vector
 
+CARRIAGE_EDGES: Final = (0.5, 0.45, 0.28)
+"""Length, width and height of the carriage, m: its top is as high as the arm's base, and its wheels 20 mm."""
+
 BASE_ACCELERATION_MAX: Final = 1.0
 """Greatest acceleration of the carriage, m/s²: the arm neither slips nor tips a real base of this mass."""
 
@@ -53,8 +56,8 @@ _STANDING_SPEED: Final = 0.005
 BRAKED_PARTS: Final = frozenset(("arm", "base"))
 """Parts that a stop brings to rest; the fingers keep their grip."""
 
-HOLDING_FORCE: Final = 0.3
-"""Force on both fingers above which something is held, N."""
+HOLDING_FORCE: Final = 2.0
+"""Force of both finger motors above which something is held, N: to start and stop a finger takes 1.6 N."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,20 +116,20 @@ class RobotSensors(ABC):
 
     @abstractmethod
     def finger_forces(self) -> tuple[float, float]:
-        """Read the normal contact force on each finger, as tactile pads would.
+        """Read the force with which each finger closes on something, as motor currents show it.
 
         Returns:
-            Left and right force, N.
+            Left and right force, N; 0 of a finger that opens.
         """
 
     @abstractmethod
     def contact_force(self) -> float:
-        """Read the magnitude of the net force that everything in contact exerts on the robot.
+        """Estimate the net force that everything in contact exerts on the robot, from its motors.
 
-        It is what joint torques would show: a gripped object counts only by its weight.
+        A gripped object counts only by its weight.
 
         Returns:
-            The force, N.
+            The magnitude, N.
         """
 
     @abstractmethod
@@ -358,10 +361,10 @@ class Robot(RobotSensors):
         return (x - state.base_position[0], y - state.base_position[1], 0.0)
 
     def is_holding(self) -> bool:
-        """Measure the contact forces at both fingers.
+        """Compare the finger motors' forces with `HOLDING_FORCE`.
 
         Returns:
-            True if both press on something, with more than `HOLDING_FORCE`.
+            True if both fingers press on something.
         """
         return min(self.finger_forces()) > HOLDING_FORCE
 

@@ -8,15 +8,20 @@ from typing import Any, Final
 from aeros.sim.bullet.bodies import PlacedBody, add_body, check_overlaps
 from aeros.sim.bullet.panda import Panda
 from aeros.sim.bullet.world import PhysicsWorld
-from aeros.sim.geometry import Camera, Pose, Vector3
+from aeros.sim.geometry import Camera, Pose, Vector3, add
 from aeros.sim.layouts.cameras import camera_in_world, fixed_camera
 from aeros.sim.layouts.coating import CoatingMap
 from aeros.sim.layouts.conditions import SceneState
 from aeros.sim.layouts.placement import place_things
+from aeros.sim.layouts.survey import NO_SURVEY_ERRORS, Marker, SeeingCamera, Survey, markers_of
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.robot import RobotOptions
-from aeros.spec.model.scene import BodyPart, Scene
+from aeros.spec.model.scene import BodyPart, PositionInstrument, Scene
+from aeros.spec.model.sensor_errors import SurveyErrors
 from aeros.spec.scenes.load import require_robot
+
+_MARKER_DEPTH: Final = 0.05
+"""Greatest depth of a place below the surface that carries its marker, m."""
 
 _COATING_HEIGHT: Final = 0.0005
 """Height of a painted coating over what it covers, m."""
@@ -27,17 +32,19 @@ class PhysicsScene:
 
     Args:
         scene: the scene.
+        survey: errors of surveyed places.
 
     Raises:
         UserError: it has no robot or no view.
     """
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, survey: SurveyErrors = NO_SURVEY_ERRORS) -> None:
         require_robot(scene)
         assert scene.robot is not None  # noqa: S101  for the type checker
         assert scene.view is not None  # noqa: S101  for the type checker
         self.scene = scene
         self._measured = tuple(scene.measured())
+        self._survey_errors = survey
         self.robot = RobotOptions(carriage=scene.robot.carriage, base=scene.robot.base)
         self.view = fixed_camera(scene.view)
         self.pushable_objects = scene.movable
@@ -65,6 +72,7 @@ class PhysicsScene:
         for name in self._coatings:
             self._paint(name)
         self.state = SceneState(self.scene, self._poses, self)
+        self._survey = Survey(markers_of(self.scene, self._poses), self._survey_errors, chance)
 
     def tick(self) -> None:
         """Implement `PhysicalScene.tick`: wipe what is pressed on, and judge seals and timers."""
@@ -74,7 +82,29 @@ class PhysicsScene:
 
     def measure(self) -> Mapping[str, Any]:
         """Implement `PhysicalScene.measure`: surveyed places and instruments."""
-        return {variable: self.state.value(name) for variable, name in self._measured}
+        cameras = [SeeingCamera(name, self.camera(name), self.drift(name)) for name in self.cameras]
+        surveyed = self._survey.measure(self._world.ticks, cameras, self._is_hidden)
+        return {
+            variable: surveyed[name] if name in surveyed else self._instrument(name, surveyed)
+            for variable, name in self._measured
+        }
+
+    def _is_hidden(self, eye: Vector3, marker: Marker) -> bool:
+        met = self._world.first_on_way(eye, marker.position)
+        if met is None:
+            return False
+        body, left = met
+        if marker.fixture is not None:
+            return body != self._bodies[marker.fixture].number
+        return left > _MARKER_DEPTH
+
+    def _instrument(self, name: str, surveyed: Mapping[str, Vector3]) -> Any:
+        """Return what an instrument measures; a position from where its fixture is taken to be."""
+        value, instrument = self.state.value(name), self.scene.instruments[name]
+        if isinstance(instrument, PositionInstrument):
+            fixture = self._poses[instrument.of.body].position
+            return add(value, self._survey.offset_near(fixture, surveyed))
+        return value
 
     def body(self, name: str) -> int:
         """Implement `PhysicalScene.body`, for every body of the scene.
@@ -90,10 +120,18 @@ class PhysicsScene:
         Raises:
             KeyError: there is no such camera.
         """
-        state = self._robot.read_sensors()
-        return camera_in_world(
-            self.scene.cameras[name], state.base_position, state.tool_position, self._robot.tool_command()[1]
-        )
+        base, tool = self._robot.true_points()
+        return camera_in_world(self.scene.cameras[name], base, tool, self._robot.tool_command()[1])
+
+    def drift(self, name: str) -> Vector3:
+        """Implement `PhysicalScene.drift`.
+
+        Raises:
+            KeyError: there is no such camera.
+        """
+        if self.scene.cameras[name].frame == "cell":
+            return (0.0, 0.0, 0.0)
+        return (*self._robot.odometry.drift, 0.0)
 
     def truth(self) -> Mapping[str, bool]:
         """Implement `PhysicalScene.truth`."""
@@ -121,6 +159,14 @@ class PhysicsScene:
             contacts = [contact for contact in contacts if contact.link_b == one.links[first.part]]
         return sum((contact.force for contact in contacts), 0.0)
 
+    def load_on(self, part: BodyPart) -> float:
+        """Implement `SimulatedWorld.load_on`."""
+        placed = self._bodies[part.body]
+        link = -1 if part.part is None else placed.links[part.part]
+        contacts = self._world.contacts(placed.number, link=link)
+        # A normal points towards the loaded body.
+        return max(0.0, -sum(one.force * one.normal[2] for one in contacts if one.body_b != placed.number))
+
     def is_held(self, body: str) -> bool:
         """Implement `SimulatedWorld.is_held`."""
         number = self._bodies[body].number
@@ -136,8 +182,7 @@ class PhysicsScene:
 
     def robot_points(self) -> tuple[Vector3, Vector3]:
         """Implement `SimulatedWorld.robot_points`."""
-        state = self._robot.read_sensors()
-        return state.base_position, state.tool_position
+        return self._robot.true_points()
 
     def seal(self, joint: BodyPart, friction: float) -> None:
         """Implement `SimulatedWorld.seal`."""

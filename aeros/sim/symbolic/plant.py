@@ -1,8 +1,9 @@
 """The symbolic plant: declared outcomes with declared probabilities, in microseconds.
 
 It is the simulator of lowest fidelity. Motions take effect at once and cost time on the plant's clock;
-predicates change only when a skill ends, by one of the outcomes that its manifest declares. So it runs the
-model of the world that the closed-loop analysis assumes.
+predicates change only when a skill ends, by one of the outcomes that its manifest declares, and where a
+definition says that they follow from the base's position. So it runs the model of the world that the
+closed-loop analysis assumes.
 Not modelled: anything that a manifest does not declare; where an interrupted motion stops; events while a
 skill takes the rest of its declared duration after its last action.
 """
@@ -25,6 +26,7 @@ from aeros.runtime.ports import (
     Snapshot,
 )
 from aeros.sim.robot.errors import ActionRejectedError
+from aeros.sim.symbolic.definitions import PlaceDefinitions
 from aeros.sim.symbolic.motions import SymbolicMotion, check_parameters, plan_motion
 from aeros.sim.symbolic.outcomes import (
     BurstOutcomes,
@@ -32,6 +34,7 @@ from aeros.sim.symbolic.outcomes import (
     OutcomeSampler,
     outcome_probabilities_by_skill,
 )
+from aeros.sim.symbolic.parameter_facts import ParameterFacts
 from aeros.sim.symbolic.state import as_reading, initial_values
 from aeros.skill import Action
 from aeros.spec.diagnostics.errors import MisuseError
@@ -96,8 +99,11 @@ class SymbolicPlant:
         self._names = ColumnNames(
             [name for name in site.state if "." not in name or name.partition(".")[0] in modules]
         )
-        start = initial_values(site, initial or {})
+        self._facts = ParameterFacts(modules)
+        start = initial_values(site, {**self._facts.defaults, **(initial or {})})
         self._initial = {name: start[name] for name in self._names.names}
+        self._definitions = PlaceDefinitions(site, modules.values())
+        self._definitions.update(self._initial)
         self._shares = outcome_probabilities_by_skill(modules.values())
         self._effects = {
             (name, outcome.id): self._apply_outcome(name, outcome)
@@ -125,6 +131,8 @@ class SymbolicPlant:
         self._drawn: list[DrawnOutcome] = []
         self._runs: dict[str, int] = dict.fromkeys(self._shares, 0)
         self._time = 0.0
+        self._facts = copy(self._facts)
+        self._facts.restart()
         # Cached readings of now, until time passes or a value changes.
         self._observed: Readings | None = None
         # Replaced, never mutated: results computed from it can check by identity that they still hold.
@@ -245,6 +253,17 @@ class SymbolicPlant:
         self._values = self._set_values([self._effects[skill, outcome.id]])
         self._observed = None
 
+    def set_parameters(self, values: Mapping[str, Any]) -> None:
+        """Set the parameters of the task; see `announce_parameters`.
+
+        Args:
+            values: values (SI) of parameters of tasks, by full name; the others have their defaults.
+        """
+        changes = self._facts.change(values, self._values, self._initial)
+        if changes:
+            self._values = self._set_values([changes])
+            self._observed = self._planned = None
+
     def drawn_outcomes(self) -> tuple[DrawnOutcome, ...]:
         """Return all outcomes drawn so far; they are the only random events of the run.
 
@@ -275,6 +294,7 @@ class SymbolicPlant:
         values = dict(self._values)
         for change in changes:
             values.update(change)
+            self._definitions.update(values, change)
         return values
 
     def _end_motions(self, motions: Sequence[MotionHandle], why: str) -> dict[MotionHandle, MotionCompletion]:

@@ -11,6 +11,7 @@ from aeros.spec.closed_loop.invocation import State
 from aeros.spec.closed_loop.transition_system import LoopState, StateSpaceError, TransitionSystem
 from aeros.spec.model.ecm import Ecm, Task
 from aeros.spec.model.site import Site
+from aeros.spec.model.task_parameters import is_parameter
 
 MAX_STARTS = 4096
 MAX_NODES = 200_000
@@ -90,7 +91,7 @@ def explore_task(ecm: Ecm, task: Task, site: Site) -> ReachableStates:
     """Explore the closed loop of a task from all its starts.
 
     Starts are the states that agree with the task's `initial`.  A predicate that it does not name may have
-    any value at the start.
+    any value at the start, and so may a parameter of a task: an instruction may say any.
 
     Args:
         ecm: module that declares the task.
@@ -106,7 +107,7 @@ def explore_task(ecm: Ecm, task: Task, site: Site) -> ReachableStates:
     """
     system = TransitionSystem(ecm, task, site)
     domains = (
-        (task.initial[name],) if name in task.initial else domain
+        (task.initial[name],) if name in task.initial and not is_parameter(site.state[name]) else domain
         for name, domain in zip(system.names, system.domains, strict=True)
     )
     starts = [*itertools.islice(itertools.product(*domains), MAX_STARTS + 1)]

@@ -26,13 +26,17 @@ from typing import Any, Final, Literal, TypeAlias
 from aeros.spec.closed_loop.composed_run import ComposedRun, Role, RunTooLargeError
 from aeros.spec.closed_loop.invocation import Invocation, State, StateCondition
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.types import BoolType, EnumType
+from aeros.spec.expr.types import BoolType, EnumType, IntegerType
 from aeros.spec.model.ecm import Alternative, Ecm, PlanningRule, Skill, Task
 from aeros.spec.model.site import Site
 from aeros.spec.model.step_graph import If, steps_of, walk_parts
+from aeros.spec.model.task_parameters import is_parameter
 
 MAX_PLAN_STEPS: Final = 100
 """Largest number of steps in an accepted plan; `aeros.agent.planning.task_graph` has the same."""
+
+MAX_NUMBERS: Final = 64
+"""Values of a whole number, at most, that is a parameter of a task."""
 
 
 class StateSpaceError(Exception):
@@ -444,10 +448,16 @@ def _skills_by_rule(ecm: Ecm, rule: PlanningRule) -> tuple[str, ...]:
 
 
 def _domain(site: Site, name: str) -> tuple[Any, ...]:
-    match site.state[name].variable.type:
+    declared = site.state[name]
+    match declared.variable.type:
         case BoolType():
             return (False, True)
         case EnumType(members=members):
             return members
+        case IntegerType() if is_parameter(declared) and declared.range is not None:
+            low, high = map(int, declared.range)
+            if high - low >= MAX_NUMBERS:
+                raise StateSpaceError(f"`{name}` has more than {MAX_NUMBERS} values")
+            return tuple(map(Fraction, range(low, high + 1)))
         case _:
             raise StateSpaceError(f"it depends on `{name}`, which is neither a truth value nor an enum")

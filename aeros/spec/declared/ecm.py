@@ -17,6 +17,7 @@ from aeros.spec.declared.models import Model, UsedModels
 from aeros.spec.declared.perception import OwnVariable, Perceiver
 from aeros.spec.declared.policy import Access
 from aeros.spec.declared.quantity import Quantity
+from aeros.spec.declared.task_parameters import TaskParameter
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.text.fields import (
     BooleanField,
@@ -217,6 +218,13 @@ class Task:
     conditions: tuple[NamedCondition, ...] = field(
         default=(),
         metadata={"doc": "conditions that an instruction may make, with their words"},
+    )
+    parameters: Named[TaskParameter] = field(
+        default=MappingField(),
+        metadata={
+            "doc": "parts that an instruction says, as in `parameters: {object: {type: objects}}`; each is a "
+            "state variable of the module"
+        },
     )
 
 

@@ -298,15 +298,26 @@ class SceneBody:
 
 @dataclass(frozen=True)
 class Instrument:
-    """A measurement of bodies: exactly one of `force`, `position` and `joint`.
+    """A measurement of bodies: exactly one of `load`, `position`, `joint` and `force`.
 
     Attributes:
         span: its place in the file.
     """
 
     span: SourceSpan
+    load: Reference | None = field(
+        default=None,
+        metadata={
+            "doc": "load cell under a body or link, tared: the downward force of all that touches it, as in "
+            "`load: press`"
+        },
+    )
     force: Annotated[tuple[Reference, ...], LengthBounds(2, 2)] | None = field(
-        default=None, metadata={"doc": "sum of the normal forces between two bodies or links"}
+        default=None,
+        metadata={
+            "doc": "sum of the normal forces between two bodies or links; for conditions alone, as no sensor "
+            "can tell which body presses on another"
+        },
     )
     position: Reference | None = field(default=None, metadata={"doc": "position in W of a body or link"})
     joint: Reference | None = field(default=None, metadata={"doc": "position of a joint"})
@@ -489,6 +500,13 @@ class Scene:
     )
     presses: Named[Press] = field(
         default=MappingField(), metadata={"doc": "lids with a handle, for the plant without physics"}
+    )
+    parameters: Named[Annotated[MappingField[Reference], Pattern("identifier")]] = field(
+        default=MappingField(),
+        metadata={
+            "doc": "for each parameter of a task that `truth` speaks of, the thing of this scene that each "
+            "of its values is, as in `parameters: {object: {red_can: can, blue_block: block}}`"
+        },
     )
     truth: Named[ExpressionField] = field(
         default=MappingField(),

@@ -11,9 +11,11 @@ from typing import Annotated, Literal
 from aeros.spec.declared.configuration import ModuleSettings
 from aeros.spec.declared.field_types import Identifier, Named, RiskWord, Slug
 from aeros.spec.declared.motion import MotionPolicy
+from aeros.spec.declared.objects import ObjectKind
 from aeros.spec.declared.perception import Camera
 from aeros.spec.declared.policy import Policy
 from aeros.spec.declared.quantity import Quantity
+from aeros.spec.declared.sensor_errors import SensorErrors
 from aeros.spec.declared.tools import Tool
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.text.fields import (
@@ -219,6 +221,17 @@ class Site:
             "doc": "the cameras whose pictures perceivers may get, as in "
             "`cameras: {overhead: {sensor: overhead_camera, width: 640, height: 480}}`"
         },
+    )
+    objects: Named[ObjectKind] = field(
+        default=MappingField(),
+        metadata={
+            "doc": "kinds of objects that people may ask the robot for, members of the enum `objects`, as in "
+            "`objects: {small_cup: {words: [cup, small cup], cylinder: [3 cm, 8 cm]}}`"
+        },
+    )
+    sensor_errors: SensorErrors | None = field(
+        default=None,
+        metadata={"doc": "errors that simulated plants give the sensors; if absent, they are ideal"},
     )
     modules: Named[ModuleSettings] = field(
         default=MappingField(),

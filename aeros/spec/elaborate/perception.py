@@ -23,14 +23,16 @@ from aeros.spec.elaborate.quantities import (
     elaborate_processor_share,
 )
 from aeros.spec.elaborate.scopes import state_scope
+from aeros.spec.elaborate.task_parameters import TaskParameters
 from aeros.spec.elaborate.vocabulary import SiteVocabulary
 from aeros.spec.expr.doubles import to_doubles
 from aeros.spec.expr.semantics import evaluate
 from aeros.spec.expr.types import BoolType
 from aeros.spec.expr.units import TIME, format_number, format_quantity
 from aeros.spec.model.configured import BoundNames
+from aeros.spec.model.objects import OBJECTS
 from aeros.spec.model.perception import Definition, Perceiver, PerceptionPolicy, PictureRequest, SiteCamera
-from aeros.spec.model.site import Site
+from aeros.spec.model.site import Site, enums_of_modules
 from aeros.spec.model.variables import Declared
 from aeros.spec.text.fields import ExpressionField, TextField
 
@@ -150,6 +152,7 @@ class ModulePerception:
         state: its own variables by full name.
         perceivers: its perceivers by id.
         definitions: conditions of its predicates that have one, by full name.
+        task_parameters: parameters of each task by name, by the task's name.
         site: the site with the state variables by the names that the module's conditions use: the site's own,
             the module's by short and by full name, and those that it may read of modules it requires.
     """
@@ -165,7 +168,12 @@ class ModulePerception:
         self._diagnostics = diagnostics
         self._names = names
         self._module = ecm.id.value
-        own = self._variables(ecm, site)
+        used = meanings_of_names(site)
+        own = self._variables(ecm, site, used)
+        used |= dict.fromkeys(own, "a state variable of this module")
+        parameters = TaskParameters(ecm, site, used, diagnostics)
+        self.task_parameters = parameters.by_task
+        own |= parameters.variables
         required = {name.value for name, _ in ecm.dependencies.modules}
         readable = {**(public if site.perception.public else {}), **site.perception.shared}
         shared = {
@@ -174,7 +182,9 @@ class ModulePerception:
         visible = {name: one for name, one in site.state.items() if "." not in name}
         self.site = site
         if own or shared or len(visible) < len(site.state):
-            self.site = replace(site, state={**visible, **shared, **own, **self._by_full_name(own)})
+            state = {**visible, **shared, **own, **self._by_full_name(own)}
+            enums = {name: one for name, one in site.enums.items() if "." not in name}
+            self.site = replace(site, state=state, enums=enums | enums_of_modules(state))
         written = {name.value: one.definition for name, one in ecm.state if one.definition is not None}
         self.definitions = self._definitions(written, own)
         declared_here = dict.fromkeys(name.value for name, _ in ecm.state)
@@ -182,17 +192,16 @@ class ModulePerception:
             name.value: self._perceiver(name, perceiver, declared_here, site)
             for name, perceiver in ecm.perceivers
         }
-        self.state = self._by_full_name(self._with_sensors(ecm, own, written))
+        self.state = self._by_full_name(_with_sensors(ecm, own, written, diagnostics))
         self._check_shared(ecm, site)
 
     def _by_full_name(self, own: Mapping[str, Declared]) -> dict[str, Declared]:
         return {f"{self._module}.{name}": one for name, one in own.items()}
 
-    def _variables(self, ecm: declared_ecm.Ecm, site: Site) -> dict[str, Declared]:
-        """Elaborate the module's variables, by short name."""
+    def _variables(self, ecm: declared_ecm.Ecm, site: Site, used: dict[str, str]) -> dict[str, Declared]:
+        """Elaborate the module's variables, by short name; `used` receives the names."""
         own: dict[str, Declared] = {}
-        used = meanings_of_names(site)
-        if ecm.state:
+        if ecm.state or any(one.parameters for _, one in ecm.tasks):
             check_name_is_free(ecm.id, used, "module", self._diagnostics)
         used |= {name.value: "a module that this one requires" for name, _ in ecm.dependencies.modules}
         used[self._module] = "the name of this module"
@@ -267,13 +276,13 @@ class ModulePerception:
             if rate is not None and not 0 < rate <= limits.rate:
                 allowed = f"{format_number(limits.rate)} Hz"
                 self._report_limit(f"a perceiver's rate is above 0 Hz and at most {allowed}", perceiver.rate)
-        if not perceiver.pictures and all(one.value in self._names.parameters for one in perceiver.readings):
+        readings = [one for one in perceiver.readings if not self._is_constant(one.value)]
+        if not perceiver.pictures and not readings:
             headline = f"`{name.value}` gets neither pictures nor readings, so it can measure nothing"
             self._diagnostics.error("AE112", headline, name.span, help=("add `pictures` or `readings`",))
         if not perceiver.provides:
             self._diagnostics.error("AE112", f"`{name.value}` provides no variable", name.span)
         pictures = (self._picture(camera, picture, site) for camera, picture in perceiver.pictures)
-        readings = [one for one in perceiver.readings if one.value not in self._names.parameters]
         read = [
             resolve_name(reading, self.site.state, "a state variable that it may read", self._diagnostics)
             for reading in readings
@@ -301,6 +310,10 @@ class ModulePerception:
             constants=_parameters_read(perceiver, self._names, self.site),
         )
 
+    def _is_constant(self, reading: str) -> bool:
+        """Return True for a parameter of the module, and for the table of the site's objects."""
+        return reading in self._names.parameters or (reading == OBJECTS and bool(self.site.objects))
+
     def _report_limit(self, headline: str, at: TextField) -> None:
         self._diagnostics.error("AE129", headline, at.span)
 
@@ -318,49 +331,6 @@ class ModulePerception:
         is_optional = picture.optional is not None and picture.optional.value
         seen_as = "" if name == camera.value else camera.value
         return PictureRequest(name, width, height, depth, seen_as, is_optional)
-
-    def _with_sensors(
-        self, ecm: declared_ecm.Ecm, own: Mapping[str, Declared], defined: Mapping[str, ExpressionField]
-    ) -> dict[str, Declared]:
-        """Name the perceiver of each variable; each has exactly one, or a definition."""
-        by_variable: dict[str, tuple[TextField, TextField]] = {}
-        for perceiver, declaration in ecm.perceivers:
-            for name in declaration.provides:
-                if name.value in own and (sensor := own[name.value].sensor) is not None:
-                    headline = f"`{sensor}` measures `{name.value}`, and `{perceiver.value}` provides it, too"
-                    self._diagnostics.error("AE120", headline, name.span, help=("keep one of them",))
-                if name.value in defined:
-                    self._diagnostics.error(
-                        "AE120",
-                        f"`{name.value}` has a definition, and `{perceiver.value}` provides it, too",
-                        name.span,
-                        secondary=(SpanLabel(defined[name.value].span, "defined here"),),
-                        help=("keep one of them",),
-                    )
-                if name.value in by_variable:
-                    first, place = by_variable[name.value]
-                    self._diagnostics.error(
-                        "AE120",
-                        f"`{name.value}` is provided twice, by `{first.value}` and by `{perceiver.value}`",
-                        name.span,
-                        secondary=(SpanLabel(place.span, "provided here"),),
-                        help=("let one perceiver provide it",),
-                    )
-                by_variable.setdefault(name.value, (perceiver, name))
-        measured: dict[str, Declared] = {}
-        for short, one in own.items():
-            if one.sensor is not None:
-                measured[short] = one
-                continue
-            if short in defined:
-                measured[short] = replace(one, sensor=f"{self._module}.{short}")
-                continue
-            if short in by_variable:
-                measured[short] = replace(one, sensor=f"{self._module}.{by_variable[short][0].value}")
-                continue
-            help_ = "add it to `provides` of a perceiver, or give it a `definition` or a `sensor`"
-            self._diagnostics.error("AE122", f"no perceiver provides `{short}`", one.span, help=(help_,))
-        return measured
 
     def _check_shared(self, ecm: declared_ecm.Ecm, site: Site) -> None:
         """Check that the module declares what the site shares of it, and declares it alike."""
@@ -386,6 +356,53 @@ class ModulePerception:
                 )
 
 
+def _with_sensors(
+    ecm: declared_ecm.Ecm,
+    own: Mapping[str, Declared],
+    defined: Mapping[str, ExpressionField],
+    diagnostics: Diagnostics,
+) -> dict[str, Declared]:
+    """Name the perceiver of each variable; each has exactly one, or a definition."""
+    by_variable: dict[str, tuple[TextField, TextField]] = {}
+    for perceiver, declaration in ecm.perceivers:
+        for name in declaration.provides:
+            if name.value in own and (sensor := own[name.value].sensor) is not None:
+                headline = f"`{sensor}` measures `{name.value}`, and `{perceiver.value}` provides it, too"
+                diagnostics.error("AE120", headline, name.span, help=("keep one of them",))
+            if name.value in defined:
+                diagnostics.error(
+                    "AE120",
+                    f"`{name.value}` has a definition, and `{perceiver.value}` provides it, too",
+                    name.span,
+                    secondary=(SpanLabel(defined[name.value].span, "defined here"),),
+                    help=("keep one of them",),
+                )
+            if name.value in by_variable:
+                first, place = by_variable[name.value]
+                diagnostics.error(
+                    "AE120",
+                    f"`{name.value}` is provided twice, by `{first.value}` and by `{perceiver.value}`",
+                    name.span,
+                    secondary=(SpanLabel(place.span, "provided here"),),
+                    help=("let one perceiver provide it",),
+                )
+            by_variable.setdefault(name.value, (perceiver, name))
+    measured: dict[str, Declared] = {}
+    for short, one in own.items():
+        if one.sensor is not None:
+            measured[short] = one
+            continue
+        if short in defined:
+            measured[short] = replace(one, sensor=f"{ecm.id.value}.{short}")
+            continue
+        if short in by_variable:
+            measured[short] = replace(one, sensor=f"{ecm.id.value}.{by_variable[short][0].value}")
+            continue
+        help_ = "add it to `provides` of a perceiver, or give it a `definition` or a `sensor`"
+        diagnostics.error("AE122", f"no perceiver provides `{short}`", one.span, help=(help_,))
+    return measured
+
+
 def _difference(mine: Declared, shared: Declared) -> str:
     """Return what a module's declaration of a shared variable must not leave open; nothing if it fits."""
     if mine.variable != shared.variable:
@@ -401,11 +418,15 @@ def _difference(mine: Declared, shared: Declared) -> str:
 
 
 def _parameters_read(perceiver: declared.Perceiver, names: BoundNames, site: Site) -> dict[str, Any]:
-    """Return the value (SI) of each parameter of the module that a perceiver lists under its readings."""
-    return to_doubles(
+    """Return each constant that a perceiver lists under its readings: parameters (SI), and the objects."""
+    read = [one.value for one in perceiver.readings]
+    constants = to_doubles(
         {
-            one.value: evaluate(site.constants[one.value], {})
-            for one in perceiver.readings
-            if one.value in names.parameters and one.value in site.constants
+            one: evaluate(site.constants[one], {})
+            for one in read
+            if one in names.parameters and one in site.constants
         }
     )
+    if OBJECTS in read and site.objects:
+        constants[OBJECTS] = {name: kind.for_perceivers() for name, kind in site.objects.items()}
+    return constants

@@ -6,6 +6,7 @@ from aeros.spec.declared import site as declared
 from aeros.spec.declared.configuration import ModuleSettings
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.motion import check_tracking_rules, elaborate_motion
+from aeros.spec.elaborate.objects import elaborate_objects
 from aeros.spec.elaborate.perception import (
     elaborate_cameras,
     elaborate_perception_policy,
@@ -22,11 +23,13 @@ from aeros.spec.elaborate.policy import (
     policy_spans,
 )
 from aeros.spec.elaborate.rules import ElaboratedRules, check_unique_ids, elaborate_rules
+from aeros.spec.elaborate.sensor_errors import elaborate_sensor_errors
 from aeros.spec.elaborate.tools import check_rules_read_no_answers
 from aeros.spec.elaborate.vocabulary import check_protective_stop, elaborate_vocabulary
 from aeros.spec.model.configured import ModuleConfiguration
 from aeros.spec.model.policy import Durability
 from aeros.spec.model.rules import Risk
+from aeros.spec.model.sensor_errors import SensorErrors
 from aeros.spec.model.site import Site
 from aeros.spec.text.fields import TextField
 
@@ -50,11 +53,13 @@ def elaborate_site(site: declared.Site, digest: str, diagnostics: Diagnostics) -
     check_protective_stop(site, vocabulary, diagnostics)
     check_unique_ids(site, diagnostics)
     rules, policy, motion = ElaboratedRules(), site.policy, None
-    shared, cameras = {}, {}
+    shared, cameras, sensor_errors = {}, {}, SensorErrors()
     devices = _devices(site, diagnostics)
+    objects = elaborate_objects(site, diagnostics)
     if is_whole:
         shared = elaborate_shared_variables(policy.perception, vocabulary, diagnostics)
         cameras = elaborate_cameras(site, vocabulary, diagnostics)
+        sensor_errors = elaborate_sensor_errors(site, vocabulary, diagnostics)
         rules = elaborate_rules(site, vocabulary, diagnostics)
         tools = {name: kind.tool for name, kind in vocabulary.kinds.items() if kind.tool is not None}
         check_rules_read_no_answers(tools, rules.rules, rules.joint_rules, rules.histories, diagnostics)
@@ -103,10 +108,12 @@ def elaborate_site(site: declared.Site, digest: str, diagnostics: Diagnostics) -
         offers=_offers(site),
         configurations={name.value: _configuration(one) for name, one in site.modules},
         devices=devices,
+        objects=objects,
         sensors={
             name.value: one.value if isinstance(one, TextField) else one.description.value
             for name, one in site.sensors
         },
+        sensor_errors=sensor_errors,
     )
 
 

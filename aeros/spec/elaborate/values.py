@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from aeros.spec.diagnostics.codes import Diagnostics
-from aeros.spec.elaborate.expressions import elaborate_constant
+from aeros.spec.elaborate.expressions import elaborate_constant, expression_of_argument
 from aeros.spec.elaborate.names import resolve_need
 from aeros.spec.elaborate.scopes import constant_scope
+from aeros.spec.expr.scope import Scope
+from aeros.spec.expr.types import EnumType, IntegerType
 from aeros.spec.expr.units import format_quantity
 from aeros.spec.model.site import Site
 from aeros.spec.model.variables import Declared
@@ -59,3 +61,25 @@ def elaborate_state_values(
         if variable is not None:
             values[variable.name] = elaborate_value(expression, variable, site, diagnostics)
     return values
+
+
+def value_of_argument(text: str, variable: Declared) -> Any:
+    """Read the value that a person gives to a variable, as in `left`, `2` or `5 cm`.
+
+    Args:
+        text: what the person wrote.
+        variable: declaration of the variable.
+
+    Returns:
+        The value, numbers in SI units; None if the text is no value of this type and range.
+    """
+    type_ = variable.variable.type
+    enums = {type_.name: type_} if isinstance(type_, EnumType) else {}
+    faults = Diagnostics()
+    expression = expression_of_argument(variable.name, text)
+    value = elaborate_constant(expression, Scope({}, {}, {}, enums), faults, type_)
+    if value is None or (isinstance(type_, IntegerType) and value.denominator != 1):
+        return None
+    if variable.range is not None and not variable.range[0] <= value <= variable.range[1]:
+        return None
+    return value

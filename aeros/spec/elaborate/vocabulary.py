@@ -16,6 +16,7 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import AxisAlignedBox
 from aeros.spec.expr.types import EnumType, FamilyType, RealType
 from aeros.spec.expr.units import LENGTH
+from aeros.spec.model.objects import OBJECTS
 from aeros.spec.model.rules import ActionKind, Risk
 from aeros.spec.model.variables import Declared
 from aeros.spec.text.fields import ExpressionField, TextField
@@ -55,6 +56,10 @@ def elaborate_vocabulary(site: declared.Site, diagnostics: Diagnostics) -> SiteV
     elaborator = _VocabularyElaborator(diagnostics)
     for name, members in site.enums:
         elaborator.add_enum(name, members)
+    if site.objects.items:
+        (first, _), *_ = site.objects.items
+        name = TextField(OBJECTS, first.span, first.node)
+        elaborator.add_enum(name, tuple(one for one, _ in site.objects))
     for name, constant in site.constants:
         elaborator.add_constant(name, constant)
     for name, volume in site.volumes:

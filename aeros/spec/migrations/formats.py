@@ -176,6 +176,8 @@ MEMORY: Final = Format(
         Version("episodes have a context and a flag: counted as evidence"),
         Version("episodes keep the causes of a failure as data"),
         Version("events have the names below"),
+        Version("sessions name their plant, and episodes the code of their module"),
+        Version("keeps what was seen: the first and latest value of each variable in each session"),
     ),
     cure=_AT_OPEN,
 )

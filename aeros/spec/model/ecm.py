@@ -20,6 +20,7 @@ from aeros.spec.model.perception import Definition, Perceiver
 from aeros.spec.model.policy import Access, WorkerLimits
 from aeros.spec.model.rules import Conjunct, Risk
 from aeros.spec.model.step_graph import map_graph_steps, steps_of
+from aeros.spec.model.task_parameters import TaskParameter
 from aeros.spec.model.variables import Declared
 
 
@@ -195,6 +196,7 @@ class Task:
         object_phrases: phrases for what it acts on, of which an instruction must name one, if there are any.
         extra_phrases: phrases that an instruction may add, and that ask for nothing more.
         condition_phrases: conditions that an instruction may make, by their phrase.
+        parameters: what an instruction may say of it, by name; each is a state variable of its module.
     """
 
     id: str
@@ -211,6 +213,19 @@ class Task:
     object_phrases: tuple[str, ...] = ()
     extra_phrases: tuple[str, ...] = ()
     condition_phrases: Mapping[str, ActionCondition] = field(default_factory=dict)
+    parameters: Mapping[str, TaskParameter] = field(default_factory=dict)
+
+    def complete_arguments(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Add the defaults to arguments.
+
+        Args:
+            given: values (SI) of some of its parameters, by name.
+
+        Returns:
+            The arguments in the order of the parameters; those without value and default are absent.
+        """
+        values = {name: given.get(name, one.default) for name, one in self.parameters.items()}
+        return {name: one for name, one in values.items() if one is not None}
 
 
 @dataclass(frozen=True)
@@ -352,6 +367,11 @@ class Ecm:
         return {**self.names.bindings, **self.names.parameters}
 
     @property
+    def task_parameters(self) -> Mapping[str, TaskParameter]:
+        """Parameters of all its tasks, by full name."""
+        return {one.full_name: one for task in self.tasks.values() for one in task.parameters.values()}
+
+    @property
     def with_owners(self) -> tuple[Ecm, ...]:
         """The module, and all others whose skills its steps may run."""
         return (self, *self.foreign.owners.values())
@@ -389,7 +409,8 @@ class Ecm:
             names = self.capabilities[name]
             if not all(one in self.skills or one in self.compositions for one in names):
                 return ()
-            return tuple(Alternative(one, self.compositions.get(one)) for one in names)
+            own = tuple(Alternative(one, self.compositions.get(one)) for one in names)
+            return own + self.foreign.capabilities.get(name, ())  # of others if it requires it, too
         return self.foreign.capabilities.get(name, ())
 
     def providers(self, name: str) -> tuple[str, ...]:

@@ -258,7 +258,9 @@ class BodyPart(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class ForceInstrument:
-    """Sum of the normal forces between two bodies or links, N.
+    """Sum of the normal forces between two bodies or links, N; for conditions alone.
+
+    No sensor measures it: none can tell which body presses on another.
 
     Attributes:
         first: one of them.
@@ -267,6 +269,17 @@ class ForceInstrument:
 
     first: BodyPart
     second: BodyPart
+
+
+@dataclass(frozen=True, slots=True)
+class LoadInstrument:
+    """Load cell under a body or link: the downward part of the normal forces of all that touches it, N.
+
+    Attributes:
+        of: the body or link; its own weight does not count.
+    """
+
+    of: BodyPart
 
 
 @dataclass(frozen=True, slots=True)
@@ -291,7 +304,7 @@ class JointInstrument:
     joint: BodyPart
 
 
-Instrument = ForceInstrument | PositionInstrument | JointInstrument
+Instrument = ForceInstrument | LoadInstrument | PositionInstrument | JointInstrument
 
 
 class Region(NamedTuple):
@@ -435,7 +448,8 @@ class Scene:
         timers: conditions whose time is measured, by name.
         presses: lids with a handle, by name.
         truth: condition under which each state variable of a goal is true; a module's by its full name.
-        owners: module of each place and instrument that is a variable of one, by the thing's name.
+        variables: name of the state variable of each place and instrument that is not called as it is, by the
+            thing's name.
         parts: the files that it is made of, its own first.
     """
 
@@ -455,16 +469,17 @@ class Scene:
     presses: Mapping[str, Press]
     truth: Mapping[str, SceneCondition]
     parts: tuple[ScenePart, ...] = field(default=())
-    owners: Mapping[str, str] = field(default_factory=dict)
+    variables: Mapping[str, str] = field(default_factory=dict)
 
     def measured(self) -> Iterator[tuple[str, str]]:
-        """Yield what is surveyed and measured.
+        """Yield what is surveyed and what instruments measure.
 
         Yields:
             Name of the state variable, and of the place or instrument that gives its value.
         """
         for name in (*self.places, *self.instruments):
-            yield (f"{self.owners[name]}.{name}" if name in self.owners else name), name
+            if not isinstance(self.instruments.get(name), ForceInstrument):
+                yield self.variables.get(name, name), name
 
     def placements(self) -> Iterator[tuple[str, Placement]]:
         """Yield the placement of each place and body.

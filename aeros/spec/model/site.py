@@ -18,6 +18,7 @@ from aeros.spec.expr.scope import AxisAlignedBox
 from aeros.spec.expr.types import EnumType
 from aeros.spec.model.configured import ModuleConfiguration
 from aeros.spec.model.motion import MotionPolicy
+from aeros.spec.model.objects import ObjectKind
 from aeros.spec.model.perception import PerceptionPolicy, SiteCamera
 from aeros.spec.model.policy import (
     Access,
@@ -29,6 +30,7 @@ from aeros.spec.model.policy import (
     Quota,
 )
 from aeros.spec.model.rules import ActionKind, JointRule, Risk, Rule
+from aeros.spec.model.sensor_errors import SensorErrors
 from aeros.spec.model.variables import Declared, History
 
 if TYPE_CHECKING:
@@ -68,6 +70,8 @@ class Site:
         configurations: settings of modules, by module.
         devices: device file of each computing device, by its name.
         sensors: sensors that only modules read: their purpose by name.
+        objects: objects that people may ask for, by name.
+        sensor_errors: errors that simulated plants give the sensors.
     """
 
     id: str
@@ -101,6 +105,8 @@ class Site:
     configurations: Mapping[str, ModuleConfiguration] = field(default_factory=dict)
     devices: Mapping[str, str] = field(default_factory=dict)
     sensors: Mapping[str, str] = field(default_factory=dict)
+    objects: Mapping[str, ObjectKind] = field(default_factory=dict)
+    sensor_errors: SensorErrors = field(default_factory=SensorErrors)
 
     @cached_property
     def observed_variables(self) -> Mapping[str, Declared]:
@@ -152,7 +158,11 @@ class Site:
         state = {name: one for name, one in self.state.items() if "." not in name or name in shared}
         for module in modules:
             state |= {name: one for name, one in module.state.items() if name not in shared}
-        return self if state == self.state else replace(self, state=state)
+        enums = {name: one for name, one in self.enums.items() if "." not in name}
+        enums |= enums_of_modules(state)
+        if state == self.state and enums == self.enums:
+            return self
+        return replace(self, state=state, enums=enums)
 
     def with_configurations(self, configurations: Mapping[str, ModuleConfiguration]) -> Site:
         """Add the operator's settings of modules, which come before those of the site file.
@@ -208,3 +218,16 @@ class Site:
             The invariants, in the order of the site file.
         """
         return tuple(rule for rule in self.rules if kind in rule.terms)
+
+
+def enums_of_modules(state: Mapping[str, Declared]) -> dict[str, EnumType]:
+    """Collect the enums that modules declare, by the variables of these types.
+
+    Args:
+        state: variables by name.
+
+    Returns:
+        The enums by name, as in `clean_table.region`.
+    """
+    types = (one.variable.type for one in state.values())
+    return {one.name: one for one in types if isinstance(one, EnumType) and "." in one.name}

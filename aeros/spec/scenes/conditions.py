@@ -14,6 +14,8 @@ from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.expressions import elaborate_expression
 from aeros.spec.expr import syntax as s
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.parser import ExpressionSyntaxError
+from aeros.spec.expr.parser import parse as parse_expression
 from aeros.spec.expr.scope import ExpressionTypeError, Scope
 from aeros.spec.expr.typecheck.name_resolution import suggest_names
 from aeros.spec.expr.types import BOOL, RealType, Type, VectorType
@@ -24,6 +26,7 @@ from aeros.spec.model.scene import (
     ForceInstrument,
     Instrument,
     JointInstrument,
+    LoadInstrument,
     PositionInstrument,
     Scene,
     SceneBody,
@@ -35,6 +38,7 @@ from aeros.spec.text.fields import ExpressionField, TextField
 _POINT: Final = VectorType(LENGTH)
 _ROTATION: Final = RealType(ANGLE)
 _IN: Final = " in "
+_NO_ALIASES: Final[Mapping[str, str]] = {}
 
 
 def is_membership(variable: str) -> bool:
@@ -78,6 +82,22 @@ class SceneScope:
         for timer in scene.timers:
             self.add_timer(timer)
 
+    def depends_on(self, expression: ExpressionField, names: Collection[str]) -> set[str]:
+        """List the names that an expression uses.
+
+        Args:
+            expression: the field.
+            names: names to look for.
+
+        Returns:
+            Those of `names` that stand in it, with or without an attribute; none if it is malformed.
+        """
+        try:
+            node = parse_expression(expression.value)
+        except ExpressionSyntaxError:
+            return set()
+        return {one for one in _names_in(node) if one in names}
+
     def add_condition(self, name: str, full_name: str = "") -> None:
         """Make a condition known to those after it.
 
@@ -95,11 +115,14 @@ class SceneScope:
         """
         self._types[name] = self._types[f"{name}.longest"] = RealType(TIME)
 
-    def condition(self, expression: ExpressionField) -> SceneCondition | None:
+    def condition(
+        self, expression: ExpressionField, aliases: Mapping[str, str] = _NO_ALIASES
+    ) -> SceneCondition | None:
         """Elaborate a condition.
 
         Args:
             expression: the field.
+            aliases: names that stand for things of the scene, with the names of these.
 
         Returns:
             The condition; None after reporting its fault.
@@ -111,9 +134,19 @@ class SceneScope:
             name: t.Variable(self._conditions.get(name, name), type_, t.VariableRole.STATE)
             for name, type_ in {**types, **memberships}.items()
         }
-        names = _DottedNames(types, self._regions)
+        names = _DottedNames(types, self._regions, aliases)
         term = elaborate_expression(expression, Scope(variables), self._diagnostics, BOOL, names.rewrite)
         return None if term is None else SceneCondition(term, expression.value, expression.span)
+
+
+def _names_in(node: s.Node) -> Iterator[str]:
+    if isinstance(node, s.Name):
+        yield node.text
+    for field in fields(node):
+        value = getattr(node, field.name)
+        for part in value if isinstance(value, tuple) else (value,):
+            if isinstance(part, s.Node):
+                yield from _names_in(part)
 
 
 def region_names(scene: Scene) -> tuple[str, ...]:
@@ -155,7 +188,7 @@ def _types(scene: Scene) -> Iterator[tuple[str, Type]]:
 
 def _instrument_type(instrument: Instrument, bodies: Mapping[str, SceneBody]) -> Type:
     match instrument:
-        case ForceInstrument():
+        case ForceInstrument() | LoadInstrument():
             return RealType(FORCE)
         case PositionInstrument():
             return _POINT
@@ -168,8 +201,10 @@ def _instrument_type(instrument: Instrument, bodies: Mapping[str, SceneBody]) ->
 class _DottedNames:
     """Turns `can.position` and `can.position in pot` into single names."""
 
-    def __init__(self, types: Mapping[str, Type], regions: Collection[str]) -> None:
-        self._types = types
+    def __init__(
+        self, types: Mapping[str, Type], regions: Collection[str], aliases: Mapping[str, str]
+    ) -> None:
+        self._types, self._aliases = types, aliases
         self._regions = regions
         self._prefixes = {name[:dot] for name in types for dot in range(len(name)) if name[dot] == "."}
 
@@ -179,6 +214,8 @@ class _DottedNames:
         Raises:
             ExpressionTypeError: a region is unknown.
         """
+        if isinstance(node, s.Name) and node.text in self._aliases:
+            return s.Name(self._aliases[node.text], node.extent)
         values: dict[str, Any] = {}
         for field in fields(node):
             value = getattr(node, field.name)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
+from itertools import product
 from math import degrees
 from pathlib import Path
 from typing import Final, TypeVar
@@ -17,6 +18,7 @@ from aeros.spec.model.scene import (
     ForceInstrument,
     Instrument,
     JointInstrument,
+    LoadInstrument,
     Placement,
     PositionInstrument,
     Press,
@@ -27,6 +29,7 @@ from aeros.spec.model.scene import (
     Seal,
     UrdfModel,
 )
+from aeros.spec.model.truth_names import truth_name
 from aeros.spec.scenes.bodies import BodyElaborator
 from aeros.spec.scenes.conditions import SceneScope, resolve_part
 from aeros.spec.scenes.merging import NAMED, names_in_use
@@ -98,8 +101,9 @@ class _SceneElaborator:
             known = (*self._found.places, *self._found.bodies)
             self._add("bodies", {name.value: self._bodies.body(name.value, body, known)})
         if scene.module is not None:
-            measured = [name.value for name, _ in (*scene.places, *scene.instruments)]
-            self._add("owners", dict.fromkeys(measured, scene.module.value))
+            sensed = [name for name, one in scene.instruments if one.force is None]
+            measured = [name.value for name in (*(place for place, _ in scene.places), *sensed)]
+            self._add("variables", {name: f"{scene.module.value}.{name}" for name in measured})
         self._add("cameras", {self._site_camera(name): self._camera(one) for name, one in scene.cameras})
         self._add("instruments", _each(scene.instruments, self._instrument))
         self._add("regions", _each(scene.regions, self._region))
@@ -156,15 +160,20 @@ class _SceneElaborator:
         )
 
     def _instrument(self, instrument: declared.Instrument) -> Instrument | None:
-        present = [word for word in ("force", "position", "joint") if getattr(instrument, word) is not None]
+        present = [
+            word for word in ("load", "position", "joint", "force") if getattr(instrument, word) is not None
+        ]
         if len(present) != 1:
             self._numbers.report(
-                "an instrument needs exactly one of `force`, `position` and `joint`", instrument.span
+                "an instrument needs exactly one of `load`, `position`, `joint` and `force`", instrument.span
             )
             return None
         if instrument.force is not None:
             first, second = (self._part(part, "link") for part in instrument.force)
             return None if first is None or second is None else ForceInstrument(first, second)
+        if instrument.load is not None:
+            under = self._part(instrument.load, "link")
+            return None if under is None else LoadInstrument(under)
         if instrument.position is not None:
             of = self._part(instrument.position, "link")
             return None if of is None else PositionInstrument(of)
@@ -224,9 +233,29 @@ class _SceneElaborator:
         for name, timer in scene.timers:
             self._add("timers", {name.value: scope.condition(timer.while_)})
             scope.add_timer(name.value)
+        self._add_truth(scene, scope)
+
+    def _add_truth(self, scene: declared.Scene, scope: SceneScope) -> None:
+        """Elaborate each truth, for all values of the parameters that it speaks of."""
+        things = {name.value: dict(values) for name, values in scene.parameters}
+        known = {
+            name: {value.value: thing.value for value, thing in values.items()}
+            for name, values in things.items()
+        }
+        depends: dict[str, set[str]] = {}
         for name, text in scene.truth:
             full = name.value if scene.module is None else f"{scene.module.value}.{name.value}"
-            self._add("truth", {full: scope.condition(text)})
+            earlier = scope.depends_on(text, depends)
+            parameters = sorted(scope.depends_on(text, known).union(*(depends[one] for one in earlier)))
+            for values in product(*(known[one] for one in parameters)):
+                stated = dict(zip(parameters, values, strict=True))
+                for one in earlier:
+                    own = {each: stated[each] for each in depends[one]}
+                    of_module = one if scene.module is None else f"{scene.module.value}.{one}"
+                    scope.add_condition(one, truth_name(of_module, own))
+                aliases = {one: known[one][value] for one, value in stated.items()}
+                self._add("truth", {truth_name(full, stated): scope.condition(text, aliases)})
+            depends[name.value] = set(parameters)
             scope.add_condition(name.value, full)
 
     def _seal(self, seal: declared.Seal, scope: SceneScope) -> Seal | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields, replace
 from typing import Any, Final, TypeVar
 
@@ -15,6 +15,7 @@ from aeros.spec.model.scene import (
     ForceInstrument,
     Instrument,
     JointInstrument,
+    LoadInstrument,
     Placement,
     PositionInstrument,
     Press,
@@ -68,7 +69,24 @@ def moved(scene: Scene, prefix: str, offset: Vector) -> Scene:
     Returns:
         The scene.
     """
-    return _Move(prefix, offset).scene(scene)
+
+    def prefixed(name: str) -> str:
+        return prefix + name
+
+    return _Move(prefixed, prefixed, offset).scene(scene)
+
+
+def renamed(scene: Scene, names: Mapping[str, str]) -> Scene:
+    """Give some things of a scene other names; cameras, state variables and random streams keep theirs.
+
+    Args:
+        scene: the scene.
+        names: new names by the old ones.
+
+    Returns:
+        The scene.
+    """
+    return _Move(lambda name: names.get(name, name), str, (0.0, 0.0, 0.0)).scene(scene)
 
 
 def merge(first: Scene, second: Scene, at: SourceSpan | None, diagnostics: Diagnostics) -> Scene:
@@ -103,7 +121,7 @@ def merge(first: Scene, second: Scene, at: SourceSpan | None, diagnostics: Diagn
         )
     joined: dict[str, Any] = {
         field: {**getattr(first, field), **getattr(second, field)}
-        for field in (*NAMED, "cameras", "truth", "owners")
+        for field in (*NAMED, "cameras", "truth", "variables")
     }
     return replace(
         first,
@@ -122,12 +140,14 @@ class _Move:
     """Renames and moves things.
 
     Args:
-        prefix: put before each name.
+        name: gives the new name of a thing.
+        outer: gives the new name of what is known outside of the scene: cameras, state variables, streams.
         offset: added to each position in W.
     """
 
-    def __init__(self, prefix: str, offset: Vector) -> None:
-        self._prefix = prefix
+    def __init__(self, name: Callable[[str], str], outer: Callable[[str], str], offset: Vector) -> None:
+        self._name = name
+        self._outer = outer
         self._offset = offset
         self._truth: Mapping[str, SceneCondition] = {}
 
@@ -140,7 +160,7 @@ class _Move:
             view=None if scene.view is None else self._camera(scene.view),
             places=self._all(scene.places, self._placement),
             bodies=self._all(scene.bodies, self._body),
-            cameras=self._all(scene.cameras, self._camera),
+            cameras={self._outer(name): self._camera(one) for name, one in scene.cameras.items()},
             instruments=self._all(scene.instruments, self._instrument),
             regions=self._all(scene.regions, self._region),
             coatings=self._all(scene.coatings, self._coating),
@@ -149,20 +169,23 @@ class _Move:
             timers=self._all(scene.timers, self._condition),
             presses=self._all(scene.presses, self._press),
             truth={self._full_name(name): self._condition(one) for name, one in scene.truth.items()},
-            owners=self._all(scene.owners, str),
-            parts=tuple(part._replace(prefix=self._prefix + part.prefix) for part in scene.parts),
+            variables=dict(self._variables(scene)),
+            parts=tuple(part._replace(prefix=self._outer(part.prefix)) for part in scene.parts),
         )
 
     def _all(self, things: Mapping[str, _T], move: Callable[[_T], _T]) -> dict[str, _T]:
         return {self._name(name): move(thing) for name, thing in things.items()}
 
-    def _name(self, name: str) -> str:
-        return self._prefix + name
+    def _variables(self, scene: Scene) -> Iterator[tuple[str, str]]:
+        for variable, thing in scene.measured():
+            found = (self._name(thing), self._full_name(variable))
+            if found[0] != found[1]:
+                yield found
 
     def _full_name(self, name: str) -> str:
         """Rename a state variable, which may be a module's."""
         module, dot, short = name.rpartition(".")
-        return f"{module}{dot}{self._name(short)}"
+        return f"{module}{dot}{self._outer(short)}"
 
     def _point(self, point: Vector) -> Vector:
         x, y, z = (part + by for part, by in zip(point, self._offset, strict=True))
@@ -178,7 +201,7 @@ class _Move:
         return placement._replace(
             frame=None if frame is None else self._name(frame),
             position=placement.position if frame else self._point(placement.position),
-            stream=self._name(placement.stream),
+            stream=self._outer(placement.stream),
             alternative=alternative,
         )
 
@@ -197,6 +220,8 @@ class _Move:
         match instrument:
             case ForceInstrument(first, second):
                 return ForceInstrument(self._part(first), self._part(second))
+            case LoadInstrument(of):
+                return LoadInstrument(self._part(of))
             case PositionInstrument(of):
                 return PositionInstrument(self._part(of))
             case JointInstrument(joint):
@@ -250,4 +275,5 @@ class _Move:
             return f"{self._variable(point)} in {self._name(region)}"
         if name in self._truth:
             return self._full_name(name)
-        return name if name.startswith("robot.") else self._name(name)
+        thing, dot, part = name.partition(".")
+        return name if thing == "robot" else f"{self._name(thing)}{dot}{part}"

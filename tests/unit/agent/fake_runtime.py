@@ -59,6 +59,7 @@ class FakeRuntime:
         self.clock = 100.0
         self.certificates: dict[str, Certificate] = {}
         self.attended: list[frozenset[str] | None] = []
+        self.parameters: list[dict[str, Any]] = []
         self._site = at or site()
 
     @property
@@ -77,6 +78,9 @@ class FakeRuntime:
 
     def attend(self, modules: frozenset[str] | None) -> None:
         self.attended.append(modules)
+
+    def set_parameters(self, values: Mapping[str, Any]) -> None:
+        self.parameters.append(dict(values))
 
     def now(self) -> float:
         return self.clock

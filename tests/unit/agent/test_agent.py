@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import sqlite3
 from collections.abc import Mapping
@@ -18,6 +19,11 @@ from aeros.agent.execution.report import RunReport
 from aeros.agent.instructions.grammar import InstructionError
 from aeros.agent.planning.base import Planner, RulePlanner
 from aeros.runtime.ports import Runtime
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.types import EnumType
+from aeros.spec.model.task_parameters import TaskParameter
+from aeros.spec.model.variables import Declared
+from tests.unit.agent.dumplings import DUMPLING, MAKE_DUMPLINGS, SPAN
 from tests.unit.agent.fake_runtime import FakeRuntime
 
 
@@ -131,3 +137,16 @@ def test_a_run_by_another_planner_attends_to_all_modules(tmp_path: Path) -> None
     runtime = FakeRuntime()
     run(tmp_path, runtime, Guessing())
     assert runtime.attended == [None, None]
+
+
+def test_the_parameters_of_each_request_are_set_before_it_and_cleared_at_the_end() -> None:
+    side = EnumType("dumpling.side", ("left", "right"))
+    declared = Declared(t.Variable("dumpling.side", side, t.VariableRole.STATE), SPAN)
+    phrases = {"left": ("left side",), "right": ("right side",)}
+    parameter = TaskParameter("side", declared, "left", phrases)
+    task = dataclasses.replace(MAKE_DUMPLINGS, parameters={"side": parameter})
+    ecm = dataclasses.replace(DUMPLING, tasks={task.id: task})
+    runtime = FakeRuntime({"dumpling": ecm})
+    with open_temporary_agent("chef", runtime, None) as agent:
+        agent.run("make dumplings, then make dumplings right side")
+    assert runtime.parameters == [{"dumpling.side": "left"}, {"dumpling.side": "right"}, {}]

@@ -26,6 +26,7 @@ RAISING = f'''
     observed = yield act("look", camera="overhead")
     raise ValueError("{ESCAPES}\\ngoal       reached\\n")
 '''
+DRIVING = RAISING.replace('act("look", camera="overhead")', 'act("wait", duration=0.1)')
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +42,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         is_public = not line.startswith("def _") if starts else is_public and line[:1] in " \n"
         code += [] if is_public and not starts else [line]
         if is_public and starts:
-            code.append(ASKING if line.startswith("def recover") else RAISING)
+            others = DRIVING if line.startswith("def dock") else RAISING
+            code.append(ASKING if line.startswith("def recover") else others)
     (module / "skills.py").write_text("".join(code), encoding="utf-8")
     assert main(["verify", str(module), "--no-cache"]) == Exit.SUCCESS
     return folder

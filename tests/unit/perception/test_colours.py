@@ -9,7 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.perception.colours import has_dominant_colour, has_hsv_colour, has_red_ratios, to_hsv
+from aeros.perception.colours import (
+    has_colour_of,
+    has_dominant_colour,
+    has_hsv_colour,
+    has_red_ratios,
+    to_hsv,
+)
 
 CHANNEL = st.integers(0, 255)
 COLOUR = st.tuples(CHANNEL, CHANNEL, CHANNEL)
@@ -63,3 +69,12 @@ def test_a_range_of_hues_may_go_through_red() -> None:
     colours = np.array([[200, 20, 40], [200, 40, 20], [20, 200, 20], [100, 95, 95], [20, 2, 4]], np.uint8)
     assert has_hsv_colour(colours, (340.0, 20.0)).tolist() == [True, True, False, False, False]
     assert has_hsv_colour(colours, (100.0, 140.0)).tolist() == [False, False, True, False, False]
+
+
+@pytest.mark.parametrize("colour", [(0.8, 0.1, 0.08), (0.15, 0.3, 0.75), (0.9, 0.8, 0.1), (0.1, 0.6, 0.2)])
+def test_a_surface_has_its_colour_in_any_light_and_no_other(colour: tuple[float, float, float]) -> None:
+    shades = np.array([[round(255 * one * light) for one in colour] for light in (0.5, 0.7, 1.0)], np.uint8)
+    assert has_colour_of(shades, colour).all()
+    grey, turned = np.array([[128, 128, 128], [20, 20, 20]], np.uint8), shades[:, [1, 2, 0]]
+    assert not has_colour_of(grey, colour).any()
+    assert not has_colour_of(turned, colour).any()

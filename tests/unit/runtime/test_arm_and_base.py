@@ -29,8 +29,8 @@ from tests.unit.runtime.together import asking
 
 pytestmark = pytest.mark.physics
 
-DRIVE = act("move_base", x=0.3, y=0.1, speed=0.2)
-STOW = act("move_tool", target=(0.72, 0.1, 0.7), yaw=0.0, speed=0.45)
+DRIVE = act("move_base", x=0.0, y=0.3, speed=0.2)
+STOW = act("move_tool", target=(0.42, 0.3, 0.4), yaw=0.0, speed=0.45)
 
 
 @pytest.fixture(scope="module")
@@ -74,7 +74,7 @@ def run(
 def plant_of(kind: str, configuration: Configuration) -> Plant:
     if kind == "physics":
         return make_plant(shipped_scene("fetch"), 0)
-    here = {"tool_position": (0.3, 0.0, 0.78), "base_position": (0.0, 0.0, 0.3)}
+    here = {"tool_position": (0.3, 0.0, 0.48), "base_position": (0.0, 0.0, 0.0)}
     return SymbolicPlant(configuration.site, configuration.modules, 0, here)
 
 
@@ -88,8 +88,8 @@ def test_the_arm_is_stowed_while_the_base_drives(
     assert [one.reason for one in results.values()] == ["", ""]
     assert {one.status for one in results.values()} == {StepStatus.FINISHED}
     values = plant.observe()
-    assert dist(values["base_position"].value, (0.3, 0.1, 0.3)) < 1e-3
-    assert dist(values["tool_position"].value, (0.72, 0.1, 0.7)) < 2e-3
+    assert dist(values["base_position"].value, (0.0, 0.3, 0.0)) < 1e-3
+    assert dist(values["tool_position"].value, (0.42, 0.3, 0.4)) < 2e-3
     # One after the other, they would take a second more.
     assert plant.now() < 3.6
     plant.close()
@@ -99,20 +99,20 @@ def test_a_drive_that_would_carry_the_tool_off_is_denied_and_the_arm_goes_on(
     configuration: Configuration, tmp_path: Path
 ) -> None:
     plant = plant_of("physics", configuration)
-    here = act("move_tool", target=(0.5, 0.1, 0.7), yaw=0.0, speed=0.2)
+    here = act("move_tool", target=(0.5, 0.1, 0.4), yaw=0.0, speed=0.2)
     results = run(configuration, plant, tmp_path / "audit.jsonl", {"stow": [here], "drive": [DRIVE]})
     assert results["stow"].status is StepStatus.FINISHED
     assert results["drive"].status is StepStatus.DENIED
-    assert results["drive"].reason.startswith("AE761 target: the `move_tool` under way would end 316 mm from")
+    assert results["drive"].reason.startswith("AE761 target: the `move_tool` under way would end 300 mm from")
     plant.close()
 
 
 def test_nobody_may_be_as_near_to_both_as_to_each(configuration: Configuration, tmp_path: Path) -> None:
     slow = {
-        "drive": [act("move_base", x=0.3, y=0.1, speed=0.1)],
-        "stow": [act("move_tool", target=(0.72, 0.1, 0.7), yaw=0.0, speed=0.1)],
+        "drive": [act("move_base", x=0.0, y=0.3, speed=0.1)],
+        "stow": [act("move_tool", target=(0.42, 0.3, 0.4), yaw=0.0, speed=0.1)],
     }
-    near = {"tool_position": (0.3, 0.0, 0.78), "human_distance": 0.9}
+    near = {"tool_position": (0.3, 0.0, 0.48), "human_distance": 0.9}
     plant = SymbolicPlant(configuration.site, configuration.modules, 0, near)
     for skill, actions in slow.items():
         alone = run(configuration, plant, tmp_path / f"{skill}.jsonl", {skill: actions})

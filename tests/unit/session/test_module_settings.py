@@ -18,7 +18,7 @@ from aeros.spec.diagnostics.render import render_all
 from aeros.spec.model.configured import ModuleConfiguration
 
 MODULE = Path(__file__).with_name("data") / "hover_high"
-AREA = {"hover_high.area": "table_area"}
+AREA = {"hover_high.area": "bench_area"}
 
 
 def test_settings_are_sorted_by_module() -> None:
@@ -56,7 +56,7 @@ def test_settings_of_another_form_are_refused(bindings: Any, parameters: Any, te
 def test_a_session_runs_a_module_as_it_is_bound(tmp_path: Path) -> None:
     module = Path(shutil.copytree(MODULE, tmp_path / "hover_high"))
     height = {"hover_high.height": "0.4 m"}
-    settings = ["--bind", "hover_high.area=table_area", "--set", "hover_high.height=0.4 m"]
+    settings = ["--bind", "hover_high.area=bench_area", "--set", "hover_high.height=0.4 m"]
     assert main(["verify", str(module), *settings]) == Exit.SUCCESS
     for state in (None, tmp_path / "robot"):
         with aeros.open_session(module, bindings=AREA, parameters=height, state=state) as session:
@@ -112,7 +112,7 @@ def of_open_session(**settings: Any) -> str:
     ("bindings", "parameters"),
     [
         ({"hover_high.area": "bench"}, {}),
-        ({"hover_high.are": "table_area"}, {}),
+        ({"hover_high.are": "bench_area"}, {}),
         (AREA, {"hover_high.height": "2 m"}),
         (AREA, {"hover_high.height": "2 kg"}),
         (AREA, {"hover_high.heights": "0.3 m"}),

@@ -41,7 +41,7 @@ def test_options_not_given_are_empty_on_every_plant() -> None:
     for plant in PLANTS:
         assert load_people(plant, None) == ()
         assert list(load_faults(plant, None, proved()[0], None)) == []
-        scene = load_run_scene(plant, None, proved()[0], BARE, 0)
+        scene = load_run_scene(plant, None, proved()[0], [BARE], 0)
         assert scene == (None if plant == "symbolic" else shipped_scene("bare"))
 
 
@@ -52,7 +52,7 @@ def test_extras_and_images_are_of_the_physics_plant_alone(plant: str, tmp_path: 
     with pytest.raises(PlantSetupError, match="`--faults` needs `--plant physics`"):
         load_faults(plant, "slips", proved()[0], None)
     with pytest.raises(PlantSetupError, match=f"`--scene` needs the physics plant: the {plant} plant"):
-        load_run_scene(plant, "clutter", proved()[0], TIDY, 0)
+        load_run_scene(plant, "clutter", proved()[0], [TIDY], 0)
     with pytest.raises(PlantSetupError, match=f"`--video` needs the physics plant: the {plant} plant"):
         open_video(plant, tmp_path / "run.gif")
     with pytest.raises(PlantSetupError, match=f"`--view` needs the physics plant: the {plant} plant"):
@@ -74,7 +74,7 @@ def test_the_kinematic_plant_is_opened_in_a_scene_that_it_has() -> None:
 @pytest.mark.parametrize("scene", [None, "attic"])
 def test_an_unknown_scene_is_reported_with_the_known_ones(scene: str | None) -> None:
     with (
-        pytest.raises(UserError, match=f"the task's scene is `{scene}`, but there is only .*bare"),
+        pytest.raises(UserError, match=f"the scene of `clean_up` is `{scene}`, but there is only .*bare"),
         open_plant("kinematic", proved()[0], replace(TIDY, scene=scene), 0),
     ):
         pass
@@ -114,7 +114,7 @@ def test_a_video_that_cannot_be_written_at_the_end_is_reported(monkeypatch: pyte
 def test_faults_may_name_what_the_scene_and_the_modules_have() -> None:
     found = surroundings_of(proved()[0], shipped_scene("table"))
     assert set(found.skills) == {"tidy.pick_cloth", "tidy.wipe", "tidy.rest"}
-    assert (found.things, found.cameras) == (("sponge", "cube", "can"), ("mast", "overhead"))
+    assert (found.things, found.cameras) == (("sponge", "cube", "can"), ("table_side", "table_top"))
     assert found.quantities == proved()[0].site.state
 
 
@@ -141,18 +141,18 @@ def test_an_added_scene_is_built_once_with_that_of_the_task(monkeypatch: pytest.
     plant = Closing()
     asked: list[Any] = []
 
-    def make(*given: Any) -> Closing:
-        asked.append(given)
+    def make(*given: Any, **_: Any) -> Closing:
+        asked.append(given[:2])
         return plant
 
     monkeypatch.setattr("aeros.sim.physics.make_plant", make)
-    scene = load_run_scene("physics", "shelf_behind", proved()[0], BARE, 5)
+    scene = load_run_scene("physics", "shelf_behind", proved()[0], [BARE], 5)
     assert scene is not None
     assert list(scene.bodies) == ["table", "shelf", "crate", "bottle"]
     assert asked == [(scene, 5)]
     assert plant.closed == 1
-    with pytest.raises(UserError, match="the task's scene is `None`"):
-        load_run_scene("physics", "shelf_behind", proved()[0], TIDY, 5)
+    with pytest.raises(UserError, match="the scene of `clean_up` is `None`"):
+        load_run_scene("physics", "shelf_behind", proved()[0], [TIDY], 5)
 
 
 # Plants of other processes.

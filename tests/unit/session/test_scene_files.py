@@ -56,5 +56,7 @@ def test_a_task_without_a_scene_is_refused_with_those_that_there_are(
 ) -> None:
     around = configuration(tmp_path)
     task = replace(around.modules["tidy"].tasks["clean_up"], scene=scene)
-    with pytest.raises(UserError, match=rf"scene is `{scene}`, but there is only .*attic.*bare"):
+    with pytest.raises(
+        UserError, match=rf"scene of `clean_up` is `{scene}`, but there is only .*attic.*bare"
+    ):
         scene_of_task(around, task)

@@ -7,7 +7,7 @@ from typing import Any
 
 from aeros.sim.bullet.panda import Panda
 from aeros.sim.bullet.world import PhysicsWorld
-from aeros.sim.geometry import Camera
+from aeros.sim.geometry import Camera, Vector3
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.robot import RobotOptions
 
@@ -42,6 +42,14 @@ class BareScene:
 
     def camera(self, name: str) -> Camera:
         """Implement `PhysicalScene.camera`: there is none.
+
+        Raises:
+            KeyError: always, as there is no camera.
+        """
+        raise KeyError(name)
+
+    def drift(self, name: str) -> Vector3:
+        """Implement `PhysicalScene.drift`: there is no camera.
 
         Raises:
             KeyError: always, as there is no camera.

@@ -27,7 +27,7 @@ description: a low wall behind the robot
 bodies:
   wall:
     box: [100 mm, 1000 mm, 250 mm]
-    at: [-500 mm, 0 mm, 126 mm]
+    at: [-500 mm, 0 mm, -174 mm]
 """
 
 pytestmark = pytest.mark.physics
@@ -92,6 +92,6 @@ def test_a_wall_stops_the_carriage_which_then_stops_pushing_and_drives_away(tmp_
         back = plant.begin(act("move_base", x=0.0, y=0.0, speed=0.3))
         assert not isinstance(back, MotionCompletion)
         assert plant.advance(allow, inf) == {back: MotionCompletion(True)}
-        assert plant.observe()["contact_force"].value == 0.0
+        assert plant.observe()["contact_force"].value < 0.5  # the observer's own error
     finally:
         plant.close()

@@ -165,7 +165,7 @@ def test_a_slide_holds_the_asked_force(plant: PhysicsPlant) -> None:
     forces: list[float] = []
 
     def press(now: float, values: Mapping[str, Any]) -> str | None:
-        forces.append(sum(plant._robot.finger_forces()))
+        forces.append(sum(plant._world.forces_by_link(plant._panda.body).values()))
         return None
 
     assert execute(

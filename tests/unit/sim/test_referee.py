@@ -9,6 +9,8 @@ from aeros.sim.kinematic.plant import make_plant
 from aeros.sim.referee import GoalJudgement, judge_goal, truth_of
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.types import BOOL
 from aeros.spec.text.discovery import reference_site_path
 from tests.shipped_scenes import shipped_scene
 from tests.unit.runtime.perception.kettle import full_site
@@ -83,8 +85,18 @@ def test_belief_and_truth_stand_side_by_side(
 
 
 def test_a_plant_tells_the_truth_of_its_scene_or_none() -> None:
-    assert truth_of(make_plant(shipped_scene("fetch"), 0)) == {
-        "fetch_object.object_grasped": False,
-        "fetch_object.object_delivered": False,
-    }
+    assert truth_of(make_plant(shipped_scene("bare"), 0)) == {}
+    truth = truth_of(make_plant(shipped_scene("fetch"), 0))
+    assert len(truth) == 2 + 2 * 3
+    assert not any(truth.values())
     assert truth_of(object()) == {}
+
+
+def test_a_goal_is_judged_for_the_arguments_of_the_instruction() -> None:
+    goal = t.Variable("m.near", BOOL, t.VariableRole.STATE)
+    truth = {"m.near(to = left)": True, "m.near(to = right)": False}
+    judged_for = {
+        side: judge_goal(goal, True, truth, "m", {"to": side}).true for side in ("left", "right", "up")
+    }
+    assert judged_for == {"left": True, "right": False, "up": None}
+    assert judge_goal(goal, True, truth, "m").true is None

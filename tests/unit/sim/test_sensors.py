@@ -14,7 +14,8 @@ import pytest
 from aeros.runtime.ports import CameraPicture, CameraView, Reading
 from aeros.sim.clock import TICK
 from aeros.sim.physics import make_plant
-from aeros.sim.sensors import GroundTruth, SensorModel, Sensors
+from aeros.sim.sensor_model import SensorModel
+from aeros.sim.sensors import GroundTruth, Sensors
 from aeros.skill import act
 from aeros.spec.diagnostics.errors import MisuseError
 from tests.shipped_scenes import SHIPPED, shipped_scene
@@ -158,11 +159,14 @@ def test_there_is_no_sensor_like_that(wrong: dict[str, float]) -> None:
 def test_no_truth_goes_past_the_sensors(scene: str) -> None:
     named = make_plant(shipped_scene(scene), 0)
     dead = dict.fromkeys(named.observe(), SensorModel(dropout=1.0))
+    named_base = named.observe()["base_position"].value
     named.close()
     assert len(dead) >= 11
     plant = make_plant(shipped_scene(scene), 0, sensors=dead)
     monitored: list[Mapping[str, Any]] = []
-    execute(plant, act("move_tool", target=(0.5, 0.1, 0.6), yaw=0.0, speed=0.3), recording(monitored), 1.0)
+    _, y, _ = named_base
+    reach = act("move_tool", target=(0.5, y + 0.1, 0.6), yaw=0.0, speed=0.3)
+    execute(plant, reach, recording(monitored), 1.0)
     assert plant.observe() == {}
     assert len(monitored) > 200
     assert not any(monitored)

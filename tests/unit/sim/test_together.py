@@ -116,7 +116,7 @@ def test_a_blocked_motion_ends_both(plant: PhysicsPlant) -> None:
 # The arm while the base drives.
 
 AHEAD = act("move_base", x=0.3, y=0.1, speed=0.2)
-STOW = act("move_tool", target=(0.72, 0.1, 0.7), yaw=0.0, speed=0.45)
+STOW = act("move_tool", target=(0.72, 0.1, 0.4), yaw=0.0, speed=0.45)
 
 
 @pytest.fixture(scope="module")
@@ -155,7 +155,7 @@ def test_the_arm_stows_while_the_base_drives_and_reaches_its_target(
     stow = plant.begin(STOW, plan)
     log: list[Mapping[str, Any]] = []
     assert plant.advance(recording(log), inf) == {stow: MotionCompletion(True)}
-    assert math.dist(log[-1]["tool_position"], (0.72, 0.1, 0.7)) < 2e-3
+    assert math.dist(log[-1]["tool_position"], (0.72, 0.1, 0.4)) < 2e-3
     assert [list(one.values()) for one in (plant.advance(recording(log), inf),)] == [[MotionCompletion(True)]]
     assert math.dist(log[-1]["base_position"][:2], (0.3, 0.1)) < 1e-3
     # Both moved at once, and together no faster than was decided of the tool.
@@ -195,10 +195,10 @@ def test_motions_allowed_alone_are_denied_if_together_they_hit_a_barrier(
 ) -> None:
     wall = Barrier("off-the-wall", "wall", _wall(0.8), False, False, None, "a wall")
     walled = replace(policy, barriers=(*policy.barriers, wall))
-    here = act("move_tool", target=(0.6, 0.0, 0.7), yaw=0.0, speed=0.45)
+    here = act("move_tool", target=(0.6, 0.0, 0.4), yaw=0.0, speed=0.45)
     assert decided(plant, walled, here)[1] == []
     driving = drives_for(plant, walled, act("move_base", x=0.2, y=0.0, speed=0.2), 0.2)
-    there = act("move_tool", target=(0.8, 0.0, 0.7), yaw=0.0, speed=0.45)
+    there = act("move_tool", target=(0.8, 0.0, 0.4), yaw=0.0, speed=0.45)
     assert decided(plant, walled, there, driving)[1] == [("AE763", "off-the-wall")]
     assert decided(plant, policy, there, driving)[1] == []
 
@@ -211,7 +211,7 @@ def _wall(x: float) -> Volume:
 def test_a_base_may_not_drive_off_with_a_tool_that_was_asked_to_be_somewhere(
     plant: PhysicsPlant, policy: MotionPolicy
 ) -> None:
-    here = act("move_tool", target=(0.5, 0.1, 0.7), yaw=0.0, speed=0.2)
+    here = act("move_tool", target=(0.5, 0.1, 0.4), yaw=0.0, speed=0.2)
     plan, reasons = decided(plant, policy, here)
     assert reasons == []
     assert isinstance(plan, Trajectory)
@@ -239,8 +239,8 @@ def test_actions_impossible_while_the_base_drives_are_refused(
 ) -> None:
     drives_for(plant, policy, AHEAD, 0.5)
     for action, reason in (
-        (act("move_tool", target=(0.72, 0.1, 0.7), yaw=0.0, speed=0.2), "the base alone moves the tool"),
-        (act("slide", target=(0.72, 0.1, 0.7), force=5.0, speed=0.1), "not allowed while the base drives"),
+        (act("move_tool", target=(0.72, 0.1, 0.4), yaw=0.0, speed=0.2), "the base alone moves the tool"),
+        (act("slide", target=(0.72, 0.1, 0.4), force=5.0, speed=0.1), "not allowed while the base drives"),
     ):
         plan = plant.plan(action)
         assert isinstance(plan, MotionCompletion)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from aeros.sim.geometry import Pose, Vector3, to_world, yaw_of
+from aeros.sim.geometry import Pose, Vector3, add, to_world, yaw_of
 from aeros.sim.kinematic.objects import CylindricalObject, GraspableObject, ObjectSet, Surface, slab
 from aeros.sim.kinematic.scenes.overlaps import check_overlaps
 from aeros.sim.kinematic.scenes.press import FoldingPress
@@ -17,8 +17,9 @@ from aeros.sim.layouts.cameras import camera_in_world
 from aeros.sim.layouts.coating import CoatingMap
 from aeros.sim.layouts.conditions import SceneState
 from aeros.sim.layouts.placement import place_things
+from aeros.sim.layouts.survey import NO_SURVEY_ERRORS, SeeingCamera, Survey, markers_of
 from aeros.sim.pictures.late_picture import LatePicture
-from aeros.sim.pictures.scene_solids import SceneSolids, decals_of, robot_solids
+from aeros.sim.pictures.scene_solids import SceneSolids, carriage_solid, decals_of, robot_solids
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.robot import RobotOptions, RobotState
 from aeros.spec.model.scene import (
@@ -27,12 +28,14 @@ from aeros.spec.model.scene import (
     Box,
     Compound,
     Cylinder,
+    PositionInstrument,
     Scene,
     SceneBody,
     Shape,
     Sphere,
     UrdfModel,
 )
+from aeros.spec.model.sensor_errors import SurveyErrors
 from aeros.spec.scenes.load import require_robot
 
 
@@ -41,16 +44,19 @@ class DeclaredScene:
 
     Args:
         scene: the scene.
+        survey: errors of surveyed places.
 
     Raises:
         UserError: it has no robot or no view.
     """
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, survey: SurveyErrors = NO_SURVEY_ERRORS) -> None:
         require_robot(scene)
         assert scene.robot is not None  # noqa: S101  for the type checker
         self.scene = scene
         self._measured = tuple(scene.measured())
+        self._survey_errors = survey
+        self._ticks = 0
         self.robot = RobotOptions(carriage=scene.robot.carriage, base=scene.robot.base)
         self.cameras: tuple[str, ...] = tuple(scene.cameras)
         self.initial_cameras: tuple[str, ...] = tuple(
@@ -82,12 +88,14 @@ class DeclaredScene:
         self._coatings = {name: CoatingMap(coating) for name, coating in self.scene.coatings.items()}
         self._robot_points = (self.robot.base, self.robot.base)
         self.state = SceneState(self.scene, self._poses, self)
+        self._survey = Survey(markers_of(self.scene, self._poses), self._survey_errors, chance)
         self._solids = SceneSolids(self.scene)
         return self._things
 
     def tick(self, state: RobotState) -> None:
         """Implement `KinematicScene.tick`: wipe, fold, and judge seals and timers."""
         self._robot_points = (state.base_position, state.tool_position)
+        self._ticks += 1
         for coating in self._coatings.values():
             wiper = self._objects.get(coating.coating.wiped_by)
             if wiper is not None and self._things.holds(wiper) and self._things.load > coating.coating.force:
@@ -103,7 +111,24 @@ class DeclaredScene:
 
     def measure(self) -> Mapping[str, Any]:
         """Implement `KinematicScene.measure`: surveyed places and instruments."""
-        return {variable: self.state.value(name) for variable, name in self._measured}
+        cameras = [
+            SeeingCamera(name, camera_in_world(one, *self._robot_points, 0.0), (0.0, 0.0, 0.0))
+            for name, one in self.scene.cameras.items()
+            if one.frame != "hand"
+        ]
+        surveyed = self._survey.measure(self._ticks, cameras, lambda eye, marker: False)
+        return {
+            variable: surveyed[name] if name in surveyed else self._instrument(name, surveyed)
+            for variable, name in self._measured
+        }
+
+    def _instrument(self, name: str, surveyed: Mapping[str, Vector3]) -> Any:
+        """Return what an instrument measures; a position from where its fixture is taken to be."""
+        value, instrument = self.state.value(name), self.scene.instruments[name]
+        if isinstance(instrument, PositionInstrument):
+            fixture = self._poses[instrument.of.body].position
+            return add(value, self._survey.offset_near(fixture, surveyed))
+        return value
 
     def truth(self) -> Mapping[str, bool]:
         """Implement `KinematicScene.truth`."""
@@ -117,6 +142,8 @@ class DeclaredScene:
         """
         view = camera_in_world(self.scene.cameras[camera], state.base_position, state.tool_position, yaw)
         solids = [*self._solids.placed(self), *robot_solids(state.q, state.base_position)]
+        if self.robot.carriage:
+            solids.append(carriage_solid(state.base_position))
         return LatePicture(camera, time, view, solids, decals_of(self._coatings))
 
     def is_carried(self, body: str) -> bool:
@@ -155,6 +182,13 @@ class DeclaredScene:
         for press in self.presses.values():
             if {first.body, second.body} == {press.press.filling, press.press.folds.body}:
                 return press.force_on_filling(is_filled=self._is_filled(press))
+        return 0.0
+
+    def load_on(self, part: BodyPart) -> float:
+        """Implement `SimulatedWorld.load_on`: 0 but on the bed of a press; things have no weight here."""
+        for press in self.presses.values():
+            if part == BodyPart(press.press.lid.body):
+                return press.load()
         return 0.0
 
     def is_held(self, body: str) -> bool:

@@ -97,6 +97,16 @@ class FoldingPress:
         if lid >= self.fold or (not is_sealed and self.fold < pi / 2):
             self.fold = lid
 
+    def load(self) -> float:
+        """Compute the force of the lid on what lies on the bed, filled or not.
+
+        Returns:
+            The force, N; 0 if the lid meets nothing.
+        """
+        if self.handle.stop_angle >= self.press.range[1]:
+            return 0.0
+        return self.handle.handle_force * self.press.handle_radius / self._arm
+
     def force_on_filling(self, *, is_filled: bool) -> float:
         """Compute the force of the lid on the filling.
 
@@ -106,8 +116,7 @@ class FoldingPress:
         Returns:
             The force, N.
         """
-        touches = is_filled and self.handle.stop_angle < self.press.range[1]
-        return self.handle.handle_force * self.press.handle_radius / self._arm if touches else 0.0
+        return self.load() if is_filled else 0.0
 
     def _is_in_place(self, folded: Pose) -> bool:
         hinge = to_world(folded, self.press.hinge)

@@ -61,9 +61,10 @@ class CallableNames:
         if text in self.all_skills:
             return (Alternative(text),)
         if own is not None:
-            return tuple(
+            ways = [
                 Alternative(one, None if one in self.skills else self.compositions.get(one)) for one in own
-            )
+            ]
+            return (*ways, *self.foreign.capabilities.get(text, ()))
         if text in self.foreign.capabilities:
             return self.foreign.capabilities[text]
         if text in self.requirements:

@@ -90,7 +90,7 @@ def elaborate_ecm(
         model_digests=_model_digests(ecm, Path(folder), diagnostics),
         capabilities=capabilities,
         skills=skills,
-        tasks=elaborate_tasks(ecm, names, site, diagnostics),
+        tasks=elaborate_tasks(ecm, names, site, perception.task_parameters, diagnostics),
         requested_access=_requested_access(ecm.permissions, bound),
         permitted_actions=elaborate_action_conditions(ecm.permissions.actions, {}, site, diagnostics),
         required_modules=modules,
@@ -178,19 +178,11 @@ def _model_digests(ecm: declared.Ecm, folder: Path, diagnostics: Diagnostics) ->
 
 
 def _capabilities(ecm: declared.Ecm, diagnostics: Diagnostics) -> dict[str, tuple[str, ...]]:
-    required = {name.value: name.span for name, _ in ecm.dependencies.capabilities}
     known = {name.value: None for name, _ in (*ecm.skills, *ecm.compositions)}
-    for name, capability in ecm.capabilities:
+    for _, capability in ecm.capabilities:
         if not capability.provided_by:
             diagnostics.error("AE112", "a capability is provided by at least one skill", capability.span)
         for one in capability.provided_by:
             if isinstance(one, TextField):
                 resolve_name(one, known, "a skill or composition of this module", diagnostics)
-        if name.value in required:
-            diagnostics.error(
-                "AE121",
-                f"`{name.value}` is a capability of this module, so no other can be required to provide it",
-                required[name.value],
-                help=("remove it from `dependencies.capabilities`",),
-            )
     return capability_names(ecm)

@@ -26,6 +26,7 @@ from aeros.spec.model.hold_conditions import MAX_COMBINATIONS, count_combination
 from aeros.spec.model.models import ModuleModel
 from aeros.spec.model.rules import Risk
 from aeros.spec.model.site import Site
+from aeros.spec.model.task_parameters import is_parameter
 from aeros.spec.model.variables import Declared
 from aeros.spec.text.fields import ExpressionField, MappingField, TextField
 
@@ -185,6 +186,9 @@ class _SkillElaborator:
                 self._diagnostics.error(
                     "AE203", f"an effect on a {found.variable.type} cannot be declared", variable.span
                 )
+            if found is not None and is_parameter(found):
+                headline = f"no skill changes `{variable.value}`: it is what an instruction says"
+                self._diagnostics.error("AE203", headline, variable.span)
         failure = outcome.failure is not None and outcome.failure.value
         return Outcome(name, effects, failure, self._probability(outcome), self._duration(outcome))
 

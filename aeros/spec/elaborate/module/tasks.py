@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from aeros.spec.declared import ecm as declared
 from aeros.spec.diagnostics.codes import Diagnostics
-from aeros.spec.diagnostics.words import normalized_words
 from aeros.spec.elaborate.expressions import elaborate_expression
 from aeros.spec.elaborate.module.action_conditions import elaborate_action_condition
 from aeros.spec.elaborate.module.callables import CallableNames
 from aeros.spec.elaborate.names import resolve_name
+from aeros.spec.elaborate.objects import phrases_of
 from aeros.spec.elaborate.scopes import state_scope
 from aeros.spec.elaborate.values import elaborate_state_values, elaborate_value
 from aeros.spec.expr import terms as t
 from aeros.spec.model.ecm import ActionCondition, Alternative, PlanningRule, Task, TaskInvariant
 from aeros.spec.model.site import Site
+from aeros.spec.model.task_parameters import TaskParameter
 from aeros.spec.text.fields import TextField
 
 NEEDS_RETRY = "`between_tries` runs between two tries, so it needs `retry`"
@@ -23,7 +25,11 @@ NEEDS_RETRY = "`between_tries` runs between two tries, so it needs `retry`"
 
 
 def elaborate_tasks(
-    ecm: declared.Ecm, names: CallableNames, site: Site, diagnostics: Diagnostics
+    ecm: declared.Ecm,
+    names: CallableNames,
+    site: Site,
+    parameters: Mapping[str, Mapping[str, TaskParameter]],
+    diagnostics: Diagnostics,
 ) -> dict[str, Task]:
     """Elaborate the tasks of a module.
 
@@ -31,13 +37,14 @@ def elaborate_tasks(
         ecm: the declared module.
         names: skills and capabilities that its rules may name.
         site: site under which the module is elaborated.
+        parameters: parameters of each task by name, by the task's name.
         diagnostics: receives the faults.
 
     Returns:
         The tasks by name, without the parts that have a fault.
     """
     elaborator = _TaskElaborator(names, site, diagnostics)
-    return {name.value: elaborator.task(name, task) for name, task in ecm.tasks}
+    return {name.value: elaborator.task(name, task, parameters[name.value]) for name, task in ecm.tasks}
 
 
 class _TaskElaborator:
@@ -46,11 +53,12 @@ class _TaskElaborator:
         self._site = site
         self._diagnostics = diagnostics
 
-    def task(self, name: TextField, task: declared.Task) -> Task:
+    def task(self, name: TextField, task: declared.Task, parameters: Mapping[str, TaskParameter]) -> Task:
         if not task.words:
             self._diagnostics.error("AE112", f"no word routes to the task `{name.value}`", name.span)
         if not task.rules:
             self._diagnostics.error("AE112", f"the task `{name.value}` has no planning rule", name.span)
+        defaults = {one.full_name: one.default for one in parameters.values() if one.default is not None}
         goal = elaborate_action_condition(task.goal, state_scope(self._site), self._diagnostics)
         return Task(
             id=name.value,
@@ -58,29 +66,23 @@ class _TaskElaborator:
             goal=t.FALSE if goal is None else goal.term,
             goal_text=task.goal.value,
             rules=tuple(rule for one in task.rules if (rule := self._rule(one)) is not None),
-            initial=elaborate_state_values(task.initial, self._site, self._diagnostics),
+            initial=defaults | elaborate_state_values(task.initial, self._site, self._diagnostics),
             scene=None if task.scene is None else task.scene.value,
             span=name.span,
             invariants=self._invariants(task.invariants),
             goal_conjuncts=() if goal is None else goal.conjuncts,
             word_spans=tuple(word.span for word in task.words),
-            object_phrases=self._phrases(task.objects),
-            extra_phrases=self._phrases(task.extras),
+            object_phrases=phrases_of(task.objects, self._diagnostics),
+            extra_phrases=phrases_of(task.extras, self._diagnostics),
             condition_phrases=self._conditions(task.conditions),
+            parameters=parameters,
         )
-
-    def _phrases(self, phrases: tuple[TextField, ...]) -> tuple[str, ...]:
-        """Return phrases in lower case; each must have a letter or digit, or nobody could say it."""
-        for phrase in phrases:
-            if not normalized_words(phrase.value):
-                self._diagnostics.error("AE112", f"`{phrase.value}` has no word", phrase.span)
-        return tuple(phrase.value.casefold() for phrase in phrases)
 
     def _conditions(self, listed: tuple[declared.NamedCondition, ...]) -> dict[str, ActionCondition]:
         conditions: dict[str, ActionCondition] = {}
         for one in listed:
             condition = elaborate_action_condition(one.require, state_scope(self._site), self._diagnostics)
-            for phrase, text in zip(one.words, self._phrases(one.words), strict=True):
+            for phrase, text in zip(one.words, phrases_of(one.words, self._diagnostics), strict=True):
                 if text in conditions:
                     self._diagnostics.error("AE120", f"the condition `{text}` is declared twice", phrase.span)
                 if condition is not None:

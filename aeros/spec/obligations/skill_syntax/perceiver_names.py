@@ -21,11 +21,11 @@ from aeros.spec.obligations.skill_syntax.allowed_names import (
 PERCEPTION_INTERFACE: Final = "aeros.perception"
 
 INTERFACE_MEMBERS: Final = split_names(
-    "Circle CylinderPose Estimate Mask Perception Picture Plane Points "
+    "BoxPose Circle CylinderPose Estimate Mask Perception Picture Plane Points "
     "Rectangle Sample View connected_components erode estimate find_ground find_plane "
-    "fit_circle fit_plane has_dominant_colour has_hsv_colour "
+    "fit_circle fit_plane has_colour_of has_dominant_colour has_hsv_colour "
     "has_red_ratios has_size heights_above inlier_mask largest_component "
-    "locate_cylinder min_area_rectangle point_cloud separate_parts to_hsv "
+    "locate_box locate_cylinder min_area_rectangle point_cloud separate_parts to_hsv "
     "top_face top_points trim_to_plane wrap_heading"
 )
 """Members of the interface of perceivers, with its toolkit."""

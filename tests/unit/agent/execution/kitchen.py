@@ -10,8 +10,9 @@ from aeros.agent.execution.attempt import AttemptResult, RunningAttempt
 from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.report import StepRole
 from aeros.agent.execution.step_attempt import StepRunner
+from aeros.agent.memory.evidence import DurationStats
 from aeros.agent.memory.posterior import SuccessRecord
-from aeros.agent.memory.store import DurationStats, EpisodeEnd, EpisodeStart
+from aeros.agent.memory.store import EpisodeEnd, EpisodeStart
 from tests.differential.real_loop import Forgetful
 from tests.unit.agent.fake_runtime import Ending, FakeRuntime
 
@@ -41,7 +42,7 @@ class Listed(Forgetful):
     def success_record(self, module: str, skill: str, context: str | None = None) -> SuccessRecord:
         return self.record
 
-    def typical_duration(self, module: str, skill: str) -> DurationStats | None:  # type: ignore[override]
+    def typical_duration(self, module: str, skill: str, code: str = "") -> DurationStats | None:  # type: ignore[override]
         return self.usual
 
 

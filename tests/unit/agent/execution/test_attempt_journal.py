@@ -10,12 +10,13 @@ from aeros.agent.execution.attempt_journal import (
     record_provider_choice,
     record_start,
 )
-from aeros.agent.execution.dispatcher import Dispatch, ProviderOption
+from aeros.agent.execution.dispatcher import Dispatch
 from aeros.agent.execution.journal import AgentEvent, Journal
+from aeros.agent.execution.provider_choice import ProviderChoice, ProviderOption
 from aeros.agent.execution.report import StepRole
 from aeros.agent.execution.supervisor import StepAssessment
-from aeros.agent.memory.posterior import SuccessRecord
-from aeros.agent.memory.store import DurationStats
+from aeros.agent.memory.evidence import DurationStats
+from aeros.agent.memory.posterior import RecentRecord, SuccessRecord
 from aeros.runtime.ports import StepRequest, StepResult, StepStatus
 from aeros.spec.model.cause import Cause
 from tests.differential.real_loop import Forgetful
@@ -37,7 +38,8 @@ def journal(events: list[AgentEvent]) -> Journal:
 
 
 def _dispatch(*options: ProviderOption, usual: DurationStats | None = None) -> Dispatch:
-    return Dispatch(StepRequest("kitchen", "steam", {}), _STEAM, '{"lid": true}', _RECORD, usual, options)
+    choice = ProviderChoice(options, 0, "it is best")
+    return Dispatch(StepRequest("kitchen", "steam", {}), _STEAM, '{"lid": true}', _RECORD, usual, choice)
 
 
 def test_a_choice_is_recorded_with_its_options_and_a_named_skill_is_no_choice(
@@ -45,14 +47,18 @@ def test_a_choice_is_recorded_with_its_options_and_a_named_skill_is_no_choice(
 ) -> None:
     record_provider_choice(journal, "kitchen", "steam", _dispatch())
     assert events == []
-    record_provider_choice(journal, "kitchen", "heat", _dispatch(ProviderOption("steam", _RECORD, 0.75)))
+    option = ProviderOption("steam", _RECORD, RecentRecord(2.5, 0.5), 8.0, "", 0.75, 30.0)
+    record_provider_choice(journal, "kitchen", "heat", _dispatch(option))
     (chosen,) = events
-    assert chosen.text.startswith("`steam` for kitchen.heat: `steam`")
+    assert chosen.text.startswith("`steam` for kitchen.heat (it is best): `steam`")
     assert chosen.details["context"] == {"lid": True}
-    (option,) = chosen.details["options"]
-    assert option == {
+    (listed,) = chosen.details["options"]
+    assert listed == {
         "skill": "steam",
         "record": {"successes": 3, "failures": 1},
+        "recent": {"successes": 2.5, "failures": 0.5},
+        "usual_seconds": 8.0,
+        "expected_seconds": 30.0,
         "drawn": 0.75,
         "why_not": "",
     }
@@ -63,7 +69,7 @@ def test_a_start_says_how_the_skill_did_before(journal: Journal, events: list[Ag
     (began,) = events
     assert began.text == (
         "step kitchen.steam (3 successes and 1 failures so far; "
-        "successes take 8.0 s, half of them 7.0 to 9.0 s)"
+        "successes take 8.0 s, half of them 7.0 to 9.0 s; timeout 60 s)"
     )
     assert (began.details["inputs"], began.details["usual_seconds"]) == ({"level": 2}, 8.0)
 

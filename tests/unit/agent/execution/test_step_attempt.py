@@ -14,9 +14,9 @@ import pytest
 from aeros.agent.agent import MEMORY_FILE, start_agent
 from aeros.agent.execution.attempt import AttemptResult, RunningAttempt
 from aeros.agent.execution.report import RunReport, StepRecord, StepRole
+from aeros.agent.memory.evidence import DurationStats
 from aeros.agent.memory.posterior import SuccessRecord
 from aeros.agent.memory.queries import EpisodeFilter, open_memory_reader
-from aeros.agent.memory.store import DurationStats
 from aeros.agent.planning.base import Planner, RulePlanner
 from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.task_graph import TaskGraph

@@ -162,7 +162,7 @@ def test_an_ambiguous_instruction_names_all_tasks_that_it_may_mean() -> None:
         AmbiguousInstructionError, match=r"`go` may mean several tasks: `m\.a` .*`m\.b`"
     ) as asked:
         understand("go", twice)
-    assert asked.value.candidates == ("m.a", "m.b")
+    assert asked.value.candidates == {"m.a": "m.a", "m.b": "m.b"}
     assert asked.value.is_about_all("go")
     with pytest.raises(AmbiguousInstructionError) as other:
         understand("go. clean", {**MODULES, **twice})

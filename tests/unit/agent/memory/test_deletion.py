@@ -45,7 +45,7 @@ def bytes_of(path: Path) -> bytes:
 
 def test_a_skill_is_forgotten_with_all_that_names_it_and_nothing_else(path: Path) -> None:
     assert b"zyzzyva by boil" in bytes_of(path)
-    assert forget(path.parent, path, filter_by_skill("cook.boil")) == DeletedRows(0, 40, 2, 2)
+    assert forget(path.parent, path, filter_by_skill("cook.boil")) == DeletedRows(0, 40, 2, 2, 0)
     assert records(path) == {"cook.boiling": SuccessRecord(0, 40)}
     left = bytes_of(path)
     assert b"zyzzyva by boiling" in left
@@ -54,7 +54,7 @@ def test_a_skill_is_forgotten_with_all_that_names_it_and_nothing_else(path: Path
 
 
 def test_a_session_is_forgotten_as_a_whole(path: Path) -> None:
-    assert forget(path.parent, path, filter_by_session(1)) == DeletedRows(1, 40, 2, 1)
+    assert forget(path.parent, path, filter_by_session(1)) == DeletedRows(1, 40, 2, 1, 0)
     assert records(path) == dict.fromkeys(("cook.boil", "cook.boiling"), SuccessRecord(0, 20))
     assert MARKS[0].encode() not in bytes_of(path)
     assert MARKS[1].encode() in bytes_of(path)
@@ -62,8 +62,8 @@ def test_a_session_is_forgotten_as_a_whole(path: Path) -> None:
 
 def test_records_before_a_date_are_deleted(path: Path) -> None:
     now = datetime.now(UTC)
-    assert forget(path.parent, path, filter_before(now - timedelta(days=1))) == DeletedRows(0, 0, 0, 0)
-    assert forget(path.parent, path, filter_before(now + timedelta(days=1))) == DeletedRows(2, 80, 4, 2)
+    assert forget(path.parent, path, filter_before(now - timedelta(days=1))) == DeletedRows(0, 0, 0, 0, 0)
+    assert forget(path.parent, path, filter_before(now + timedelta(days=1))) == DeletedRows(2, 80, 4, 2, 0)
     assert not any(mark.encode() in bytes_of(path) for mark in MARKS)
 
 

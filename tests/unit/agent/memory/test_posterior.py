@@ -7,7 +7,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.agent.memory.posterior import SuccessRecord
+from aeros.agent.memory.posterior import (
+    FORGETTING,
+    MAX_WEIGHED_TRIES,
+    RecentRecord,
+    SuccessRecord,
+    weigh_tries,
+)
 
 COUNTS = st.integers(0, 60)
 RECORDS = st.builds(SuccessRecord, COUNTS, COUNTS)
@@ -53,8 +59,38 @@ def test_hope_ends_after_28_failures_and_a_success_brings_it_back() -> None:
 
 def test_draws_are_of_the_posterior() -> None:
     random = Random(0)  # noqa: S311  a test
-    draws = [SuccessRecord(7, 1).sample(random) for _ in range(4000)]
-    assert fmean(draws) == pytest.approx(SuccessRecord(7, 1).mean, abs=0.01)
+    draws = [RecentRecord(7.0, 1.0).sample(random) for _ in range(4000)]
+    assert fmean(draws) == pytest.approx(RecentRecord(7.0, 1.0).mean, abs=0.01)
     assert fmean(draw > 0.6 for draw in draws) == pytest.approx(
         SuccessRecord(7, 1).probability_above(0.6), abs=0.03
     )
+
+
+TRIES = st.lists(st.tuples(st.sampled_from("ab"), st.booleans()), max_size=40)
+
+
+@given(TRIES)
+def test_weights_are_sums_of_powers_of_the_factor(tries: list[tuple[str, bool]]) -> None:
+    weighed = weigh_tries(tries)
+    assert weighed.keys() == {skill for skill, _ in tries}
+    for skill, record in weighed.items():
+        ages = [age for age, (one, failed) in enumerate(tries) if one == skill and not failed]
+        assert record.successes == pytest.approx(sum(FORGETTING**age for age in ages))
+    total = sum(one.successes + one.failures for one in weighed.values())
+    assert total == pytest.approx((1 - FORGETTING ** len(tries)) / (1 - FORGETTING))
+
+
+def test_a_long_record_gives_way_to_a_few_new_results() -> None:
+    """After 100 successes: the mean falls below a half within ten failures, undiscounted after 100."""
+    new_failures = [("a", True)] * 10
+    assert weigh_tries(new_failures + [("a", False)] * 100)["a"].mean < 0.4
+    assert SuccessRecord(100, 10).mean > 0.9
+
+
+def test_a_skill_that_was_not_tried_for_long_is_as_uncertain_as_a_new_one() -> None:
+    tries = [("b", False)] * 60 + [("a", True)] * 20
+    assert weigh_tries(tries)["a"].mean == pytest.approx(0.5, abs=0.01)
+
+
+def test_no_earlier_try_would_weigh_anything() -> None:
+    assert FORGETTING**MAX_WEIGHED_TRIES < 1e-9

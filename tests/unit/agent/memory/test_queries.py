@@ -14,9 +14,10 @@ import pytest
 
 from aeros.agent.errors import AgentError
 from aeros.agent.identity import Identity
+from aeros.agent.memory.evidence import DurationStats
 from aeros.agent.memory.posterior import SuccessRecord
-from aeros.agent.memory.queries import EpisodeFilter, MemoryReader, open_memory_reader
-from aeros.agent.memory.store import DurationStats, EpisodeEnd, EpisodeStart, Memory, open_memory
+from aeros.agent.memory.queries import ContextSummary, EpisodeFilter, MemoryReader, open_memory_reader
+from aeros.agent.memory.store import EpisodeEnd, EpisodeStart, Memory, open_memory
 
 WRAP = EpisodeStart("d.make", "d", "wrap", "step", {"force": 0.5}, 1.0, {"wrapped": False}, '{"code": "1"}')
 BOIL = replace(WRAP, skill="boil", task="d.cook", inputs={"salt": "50%_a!"}, context='{"code": "2"}')
@@ -72,12 +73,14 @@ def test_a_skill_is_summed_up_over_all_its_contexts(reader: MemoryReader) -> Non
     assert (boil.skill, boil.record) == ("d.boil", SuccessRecord(2, 0))
     assert boil.typical_duration == DurationStats(5.0, 4.5, 5.5, 2)
     assert boil.contexts == (
-        ({"code": "1"}, SuccessRecord(1, 0)),
-        ({"code": "2"}, SuccessRecord(1, 0)),
+        ContextSummary({"code": "1"}, "", SuccessRecord(1, 0)),
+        ContextSummary({"code": "2"}, "", SuccessRecord(1, 0)),
     )
     assert boil.reasons == ()
     assert (wrap.skill, wrap.record) == ("d.wrap", SuccessRecord(1, 3))
-    assert wrap.contexts == (({"code": "1"}, SuccessRecord(1, 3)),)  # what does not count makes none
+    assert wrap.contexts == (
+        ContextSummary({"code": "1"}, "", SuccessRecord(1, 3)),  # what does not count makes none
+    )
 
 
 def test_reasons_come_by_how_often_they_were_given_and_at_most_three(
@@ -101,7 +104,7 @@ def test_a_context_that_was_not_kept_is_none(reader: MemoryReader, tmp_path: Pat
     with open_memory_reader(tmp_path / "memory") as other:
         (wrap,) = other.skills()
         (episode,) = other.search(EpisodeFilter(), 9)
-    assert wrap.contexts == ((None, SuccessRecord(1, 0)),)
+    assert wrap.contexts == (ContextSummary(None, "", SuccessRecord(1, 0)),)
     assert episode["context"] is None
 
 
@@ -190,3 +193,16 @@ def test_a_memory_that_fails_while_it_is_read_is_reported(path: Path) -> None:
         open_memory_reader(path) as reader,
     ):
         reader._rows("SELECT * FROM songs")
+
+
+def test_inputs_and_obstacles_are_summed_up_where_there_are_several(tmp_path: Path) -> None:
+    person = {"kind": "rule", "rule": "separation", "text": "human_distance >= 500 mm"}
+    with open_memory(tmp_path / "memory", Identity(uuid4(), "chef", "", 1)) as memory:
+        for force, failed in ((5.0, False), (5.0, False), (2.0, True), (2.0, False)):
+            causes = [person, {"kind": "outcome", "rule": "d.wrap", "text": ""}] if failed else []
+            ending = EpisodeEnd("finished", None, failed, "", 2.0, {}, True, causes)
+            memory.end_episode(memory.start_episode(replace(WRAP, inputs={"force": force})), ending)
+    with open_memory_reader(tmp_path / "memory") as reader:
+        (wrap,) = reader.skills()
+    assert wrap.inputs == (({"force": 5.0}, SuccessRecord(2, 0)), ({"force": 2.0}, SuccessRecord(1, 1)))
+    assert wrap.obstacles == (("rule", "separation", 1),)

@@ -15,6 +15,7 @@ from aeros.agent.errors import AgentError
 from aeros.agent.identity import Identity
 from aeros.agent.memory import schema as memory_schema
 from aeros.agent.memory.posterior import SuccessRecord
+from aeros.agent.memory.queries import open_memory_reader
 from aeros.agent.memory.schema import SCHEMA_VERSION, open_database
 from aeros.agent.memory.store import Fact, open_memory
 from aeros.spec.migrations.renamed_names import current_event
@@ -46,19 +47,23 @@ def test_the_kept_file_is_of_schema_1() -> None:
 def test_memory_of_schema_1_is_still_read(old: Path) -> None:
     before = content(old)
     with open_memory(old, Identity(uuid4(), "chef", "", 3)) as memory:
-        # One success; one failure; a denial that may have been due to somebody nearby, and a cancellation.
-        assert memory.success_record("make_dumplings", "wrap") == SuccessRecord(1, 1)
-        assert memory.success_record("make_dumplings", "boil") == SuccessRecord(1, 0)
-        usual = memory.typical_duration("make_dumplings", "boil")
-        assert usual is not None
-        assert usual.median == 18.5
+        # Nobody knows which plant it was on, so it is no evidence.
+        assert memory.success_record("make_dumplings", "wrap") == SuccessRecord(0, 0)
+        assert memory.typical_duration("make_dumplings", "boil") is None
         assert memory.get_fact("last run of make_dumplings.make_dumplings") == Fact(
             {"reached": True}, "session 1"
         )
+    with open_memory_reader(old) as reader:
+        boil, wrap = reader.skills()
+        # One success; one failure; a denial that may have been due to somebody nearby, and a cancellation.
+        assert (wrap.skill, wrap.record) == ("make_dumplings.wrap", SuccessRecord(1, 1))
+        assert (boil.skill, boil.record) == ("make_dumplings.boil", SuccessRecord(1, 0))
+        assert boil.typical_duration is not None
+        assert boil.typical_duration.median == 18.5
     after = content(old)
     assert after["version"] == [(SCHEMA_VERSION,)]
     assert [row[: len(before["episodes"][0])] for row in after["episodes"]] == before["episodes"]
-    assert after["sessions"][:2] == before["sessions"]
+    assert after["sessions"][:2] == [(*row, None) for row in before["sessions"]]
     assert after["facts"] == before["facts"]
     assert [kind for *_, kind, _ in before["events"]] != [kind for *_, kind, _ in after["events"]]
     assert after["events"] == [(*row[:3], current_event(str(row[3])), row[4]) for row in before["events"]]

@@ -16,7 +16,7 @@ from aeros.agent.errors import AgentError
 from aeros.agent.identity import Identity
 from aeros.agent.memory.posterior import SuccessRecord
 from aeros.agent.memory.schema import SCHEMA_VERSION
-from aeros.agent.memory.store import DurationStats, EpisodeEnd, EpisodeStart, Memory, open_memory
+from aeros.agent.memory.store import EpisodeEnd, EpisodeStart, Memory, open_memory
 
 WHO = Identity(uuid4(), "chef", "2026-11-21T00:00:00+00:00", 1)
 STEP = EpisodeStart(
@@ -64,25 +64,6 @@ def test_a_record_can_be_asked_for_in_one_context(path: Path) -> None:
         assert memory.success_record("dumpling", "wrap", "here") == SuccessRecord(1, 0)
         assert memory.success_record("dumpling", "wrap", "there") == SuccessRecord(1, 1)
         assert memory.success_record("dumpling", "wrap", "elsewhere") == SuccessRecord(0, 0)
-
-
-def test_successes_say_how_long_a_skill_takes(path: Path) -> None:
-    with open_memory(path, WHO) as memory:
-        assert memory.typical_duration("dumpling", "wrap") is None
-        remember(memory, seconds=3.0)
-        assert str(memory.typical_duration("dumpling", "wrap")) == "3.0 s, half of them 3.0 to 3.0 s"
-        for seconds in (1.0, 2.0, 4.0, 5.0):
-            remember(memory, seconds=seconds)
-        remember(memory, failed=True, seconds=60.0)
-        remember(memory, counts=False, seconds=60.0)
-        assert memory.typical_duration("dumpling", "wrap") == DurationStats(3.0, 2.0, 4.0, 5)
-
-
-def test_the_latest_successes_say_it(path: Path) -> None:
-    with open_memory(path, WHO) as memory:
-        for seconds in [9.0] * 20 + [2.0] * 101:
-            remember(memory, seconds=seconds)
-        assert memory.typical_duration("dumpling", "wrap") == DurationStats(2.0, 2.0, 2.0, 101)
 
 
 def test_a_step_is_known_before_it_ends_and_interrupted_if_it_never_does(path: Path) -> None:

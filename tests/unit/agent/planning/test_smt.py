@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
+from collections.abc import Mapping, Sequence
 
 import pytest
 
+from aeros.agent.memory.experience import ExperiencedEnd, with_experience
 from aeros.agent.planning.base import Planner
+from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.smt import SmtPlanner
+from aeros.agent.planning.task_graph import PlanStep
+from aeros.agent.world.world import world_from_readings
 from aeros.runtime.audit.log import AuditLog
 from aeros.runtime.execution.executor import Executor
 from aeros.runtime.gate.configuration import make_configuration
 from aeros.runtime.gate.gate import CompiledGate, GateMode
+from aeros.runtime.ports import Reading
 from aeros.runtime.skills.in_process_run import run_in_process
 from aeros.sim.symbolic.outcomes import draw_outcome
 from aeros.sim.symbolic.plant import SymbolicPlant
@@ -58,3 +65,27 @@ def test_the_whole_runtime_reaches_each_reference_goal_on_the_symbolic_plant(nam
         executor = Executor(configuration, gate, plant, log, run_in_process)
         report = pursue(case.ecm, case.task, executor, SmtPlanner(case.site))
         assert report.reached, report.reason
+
+
+def test_memory_changes_the_plan_where_a_step_takes_longer_than_is_declared() -> None:
+    case = reference("fetch_object", 10)
+    world = world_from_readings(
+        case.site.state, {name: Reading(value, 0.0) for name, value in case.start.items()}, 0.0
+    )
+    planner, routed = SmtPlanner(case.site), RoutedTask(case.ecm.id, case.task)
+
+    def steps(ends: Mapping[str, Sequence[ExperiencedEnd]]) -> list[str]:
+        ecm = with_experience(case.ecm, lambda _, skill, __: ends.get(skill, ()))
+        graph = planner.plan(routed, world, {ecm.id: ecm})
+        assert re.fullmatch(r"expected \d+ s, risk [\d.e-]+", graph.remark)
+        return [one.skill for one in graph.parts if isinstance(one, PlanStep)]
+
+    # Declared here: every skill succeeds with 70 %, so that one long step costs less than two short ones.
+    assert steps({})[:2] == ["recover", "grasp"]
+    works = {
+        "navigate": [ExperiencedEnd("arrived", False, 6.0)] * 50,
+        "detect": [ExperiencedEnd("seen", False, 2.0)] * 50,
+        "recover": [ExperiencedEnd("ready", False, 18.0)] * 50,
+    }
+    assert steps(works)[:2] == ["navigate", "detect"]
+    assert steps({**works, "navigate": [ExperiencedEnd("arrived", False, 60.0)] * 50})[0] == "recover"

@@ -13,7 +13,7 @@ from aeros.agent.reading.answer import MAX_REQUESTS, MalformedAnswerError, parse
 from aeros.agent.reading.word_claims import WordClaim
 from tests.hypothesis_profiles import examples
 
-REQUEST: dict[str, Any] = {"task": "m.t", "goal": "done", "condition": None, "plan": []}
+REQUEST: dict[str, Any] = {"task": "m.t", "arguments": {}, "goal": "done", "condition": None, "plan": []}
 ANSWER: dict[str, Any] = {
     "requests": [REQUEST],
     "prohibited": ["m.u"],

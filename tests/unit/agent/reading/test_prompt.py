@@ -36,9 +36,35 @@ def test_the_question_has_tasks_predicates_start_and_skills() -> None:
         ({}, True),
         ({"prohibited": ["clean.clean_table"]}, True),
         ({"prohibited": ["clean.everything"]}, False),
-        ({"requests": [{"task": MAKE, "goal": "dumpling_cooked", "condition": None, "plan": PLAN}]}, True),
-        ({"requests": [{"task": MAKE, "goal": "dumpling_cooked", "plan": PLAN}]}, False),
-        ({"requests": [{"task": MAKE, "goal": "x", "condition": None, "plan": [{"skill": "fly"}]}]}, False),
+        (
+            {
+                "requests": [
+                    {
+                        "task": MAKE,
+                        "arguments": {},
+                        "goal": "dumpling_cooked",
+                        "condition": None,
+                        "plan": PLAN,
+                    }
+                ]
+            },
+            True,
+        ),
+        ({"requests": [{"task": MAKE, "arguments": {}, "goal": "dumpling_cooked", "plan": PLAN}]}, False),
+        (
+            {
+                "requests": [
+                    {
+                        "task": MAKE,
+                        "arguments": {},
+                        "goal": "x",
+                        "condition": None,
+                        "plan": [{"skill": "fly"}],
+                    }
+                ]
+            },
+            False,
+        ),
     ],
 )
 def test_the_schema_allows_declared_tasks_and_skills_alone(part: dict[str, object], is_valid: bool) -> None:

@@ -29,6 +29,7 @@ GOOD: dict[str, Any] = {
     "requests": [
         {
             "task": "make_dumplings.make_dumplings",
+            "arguments": {},
             "goal": "dumpling_cooked",
             "condition": None,
             "plan": [step(f"make_dumplings.{skill}") for skill in MAKE],

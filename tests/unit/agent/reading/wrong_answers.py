@@ -40,12 +40,19 @@ def answer_of(case: Case) -> Any:
         depth = case["nested_goal"]
         goal = "(" * depth + "dumpling_cooked" + ")" * depth
         case = {
-            "requests": [{"task": "make_dumplings.make_dumplings", "goal": goal, "plan": []}],
+            "requests": [
+                {"task": "make_dumplings.make_dumplings", "arguments": {}, "goal": goal, "plan": []}
+            ],
             "words": [[case["instruction"], "request 1"]],
         }
     return {
         "requests": [
-            {"condition": None, **request, "plan": [step(skill) for skill in request["plan"]]}
+            {
+                "condition": None,
+                "arguments": {},
+                **request,
+                "plan": [step(skill) for skill in request["plan"]],
+            }
             for request in case["requests"]
         ],
         "prohibited": case.get("prohibited", []),

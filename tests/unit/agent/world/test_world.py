@@ -229,8 +229,8 @@ def test_only_readings_make_a_world() -> None:
     assert made == ["aeros/agent/world/world.py"] * 2
 
 
-def test_the_values_of_a_world_are_never_replaced_except_the_reasons_of_failures() -> None:
-    fields = {one.name for one in dataclass_fields(WorldModel)} - {"failures"}
+def test_only_failures_and_memories_of_a_world_are_replaced_and_never_its_values() -> None:
+    fields = {one.name for one in dataclass_fields(WorldModel)} - {"failures", "remembered"}
     replaced = [
         (path.as_posix(), keyword.arg)
         for path in PYTHON

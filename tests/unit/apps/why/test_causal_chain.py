@@ -126,6 +126,29 @@ def test_a_denial_before_the_last_decision_did_not_end_the_step() -> None:
     assert found.chain[-1].causes == (NEAR,)
 
 
+def test_a_step_of_a_capability_says_why_its_skill_was_chosen() -> None:
+    options = [
+        {
+            "skill": "wipe",
+            "record": {"successes": 2, "failures": 5},
+            "expected_seconds": 91.25,
+            "why_not": "",
+        },
+        {"skill": "mops.sweep", "record": {"successes": 0, "failures": 0}, "why_not": "it was denied"},
+        "no option",
+    ]
+    chosen = {"capability": "tidy.cleaning", "skill": "tidy.wipe", "reason": "explores", "options": options}
+    log = run_log([note("provider-selected", **chosen), *DENIED])
+    *_, choice = log.explain_step(log.steps[0]).chain
+    assert (choice.record, choice.text) == (0, "tidy.wipe was chosen for `tidy.cleaning`: explores")
+    assert [str(cause) for cause in choice.causes] == [
+        "wipe: 2 successes and 5 failures in this context, 91.2 s expected until success",
+        "mops.sweep: 0 successes and 0 failures in this context, not now: it was denied",
+    ]
+    other = run_log([note("provider-selected", **{**chosen, "skill": "tidy.dry"}), *DENIED])
+    assert not any("chosen" in link.text for link in other.explain_step(other.steps[0]).chain)
+
+
 def test_a_step_that_ended_otherwise_has_the_runtimes_word() -> None:
     stopped = ("step-ended", {**SKILL, "status": "timed_out", "reason": "60 s are over"})
     reported = note(

@@ -30,7 +30,9 @@ def test_a_plan_says_what_is_done_where_outcomes_differ(capsys: pytest.CaptureFi
         "  make_dumplings.wrap, tried 4 times at most, recover between tries",
         "  make_dumplings.boil, tried 4 times at most",
         "proved the goal can be reached from each of the 5 states that declared outcomes may lead to; "
-        "the shortest path has 3 steps",
+        "the path has 3 steps",
+        "time   77 s are expected, a failure counting as a minute; "
+        "the risk that a step fails in all its tries is 0.00011",
     ]
 
 
@@ -152,7 +154,7 @@ def test_the_page_on_planning_shows_what_is_answered(
         (
             "; laid askew?\n(make_dumplings.prepare)\n(make_dumplings.wrap)\n(make_dumplings.boil)\n",
             Exit.REJECTED,
-            "rejected  step 2, `make_dumplings.wrap`: its precondition `wrapper_aligned and",
+            "rejected  step 2, `make_dumplings.wrap`: its precondition `robot_at_bench and",
         ),
         ("(make_dumplings.prepare)", Exit.REJECTED, "rejected  it ends, and the goal does not hold"),
         ("(make_dumplings.prepar)", Exit.REJECTED, "no such skill; did you mean `make_dumplings.prepare`?"),
@@ -218,7 +220,7 @@ def test_the_same_problem_may_be_had_in_pddl(tmp_path: Path, capsys: pytest.Capt
         in domain
     )
     assert (
-        "(:init (unknown-make_dumplings--wrapper_aligned))"
+        "(:init (make_dumplings--robot_at_bench) (unknown-make_dumplings--wrapper_aligned))"
         in (tmp_path / "pddl" / "problem.pddl").read_text()
     )
     (tmp_path / "file").write_text("")

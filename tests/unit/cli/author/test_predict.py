@@ -6,9 +6,13 @@ import json
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
+from uuid import uuid4
 
 import pytest
 
+from aeros.agent.identity import Identity
+from aeros.agent.memory.store import EpisodeEnd, EpisodeStart, open_memory
+from aeros.cli.author.module_argument import read_module
 from aeros.cli.main import main
 from aeros.exit_codes import Exit
 
@@ -32,7 +36,8 @@ def test_the_text_says_what_was_asked_and_what_comes_of_it(capsys: pytest.Captur
     assert main(["predict", CLEAN, *certain, "--max-replans", "0"]) == Exit.SUCCESS
     assert capsys.readouterr().out.splitlines() == [
         "clean_table.clean_table at panda_cell, at most 0 re-plans",
-        "from clean_table.clutter_on_table = true, clean_table.sponge_seen = true, "
+        "from clean_table.clutter_on_table = true, clean_table.robot_at_table = true, "
+        "clean_table.sponge_seen = true, "
         "clean_table.table_organized = false, clean_table.table_verified = false, "
         "clean_table.table_wiped = false, clean_table.wiping_area_clear = true",
         "success probability     0.91                = 91/100",
@@ -121,3 +126,25 @@ def test_unpredictable_cases_are_refused(module: str, code: str, capsys: pytest.
     arguments = ["predict", str(CORPUS / module), "--site", str(CORPUS / "site" / "table.yaml")]
     assert main(arguments) == Exit.REJECTED
     assert code in capsys.readouterr().err
+
+
+def test_remembered_outcomes_take_the_place_of_declared_ones(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ecm, _ = read_module(Path(CLEAN), None, {})
+    with open_memory(tmp_path / "memory.sqlite3", Identity(uuid4(), "panda", "", 1), "symbolic") as memory:
+        start = EpisodeStart("t.t", "clean_table", "wipe", "step", {}, 0.0, {}, "{}", ecm.code_digest)
+        for _ in range(60):
+            ending = EpisodeEnd("finished", "streaky", True, "", 9.0, {}, counts_toward_record=True)
+            memory.end_episode(memory.start_episode(start), ending)
+    declared = predictions(capsys, CLEAN, "--max-replans=0")
+    remembered = ("--max-replans=0", "--from-memory", str(tmp_path))
+    # On physics nothing is remembered.
+    assert predictions(capsys, CLEAN, *remembered)["success"] == declared["success"]
+    there = predictions(capsys, CLEAN, *remembered, "--plant", "symbolic")
+    assert there["success"]["decimal"] < 0.8 < declared["success"]["decimal"]
+
+
+def test_a_folder_without_memory_is_a_usage_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["predict", CLEAN, "--from-memory", str(tmp_path)]) == Exit.USAGE
+    assert "nothing is remembered here" in capsys.readouterr().err

@@ -175,3 +175,30 @@ def test_a_damaged_memory_is_refused(tmp_path: Path, capsys: pytest.CaptureFixtu
     code, _, err = run(capsys, "show", "--state", str(tmp_path))
     assert code == 1
     assert "damaged" in err
+
+
+def test_the_sightings_of_a_variable_can_be_forgotten(
+    state: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked = ("forget", "--variable", "cup_position", "--state", str(state))
+    code, _, err = run(capsys, *asked)
+    assert (code, err) == (2, "aeros: `cup_position` would be deleted permanently; add --yes to confirm\n")
+    code, out, _ = run(capsys, *asked, "--yes")
+    assert code == 0
+    assert out == "deleted `cup_position`: 0 sessions, 0 episodes, 0 events, 0 facts, 0 sightings\n"
+
+
+def test_show_has_the_record_of_each_set_of_inputs_and_what_prevented_a_skill(
+    state: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    cause = {"kind": "rule", "rule": "separation", "text": ""}
+    with open_memory(state / MEMORY_FILE, Identity(uuid4(), "chef", "", 2)) as memory:
+        begun = EpisodeStart("cook.cook", "cook", "boil", "step", {"force": 2.0}, 1.0, {}, CONTEXT)
+        ending = EpisodeEnd("denied", None, True, "near", 2.0, {}, counts_toward_record=True, causes=[cause])
+        memory.end_episode(memory.start_episode(begun), ending)
+    _, out, _ = run(capsys, "show", "--skill", "cook.boil", "--state", str(state))
+    assert (
+        "  2 of 4 succeeded, next 50% with force = 0.5\n  0 of 1 succeeded, next 33% with force = 2.0\n"
+        in out
+    )
+    assert "  prevented 1 times by rule `separation`\n" in out

@@ -64,7 +64,7 @@ def test_a_scene_that_is_not_there_is_refused(
     assert main(["verify", str(module), "--no-cache"]) == Exit.SUCCESS
     assert _run(tmp_path, "--plant", plant, "--ecms", str(module)) == Exit.REJECTED
     assert (
-        "the task's scene is `kitchen`, but there is only bare, dumpling_bench, shelf_behind"
+        "the scene of `make_dumplings` is `kitchen`, but there is only bare, dumpling_bench, shelf_behind"
         in capsys.readouterr().err
     )
 

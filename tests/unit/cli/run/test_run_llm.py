@@ -42,6 +42,7 @@ READING: dict[str, Any] = {
     "requests": [
         {
             "task": "make_dumplings.make_dumplings",
+            "arguments": {},
             "goal": "dumpling_cooked",
             "condition": None,
             "plan": GOOD["plan"],
@@ -64,7 +65,9 @@ def test_a_models_plan_is_verified_then_decided_by_the_gate_and_the_key_is_kept_
     assert "goal reached" in message.out
     assert "understood make_dumplings.make_dumplings: dumpling_cooked" in message.out
     assert "(it came with the meaning of the instruction)" in message.out
-    assert "its precondition `dumpling_wrapped` does not hold" in json.dumps(server.asked[1])
+    assert "its precondition `robot_at_bench and dumpling_wrapped` does not hold" in json.dumps(
+        server.asked[1]
+    )
     assert server.headers[0]["authorization"] == f"Bearer {KEY}"
     assert verify_log(tmp_path / "out" / "audit.jsonl").decisions.allowed > 50
     left = [path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()]

@@ -47,7 +47,7 @@ def test_a_plant_is_remote_to_all_but_who_serves_it(
 
 def test_without_options_the_scene_has_no_extras(tmp_path: Path) -> None:
     setup = staged(options(tmp_path))
-    found = load_scene_extras(setup.arguments, setup.configuration, setup.task)
+    found = load_scene_extras(setup.arguments, setup.configuration, [setup.task.task])
     assert found == SceneExtras((), (), None)
 
 
@@ -55,13 +55,15 @@ def test_without_options_the_scene_has_no_extras(tmp_path: Path) -> None:
 def test_extras_need_the_physics_plant(option: str, tmp_path: Path) -> None:
     setup = staged(options(tmp_path, option, "x"))
     with pytest.raises(PlantSetupError, match=rf"`{option}` needs"):
-        load_scene_extras(setup.arguments, setup.configuration, setup.task)
+        load_scene_extras(setup.arguments, setup.configuration, [setup.task.task])
 
 
 def test_the_plant_server_alone_loads_the_extras_of_a_plant(tmp_path: Path) -> None:
     setup = staged(options(tmp_path, "--faults", "none-such"))
     setup.arguments.plant_at = tmp_path / "plant.sock"
-    assert load_scene_extras(setup.arguments, setup.configuration, setup.task) == SceneExtras((), (), None)
+    assert load_scene_extras(setup.arguments, setup.configuration, [setup.task.task]) == SceneExtras(
+        (), (), None
+    )
 
 
 # Outputs.

@@ -38,7 +38,7 @@ faults:
     rate: 0.3
     bump: {thing: can, impulse: 0.01 N*s}
   glare:
-    at: {look: overhead}
+    at: {look: table_top}
     rate: 0.6
     bursts: {mean_length: 2}
     miss: {}

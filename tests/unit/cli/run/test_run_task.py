@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from aeros.agent.errors import AgentError
-from aeros.agent.instructions.understand import understand
+from aeros.agent.instructions.understand import understand, with_goal
 from aeros.agent.planning.base import RulePlanner
 from aeros.agent.planning.task_graph import TaskGraph
 from aeros.apps.goal import parse_goal
@@ -59,7 +59,8 @@ def run(
     )
     with governor:
         meaning = understand(arguments.instruction, configuration.modules)
-        asked = RunRequest(governor, report, planner or RulePlanner(), goal_condition, signing, meaning)
+        meaning = meaning if goal_condition is None else with_goal(meaning, goal_condition)
+        asked = RunRequest(governor, report, planner or RulePlanner(), meaning, goal_condition, signing)
         return run_task(staged(arguments), asked)
 
 
@@ -143,7 +144,7 @@ def test_a_goal_that_is_believed_and_false_is_no_success(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("aeros.cli.run.run_task.truth_of", lambda _: {"bench_clean": is_clean})
+    monkeypatch.setattr("aeros.cli.run.run_referee.truth_of", lambda _: {"bench_clean": is_clean})
     assert run(options(tmp_path), goal=HOLDS) is code
     assert f"truth      goal reached: {shown}" in capsys.readouterr().out
     log = (tmp_path / "out" / "audit.jsonl").read_text()

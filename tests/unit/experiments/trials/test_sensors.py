@@ -13,7 +13,8 @@ from aeros.experiments.trials.truth import REST_SPEED, InvariantReferee, site_co
 from aeros.runtime.monitor.monitor import RuntimeMonitor
 from aeros.runtime.ports import Runtime, StepRequest, StepResult, StepStatus
 from aeros.sim.clock import TICK
-from aeros.sim.sensors import GroundTruth, SensorModel
+from aeros.sim.sensor_model import SensorModel
+from aeros.sim.sensors import GroundTruth
 from aeros.spec.model.cause import Cause
 from tests.unit.agent.fake_runtime import FakeRuntime
 from tests.unit.experiments.support.common import premises

@@ -24,8 +24,8 @@ def trials(count: int, row: str, plant: str = "symbolic", **changed: Any) -> lis
         return [trial(seed) for seed in range(count)]
 
 
-NEVER = {"skill": "direct", "outcome": "missed", "rates": [[0, 1.0]]}
-ALWAYS = {"skill": "around", "outcome": "missed", "rates": [[0, 0.0]]}
+NEVER = {"skill": "direct", "outcome": "missed", "rates": [[0, 1.0]], "seconds": 6.0}
+ALWAYS = {"skill": "around", "outcome": "missed", "rates": [[0, 0.0]], "seconds": 8.0}
 
 
 @pytest.mark.parametrize("row", ["once/on", "once/off"])
@@ -77,16 +77,21 @@ def test_the_traced_results_add_up_to_the_exact_ones() -> None:
     assert len(traced["success"]) == 50
 
 
-def test_the_numbers_of_the_page_about_memory_are_exact() -> None:
+def test_the_numbers_of_the_page_about_memory_are_those_that_are_predicted() -> None:
     on, off = (settings("symbolic", f"once/{memory}", {}) for memory in ("on", "off"))
     with_memory, without = (KIND.expected_series(one)["success"] for one in (on, off))
-    pairs = zip(with_memory, without, strict=True)
-    worse = [number for number, (one, other) in enumerate(pairs, 1) if one < other - 1e-9]
     page = (ROOT / "docs" / "experiments.md").read_text(encoding="utf-8").replace("\n", " ")
-    assert worse == list(range(16, 30))
-    assert "From the 16th to the 29th session the agent with memory does worse" in page
-    assert f"{100 * with_memory[-1]:.0f} against {100 * without[-1]:.0f} % in the last" in page
-    assert f"with {sum(with_memory):.1f} successes against {sum(without):.1f}" in page
+    change = slice(15, 29)
+    worse = [
+        n for n, (one, other) in enumerate(zip(with_memory, without, strict=True), 1) if one < other - 0.01
+    ]
+    assert sum(with_memory[change]) > sum(without[change])
+    assert f"From the {worse[0]}th to the {worse[-1]}nd session" in page
+    assert f"ahead, with {sum(with_memory[change]):.1f} successes against {sum(without[change]):.1f}" in page
+    assert f"{100 * with_memory[-1]:.0f} against {100 * without[-1]:.0f} % in the last one" in page
+    assert (
+        f"50 sessions it is ahead, with {sum(with_memory):.1f} successes against {sum(without):.1f}" in page
+    )
 
 
 @pytest.mark.physics

@@ -21,10 +21,12 @@ from aeros.spec.elaborate.scopes import state_scope
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.parser import parse
 from aeros.spec.expr.typecheck.check import check
-from aeros.spec.expr.types import BOOL
-from aeros.spec.model.ecm import Ecm
+from aeros.spec.expr.types import BOOL, EnumType
+from aeros.spec.model.ecm import Ecm, Task
 from aeros.spec.model.perception import Definition
+from aeros.spec.model.task_parameters import TaskParameter, instruction_of
 from aeros.spec.model.variables import Declared
+from tests.unit.agent.dumplings import SPAN, build
 from tests.unit.runtime.perception.kettle import (
     CRASH,
     PLACE,
@@ -363,3 +365,58 @@ def test_a_definition_of_a_module_that_nobody_attends_to_is_unknown() -> None:
     assert "kettle.near" in setting.plant.observe()
     setting.plant.attend(frozenset())
     assert "kettle.near" not in setting.plant.observe()
+
+
+SIDE = "kettle.side"
+
+
+def asked() -> Ecm:
+    """The kettle, with a task that says a side, which its perceiver reads."""
+    ecm = kettle()
+    type_ = EnumType(SIDE, ("left", "right"))
+    declared = Declared(t.Variable(SIDE, type_, t.VariableRole.STATE), SPAN, max_age=Fraction(1))
+    declared = replace(declared, sensor=instruction_of("kettle"))
+    task = build(Task, id="watch", parameters={"side": TaskParameter("side", declared, "left")})
+    view = ecm.perceivers["kettle_view"]
+    perceiver = replace(view, read_as={**view.read_as, "side": SIDE})
+    return replace(
+        ecm, tasks={"watch": task}, state={**ecm.state, SIDE: declared}, perceivers={"kettle_view": perceiver}
+    )
+
+
+def test_a_parameter_is_a_reading_of_now_with_its_default_or_what_the_instruction_says() -> None:
+    setting = Setting(ecm=asked())
+    assert setting.plant.observe()[SIDE] == Reading("left", 0.0)
+    setting.plant.set_parameters({SIDE: "right"})
+    setting.inner.time = 2.0
+    setting.inner.take()
+    assert setting.plant.observe()[SIDE] == Reading("right", 2.0)
+    assert setting.runs.views[-1].readings["side"] == "right"
+    setting.plant.set_parameters({})
+    assert setting.plant.observe()[SIDE] == Reading("left", 2.0)
+
+
+def test_values_that_depend_on_a_changed_parameter_are_measured_anew() -> None:
+    setting = Setting(HOT, CRASH, HOT, ecm=asked())
+    setting.inner.take()
+    setting.plant.observe()
+    opened = setting.runs.opened
+    setting.plant.set_parameters({SIDE: "left"})
+    assert "kettle.water_hot" in setting.plant.observe()
+    assert setting.runs.opened == opened
+    setting.plant.set_parameters({SIDE: "right"})
+    # The perceiver begins anew, and this time it fails: what it said of the other side is gone.
+    assert "kettle.water_hot" not in setting.plant.observe()
+    assert setting.runs.opened == opened + 1
+
+
+def test_a_plant_that_has_use_for_the_parameters_gets_them() -> None:
+    class Asked(CameraPlant):
+        stated: Mapping[str, Any] = {}
+
+        def set_parameters(self, values: Mapping[str, Any]) -> None:
+            self.stated = values
+
+    plant = Asked()
+    Setting(ecm=asked(), plant=plant).plant.set_parameters({SIDE: "right"})
+    assert plant.stated == {SIDE: "right"}

@@ -14,7 +14,7 @@ from aeros.spec.text.discovery import reference_site_path
 MODULE = Path(__file__).parents[1] / "data" / "hover_high"
 
 RENAMED = {
-    "table_area": "counter",
+    "bench_area": "counter",
     "tool_position": "fingertips",
     "reduced-speed-near-person": "slow-beside-people",
     "own_base": "pillar",
@@ -40,7 +40,7 @@ def aeros(*arguments: str, **paths: Path) -> None:
 @pytest.mark.physics
 @pytest.mark.parametrize("is_other_site", [False, True])
 def test_one_module_is_configured_and_runs_under_two_sites(*, is_other_site: bool, tmp_path: Path) -> None:
-    state, area = tmp_path / "robot", "table_area"
+    state, area = tmp_path / "robot", "bench_area"
     if is_other_site:
         # The simulator measures the tool point under this name.
         names = {old: new for old, new in RENAMED.items() if old != "tool_position"}
@@ -63,4 +63,4 @@ def tool_height(measured: Path) -> float:
 def test_the_same_files_are_proved_under_a_site_with_other_words(tmp_path: Path) -> None:
     site = other_site(tmp_path, **RENAMED)
     aeros("verify", str(MODULE), "--bind", "hover_high.area=counter", "--no-lock", site=site)
-    aeros("verify", str(MODULE), "--bind", "hover_high.area=table_area", "--no-lock")
+    aeros("verify", str(MODULE), "--bind", "hover_high.area=bench_area", "--no-lock")

@@ -156,7 +156,7 @@ def test_a_surface_under_the_pressing_hand_pushes_the_wrist_up(world: PhysicsWor
     one = panda(world)
     steps(world, 60)
     before = one.wrist_vertical_force()
-    assert one.contact_force() == 0.0
+    assert one.contact_force() < 0.1
     x, y, z = one.read_sensors().tool_position
     world.bodies.add_box((0.2, 0.2, 0.1), (x, y, z - 0.053))
     steps(world, 60)

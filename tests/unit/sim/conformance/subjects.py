@@ -42,7 +42,7 @@ PRESSING: Final = (
 )
 """Closed fingers on the table top, and along it."""
 
-TOGETHER: Final = (DRIVE, act("move_tool", target=(-0.1, 0.2, 0.85), yaw=0.3, speed=0.6))
+TOGETHER: Final = (DRIVE, act("move_tool", target=(-0.1, 0.2, 0.55), yaw=0.3, speed=0.6))
 """The tool comes to its target as the base comes to rest."""
 
 LOOK_AND_WAIT: Final = act("wait", duration=2.5)

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from aeros.sim.clock import TICK
 from aeros.sim.faults.degradation import NO_DEGRADATION, Degradation, DegradationApplier
 from aeros.sim.physics import PlantParts
-from aeros.sim.sensors import SensorModel
+from aeros.sim.sensor_model import SensorModel
 
 
 class Robot:

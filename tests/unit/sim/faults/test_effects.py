@@ -17,7 +17,7 @@ from aeros.sim.faults.model import (
     PhysicalFault,
 )
 from aeros.sim.physics import PlantParts
-from aeros.sim.sensors import SensorModel
+from aeros.sim.sensor_model import SensorModel
 from aeros.spec.declared.faults import (
     CommandDelayFault,
     GripForceFault,

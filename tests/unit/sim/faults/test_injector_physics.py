@@ -223,7 +223,7 @@ def test_somebody_enters_when_the_fault_begins(faulty_plant: Make) -> None:
 
 def _looked(*kinds: PictureFault, looks: int = 1) -> tuple[list[CameraPicture], list[FaultEvent]]:
     faults = [
-        replace(fault(kind, CameraOpportunity("overhead")), name=f"it {number}", max_count=1)
+        replace(fault(kind, CameraOpportunity("table_top")), name=f"it {number}", max_count=1)
         for number, kind in enumerate(kinds)
     ]
     happened: list[FaultEvent] = []
@@ -231,10 +231,10 @@ def _looked(*kinds: PictureFault, looks: int = 1) -> tuple[list[CameraPicture], 
     injector = FaultInjector(faults, 1, happened.append)
     with closing(make_plant(shipped_scene("table"), 1, disturbance=injector)) as plant:
         for _ in range(looks):
-            look = plant.begin(act("look", camera="overhead"))
+            look = plant.begin(act("look", camera="table_top"))
             assert not isinstance(look, MotionCompletion)
             assert plant.advance(allow, inf) == {look: MotionCompletion(True)}
-            pictures.append(plant.pictures()["overhead"])
+            pictures.append(plant.pictures()["table_top"])
     return pictures, happened
 
 

@@ -142,7 +142,7 @@ def test_planning_a_look_sees_nothing() -> None:
 def test_the_same_seed_repeats_and_another_does_not() -> None:
     def after(seed: int) -> dict[str, Any]:
         plant = make_plant(shipped_scene("table"), seed)
-        assert execute(plant, move(0.5, 0.2, 0.3), allow, inf).completed
+        assert execute(plant, move(0.5, -1.0, 0.3), allow, inf).completed
         return observed(plant)
 
     assert after(3) == after(3)

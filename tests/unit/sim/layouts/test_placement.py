@@ -19,21 +19,21 @@ from tests.unit.sim.start_layouts import bench_layout, room_layout, table_layout
 def test_a_room_is_drawn_within_its_spreads(seed: int) -> None:
     laid = room_layout(seed)
     x, y, z = laid.station
-    assert abs(x - 1.25) <= 0.08
-    assert abs(y - 0.20) <= 0.08
-    assert z == 0.30
+    assert abs(x + 0.05) <= 0.08
+    assert abs(y - 2.40) <= 0.08
+    assert z == 0.0
     pick, place = laid.stands
-    assert pick == pytest.approx((x + 0.58, y, 0.2))
+    assert pick == pytest.approx((x + 0.58, y, -0.1))
     # The can stands 1 mm over its stand of 0.4 m, with its middle 40 mm higher.
     assert abs(laid.can[0] - pick[0]) <= 0.05
     assert abs(laid.can[1] - pick[1]) <= 0.12
-    assert laid.can[2] == pytest.approx(0.441)
+    assert laid.can[2] == pytest.approx(0.141)
     # The decoy stands on the other side of the stand's middle.
-    assert laid.decoy == pytest.approx((pick[0], y - 0.17 if laid.can[1] > y else y + 0.17, 0.426))
-    assert abs(laid.delivery[0] - 1.70) <= 0.05
-    assert abs(laid.delivery[1] + 1.10) <= 0.05
-    assert laid.delivery[2] == pytest.approx(0.44)
-    assert place == (laid.delivery[0], laid.delivery[1], 0.2)
+    assert laid.decoy == pytest.approx((pick[0], y - 0.17 if laid.can[1] > y else y + 0.17, 0.126))
+    assert abs(laid.delivery[0] - 0.48) <= 0.05
+    assert abs(laid.delivery[1] - 1.10) <= 0.05
+    assert laid.delivery[2] == pytest.approx(0.14)
+    assert place == pytest.approx((laid.delivery[0], laid.delivery[1], -0.1))
 
 
 def test_each_seed_has_a_room_of_its_own() -> None:
@@ -42,9 +42,9 @@ def test_each_seed_has_a_room_of_its_own() -> None:
     for one, another in zip(first[:4], other[:4], strict=True):
         assert one[:2] != another[:2]
     # Station, can and delivery are drawn each by itself, in x and in y.
-    off = [first.station[0] - 1.25, first.station[1] - 0.20]
+    off = [first.station[0] + 0.05, first.station[1] - 2.40]
     off += [first.can[0] - first.station[0] - 0.58, first.can[1] - first.station[1]]
-    off += [first.delivery[0] - 1.70, first.delivery[1] + 1.10]
+    off += [first.delivery[0] - 0.48, first.delivery[1] - 1.10]
     assert len({round(one, 6) for one in off}) == 6
 
 
@@ -58,13 +58,13 @@ def test_draws_are_spread_to_both_sides() -> None:
 def test_a_table_is_laid_within_its_spreads(seed: int) -> None:
     laid = table_layout(seed)
     assert abs(laid.rest[0] - 0.45) <= 0.03
-    assert abs(laid.rest[1] - 0.34) <= 0.03
+    assert abs(laid.rest[1] + 0.86) <= 0.03
     assert laid.rest[2] == pytest.approx(0.015)
     assert laid.sponge.position == pytest.approx((laid.rest[0], laid.rest[1], 0.016))
     assert abs(yaw_of(laid.sponge.orientation)) <= 0.1
     for pose, x, z, turn in ((laid.cube, 0.38, 0.021, 0.5), (laid.can, 0.56, 0.026, 1e-9)):
         assert abs(pose.position[0] - x) <= 0.03
-        assert abs(pose.position[1] + 0.255) <= 0.03
+        assert abs(pose.position[1] + 1.455) <= 0.03
         assert pose.position[2] == pytest.approx(z)
         assert abs(yaw_of(pose.orientation)) <= turn
 

@@ -20,7 +20,7 @@ def arrays(picture: CameraPicture) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.physics
-@pytest.mark.parametrize(("scene", "camera"), [("table", "overhead"), ("dumpling_bench", "overhead")])
+@pytest.mark.parametrize(("scene", "camera"), [("table", "table_top"), ("dumpling_bench", "overhead")])
 def test_both_simulators_see_the_same_start(scene: str, camera: str) -> None:
     exact = make_kinematic(shipped_scene(scene), 3).pictures()[camera]
     with closing(make_plant(shipped_scene(scene), 3)) as plant:

@@ -226,7 +226,7 @@ def test_tracking_errors_are_distances_from_the_set_points() -> None:
 
 @pytest.mark.parametrize(
     ("forces", "holds"),
-    [((0.0, 0.0), False), ((0.3, 9.0), False), ((9.0, 0.29), False), ((0.31, 0.31), True)],
+    [((0.0, 0.0), False), ((2.0, 9.0), False), ((9.0, 1.99), False), ((2.01, 2.01), True)],
 )
 def test_something_is_held_if_both_fingers_press(forces: tuple[float, float], holds: bool) -> None:
     made = Scripted()

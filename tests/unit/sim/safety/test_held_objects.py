@@ -55,7 +55,7 @@ def test_an_object_is_kept_off_the_bench_that_the_fingers_alone_may_come_near_to
     holding: PhysicsPlant,
 ) -> None:
     assert holding.observe()["holding"].value is True
-    low = act("move_tool", target=(0.5, 0.0, 0.005), yaw=0.0, speed=0.3)
+    low = act("move_tool", target=(0.5, -1.2, 0.005), yaw=0.0, speed=0.3)
     assert _denial(holding, low) == [("AE763", "links-off-the-bench")]  # slowly it may be set down there
     x, y, _ = holding.observe()["tool_position"].value
     for target, speed, found in (
@@ -82,6 +82,6 @@ def test_the_hit_that_is_denied_would_have_happened(holding: PhysicsPlant) -> No
     def watch(_: float, values: object) -> None:
         forces.append(values["contact_force"])  # type: ignore[index]
 
-    low = act("move_tool", target=(0.5, 0.0, 0.005), yaw=0.0, speed=0.3)
+    low = act("move_tool", target=(0.5, -1.2, 0.005), yaw=0.0, speed=0.3)
     execute(holding, low, watch, FOREVER)
-    assert max(forces) > 65.0
+    assert max(forces) > 50.0

@@ -23,7 +23,7 @@ from tests.shipped_scenes import shipped_scene
 from tests.unit.sim.acting import execute
 
 MOVE = act("move_tool", target=(0.45, 0.1, 0.35), yaw=0.0, speed=0.25)
-DRIVE = act("move_base", x=0.2, y=-0.8, speed=0.3)
+DRIVE = act("move_base", x=0.0, y=-0.8, speed=0.3)
 Lie = Callable[[dict[str, Any], dict[str, Any]], None]
 
 

@@ -206,14 +206,17 @@ def site() -> Site:
     return found
 
 
-def without_torque_rates(site: Site) -> Site:
-    """The site without its rule on torque rates, which sudden pushes and hits break before any other."""
-    return replace(site, rules=tuple(rule for rule in site.rules if rule.id != "joint-torque-rates"))
+SUDDEN = ("joint-torque-rates", "collision-force")
+"""Rules that sudden pushes break before any other: torques change, and show the force."""
+
+
+def without_sudden(site: Site, kept: str) -> Site:
+    """The site without those of the rules `SUDDEN` that are not `kept`."""
+    return replace(site, rules=tuple(one for one in site.rules if one.id == kept or one.id not in SUDDEN))
 
 
 def run(kind: Provocation, site: Site) -> Run:
-    if kind.rule != "joint-torque-rates":
-        site = without_torque_rates(site)
+    site = without_sudden(site, kind.rule)
     recorded, rough = Run(), kind.rough()
     plant = PhysicsPlant(
         Obstructed(kind.posture, kind.obstacle, kind.load),
@@ -227,7 +230,7 @@ def run(kind: Provocation, site: Site) -> Run:
     come_to_rest, command = plant._come_to_rest, plant._robot.command
 
     def monitor(now: float, values: Values) -> str | None:
-        if not recorded.stopped and kind.violated(recorded.truths[-1].values if recorded.truths else values):
+        if not recorded.stopped and kind.violated(values):
             recorded.violated.append(plant._world.ticks)
         return watch(now, values)
 
@@ -298,7 +301,7 @@ def test_an_arm_that_met_something_stops_pushing_and_can_leave() -> None:
     assert forces[-1]["contact_force"] < 10.0
     back = act("move_tool", target=(0.307, 0.0, 0.487), yaw=0.0, speed=0.1)
     assert execute(plant, back, allow, FOREVER).completed
-    assert plant.observe()["contact_force"].value == 0.0
+    assert plant.observe()["contact_force"].value < 0.5  # the observer's own error
     plant.close()
 
 

@@ -17,7 +17,8 @@ from aeros.runtime.monitor.monitor import RuntimeMonitor
 from aeros.runtime.ports import Reading, Readings
 from aeros.sim import physics
 from aeros.sim.robot.limits import SCANNER_RANGE
-from aeros.sim.sensors import GroundTruth, SensorModel, Sensors
+from aeros.sim.sensor_model import SensorModel
+from aeros.sim.sensors import GroundTruth, Sensors
 from tests.unit.sim.referee import Referee, of_the_site
 
 pytestmark = pytest.mark.physics
@@ -43,9 +44,9 @@ def fetch_each_push(rows: Sequence[tuple[Any, ...]], *others: str) -> list[Any]:
 
 
 NEARBY = (
-    ("clean the table", ("at: [3 m, 0 m]", "at: [1.8 m, 0 m], speed: 1.2 m/s"), "-750 mm", 18),
-    ("fetch the object", ("at: [0.05 m, 3 m]", "at: [0.05 m, 1.45 m], speed: 1.2 m/s"), "0 m", 14),
-    ("make dumplings", ("at: [4 m, 0 m]", "at: [1.85 m, 0 m], speed: 1.2 m/s"), "-750 mm", 10),
+    ("clean the table", ("at: [3 m, -1.2 m]", "at: [1.8 m, -1.2 m], speed: 1.2 m/s"), "-300 mm", 18),
+    ("fetch the object", ("at: [-3 m, 0.05 m]", "at: [-1.48 m, 0.05 m], speed: 1.2 m/s"), "-300 mm", 14),
+    ("make dumplings", ("at: [4 m, 0 m]", "at: [1.85 m, 0 m], speed: 1.2 m/s"), "-300 mm", 10),
 )
 """An instruction, the way of somebody who stays where the robot may work slowly, their floor, until when."""
 
@@ -116,7 +117,7 @@ schema: aeros/people/1
 description: Someone comes while the wrapper is carried, and again while the lid is held by its handle.
 people:
   cook:
-    floor: -750 mm
+    floor: -300 mm
     path:
       - {at: [3 m, -1 m], stay: 5.6 s}
       - {at: [1.35 m, 0 m], speed: 1.4 m/s, stay: 3 s}
@@ -136,8 +137,9 @@ def test_a_held_object_is_not_dropped_when_a_person_comes(run: Run, tmp_path: Pa
     assert code == Exit.SUCCESS
 
 
-def test_a_robot_with_a_bystander_drives_at_reduced_speed(run: Run) -> None:
-    _, referee, records = run("fetch the object", "across_the_room", "--timeout", "10")
+def test_a_robot_with_a_bystander_drives_at_reduced_speed(run: Run, tmp_path: Path) -> None:
+    instruction, way, floor, _ = NEARBY[1]
+    _, referee, records = run(instruction, staying(tmp_path, way, floor), "--timeout", "22")
     verdicts = [record["details"]["verdict"] for record in records if record["event"] == "decision"]
     assert "ATTENUATE" in verdicts
     driving = referee.base_speeds()

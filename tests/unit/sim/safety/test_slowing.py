@@ -30,9 +30,9 @@ from tests.unit.sim.referee import of_the_site
 
 pytestmark = pytest.mark.physics
 
-DRIVE = act("move_base", x=1.0, y=0.0, speed=0.6)
+DRIVE = act("move_base", x=0.0, y=1.0, speed=0.6)
 
-TOWARDS = Person("walks", (Waypoint((5.0, 0.0)), Waypoint((0.0, 0.0), speed=1.6)))
+TOWARDS = Person("walks", (Waypoint((0.0, 5.0)), Waypoint((0.0, 0.0), speed=1.6)), floor=-0.3)
 
 
 def seen(site: Site, monkeypatch: pytest.MonkeyPatch) -> tuple[str | None, float, float]:
@@ -133,7 +133,7 @@ def hit(region: str, speed: float) -> tuple[float, float]:
     x, y, z = plant.observe()["base_position"].value
     # Half-way, where the carriage, 0.25 m from its middle to its end, is fastest. A ball has one contact.
     shape = bullet.createCollisionShape(bullet.GEOM_SPHERE, radius=0.05, physicsClientId=client)
-    post = bullet.createMultiBody(0, shape, -1, (x - 0.525, y, z / 2), physicsClientId=client)
+    post = bullet.createMultiBody(0, shape, -1, (x - 0.525, y, z - 0.15), physicsClientId=client)
     damping = 0.02 * (stiffness * of_the_site("driven_mass")) ** 0.5
     bullet.changeDynamics(
         post, -1, contactStiffness=stiffness, contactDamping=damping, physicsClientId=client

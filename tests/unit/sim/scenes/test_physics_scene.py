@@ -42,11 +42,13 @@ bodies:
   ball: {sphere: 5 cm, at: [0 m, 1 m, 51 mm], mass: 200 g, rolling_resistance: 1 mm}
 cameras: {roof: {eye: [0 m, 0 m, 2 m], target: [1 m, 0 m, 0 m], at_start: true}}
 instruments:
-  weight: {force: [ball, floor]}
+  weight: {load: floor}
+  touch: {force: [ball, floor]}
+  lid_load: {load: chest.lid}
   lid_position: {position: chest.lid}
   angle: {joint: chest.hinge}
 regions: {yard: {of: corner, low: [-2 m, -1 m, 0 m], high: [0 m, 1 m, 1 m]}}
-conditions: {heavy: weight > 1 N}
+conditions: {heavy: touch > 1 N}
 seals: {lock: {joint: chest.hinge, friction: 5 N*m, when: angle > 30 deg and heavy}}
 timers: {rest: {while: heavy and ball.position in yard}}
 truth:
@@ -80,6 +82,9 @@ def test_instruments_measure_the_bodies_that_they_name(plant: PhysicsPlant) -> N
     measured = {name: reading.value for name, reading in plant.observe().items()}
     assert measured["corner"] == (1.0, 1.0, 0.0)
     assert measured["weight"] == pytest.approx(0.2 * 9.81, rel=0.01)
+    assert measured["lid_load"] == 0.0
+    assert "touch" not in measured  # no sensor can tell which body presses on another
+    assert scene.state.value("touch") == pytest.approx(measured["weight"])
     assert measured["lid_position"] == pytest.approx((1.0, 0.0, 0.05), abs=1e-3)
     assert measured["angle"] == pytest.approx(0.0, abs=1e-3)
     assert scene.pushable_objects == ("ball",)

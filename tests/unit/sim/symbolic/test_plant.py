@@ -21,11 +21,14 @@ from aeros.spec.diagnostics.source import Source
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, Type, VectorType
 from aeros.spec.expr.units import LENGTH, NUMBER
-from aeros.spec.model.ecm import Ecm, Outcome, Skill
+from aeros.spec.model.ecm import Ecm, Outcome, Skill, Task
+from aeros.spec.model.perception import Perceiver
 from aeros.spec.model.policy import Access, ModuleLimits
 from aeros.spec.model.rules import ActionKind, Risk
 from aeros.spec.model.site import Site
+from aeros.spec.model.task_parameters import TaskParameter
 from aeros.spec.model.variables import Declared
+from tests.unit.agent.dumplings import build
 from tests.unit.sim.acting import execute
 
 SPAN = Source("site.yaml", "text").span(0, 4)
@@ -486,3 +489,42 @@ def test_a_modules_own_variables_are_measured_and_those_of_absent_modules_are_no
     elsewhere = {"pot": module(lifted)["handling"]}
     with pytest.raises(MisuseError, match="which is not a state variable"):
         SymbolicPlant(cell, elsewhere, 0)
+
+
+def test_a_predicate_that_depends_on_a_parameter_is_another_fact_for_each_value() -> None:
+    cooked = {
+        "handling.cooked": replace(
+            STATE["cooked"], variable=t.Variable("handling.cooked", BOOL, t.VariableRole.STATE)
+        )
+    }
+    pot = Declared(t.Variable("handling.pot", EnumType("pots", ("a", "b")), t.VariableRole.STATE), SPAN)
+    done = Outcome("done", {"handling.cooked": True}, False, None, None)
+    ecm = module(done)["handling"]
+    task = build(Task, id="cook", parameters={"pot": TaskParameter("pot", pot, "a")})
+    perceiver = build(
+        Perceiver, id="see", read_as={"pot": "handling.pot"}, provides=("handling.cooked",), rate=None
+    )
+    ecm = replace(
+        ecm,
+        tasks={"cook": task},
+        state={**cooked, "handling.pot": pot},
+        perceivers={"see": perceiver},
+    )
+    plant = SymbolicPlant(site(), {"handling": ecm}, 0)
+
+    def cooked_now() -> Any:
+        return plant.observe()["handling.cooked"].value
+
+    def cook() -> None:
+        plant.skill_began("handling.lift")
+        plant.skill_ended("handling.lift", finished=True)
+
+    cook()
+    assert cooked_now() is True
+    plant.set_parameters({"handling.pot": "b"})
+    assert (plant.observe()["handling.pot"].value, cooked_now()) == ("b", False)
+    cook()
+    assert cooked_now() is True
+    plant.set_parameters({"handling.pot": "a"})
+    assert (plant.observe()["handling.pot"].value, cooked_now()) == ("a", True)
+    assert plant.reset(0).observe()["handling.cooked"].value is False

@@ -33,7 +33,8 @@ def test_names_and_units_are_settled(tmp_path: Path) -> None:
     assert site is not None
     motion = site.motion
     assert motion is not None
-    surface = TouchedSurface(frozenset({"bench", "bench_core"}), Fraction(15, 100), Fraction(12, 100))
+    below = frozenset({"bench", "bench_core", "ground", "ground_core"})
+    surface = TouchedSurface(below, Fraction(15, 100), Fraction(12, 100))
     assert motion.kinds["move_tool"] == MotionKind("target", None, "speed", surface=surface)
     assert motion.kinds["move_base"] == MotionKind(None, ("x", "y"), "speed")
     joints = ("q1", "q2", "q3", "q4", "q5", "q6", "q7")
@@ -46,15 +47,13 @@ def test_names_and_units_are_settled(tmp_path: Path) -> None:
     assert motion.base_variable == "base_position"
     assert motion.link_clearance == Fraction(10, 1000)
     assert motion.held == HeldObject("holding", site.volumes["largest_object"], frozenset({"grip"}))
-    assert motion.kinds["slide"].surface == TouchedSurface(
-        frozenset({"bench", "bench_core"}), Fraction(21, 100)
-    )
+    assert motion.kinds["slide"].surface == TouchedSurface(below, Fraction(21, 100))
     assert motion.tracking is not None
     levers = tuple(Fraction(lever, 100) for lever in (95, 95, 65, 65, 35, 35, 20))
     assert motion.tracking == Tracking("tracking_error", Fraction(10, 1000), levers)
     assert sum(motion.tracking.levers) * motion.start_tolerance <= Fraction(10, 1000)
     assert motion.back_off == "back_off"
-    fence, column = motion.barriers[2:4]
+    fence, column = motion.barriers[4:6]
     assert fence.keep_inside
     assert fence.links is None
     assert column.is_in_base_frame
@@ -193,13 +192,13 @@ def test_names_and_units_are_settled(tmp_path: Path) -> None:
         ),
         (("clearance: 15 mm", "clearance: 15 s"), "error[AE204]"),
         (("volume: bench_core", "volume: bench_kern"), "error[AE122] unknown-reference: `bench_kern`"),
-        (("links: [fingers, held]", "links: []"), "error[AE112]"),
+        (("links: [link5, link6, link7, hand, fingers, held]", "links: []"), "error[AE112]"),
         (("link_clearance: 10 mm", "link_clearance: 10 s"), "error[AE204]"),
         (("unless_false: holding", "unless_false: held"), "error[AE122] unknown-reference: `held`"),
         (("unless_false: holding", "unless_false: finger_gap"), "error[AE203]"),
         (("volume: largest_object", "volume: largest"), "error[AE122] unknown-reference: `largest`"),
         (
-            ("[bench, bench_core], speed: sliding", "[bench, bank], speed: sliding"),
+            ("[bench, bench_core, ground, ground_core], speed: sliding", "[bench, bank], speed: sliding"),
             "error[AE122] unknown-reference: `bank`",
         ),
         (("keep: in", "keep: near"), "error[AE"),

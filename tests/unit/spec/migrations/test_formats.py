@@ -65,7 +65,7 @@ def test_a_program_of_today_writes_these_versions() -> None:
         "run": 2,
         "crashes": 2,
         "plant-log": 2,
-        "memory-database": 4,
+        "memory-database": 6,
         "registry-database": 4,
         "trace": 2,
     }

@@ -196,10 +196,10 @@ ONE_MEANING = "call `act(KIND, ...)` directly, and bind every name once"
             "did you mean `grip`?",
         ),
         (
-            "def wipe(o, i):\n    yield act('move_base')\n",
-            "`wipe` asks for `move_base`, which is not in its envelope",
-            "'move_base'",
-            "declare `move_base` in its `envelope`",
+            "def wipe(o, i):\n    yield act('back_off')\n",
+            "`wipe` asks for `back_off`, which is not in its envelope",
+            "'back_off'",
+            "declare `back_off` in its `envelope`",
         ),
         (
             "def wipe(o, i):\n    yield act('grip', widht=1.0, further=2.0)\n",

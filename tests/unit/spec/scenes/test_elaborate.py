@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from math import radians
+from pathlib import Path
 
 import pytest
 
+from aeros.spec.expr.terms import variables_of
 from aeros.spec.model.scene import AlternativePlace, BodyPart, Coating, Placement, RobotMount, SceneCamera
-from tests.shipped_scenes import shipped_scene
+from aeros.spec.scenes.load import load_scene
+from tests.shipped_scenes import ECMS, shipped_scene
 
 
 def test_robot_places_and_cameras() -> None:
     scene = shipped_scene("fetch")
-    assert scene.robot == RobotMount(True, (0.0, 0.0, 0.3))
+    assert scene.robot == RobotMount(True, (0.0, 0.0, 0.0))
     assert scene.places["station_survey"] == Placement(
-        None, (1.25, 0.2, 0.3), 0.0, (0.08, 0.08, 0.0), 0.0, "station"
+        None, (-0.05, 2.4, 0.0), 0.0, (0.08, 0.08, 0.0), 0.0, "station"
     )
     assert scene.cameras["mast"] == SceneCamera(
         "base", (0.05, 0.2, 0.85), (0.58, 0.0, 0.12), (0.0, 0.0, 1.0), 50.0, 320, 240, True
@@ -36,8 +39,8 @@ def test_a_body_is_put_down_by_its_anchor() -> None:
 
 def test_a_coating_is_a_rectangle_of_cells() -> None:
     assert shipped_scene("table").coatings["dirt"] == Coating(
-        (0.35, -0.15),
-        (0.65, 0.15),
+        (0.35, -1.35),
+        (0.65, -1.05),
         "table",
         "sponge",
         (0.10, 0.07, 0.03),
@@ -58,3 +61,29 @@ def test_a_press_and_a_seal_name_joints() -> None:
     assert (seal.joint, seal.friction) == (BodyPart("wrapper", "fold"), 0.5)
     assert radians(160) == pytest.approx(2.7925268)
     assert scene.conditions["closed"].text.startswith("wrapper.fold > 160 deg")
+
+
+def test_a_truth_that_speaks_of_a_parameter_is_one_for_each_of_its_values() -> None:
+    truth = shipped_scene("fetch").truth
+    assert {name for name in truth if "grasped" in name} == {
+        "fetch_object.object_grasped(object = blue_block)",
+        "fetch_object.object_grasped(object = red_can)",
+    }
+    delivered = truth["fetch_object.object_delivered(object = blue_block, to = left)"]
+    assert set(variables_of(delivered.term)) == {"decoy.position in delivered_left", "decoy.held"}
+    assert len(truth) == 2 + 2 * 3
+
+
+def test_a_truth_may_use_another_that_depends_on_a_parameter(tmp_path: Path) -> None:
+    folder = tmp_path / "scenes"
+    folder.mkdir()
+    text = (ECMS / "fetch_object" / "scenes" / "fetch.yaml").read_text().replace("module: fetch_object\n", "")
+    more = "\n  both: object_grasped and object_delivered\n  near: robot.base.x < 1 m\n"
+    (folder / "two.yaml").write_text(text.rstrip() + more)
+    scene = load_scene(str(folder / "two.yaml"))
+    both = scene.truth["both(object = red_can, to = right)"]
+    assert set(variables_of(both.term)) == {
+        "object_grasped(object = red_can)",
+        "object_delivered(object = red_can, to = right)",
+    }
+    assert "near" in scene.truth

@@ -20,6 +20,7 @@ from aeros.spec.model.scene import (
     Grip,
     Joint,
     JointInstrument,
+    LoadInstrument,
     PositionInstrument,
     Region,
     RobotMount,
@@ -115,7 +116,8 @@ def test_instruments_regions_and_conditions_name_bodies_links_and_joints(write: 
             BODIES
             + "places:\n  goal: {at: [1 m, 2 m, 3 m]}\n"
             + "instruments:\n"
-            + "  push: {force: [crate, vase.lid]}\n  lid: {position: vase.lid}\n  turn: {joint: vase.hinge}\n"
+            + "  push: {force: [crate, vase.lid]}\n  rests: {load: vase}\n"
+            + "  lid: {position: vase.lid}\n  turn: {joint: vase.hinge}\n"
             + "regions:\n  near: {of: goal, low: [-1 m, -1 m, -1 m], high: [1 m, 1 m, 1 m]}\n"
             + "conditions:\n  open: vase.hinge > 20 deg\n"
             + "timers:\n  drying: {while: open}\n"
@@ -126,9 +128,16 @@ def test_instruments_regions_and_conditions_name_bodies_links_and_joints(write: 
     )
     assert scene.instruments == {
         "push": ForceInstrument(BodyPart("crate"), BodyPart("vase", "lid")),
+        "rests": LoadInstrument(BodyPart("vase")),
         "lid": PositionInstrument(BodyPart("vase", "lid")),
         "turn": JointInstrument(BodyPart("vase", "hinge")),
     }
+    assert {name for name, _ in scene.measured()} == {
+        "goal",
+        "rests",
+        "lid",
+        "turn",
+    }  # nothing measures `push`
     assert scene.regions == {"near": Region("goal", (-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))}
     assert scene.truth["again"].text.startswith("done and")
 

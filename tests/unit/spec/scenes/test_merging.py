@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from aeros.sim.geometry import add
@@ -9,7 +11,7 @@ from aeros.sim.layouts.placement import place_things
 from aeros.sim.randomness import RandomSource
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.expr.terms import variables_of
-from aeros.spec.model.scene import BodyPart, ForceInstrument
+from aeros.spec.model.scene import BodyPart, ForceInstrument, LoadInstrument
 from aeros.spec.scenes.merging import merge, moved, names_in_use
 from tests.shipped_scenes import SHIPPED, shipped_scene
 
@@ -46,7 +48,8 @@ def test_everything_is_renamed_and_moved(name: str) -> None:
 
 def test_parts_and_regions_keep_their_bodies() -> None:
     bench = moved(shipped_scene("dumpling_bench"), "b_", OFFSET)
-    assert bench.instruments["b_press_force"] == ForceInstrument(
+    assert bench.instruments["b_press_force"] == LoadInstrument(BodyPart("b_press"))
+    assert bench.instruments["b_filling_force"] == ForceInstrument(
         BodyPart("b_filling"), BodyPart("b_wrapper", "plate_b")
     )
     assert bench.seals["b_dough"].joint == BodyPart("b_wrapper", "fold")
@@ -57,15 +60,18 @@ def test_parts_and_regions_keep_their_bodies() -> None:
     names = set(variables_of(bench.timers["b_cooking"].term))
     assert "b_wrapper.position in b_pot" in names
     table = moved(shipped_scene("table"), "t_", OFFSET)
-    assert table.coatings["t_dirt"].low == pytest.approx((1.35, -2.15))
+    assert table.coatings["t_dirt"].low == pytest.approx((1.35, -3.35))
     assert (table.coatings["t_dirt"].on, table.coatings["t_dirt"].wiped_by) == ("t_table", "t_sponge")
 
 
 def test_scenes_with_one_name_are_not_put_together() -> None:
     diagnostics = Diagnostics()
-    merge(shipped_scene("table"), shipped_scene("dumpling_bench"), None, diagnostics)
+    table = shipped_scene("table")
+    bench = replace(shipped_scene("dumpling_bench"), robot=None)
+    merge(replace(table, cameras={"overhead": table.cameras["table_top"]}), bench, None, diagnostics)
     assert {one.headline for one in diagnostics} == {
-        "`table` of the scene `dumpling_bench` is already a body of `table`",
+        "`dock_position` of the scene `dumpling_bench` is already a place of `table`",
+        "`floor` of the scene `dumpling_bench` is already a body of `table`",
         "`overhead` of the scene `dumpling_bench` is already a camera of `table`",
     }
     assert all(one.help == ("rename one of them",) for one in diagnostics)
@@ -80,9 +86,13 @@ def test_robots_that_are_put_up_differently_are_not_put_together() -> None:
 
 def test_a_scene_keeps_its_own_robot_and_view_and_names_all_its_files() -> None:
     diagnostics = Diagnostics()
-    bench = moved(shipped_scene("dumpling_bench"), "b_", (0.0, 0.0, 0.0))
+    bench = replace(moved(shipped_scene("dumpling_bench"), "b_", (0.0, 0.0, 0.0)), robot=None)
     whole = merge(shipped_scene("table"), bench, None, diagnostics)
     assert list(diagnostics) == []
-    assert (whole.name, whole.robot, whole.view) == ("table", bench.robot, shipped_scene("table").view)
+    assert (whole.name, whole.robot, whole.view) == (
+        "table",
+        shipped_scene("table").robot,
+        shipped_scene("table").view,
+    )
     assert [(part.name, part.prefix) for part in whole.parts] == [("table", ""), ("dumpling_bench", "b_")]
     assert set(whole.bodies) == {*shipped_scene("table").bodies, *bench.bodies}

@@ -5,7 +5,7 @@ from aeros.skill import Inputs, Models, Observation, SkillBody, act
 
 def look(observed: Observation, inputs: Inputs) -> SkillBody:
     """Draw the arm aside, and take a picture."""
-    yield act("go", target=(0.40, -0.35, 0.40), yaw=0.0, speed=0.18)
+    yield act("go", target=(0.40, -1.55, 0.40), yaw=0.0, speed=0.18)
     yield act("picture", camera="eye")
 
 
@@ -25,5 +25,5 @@ def lay(observed: Observation, inputs: Inputs, models: Models) -> SkillBody:
     yield act("go", target=(sx, sy, sz + 0.006), yaw=0.0, speed=0.05)
     yield act("close", width=0.08, force=force)
     yield act("go", target=(sx, sy, 0.15), yaw=0.0, speed=0.15)
-    yield act("go", target=(0.40, -0.35, 0.40), yaw=0.0, speed=pace)
+    yield act("go", target=(0.40, -1.55, 0.40), yaw=0.0, speed=pace)
     yield act("picture", camera="eye")

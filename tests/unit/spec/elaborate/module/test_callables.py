@@ -68,3 +68,9 @@ def test_the_steps_of_a_sequence_are_named_as_others_name_them() -> None:
     assert (first.name, first.composition) == ("two.pick", None)
     assert second.composition is not None
     assert [one.runs for one in steps_of(second.composition.body)] == [("two.drop",), ("two.pick",)]
+
+
+def test_a_capability_that_a_module_provides_and_requires_has_its_own_alternatives_first() -> None:
+    ecm, problems = loaded(ACCEPTED / "capability_of_its_own_and_of_others" / "asker")
+    assert problems == []
+    assert names(ecm, "fetching") == ["seek", "one.fetch"]

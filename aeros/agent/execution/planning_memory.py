@@ -1,0 +1,62 @@
+"""Memory for planners: the s of the planning function F(o, s) of the paper."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from aeros.agent.memory.experience import ExperiencedModules
+from aeros.agent.memory.sightings import sightings_of
+from aeros.agent.memory.store import Memory
+from aeros.agent.world.world import WorldModel
+from aeros.runtime.ports import Runtime
+from aeros.spec.model.cause import Cause
+from aeros.spec.model.ecm import Ecm
+
+
+class PlanningMemory:
+    """Memory as planners see it.
+
+    Args:
+        runtime: has the site, which declares the variables.
+        memory: the agent's memory.
+    """
+
+    def __init__(self, runtime: Runtime, memory: Memory) -> None:
+        self._runtime = runtime
+        self._memory = memory
+
+    def note(self, world: WorldModel) -> None:
+        """Remember what is known in a world.
+
+        Args:
+            world: the world.
+        """
+        self._memory.note_sightings(sightings_of(world, self._runtime.site.state))
+
+    def view(self, world: WorldModel, failures: Sequence[Cause]) -> WorldModel:
+        """Add memories to a world, for a planner.
+
+        Args:
+            world: the world as last measured, which is remembered, too.
+            failures: causes of step failures since the previous plan.
+
+        Returns:
+            The world with the failures, and with the last values seen of what is unknown in it.
+        """
+        self.note(world)
+        remembered = {
+            name: one.value for name, one in self._memory.remembered_values().items() if name in world.unknown
+        }
+        return replace(world, failures=tuple(failures), remembered=remembered)
+
+    def recall(self, modules: Mapping[str, Ecm]) -> Mapping[str, Ecm]:
+        """Give modules the probabilities and durations that memory has learned.
+
+        Args:
+            modules: modules by id.
+
+        Returns:
+            The same modules; each is read from memory when it is asked for.
+        """
+        return ExperiencedModules(modules, self._memory.experience)

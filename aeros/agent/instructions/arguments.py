@@ -1,0 +1,162 @@
+"""Values that the words of a request say of a task's parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
+
+from aeros.agent.instructions.phrases import Words
+from aeros.spec.diagnostics.codes import quoted
+from aeros.spec.diagnostics.words import normalized_words
+from aeros.spec.expr.types import IntegerType
+from aeros.spec.expr.units import format_number
+from aeros.spec.model.ecm import Task
+from aeros.spec.model.objects import OBJECTS
+from aeros.spec.model.task_parameters import TaskParameter
+
+
+@dataclass(frozen=True, slots=True)
+class ValuePhrase:
+    """A phrase for values of a parameter.
+
+    Attributes:
+        words: its words.
+        parameter: name of the parameter.
+        values: every value that it may mean.
+        names_object: it names something that the task acts on.
+    """
+
+    words: Words
+    parameter: str
+    values: frozenset[str]
+    names_object: bool
+
+
+def value_phrases(task: Task) -> tuple[ValuePhrase, ...]:
+    """Collect the phrases for values of a task's parameters.
+
+    Args:
+        task: the task.
+
+    Returns:
+        The phrases, longest first.
+    """
+    found: dict[tuple[str, Words], set[str]] = {}
+    for name, parameter in task.parameters.items():
+        for value, stated in parameter.phrases.items():
+            for words in map(normalized_words, stated):
+                found.setdefault((name, tuple(words)), set()).add(value)
+    phrases = (
+        ValuePhrase(words, name, frozenset(values), is_object(task.parameters[name]))
+        for (name, words), values in found.items()
+    )
+    return tuple(sorted(phrases, key=lambda one: len(one.words), reverse=True))
+
+
+def is_object(parameter: TaskParameter) -> bool:
+    """Say if a parameter is what its task acts on.
+
+    Args:
+        parameter: the parameter.
+
+    Returns:
+        True for one of the site's objects.
+    """
+    return getattr(parameter.declared.variable.type, "name", "") == OBJECTS
+
+
+def counted_parameter(task: Task) -> TaskParameter | None:
+    """Return the parameter that a number before an object sets.
+
+    Args:
+        task: the task.
+
+    Returns:
+        Its only whole number; None if there is none, or several.
+    """
+    found = [one for one in task.parameters.values() if isinstance(one.declared.variable.type, IntegerType)]
+    return found[0] if len(found) == 1 else None
+
+
+@dataclass
+class StatedValues:
+    """Values that the words of one request state for the parameters of a task.
+
+    Attributes:
+        task: the task.
+        values: the values that are still possible, for each parameter of which something is said.
+        numbers: numbers, as said, with their values.
+        fault: why no arguments follow; empty if they do.
+    """
+
+    task: Task
+    values: dict[str, frozenset[str]] = field(default_factory=dict)
+    numbers: list[tuple[str, int]] = field(default_factory=list)
+    fault: str = ""
+
+    def add(self, phrase: ValuePhrase) -> None:
+        """Note a phrase for a value.
+
+        Args:
+            phrase: the phrase.
+        """
+        known = self.values.get(phrase.parameter)
+        both = phrase.values if known is None else known & phrase.values
+        if not both:
+            self.fault = f"{quoted(' '.join(phrase.words))} contradicts another `{phrase.parameter}`"
+        self.values[phrase.parameter] = both
+
+    def add_number(self, word: str, number: int) -> None:
+        """Note a number before an object.
+
+        Args:
+            word: the number as said.
+            number: its value.
+        """
+        parameter = counted_parameter(self.task)
+        bounds = None if parameter is None else parameter.declared.range
+        if parameter is None or bounds is None:
+            return
+        self.numbers.append((word, number))
+        if len(self.numbers) > 1:
+            self.fault = f"{quoted(word)} is a second `{parameter.name}`"
+        elif not bounds[0] <= number <= bounds[1]:
+            low, high = map(format_number, bounds)
+            self.fault = f"{quoted(word)} is out of range: `{parameter.name}` is {low} to {high}"
+
+    @property
+    def is_specific(self) -> bool:
+        """True if an object is named that a parameter stands for."""
+        return any(is_object(self.task.parameters[name]) for name in self.values)
+
+    @property
+    def stated(self) -> dict[str, Any]:
+        """The arguments that are stated, by the parameter's name."""
+        stated: dict[str, Any] = {name: next(iter(one)) for name, one in self.values.items() if len(one) == 1}
+        parameter = counted_parameter(self.task)
+        if parameter is not None and self.numbers:
+            stated[parameter.name] = Fraction(self.numbers[0][1])
+        return {name: stated[name] for name in self.task.parameters if name in stated}
+
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """The stated arguments, and the defaults; parameters of which neither is known are absent."""
+        defaults = {
+            name: one.default for name, one in self.task.parameters.items() if one.default is not None
+        }
+        both = {**{name: one for name, one in defaults.items() if name not in self.values}, **self.stated}
+        return {name: both[name] for name in self.task.parameters if name in both}
+
+    def open_parameters(self) -> Iterator[tuple[str, Sequence[str]]]:
+        """Find the parameters that are still open.
+
+        Yields:
+            Each parameter without a value, and the values that it may have; empty for a number.
+        """
+        given = self.arguments
+        for name, parameter in self.task.parameters.items():
+            if name not in given:
+                possible = self.values.get(name)
+                yield name, [one for one in parameter.values if possible is None or one in possible]

@@ -1,0 +1,145 @@
+"""Evidence of how skills do, read from the episodes of a memory: counts, weights by age, and durations.
+
+Nothing of it is stored. So an episode that is forgotten counts no more.
+"""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from statistics import quantiles
+from typing import Final, TypeAlias
+
+from aeros.agent.memory.experience import MAX_EXPERIENCED_TRIES, ExperiencedEnd
+from aeros.agent.memory.posterior import (
+    MAX_WEIGHED_TRIES,
+    NO_RESULTS,
+    RecentRecord,
+    SuccessRecord,
+    weigh_tries,
+)
+
+SkillId: TypeAlias = tuple[str, str]
+"""A skill as its module and its id."""
+
+_DURATION_SAMPLES: Final = 101
+"""Number of the latest successes that a skill's usual duration is computed from."""
+
+
+@dataclass(frozen=True, slots=True)
+class DurationStats:
+    """Statistics of the durations of a skill's latest successes.
+
+    Attributes:
+        median: plant seconds.
+        low, high: lower and upper quartile, plant seconds.
+        successes: number of the successes.
+    """
+
+    median: float
+    low: float
+    high: float
+    successes: int
+
+    def __str__(self) -> str:
+        return f"{self.median:.1f} s, half of them {self.low:.1f} to {self.high:.1f} s"
+
+
+def read_success_record(
+    database: sqlite3.Connection,
+    module: str,
+    skill: str,
+    context: str | None = None,
+    plant: str | None = None,
+) -> SuccessRecord:
+    """Count successes and failures as `Memory.success_record` does.
+
+    Args:
+        database: connection to the memory.
+        module: id of the module.
+        skill: id of the skill.
+        context: context that must agree; None for all contexts.
+        plant: plant of the sessions to count; None for all.
+
+    Returns:
+        The counts.
+    """
+    sql = """SELECT coalesce(sum(failed = 0), 0), coalesce(sum(failed = 1), 0)
+             FROM episodes JOIN sessions ON sessions.id = session
+             WHERE module = ? AND skill = ? AND counts = 1 AND (? IS NULL OR context = ?)
+             AND (? IS NULL OR plant = ?)"""
+    asked = (module, skill, context, context, plant, plant)
+    return SuccessRecord(*database.execute(sql, asked).fetchone())
+
+
+def read_typical_duration(
+    database: sqlite3.Connection, module: str, skill: str, origin: tuple[str, str] | None = None
+) -> DurationStats | None:
+    """Summarize durations as `Memory.typical_duration` does.
+
+    Args:
+        database: connection to the memory.
+        module: id of the module.
+        skill: id of the skill.
+        origin: plant, and digest of the module's code, that must agree; None for all.
+
+    Returns:
+        Median and quartiles (s); None if there are no successes.
+    """
+    sql = """SELECT episodes.ended - started FROM episodes JOIN sessions ON sessions.id = session
+             WHERE module = ? AND skill = ? AND counts = 1 AND failed = 0 AND (? IS NULL OR plant = ?)
+             AND (? IS NULL OR code = ?) ORDER BY episodes.id DESC LIMIT ?"""
+    plant, code = origin or (None, None)
+    asked = (module, skill, plant, plant, code, code, _DURATION_SAMPLES)
+    took = [seconds for (seconds,) in database.execute(sql, asked)]
+    if not took:
+        return None
+    low, median, high = quantiles(took * 2 if len(took) == 1 else took, method="inclusive")
+    return DurationStats(median, low, high, len(took))
+
+
+def read_recent_records(
+    database: sqlite3.Connection, skills: Sequence[SkillId], context: str, plant: str
+) -> Mapping[SkillId, RecentRecord]:
+    """Weigh results by their age as `Memory.recent_records` does.
+
+    Args:
+        database: connection to the memory.
+        skills: module and id of each skill.
+        context: context that must agree.
+        plant: plant that must agree.
+
+    Returns:
+        The record of each skill.
+    """
+    sql = """SELECT module, skill, failed FROM episodes JOIN sessions ON sessions.id = session
+             WHERE context = ? AND counts = 1 AND plant = ? AND (module || '.' || skill) IN
+             (SELECT value FROM json_each(?)) ORDER BY episodes.id DESC LIMIT ?"""
+    names = json.dumps([f"{module}.{skill}" for module, skill in skills])
+    rows = database.execute(sql, (context, plant, names, MAX_WEIGHED_TRIES)).fetchall()
+    weighed = weigh_tries([((module, skill), bool(failed)) for module, skill, failed in rows])
+    return {skill: weighed.get(skill, NO_RESULTS) for skill in skills}
+
+
+def read_experience(
+    database: sqlite3.Connection, module: str, skill: str, origin: tuple[str, str]
+) -> list[ExperiencedEnd]:
+    """List ends as `Memory.experience` does.
+
+    Args:
+        database: connection to the memory.
+        module: id of the module.
+        skill: id of the skill.
+        origin: plant, and digest of the module's code, that must agree.
+
+    Returns:
+        The ends, newest first.
+    """
+    sql = """SELECT outcome, failed, episodes.ended - started
+             FROM episodes JOIN sessions ON sessions.id = session
+             WHERE module = ? AND skill = ? AND counts = 1 AND plant = ? AND code = ?
+             ORDER BY episodes.id DESC LIMIT ?"""
+    rows = database.execute(sql, (module, skill, *origin, MAX_EXPERIENCED_TRIES))
+    return [ExperiencedEnd(outcome, bool(failed), seconds) for outcome, failed, seconds in rows]

@@ -1,0 +1,64 @@
+"""Judgement of a run by truth: each request's goal at the moment at which the request ended."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from aeros.agent.execution.journal import AgentEvent
+from aeros.agent.execution.report import RunReport
+from aeros.agent.instructions.understand import Understanding
+from aeros.sim.referee import GoalJudgement, join_judgements, judge_goal, truth_of
+
+
+@dataclass
+class RunReferee:
+    """Keeps what was true when each request of an instruction ended: a later one may undo it.
+
+    Attributes:
+        meaning: the requests.
+        plant: the plant, once it is open; None before.
+    """
+
+    meaning: Understanding
+    plant: object | None = None
+    _number: int | None = None
+    _truths: dict[int, Mapping[str, bool]] = field(default_factory=dict)
+    _skipped: set[int] = field(default_factory=set)
+
+    def observe(self, event: AgentEvent) -> None:
+        """Take note of an event of the agent.
+
+        Args:
+            event: the event, in the order of time.
+        """
+        if event.kind == "task-selected":
+            self._number = int(event.details["number"]) - 1
+        elif self._number is not None and event.kind == "errand-skipped":
+            self._skipped.add(self._number)
+        elif self._number is not None and event.kind == "run-ended":
+            self._truths[self._number] = truth_of(self.plant)
+
+    def judge(self, report: RunReport) -> GoalJudgement | None:
+        """Judge the whole run at its end.
+
+        A request whose end another session saw, before a crash, is judged by what is true now; if it had a
+        condition, it is not refereed, as it may have been skipped.
+
+        Args:
+            report: the agent's report.
+
+        Returns:
+            Belief and truth; None if the plant knows no truth, or all requests were skipped.
+        """
+        now = truth_of(self.plant)
+        judgements = []
+        for number, errand in enumerate(self.meaning.errands):
+            if number in self._skipped:
+                continue
+            is_known = number in self._truths or errand.condition is None
+            truth = self._truths.get(number, now) if is_known else {}
+            task, module = errand.routed.task, errand.routed.module
+            arguments = task.complete_arguments(errand.routed.arguments)
+            judgements.append(judge_goal(task.goal, report.reached, truth, module, arguments))
+        return join_judgements(judgements) if now and judgements else None

@@ -1,0 +1,58 @@
+"""Tasks of one instruction as one simulator serves them: their scenes, and an initial state for all."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from collections.abc import Set as AbstractSet
+from dataclasses import replace
+
+from aeros.agent.instructions.understand import Understanding
+from aeros.runtime.gate.configuration import Configuration
+from aeros.spec.expr import terms as t
+from aeros.spec.model.ecm import ActionCondition, Task
+
+
+def tasks_of(
+    understanding: Understanding, configuration: Configuration, goal: ActionCondition | None = None
+) -> list[Task]:
+    """List the tasks whose scenes a simulator needs for an instruction.
+
+    Args:
+        understanding: The requests, in order.
+        configuration: The active modules.
+        goal: A goal that replaces that of the only request, as `--goal` gives it; None for none.
+
+    Returns:
+        The tasks of the requests, in order, each once; then, for each other module whose variables `goal`
+        reads, the one of its tasks whose own goal reads most of them.
+    """
+    found: list[Task] = []
+    for errand in understanding.errands:
+        if all(errand.routed.task.span != one.span for one in found):
+            found.append(errand.routed.task_at_start)
+    if goal is not None:
+        served = {errand.routed.module for errand in understanding.errands}
+        found += _tasks_behind(t.variables_of(goal.term).keys(), served, configuration)
+    return found
+
+
+def joined_task(tasks: Sequence[Task]) -> Task:
+    """Return a task whose initial state serves all tasks of an instruction.
+
+    Args:
+        tasks: The tasks, as `tasks_of` lists them.
+
+    Returns:
+        The first task, with the initial values of the others for variables that it does not name.
+    """
+    initial = {name: value for task in reversed(tasks) for name, value in task.initial.items()}
+    return replace(tasks[0], initial=initial)
+
+
+def _tasks_behind(
+    names: AbstractSet[str], served: AbstractSet[str], configuration: Configuration
+) -> Iterator[Task]:
+    for module in dict.fromkeys(name.partition(".")[0] for name in names if "." in name):
+        tasks = configuration.modules[module].tasks.values() if module in configuration.modules else ()
+        if tasks and module not in served:
+            yield max(tasks, key=lambda task: len(names & t.variables_of(task.goal).keys()))

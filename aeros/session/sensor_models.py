@@ -1,0 +1,62 @@
+"""Turn the errors that a site declares into the sensor models of a simulated plant."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from aeros.runtime.gate.configuration import Configuration
+from aeros.sim.sensor_model import SensorModel
+from aeros.spec.model.sensor_errors import OdometryErrors, QuantityErrors, SurveyErrors
+
+
+class SensorSetup(NamedTuple):
+    """Errors of all sensors of a plant; by default none.
+
+    Attributes:
+        models: of state variables and cameras, by full name.
+        survey: of surveyed places.
+        odometry: of a base that drives.
+    """
+
+    models: dict[str, SensorModel]
+    survey: SurveyErrors = SurveyErrors()
+    odometry: OdometryErrors = OdometryErrors()
+
+
+def sensor_setup(configuration: Configuration, *, ideal: bool = False) -> SensorSetup:
+    """Collect the errors of the sensors.
+
+    Args:
+        configuration: the site, and the modules whose variables its sensors measure.
+        ideal: no errors at all.
+
+    Returns:
+        The errors that the site declares.
+    """
+    errors = configuration.site.sensor_errors
+    if ideal:
+        return SensorSetup({})
+    models = {name: _model(one) for name, one in errors.state.items()}
+    for name, camera in errors.cameras.items():
+        models[name] = SensorModel(
+            noise=camera.depth_noise,
+            colour_noise=camera.colour_noise,
+            latency=camera.latency,
+            dropout=camera.dropout,
+        )
+    for module in configuration.modules.values():
+        for name, variable in module.state.items():
+            found = errors.sensors.get(variable.sensor or "")
+            if found is not None and found.dimension == variable.unit.dimension:
+                models[name] = _model(found)
+    return SensorSetup(models, errors.survey, errors.odometry)
+
+
+def _model(errors: QuantityErrors) -> SensorModel:
+    return SensorModel(
+        noise=errors.noise,
+        bias=errors.bias,
+        resolution=errors.resolution,
+        latency=errors.latency,
+        dropout=errors.dropout,
+    )

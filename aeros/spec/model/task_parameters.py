@@ -1,0 +1,118 @@
+"""Parameters of tasks: what an instruction says, such as the object to fetch."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Final, Protocol
+
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.types import EnumType
+from aeros.spec.model.perception import Definition, Perceiver
+from aeros.spec.model.variables import Declared
+
+_INSTRUCTION: Final = "the instruction"
+"""What measures a parameter, after the name of its module; no perceiver can have this name."""
+
+
+def instruction_of(module: str) -> str:
+    """Name what measures the parameters of a module's tasks.
+
+    Args:
+        module: id of the module.
+
+    Returns:
+        The name, in the place of a sensor.
+    """
+    return f"{module}.{_INSTRUCTION}"
+
+
+def is_parameter(declared: Declared) -> bool:
+    """Say if a state variable is a parameter of a task.
+
+    Args:
+        declared: the variable.
+
+    Returns:
+        True if an instruction sets it.
+    """
+    return declared.sensor is not None and declared.sensor.endswith(f".{_INSTRUCTION}")
+
+
+@dataclass(frozen=True)
+class TaskParameter:
+    """Parameter of a task: a state variable of its module that no skill changes.
+
+    Attributes:
+        name: its name in the module.
+        declared: the variable, under its full name.
+        default: value (SI) if an instruction says none; None if it must say one.
+        phrases: phrases for each member, if it is of an enum, in lower case and in the singular.
+    """
+
+    name: str
+    declared: Declared
+    default: Any = None
+    phrases: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+    @property
+    def full_name(self) -> str:
+        """Name outside its module, as in `fetch_object.object`."""
+        return self.declared.name
+
+    @property
+    def values(self) -> tuple[str, ...]:
+        """Members that it may have, if it is of an enum."""
+        type_ = self.declared.variable.type
+        return type_.members if isinstance(type_, EnumType) else ()
+
+
+class _Module(Protocol):
+    """The part of a module that this file reads."""
+
+    @property
+    def perceivers(self) -> Mapping[str, Perceiver]:
+        """Perceivers by id."""
+
+    @property
+    def definitions(self) -> Mapping[str, Definition]:
+        """Conditions of its predicates that have one, by full name."""
+
+    @property
+    def task_parameters(self) -> Mapping[str, TaskParameter]:
+        """Parameters of all its tasks, by full name."""
+
+
+def parameters_behind_variables(modules: Iterable[_Module]) -> dict[str, frozenset[str]]:
+    """Collect the parameters on which the values of variables depend.
+
+    A perceiver that reads a parameter, or a variable that depends on one, makes all that it provides depend
+    on it; so does a definition.
+
+    Args:
+        modules: all modules.
+
+    Returns:
+        Full names of parameters, by the full name of each variable that depends on any; a parameter depends
+        on itself.
+    """
+    listed = list(modules)
+    found = {name: frozenset({name}) for one in listed for name in one.task_parameters}
+    if not found:
+        return {}
+    reads = [(one.readings, one.provides) for module in listed for one in module.perceivers.values()]
+    reads += [
+        (tuple(t.variables_of(one.term)), (name,))
+        for module in listed
+        for name, one in module.definitions.items()
+    ]
+    is_new = True
+    while is_new:
+        is_new = False
+        for readings, provided in reads:
+            behind = frozenset[str]().union(*(found.get(name, frozenset()) for name in readings))
+            for name in provided:
+                known = found.get(name, frozenset())
+                if not behind <= known:
+                    found[name], is_new = known | behind, True
+    return found

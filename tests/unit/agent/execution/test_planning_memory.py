@@ -1,0 +1,47 @@
+"""Planners get the last values of what is unknown, and modules with the results that were remembered."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from uuid import uuid4
+
+import pytest
+
+from aeros.agent.execution.journal import Journal
+from aeros.agent.execution.planning_memory import PlanningMemory
+from aeros.agent.execution.step_attempt import StepRunner
+from aeros.agent.identity import Identity
+from aeros.agent.memory.store import EpisodeEnd, EpisodeStart, open_memory
+from tests.unit.agent.dumplings import DUMPLING, term
+from tests.unit.agent.fake_runtime import FakeRuntime
+
+
+def test_a_planner_gets_the_last_value_of_what_is_unknown_and_no_condition_reads_it(tmp_path: Path) -> None:
+    with open_memory(tmp_path / "memory.sqlite3", Identity(uuid4(), "chef", "", 1)) as memory:
+        runtime = FakeRuntime()
+        runner = StepRunner(runtime, memory, Journal(runtime, memory, None), "dumpling.make_dumplings")
+        assert runner.planning_world().remembered == {}
+        del runtime.state["wrapper_aligned"]
+        runner.observe()
+        world = runner.planning_world()
+    assert world.remembered == {"wrapper_aligned": False}
+    assert world.evaluate(term("not wrapper_aligned")) is None
+
+
+def test_modules_have_the_durations_that_were_remembered(tmp_path: Path) -> None:
+    with open_memory(tmp_path / "memory.sqlite3", Identity(uuid4(), "chef", "", 1)) as memory:
+        start = EpisodeStart("t.t", "dumpling", "boil", "step", {}, 0.0, {}, "{}", DUMPLING.code_digest)
+        for seconds in (7.0, 9.0, 30.0):
+            ending = EpisodeEnd("finished", "cooked", False, "", seconds, {}, counts_toward_record=True)
+            memory.end_episode(memory.start_episode(start), ending)
+        modules = PlanningMemory(FakeRuntime(), memory).recall({"dumpling": DUMPLING})
+        boil = modules["dumpling"].skills["boil"]
+    assert boil.outcomes["cooked"].duration == 9
+    assert modules["dumpling"].skills["wrap"] is DUMPLING.skills["wrap"]
+
+
+def test_a_module_that_is_not_active_is_not_recalled(tmp_path: Path) -> None:
+    with open_memory(tmp_path / "memory.sqlite3", Identity(uuid4(), "chef", "", 1)) as memory:
+        modules = PlanningMemory(FakeRuntime(), memory).recall({"dumpling": DUMPLING})
+        with pytest.raises(KeyError):
+            modules["fetch"]

@@ -1,0 +1,67 @@
+"""Evidence is read from the episodes of the same plant, code and context, and weighed by age."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from aeros.agent.memory.evidence import DurationStats
+from aeros.agent.memory.posterior import FORGETTING, RecentRecord, SuccessRecord
+from aeros.agent.memory.store import EpisodeEnd, open_memory
+from tests.unit.agent.memory.test_store import STEP, WHO, remember
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "memory.sqlite3"
+
+
+def test_results_and_durations_of_another_plant_or_other_code_are_no_evidence(path: Path) -> None:
+    with open_memory(path, WHO, "symbolic") as memory:
+        remember(memory, seconds=3.0)
+        remember(memory, failed=True)
+        wrap = ("dumpling", "wrap")
+        assert memory.recent_records([wrap], "here")[wrap] == RecentRecord(FORGETTING, 1.0)
+        assert memory.typical_duration(*wrap, "1") is None
+    with open_memory(path, WHO, "physics") as memory:
+        assert memory.success_record(*wrap) == SuccessRecord(0, 0)
+        assert memory.recent_records([wrap], "here")[wrap] == RecentRecord()
+        assert memory.typical_duration(*wrap) is None
+    with open_memory(path, WHO, "symbolic") as memory:
+        assert memory.success_record(*wrap) == SuccessRecord(1, 1)
+        assert memory.typical_duration(*wrap) is not None
+
+
+def test_only_tries_of_the_skills_to_choose_from_make_a_try_older(path: Path) -> None:
+    with open_memory(path, WHO) as memory:
+        remember(memory)
+        for context, skill in (("here", "fold"), ("there", "wrap"), ("here", "boil")):
+            start = replace(STEP, context=context, skill=skill)
+            memory.end_episode(
+                memory.start_episode(start), EpisodeEnd("finished", None, True, "", 2.0, {}, True)
+            )
+        wrap, fold = ("dumpling", "wrap"), ("dumpling", "fold")
+        assert memory.recent_records([wrap], "here") == {wrap: RecentRecord(1.0, 0.0)}
+        both = memory.recent_records([wrap, fold], "here")
+        assert both == {wrap: RecentRecord(FORGETTING, 0.0), fold: RecentRecord(0.0, 1.0)}
+
+
+def test_the_latest_successes_say_it(path: Path) -> None:
+    with open_memory(path, WHO) as memory:
+        for seconds in [9.0] * 20 + [2.0] * 101:
+            remember(memory, seconds=seconds)
+        assert memory.typical_duration("dumpling", "wrap") == DurationStats(2.0, 2.0, 2.0, 101)
+
+
+def test_successes_say_how_long_a_skill_takes(path: Path) -> None:
+    with open_memory(path, WHO) as memory:
+        assert memory.typical_duration("dumpling", "wrap") is None
+        remember(memory, seconds=3.0)
+        assert str(memory.typical_duration("dumpling", "wrap")) == "3.0 s, half of them 3.0 to 3.0 s"
+        for seconds in (1.0, 2.0, 4.0, 5.0):
+            remember(memory, seconds=seconds)
+        remember(memory, failed=True, seconds=60.0)
+        remember(memory, counts=False, seconds=60.0)
+        assert memory.typical_duration("dumpling", "wrap") == DurationStats(3.0, 2.0, 4.0, 5)

@@ -1,0 +1,100 @@
+"""Learned probabilities and durations take the place of the declared ones as results come in."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aeros.agent.memory.experience import (
+    PRIOR_TRIES,
+    ExperiencedEnd,
+    ExperiencedModules,
+    with_experience,
+)
+from aeros.agent.memory.posterior import FORGETTING
+from aeros.spec.closed_loop.outcome_probabilities import outcome_probabilities
+from aeros.spec.model.ecm import Ecm, Outcome, Skill
+from tests.unit.agent.dumplings import module, outcome, skill
+
+
+def chance(one: Outcome, probability: Fraction, seconds: int = 6) -> Outcome:
+    return replace(one, probability=probability, duration=Fraction(seconds))
+
+
+COOKED = chance(outcome("cooked", {"dumpling_cooked": True}), Fraction(9, 10))
+COLD = chance(outcome("cold", {}, failure=True), Fraction(1, 10))
+BURNT = chance(outcome("burnt", {}, failure=True), Fraction(0))
+BOIL = skill("boil", COOKED, COLD, BURNT)
+KITCHEN = replace(module("kitchen", (BOIL, skill("rest", outcome("rested", {})))), code_digest="1")
+
+
+def learned(*ends: ExperiencedEnd) -> Skill:
+    def source(ecm: str, name: str, code: str) -> Sequence[ExperiencedEnd]:
+        assert (ecm, code) == ("kitchen", "1")
+        return ends if name == "boil" else ()
+
+    return with_experience(KITCHEN, source).skills["boil"]
+
+
+def probability(one: Skill, name: str) -> float:
+    found = one.outcomes[name].probability
+    assert found is not None
+    return float(found)
+
+
+def test_without_results_a_module_is_as_declared() -> None:
+    assert with_experience(KITCHEN, lambda *_: ()) is KITCHEN
+
+
+def test_a_result_moves_the_probability_by_its_weight() -> None:
+    after = learned(ExperiencedEnd("cold", True, 20.0))
+    assert probability(after, "cold") == pytest.approx((1 + 0.4) / 5, abs=1e-3)
+    assert after.outcomes["cold"].duration == 20
+    assert after.outcomes["cooked"].duration == 6  # not seen yet
+    assert probability(after, "burnt") == 0.0  # neither declared nor seen
+
+
+def test_many_results_outweigh_the_declaration_and_new_ones_the_old() -> None:
+    cold, cooked = ExperiencedEnd("cold", True, 8.0), ExperiencedEnd("cooked", False, 9.0)
+    assert probability(learned(*[cold] * 60), "cold") > 0.6
+    assert probability(learned(*[cooked] * 10, *[cold] * 60), "cold") < 0.35
+
+
+def test_a_failure_without_an_outcome_counts_for_the_declared_failures() -> None:
+    after = learned(ExperiencedEnd(None, True, 20.0))
+    assert probability(after, "cold") == pytest.approx((1 + 0.4) / 5, abs=1e-3)
+    assert after.outcomes["cold"].duration == 6
+
+
+@given(
+    st.lists(st.tuples(st.sampled_from(["cooked", "cold", "burnt", None]), st.floats(0.1, 99)), max_size=80)
+)
+def test_the_result_is_a_distribution_near_the_definition(drawn: list[tuple[str | None, float]]) -> None:
+    ends = [ExperiencedEnd(name, name != "cooked", seconds) for name, seconds in drawn]
+    after = learned(*ends)
+    shares = {one.id: share for one, share in outcome_probabilities(after.outcomes.values())}
+    assert sum(shares.values()) == 1
+    if ends and all(name is not None for name, _ in drawn):
+        weights = [FORGETTING**age for age in range(len(ends))]
+        cold = sum(weight for weight, end in zip(weights, ends, strict=True) if end.outcome == "cold")
+        exact = (cold + PRIOR_TRIES * 0.1) / (sum(weights) + PRIOR_TRIES)
+        assert float(shares["cold"]) == pytest.approx(exact, abs=3e-3)
+
+
+def test_a_module_is_read_when_it_is_asked_for_and_once() -> None:
+    asked: list[str] = []
+
+    def source(ecm: str, name: str, code: str) -> Sequence[ExperiencedEnd]:
+        asked.append(name)
+        return ()
+
+    modules = ExperiencedModules({"kitchen": KITCHEN, "other": Ecm.__new__(Ecm)}, source)
+    assert (list(modules), len(modules), asked) == (["kitchen", "other"], 2, [])
+    assert modules["kitchen"] is KITCHEN
+    assert modules["kitchen"] is KITCHEN
+    assert sorted(asked) == ["boil", "rest"]

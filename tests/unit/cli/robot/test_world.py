@@ -1,0 +1,71 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from uuid import uuid4
+
+import pytest
+
+from aeros.agent.agent import MEMORY_FILE
+from aeros.agent.identity import Identity
+from aeros.agent.memory.sightings import Sighting
+from aeros.agent.memory.store import open_memory
+from aeros.cli.main import main
+from aeros.cli.robot.world import _age_text
+from aeros.exit_codes import Exit
+
+
+@pytest.fixture
+def state(tmp_path: Path) -> Path:
+    for place in ([1.0, 0.0, 0.4], [3.0, 0.0, 0.0]):
+        with open_memory(tmp_path / MEMORY_FILE, Identity(uuid4(), "chef", "", 1), "symbolic") as memory:
+            memory.note_sightings(
+                [
+                    Sighting("cup_position", place, 1.0, "camera", 0.01),
+                    Sighting("lid_on", True, 1.0, None, None),
+                ]
+            )
+    return tmp_path
+
+
+def run(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
+    code = main(["world", *arguments])
+    shown = capsys.readouterr()
+    return code, shown.out, shown.err
+
+
+def test_each_variable_has_value_age_source_uncertainty_and_usual_place(
+    state: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, out, _ = run(capsys, "--state", str(state))
+    assert code == Exit.SUCCESS
+    cup, lid = out.splitlines()
+    assert cup.startswith("cup_position  (3, 0, 0), ")
+    assert cup.endswith(
+        " s ago in session 2, by camera, ± 0.01 at most, at first the same in 1 of 2 sessions"
+    )
+    assert lid.startswith("lid_on        true, ")
+    assert lid.endswith(" s ago in session 2, at first the same in 2 of 2 sessions")
+
+
+def test_variables_are_selected_by_text_and_plant(state: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    _, out, _ = run(capsys, "cup", "--state", str(state), "--format", "json")
+    data = json.loads(out)
+    assert data["schema"] == "aeros/world/1"
+    (cup,) = data["variables"]
+    assert (cup["variable"], cup["value"], cup["sessions"]) == ("cup_position", [3.0, 0.0, 0.0], 2)
+    assert 0 <= cup["age_s"] < 600
+    assert run(capsys, "--plant", "physics", "--state", str(state))[1] == "nothing was seen\n"
+
+
+def test_without_memory_there_is_no_world(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code, _, err = run(capsys, "--state", str(tmp_path))
+    assert code == Exit.REJECTED
+    assert "nothing is remembered here" in err
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"), [(0.2, "0 s"), (59.0, "59 s"), (150.0, "2 min"), (7300.0, "2 h"), (200_000.0, "2 d")]
+)
+def test_ages_are_in_the_largest_unit(seconds: float, text: str) -> None:
+    assert _age_text(seconds) == text

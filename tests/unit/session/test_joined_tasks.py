@@ -1,0 +1,57 @@
+"""Tasks of one instruction: each once, those behind a goal too, and an initial state for all."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from aeros.agent.instructions.understand import understand
+from aeros.apps.goal import parse_goal
+from aeros.runtime.gate.configuration import Configuration
+from aeros.session.joined_tasks import joined_task, tasks_of
+from aeros.spec.model.ecm import Task
+from tests.modules.robot import configuration_of
+
+
+def around() -> Configuration:
+    modules = {name: configuration_of(name).modules[name] for name in ("make_dumplings", "clean_table")}
+    found = configuration_of("clean_table")
+    return replace(found, site=found.site.with_modules(modules.values()), modules=modules)
+
+
+def tasks(instruction: str, goal: str | None = None) -> list[str]:
+    configuration = around()
+    meaning = understand(instruction, configuration.modules)
+    asked = None if goal is None else parse_goal(goal, configuration.site)
+    return [task.id for task in tasks_of(meaning, configuration, asked)]
+
+
+@pytest.mark.parametrize(
+    ("instruction", "goal", "expected"),
+    [
+        ("make dumplings", None, ["make_dumplings"]),
+        ("clean the table, then make dumplings", None, ["clean_table", "make_dumplings"]),
+        (
+            "clean the table, make dumplings and clean the table",
+            None,
+            ["clean_table", "make_dumplings"],
+        ),
+        ("make dumplings", "dumpling_wrapped", ["make_dumplings"]),
+        ("make dumplings", "dumpling_cooked and table_wiped", ["make_dumplings", "clean_table"]),
+        ("make dumplings", "table_wiped and not holding", ["make_dumplings", "clean_table"]),
+    ],
+)
+def test_each_task_is_listed_once_and_those_behind_the_goal_last(
+    instruction: str, goal: str | None, expected: list[str]
+) -> None:
+    assert tasks(instruction, goal) == expected
+
+
+def test_the_first_task_says_where_the_robot_starts() -> None:
+    modules = around().modules
+    bench, table = (modules[name].tasks[name] for name in ("make_dumplings", "clean_table"))
+    joined: Task = joined_task([bench, table])
+    assert joined.initial["base_position"] == bench.initial["base_position"] != table.initial["base_position"]
+    assert joined.initial["clean_table.table_wiped"] is False
+    assert (joined.id, joined.scene) == (bench.id, bench.scene)

@@ -1,0 +1,106 @@
+"""Surveyed places are never the truth: as a camera sees their markers, or as they were surveyed at setup."""
+
+from __future__ import annotations
+
+from math import dist
+
+import numpy as np
+import pytest
+
+from aeros.sim.geometry import Camera, Vector3, add
+from aeros.sim.layouts.placement import place_things
+from aeros.sim.layouts.survey import Marker, SeeingCamera, Survey, is_in_view, markers_of
+from aeros.sim.randomness import RandomSource
+from aeros.spec.model.sensor_errors import SurveyErrors
+from tests.shipped_scenes import shipped_scene
+
+PLACE = (0.5, 0.1, 0.0)
+CAMERA = Camera(eye=(0.5, 0.0, 1.0), target=(0.5, 0.0, 0.0), up=(1.0, 0.0, 0.0))
+ERRORS = SurveyErrors(setup=0.002, calibration=0.0015, noise=0.001)
+DRIFT = (0.03, -0.02, 0.0)
+
+
+def measured(
+    seed: int,
+    tick: int = 0,
+    errors: SurveyErrors = ERRORS,
+    cameras: tuple[SeeingCamera, ...] = (),
+    hidden: bool = False,
+) -> Vector3:
+    survey = Survey({"spot": Marker(PLACE, PLACE, None)}, errors, RandomSource(seed))
+    return survey.measure(tick, cameras, lambda eye, marker: hidden)["spot"]
+
+
+def seeing(drift: Vector3 = (0.0, 0.0, 0.0), name: str = "mast") -> tuple[SeeingCamera, ...]:
+    return (SeeingCamera(name, CAMERA, drift),)
+
+
+def test_without_errors_it_is_the_truth() -> None:
+    assert measured(0, errors=SurveyErrors(), cameras=seeing(DRIFT)) == PLACE
+
+
+def test_at_setup_each_coordinate_has_its_error_for_good() -> None:
+    errors = np.array([np.subtract(measured(seed), PLACE) for seed in range(400)])
+    # Heights are a fifth as far off: a height gauge takes them.
+    assert errors.std(axis=0) == pytest.approx((0.002, 0.002, 0.0004), rel=0.15)
+    assert measured(7, tick=0) == measured(7, tick=500) != PLACE
+
+
+def test_a_marker_in_view_has_the_cameras_error_and_a_noise() -> None:
+    over_runs = np.array([np.subtract(measured(seed, cameras=seeing()), PLACE) for seed in range(400)])
+    distance = dist(CAMERA.eye, PLACE)
+    expected = np.hypot(0.0015 * distance, 0.001 * distance**2)
+    assert over_runs.std(axis=0) == pytest.approx((expected, expected, 0.0004), rel=0.15)
+    over_ticks = np.array([measured(0, tick, cameras=seeing()) for tick in range(400)])
+    assert over_ticks.std(axis=0)[:2] == pytest.approx((0.001 * distance**2,) * 2, rel=0.15)
+    assert over_ticks.std(axis=0)[2] == pytest.approx(0.0)
+
+
+def test_what_a_carried_camera_sees_drifts_with_the_robot() -> None:
+    """So a place is right relative to a base that is not where it takes itself to be."""
+    still, drifted = measured(1, cameras=seeing()), measured(1, cameras=seeing(DRIFT))
+    assert drifted == pytest.approx(add(still, DRIFT))
+
+
+@pytest.mark.parametrize("cameras", [(), seeing()])
+def test_a_hidden_marker_is_where_the_setup_says(cameras: tuple[SeeingCamera, ...]) -> None:
+    assert measured(3, cameras=cameras, hidden=True) == measured(3)
+
+
+@pytest.mark.parametrize(
+    ("point", "is_seen"),
+    [
+        ((0.5, 0.0, 0.0), True),
+        ((0.93, 0.0, 0.0), True),
+        ((0.97, 0.0, 0.0), False),
+        ((0.5, 0.58, 0.0), True),
+        ((0.5, 0.65, 0.0), False),
+        ((0.5, 0.0, 0.9), False),  # too near
+        ((0.5, 0.0, -1.6), False),  # too far
+        ((0.5, 0.0, 1.5), False),  # behind
+    ],
+)
+def test_a_picture_ends_at_its_edges_and_markers_are_read_from_near(point: Vector3, is_seen: bool) -> None:
+    assert is_in_view(CAMERA, point) is is_seen
+
+
+def test_a_marker_is_on_the_fixed_body_that_is_declared_from_its_place() -> None:
+    scene = shipped_scene("fetch")
+    poses = place_things(scene, RandomSource(0))
+    found = markers_of(scene, poses)
+    by_end = {name.rpartition(".")[2]: marker for name, marker in found.items()}
+    assert by_end["station_survey"].fixture == "stand"
+    assert by_end["station_survey"].position == poses["stand"].position
+    table = shipped_scene("table")
+    rest = markers_of(table, place_things(table, RandomSource(0)))["sponge_rest_position"]
+    assert (rest.fixture, rest.position) == (None, rest.place)  # the sponge moves
+
+
+def test_what_a_fixture_measures_is_off_as_its_place_is() -> None:
+    far = (5.0, 5.0, 0.0)
+    survey = Survey(
+        {"spot": Marker(PLACE, PLACE, None), "far": Marker(far, far, None)}, ERRORS, RandomSource(0)
+    )
+    found = survey.measure(0, (), lambda eye, marker: False)
+    assert add(PLACE, survey.offset_near((0.6, 0.0, 0.0), found)) == pytest.approx(found["spot"])
+    assert Survey({}, ERRORS, RandomSource(0)).offset_near(PLACE, {}) == (0.0, 0.0, 0.0)

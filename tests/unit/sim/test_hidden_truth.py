@@ -1,0 +1,146 @@
+"""Truth changes behind the sensors' backs, and nothing that they read changes; only a referee sees it.
+
+Two plants of the same seed stand still. In one of them bodies are put elsewhere, seals close, dirt goes and
+wheels slip, without a picture. Readings of both stay alike, and so do pictures, which nobody took anew. A
+perceiver gets these two and nothing else, so no predicate can change either.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from math import pi
+from typing import Any
+
+import numpy as np
+import pytest
+
+from aeros.sim.bullet.client import bullet
+from aeros.sim.physics import PhysicsPlant, make_plant
+from aeros.sim.scenes.physics_scene import PhysicsScene
+from aeros.skill import act
+from aeros.spec.model.scene import BodyPart
+from aeros.spec.model.sensor_errors import OdometryErrors, SurveyErrors
+from tests.shipped_scenes import shipped_scene
+from tests.unit.sim.acting import allow, execute
+
+pytestmark = pytest.mark.physics
+
+
+def scene_of(plant: PhysicsPlant) -> PhysicsScene:
+    assert isinstance(plant._scene, PhysicsScene)
+    return plant._scene
+
+
+def put(plant: PhysicsPlant, body: str, place: tuple[float, float, float]) -> None:
+    bullet.resetBasePositionAndOrientation(
+        scene_of(plant).body(body), place, (0.0, 0.0, 0.0, 1.0), physicsClientId=plant._world.client
+    )
+
+
+def deliver_the_can(plant: PhysicsPlant) -> None:
+    x, y, z = scene_of(plant)._poses["delivery_position"].position
+    put(plant, "can", (x, y, z + 0.001))
+
+
+def tidy_and_wipe(plant: PhysicsPlant) -> None:
+    put(plant, "cube", (0.41, -0.5, 0.027))
+    put(plant, "can", (0.49, -0.5, 0.032))
+    scene_of(plant)._coatings["dirt"].wiped[:] = True
+
+
+def wrap(plant: PhysicsPlant) -> None:
+    """Fold the wrapper round the filling where it lies, and seal it."""
+    scene, client = scene_of(plant), plant._world.client
+    wrapper = scene._bodies["wrapper"]
+    x, y, z = scene.pose_of(BodyPart("wrapper")).position
+    put(plant, "filling", (x, y, z + 0.0115))
+    bullet.resetJointState(wrapper.number, wrapper.joints["fold"], pi, physicsClientId=client)
+    scene.state.sealed["dough"] = True
+    scene.seal(BodyPart("wrapper", "fold"), 0.5)
+
+
+@dataclass(frozen=True)
+class Change:
+    """A change of the truth, and the state variable that a referee then judges otherwise."""
+
+    scene: str
+    change: Callable[[PhysicsPlant], None]
+    judged: str
+
+
+CHANGES = (
+    Change("fetch", deliver_the_can, "fetch_object.object_delivered"),
+    Change("table", tidy_and_wipe, "clean_table.table_wiped"),
+    Change("table", tidy_and_wipe, "clean_table.table_organized"),
+    Change("dumpling_bench", wrap, "make_dumplings.dumpling_wrapped"),
+)
+
+
+def make(scene: str) -> PhysicsPlant:
+    survey, odometry = SurveyErrors(0.002, 0.001, 0.0005), OdometryErrors(0.01, 0.005)
+    return make_plant(shipped_scene(scene), 3, survey, odometry=odometry)
+
+
+@pytest.fixture(params=CHANGES, ids=lambda one: one.judged)
+def pair(request: pytest.FixtureRequest) -> Iterator[tuple[Change, PhysicsPlant, PhysicsPlant]]:
+    one: Change = request.param
+    plain, changed = make(one.scene), make(one.scene)
+    yield one, plain, changed
+    plain.close()
+    changed.close()
+
+
+def numbers(plant: PhysicsPlant) -> dict[str, Any]:
+    return {name: reading.value for name, reading in plant.observe().items()}
+
+
+def assert_alike(plain: PhysicsPlant, changed: PhysicsPlant) -> None:
+    before, after = numbers(plain), numbers(changed)
+    assert before.keys() == after.keys()
+    for name, value in before.items():
+        assert after[name] == pytest.approx(value, abs=1e-3), name
+    assert plain.pictures() == changed.pictures()
+
+
+def test_what_nobody_looks_at_changes_no_reading(pair: tuple[Change, PhysicsPlant, PhysicsPlant]) -> None:
+    one, plain, changed = pair
+    assert plain.truth()[one.judged] is changed.truth()[one.judged] is False
+    one.change(changed)
+    for plant in (plain, changed):
+        execute(plant, act("wait", duration=0.1), allow, 9.0)
+    assert changed.truth()[one.judged] is True
+    assert plain.truth()[one.judged] is False
+    assert_alike(plain, changed)
+
+
+def test_a_slipping_wheel_is_not_felt() -> None:
+    plain, changed = make("fetch"), make("fetch")
+    robot, slip = changed._panda, (0.2, -0.1)
+    x, y = robot.odometry.drift
+    robot.odometry.drift = (x + slip[0], y + slip[1])
+    for joint, off in zip(robot._drive, slip, strict=True):
+        at = changed._world.joint_position(robot.body, joint)
+        bullet.resetJointState(robot.body, joint, at - off, physicsClientId=changed._world.client)
+    robot._driven = tuple(at - off for at, off in zip(robot._driven, slip, strict=True))
+    robot.hold_base()
+    changed._world._joint_states.clear()
+    for plant in (plain, changed):
+        execute(plant, act("wait", duration=0.1), allow, 9.0)
+    moved = np.subtract(changed._panda.true_points()[0], plain._panda.true_points()[0])
+    assert moved == pytest.approx((-0.2, 0.1, 0.0), abs=2e-3)
+    before, after = numbers(plain), numbers(changed)
+    for name in ("base_position", "tool_position", "joint_position", "base_speed"):
+        assert after[name] == pytest.approx(before[name], abs=2e-3), name
+    plain.close()
+    changed.close()
+
+
+def test_a_place_is_never_told_exactly() -> None:
+    plant = make("fetch")
+    true = {name: pose.position for name, pose in scene_of(plant)._poses.items()}
+    for name in ("station_survey", "delivery_position"):
+        told = plant.observe()[f"fetch_object.{name}"].value
+        assert told != true[name]
+        assert told == pytest.approx(true[name], abs=0.012)
+    plant.close()

@@ -1,0 +1,88 @@
+"""Errors of a site's sensors: names, units and bounds are checked, and absent ones are ideal."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_site
+from aeros.spec.expr.units import LENGTH
+from aeros.spec.model.sensor_errors import CameraErrors, OdometryErrors, SensorErrors, SurveyErrors
+from aeros.spec.text.discovery import reference_site_path
+
+TEXT = reference_site_path().read_text(encoding="utf-8")
+HEAD, _, REST = TEXT.partition("sensor_errors:\n")
+TAIL = REST[REST.index("\n# Pictures that perceivers") :]
+
+
+def elaborated(tmp_path: Path, section: str) -> tuple[SensorErrors | None, list[str]]:
+    path = tmp_path / "panda_cell.yaml"
+    path.write_text(HEAD + section + TAIL, encoding="utf-8")
+    diagnostics = Diagnostics()
+    site = load_site(path, diagnostics)
+    found = [f"{one.code}: {one.headline}" for one in diagnostics]
+    return (None if site is None else site.sensor_errors), found
+
+
+def test_without_the_section_sensors_are_ideal(tmp_path: Path) -> None:
+    assert elaborated(tmp_path, "") == (SensorErrors(), [])
+
+
+def test_amounts_are_in_si_units(tmp_path: Path) -> None:
+    errors, faults = elaborated(
+        tmp_path,
+        "sensor_errors:\n"
+        "  state:\n"
+        "    tool_position:\n"
+        "      {noise: 2 mm, bias: 1 mm, resolution: 0.5 mm, latency: 8 ms, dropout: 0.25, source: x}\n"
+        "  sensors:\n    press: {noise: 50 mN, source: x}\n"
+        "  cameras:\n"
+        "    mast: {colour_noise: 2, depth_noise: 3 mm, latency: 20 ms, dropout: 0.5, source: x}\n"
+        "  survey: {setup: 2 mm, calibration: 1 mm, noise: 0.5 mm, source: x}\n"
+        "  odometry: {scale: 0.01, drift: 4 mm, source: x}\n",
+    )
+    assert faults == []
+    assert errors is not None
+    assert errors.state["tool_position"] == (LENGTH, 0.002, 0.001, 0.0005, 0.008, 0.25)
+    assert errors.sensors["press"].noise == 0.05
+    assert errors.cameras["mast"] == CameraErrors(2.0, 0.003, 0.02, 0.5)
+    assert errors.survey == SurveyErrors(0.002, 0.001, 0.0005)
+    assert errors.odometry == OdometryErrors(0.01, 0.004)
+
+
+@pytest.mark.parametrize(
+    ("section", "fault"),
+    [
+        (
+            "  state: {tool_postion: {noise: 1 mm, source: x}}\n",
+            "AE122: `tool_postion` is not",
+        ),
+        ("  state: {tool_position: {noise: 1 N, source: x}}\n", "AE204: expected a value in m, found"),
+        (
+            "  state: {tool_position: {noise: -1 mm, source: x}}\n",
+            "AE112: an error of a sensor",
+        ),
+        ("  state: {tool_position: {dropout: 1.5, source: x}}\n", "AE112: this number is from 0 to 1"),
+        ("  sensors: {scale: {noise: 1 N, source: x}}\n", "AE122: `scale` is not a sensor"),
+        ("  cameras: {roof: {colour_noise: 1, source: x}}\n", "AE122: `roof` is not a camera"),
+        ("  odometry: {scale: 0.6, drift: 1 mm, source: x}\n", "AE112: this number is from 0 to 0.5"),
+    ],
+)
+def test_wrong_names_units_and_numbers_are_refused(tmp_path: Path, section: str, fault: str) -> None:
+    errors, faults = elaborated(tmp_path, "sensor_errors:\n" + section)
+    assert errors is None
+    assert any(one.startswith(fault) for one in faults), faults
+
+
+def test_the_reference_site_gives_each_kind_of_sensor_errors() -> None:
+    site = load_site(reference_site_path(), Diagnostics())
+    assert site is not None
+    errors = site.sensor_errors
+    assert {"joint_position", "joint_torque", "contact_force", "finger_gap", "base_position"} <= set(
+        errors.state
+    )
+    assert set(errors.cameras) == set(site.cameras)
+    assert all(one.latency > 0.0 and one.dropout > 0.0 for one in errors.cameras.values())
+    assert min(errors.survey) > 0.0 < min(errors.odometry)

@@ -1,0 +1,75 @@
+"""Parameters of tasks: their types, values, defaults and names."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from pathlib import Path
+
+import pytest
+
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.expr.types import EnumType
+from tests.unit.spec.elaborate.faults import CORPUS, TABLE, messages_of_module
+
+CASE = "task_with_a_side_and_a_number"
+SIDE = "values: {near: {words: [near side]}, far: {words: [far side]}}\n        default: near"
+TIMES = 'times: {type: int, range: [1, 3], default: "1"}'
+
+
+def test_a_parameter_is_a_variable_of_the_module_that_an_instruction_sets() -> None:
+    site = load_site(TABLE, Diagnostics())
+    assert site is not None
+    loaded = load_ecm(CORPUS / "accepted" / CASE, site, Diagnostics())
+    assert loaded is not None
+    parameters = loaded.ecm.tasks["fetch"].parameters
+    assert list(parameters) == ["wanted", "side", "times"]
+    assert parameters["wanted"].default is None
+    assert parameters["wanted"].phrases == {one: (one,) for one in ("sponge", "brush", "knife")}
+    assert parameters["side"].declared.variable.type == EnumType(f"{CASE}.side", ("near", "far"))
+    assert parameters["side"].phrases == {"near": ("near side",), "far": ("far side",)}
+    assert (parameters["times"].default, parameters["times"].declared.range) == (
+        1,
+        (Fraction(1), Fraction(3)),
+    )
+    assert loaded.ecm.state[f"{CASE}.side"].max_age == 1
+
+
+@pytest.mark.parametrize(
+    ("edit", "found"),
+    [
+        ((SIDE, SIDE.replace("default: near", "default: middle")), "AE202"),
+        ((TIMES, 'times: {type: int, range: [1, 3], default: "4"}'), "AE111"),
+        ((TIMES, "times: {type: int}"), "AE208"),
+        ((TIMES, "times: {type: vec3, unit: m, range: [0, 1]}"), "AE208"),
+        ((TIMES, "times: {type: number}"), "AE122"),
+        ((TIMES, "dirt: {type: bool}"), "AE121"),
+        ((TIMES, "if: {type: bool}"), "AE121"),
+        ((SIDE, "type: tools\n        " + SIDE), "AE102"),
+        ((SIDE, "range: [0, 1]\n        " + SIDE), "AE102"),
+        ((SIDE, "unit: m\n        " + SIDE), "AE102"),
+        ((SIDE, SIDE.replace("far: {", "slow: {")), "AE121"),
+        ((SIDE, SIDE.replace("[near side]", "['?']")), "AE112"),
+    ],
+)
+def test_faults_of_a_parameter(tmp_path: Path, edit: tuple[str, str], found: str) -> None:
+    messages = messages_of_module(tmp_path, edit, case=CASE)
+    assert any(one.startswith(f"error[{found}]") for one in messages), messages
+
+
+def test_two_tasks_may_share_a_parameter_that_they_declare_alike(tmp_path: Path) -> None:
+    again = """  bring:
+    description: another task
+    words: [carry]
+    parameters:
+      times: {type: int, range: [1, 3], default: "1"}
+    goal: fetched == sponge
+    rules:
+      - {unless: fetched == sponge, do: fetch_sponge}
+
+permissions:
+"""
+    assert messages_of_module(tmp_path / "alike", ("permissions:\n", again), case=CASE) == []
+    other = again.replace("[1, 3]", "[1, 4]")
+    (message,) = messages_of_module(tmp_path / "other", ("permissions:\n", other), case=CASE)
+    assert "`times` is declared otherwise by another task of this module" in message
