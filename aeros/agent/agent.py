@@ -18,7 +18,7 @@ from aeros.agent.execution.report import RunReport
 from aeros.agent.execution.step_attempt import StepRunner
 from aeros.agent.identity import Identity, acquire_identity, new_identity
 from aeros.agent.instructions.grammar import InstructionError
-from aeros.agent.instructions.understand import Errand, Understanding, understand, with_goal
+from aeros.agent.instructions.understand import Errand, Spoken, Understanding, settle_meaning
 from aeros.agent.memory.schema import IN_MEMORY
 from aeros.agent.memory.store import Memory, open_memory
 from aeros.agent.planning.base import Planner, RulePlanner
@@ -65,14 +65,14 @@ class Agent:
             )
 
     def run(
-        self, instruction: str, timeout: float | None = None, goal: ActionCondition | None = None
+        self, instruction: Spoken, timeout: float | None = None, goal: ActionCondition | None = None
     ) -> RunReport:
         """Pursue `instruction` until its goal is reached or the run gives up, as `task_loop.py` defines.
 
         Tasks that an instruction asks for are pursued in order, until one is not reached.
 
         Args:
-            instruction: words of the user, which must be understood whole by the active tasks.
+            instruction: words of the user, understood whole by the active tasks, or their meaning.
             timeout: plant time (s) after which running steps are cancelled; None for no limit.
             goal: goal that replaces the goal of the only task.
 
@@ -90,7 +90,7 @@ class Agent:
             return self._pursue_all(meaning, timeout)
 
     def resume(
-        self, instruction: str, timeout: float | None = None, goal: ActionCondition | None = None
+        self, instruction: Spoken, timeout: float | None = None, goal: ActionCondition | None = None
     ) -> RunReport:
         """Continue `instruction` where an earlier session left it; the arguments are those of that `run`.
 
@@ -98,7 +98,7 @@ class Agent:
         task, this does the same as `run`.
 
         Args:
-            instruction: words that the earlier session was given.
+            instruction: words that the earlier session was given, or their meaning.
             timeout: plant time limit (s) for a run that starts anew; a resumed run keeps its earlier
                 deadline.
             goal: goal that replaced the task's own goal.
@@ -146,7 +146,7 @@ class Agent:
             self._runtime.set_parameters(errand.routed.variables)
             remaining = None if deadline is None else max(0.0, deadline - self._runtime.now())
             barred = barred_skills(meaning, errand, self._runtime.active_modules())
-            position = ErrandPosition(number, tuple(reports), barred)
+            position = ErrandPosition(number, tuple(reports), barred, errand.proposed_plan)
             steps_before = len(resumed[0].steps) if resumed is not None and number == first else 0
             loop = self._task_loop(errand.routed, remaining, position)
             if resumed is not None and number == first:
@@ -256,13 +256,11 @@ class Agent:
             abandoned=abandoned,
         )
 
-    def _understand(self, instruction: str, goal: ActionCondition | None) -> Understanding:
+    def _understand(self, spoken: Spoken, goal: ActionCondition | None) -> Understanding:
         try:
-            meaning = understand(instruction, self._runtime.active_modules())
-            if goal is not None:
-                meaning = with_goal(meaning, goal)
+            meaning = settle_meaning(spoken, self._runtime.active_modules(), goal)
         except InstructionError as error:
-            self._journal.record("task-not-found", error.reason, instruction=instruction, reason=error.reason)
+            self._journal.record("task-not-found", error.reason, instruction=str(spoken), reason=error.reason)
             raise
         self._record_selection(meaning, 0)
         return meaning
@@ -277,6 +275,8 @@ class Agent:
             instruction=words,
             task=str(routed),
             understood=list(meaning.formal_lines),
+            source=meaning.source,
+            account=list(meaning.account),
             number=number + 1,
         )
 

@@ -24,11 +24,13 @@ class ErrandPosition:
         number: errands before it.
         earlier_reports: their reports.
         barred_skills: skills that its plans must not use, as MODULE.SKILL.
+        proposed_plan: unverified plan that came with the meaning of the instruction; None without one.
     """
 
     number: int = 0
     earlier_reports: tuple[RunReport, ...] = ()
     barred_skills: frozenset[str] = frozenset()
+    proposed_plan: TaskGraph | None = None
 
 
 def barred_skills(understanding: Understanding, errand: Errand, modules: Mapping[str, Ecm]) -> frozenset[str]:

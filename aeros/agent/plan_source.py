@@ -6,6 +6,7 @@ leads to the goal from the current state. Otherwise the robot stands still and t
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from aeros.agent.errands import barred_steps
@@ -35,6 +36,7 @@ class PlanSource:
         journal: Journal,
         routed: RoutedTask,
         barred_skills: frozenset[str],
+        proposed_plan: TaskGraph | None = None,
     ) -> None:
         self._runtime = runtime
         self._proposals = proposals
@@ -42,11 +44,14 @@ class PlanSource:
         self._journal = journal
         self._routed = routed
         self._barred_skills = barred_skills
+        self._proposed_plan = proposed_plan
         self._followed: TaskGraph | None = None
         self.last_problems: list[str] = []
 
     def new_plan(self, until: float) -> TaskGraph | PlanFailure:
         """Ask the planner for a plan and verify it.
+
+        The first time, the plan that came with the instruction is used if its end leads to the goal.
 
         Args:
             until: plant time (s) at which the run ends.
@@ -55,7 +60,9 @@ class PlanSource:
             The plan, or the rest of the previous one if the new plan is late; else why there is none.
         """
         try:
-            graph = self._proposals.plan(self._routed, self._attempts.planning_world(), until)
+            graph = self._usable_proposal(until) or self._proposals.plan(
+                self._routed, self._attempts.planning_world(), until
+            )
         except PlanningTimeoutError as late:
             return self._fall_back_to_previous_plan(str(late), until)
         except PlannerProcessError as failure:
@@ -88,8 +95,19 @@ class PlanSource:
         problems = self._plan_problems(plan)
         if problems:
             return self._reject_plan(problems)
-        self._followed = plan
+        self._followed, self._proposed_plan = plan, None
         return plan
+
+    def _usable_proposal(self, until: float) -> TaskGraph | None:
+        """Return the end of the proposed plan that leads to the goal from the measured world, once."""
+        proposed, self._proposed_plan = self._proposed_plan, None
+        if proposed is None or verify_plan(proposed, self._runtime.active_modules(), self._runtime.site):
+            return None
+        world = self._attempts.planning_world()
+        rest = self._proposals.remaining_plan(proposed, self._routed, world, until)
+        if rest is None or self._plan_problems(rest):
+            return None
+        return replace(rest, remark="it came with the meaning of the instruction")
 
     def _fall_back_to_previous_plan(self, late: str, until: float) -> TaskGraph | PlanFailure:
         """Return the rest of the previous plan if it still leads to the goal, else a failure."""

@@ -89,8 +89,10 @@ class TaskLoop:
         self._engine = PlanExecutor(attempts, journal, self._is_goal_reached, self._until)
         self._waited = 0.0
         self._runtime = runtime
-        proposals = PlannerClient(runtime, planner, planning_timeout, attempts.planning_memory.recall)
-        self._plans = PlanSource(runtime, proposals, attempts, journal, routed, position.barred_skills)
+        recall = attempts.planning_memory.recall
+        proposals = PlannerClient(runtime, planner, planning_timeout, recall)
+        barred, proposed = position.barred_skills, position.proposed_plan
+        self._plans = PlanSource(runtime, proposals, attempts, journal, routed, barred, proposed)
         self._attempts = attempts
         self._journal = journal
         self._routed = routed

@@ -12,6 +12,7 @@ from typing import Final
 
 from aeros.agent.errors import AgentError
 from aeros.agent.instructions.understand import Understanding, understand
+from aeros.agent.world.values import to_exact
 from aeros.files import make_private_folder
 from aeros.runtime.audit.checkpoints import AnchorError, SigningConfiguration
 from aeros.runtime.audit.keys import (
@@ -34,9 +35,14 @@ from aeros.runtime.registry.registry_governor import RegistryGovernor
 from aeros.runtime.skills.contract import SkillRefusedError
 from aeros.session.bag import BagOutputError
 from aeros.session.plant_factory import PlantSetupError
+from aeros.sim.symbolic.state import initial_values
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.expr.doubles import to_doubles
+from aeros.spec.expr.semantics import Value
 from aeros.spec.model.configured import ModuleConfiguration
+from aeros.spec.model.ecm import Task
+from aeros.spec.model.site import Site
 from aeros.spec.verification.reports import Report
 
 AUDIT: Final = "audit.jsonl"
@@ -192,6 +198,20 @@ def understand_instruction(
         InstructionError: A part is not understood; the message says if an inactive module has the task.
     """
     return understand(instruction, configuration.modules, governor.inactive_modules)
+
+
+def declared_start(site: Site, task: Task | None) -> dict[str, Value]:
+    """Compute the values at the declared start of a task, as the symbolic plant starts from them.
+
+    Args:
+        site: The site whose state variables have values.
+        task: The task; None for one that declares nothing.
+
+    Returns:
+        Exact values of all state variables, by name.
+    """
+    initial = {} if task is None else to_doubles(task.initial)
+    return {name: to_exact(site.state[name], value) for name, value in initial_values(site, initial).items()}
 
 
 @contextmanager

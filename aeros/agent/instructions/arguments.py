@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
-from aeros.agent.instructions.english import Words
+from aeros.agent.instructions.phrases import Words
 from aeros.spec.diagnostics.codes import quoted
 from aeros.spec.diagnostics.words import normalized_words
 from aeros.spec.expr.types import IntegerType

@@ -10,8 +10,7 @@ import tomllib
 from importlib.resources import files
 from typing import Any, Final
 
-Words = tuple[str, ...]
-"""Words as `normalized_words` returns them: `don't` is the two words `don` and `t`."""
+from aeros.agent.instructions.phrases import PhraseSet, Words
 
 _DATA: Final[dict[str, Any]] = tomllib.loads(
     files(__package__).joinpath("english.toml").read_text(encoding="utf-8")
@@ -22,9 +21,8 @@ def _words(name: str) -> frozenset[str]:
     return frozenset(_DATA[name])
 
 
-def _phrases(name: str) -> tuple[Words, ...]:
-    """Return phrases as words, longest first, so that the longest match is found first."""
-    return tuple(sorted((tuple(text.split()) for text in _DATA[name]), key=len, reverse=True))
+def _phrases(*names: str) -> PhraseSet:
+    return PhraseSet((text for name in names for text in _DATA[name]), _DATA["classes"])
 
 
 # The comments in `english.toml` describe each list.
@@ -36,20 +34,37 @@ UNIVERSAL: Final = _words("universal")
 QUESTIONS: Final = _words("questions")
 CHOICES: Final = _words("choices")
 REPETITIONS: Final = _words("repetitions")
-OPENERS: Final = _phrases("openers")
+OPENERS: Final = _phrases("openers", "past_openers", "remarks")
 SENTENCE_OPENERS: Final = _phrases("sentence_openers")
-CLOSERS: Final = _phrases("closers")
+CLOSERS: Final = _phrases("closers", "remarks")
 SEQUENCE: Final = _phrases("sequence")
 REVERSED: Final = _phrases("reversed")
 PROHIBITIONS: Final = _phrases("prohibitions")
 CONDITIONALS: Final = _phrases("conditionals")
 TIME_CONDITIONALS: Final = _phrases("time_conditionals")
 NEW_REQUEST: Final = _phrases("new_request")
-PERFECT: Final = frozenset(_phrases("perfect"))
+PERFECT: Final = _phrases("perfect")
 ABILITY: Final = _phrases("ability")
 LEADING: Final = _phrases("leading")
-LABELS: Final = frozenset(_phrases("labels"))
+LABELS: Final = _phrases("labels")
+GREETINGS: Final = _phrases("greetings")
+WISHES: Final = _phrases("wishes")
+WISH_ENDS: Final = _phrases("wish_ends")
+CAUSATIVES: Final = _phrases("causatives")
+COPULAS: Final = _phrases("copulas")
+DUTIES: Final = _phrases("duties")
+NEGATIVE_DUTIES: Final = _phrases("negative_duties")
+ADJECTIVES: Final = _words("adjectives")
+INTENSIFIERS: Final = _words("intensifiers")
+PARTICLES: Final = _words("particles")
+REASONS: Final = _phrases("reasons")
+TURNS: Final = _words("turns")
+PLACES: Final = _words("places")
+SUBJECTS: Final = _words("subjects")
+PAST_OPENERS: Final = _phrases("past_openers")
+_MISSPELT: Final[dict[str, str]] = _DATA["misspelt"]
 _PARTICIPLES: Final[dict[str, str]] = _DATA["participles"]
+_NOMINALS: Final[dict[str, str]] = _DATA["nominals"]
 _NUMBERS: Final[dict[str, int]] = _DATA["numbers"]
 
 
@@ -65,6 +80,18 @@ def number_of(word: str) -> int | None:
     if word.isascii() and word.isdigit():
         return int(word[:18])
     return _NUMBERS.get(word)
+
+
+def respelt(words: Words) -> Words:
+    """Correct courtesy words that are often misspelt, such as `plese`.
+
+    Args:
+        words: words of an instruction.
+
+    Returns:
+        The words; none that a module declares is changed.
+    """
+    return tuple(_MISSPELT.get(word, word) for word in words)
 
 
 def participle_bases(word: str) -> frozenset[str]:
@@ -90,7 +117,7 @@ def participle_bases(word: str) -> frozenset[str]:
 
 
 def base_forms(word: str) -> frozenset[str]:
-    """List the words that `word` may be a form of: itself, a singular, the verb of an -ing form.
+    """List the words that `word` may be a form of: itself, a singular, the verb of an -ing form or noun.
 
     Past tenses are no forms of a request, and are left out.
 
@@ -100,7 +127,7 @@ def base_forms(word: str) -> frozenset[str]:
     Returns:
         Candidates, `word` among them; most of them are no words of English.
     """
-    forms = {word}
+    forms = {word, _NOMINALS.get(word, word)}
     if word.endswith("s") and not word.endswith("ss") and len(word) > 2:
         forms.add(word[:-1])
         if word.endswith("es") and len(word) > 3:

@@ -2,7 +2,7 @@
 
     instruction  = sentence { ("." | ";" | "!" | "?" | ":" | line end) sentence }
     sentence     = segment { link segment }
-    segment      = [openers] (words | prohibition words | conditional words) [closers]
+    segment      = [openers] (words | prohibition words | conditional words) [closers] | reason words
     link         = "," | SEQUENCE | REVERSED, or nothing before a prohibition or a conditional
 
 The words of a segment are given a meaning in `understand.py`. Everything that the grammar does not know for
@@ -12,7 +12,7 @@ certain, such as the scope of `do not … and …`, is refused.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from enum import Enum
 from itertools import pairwise
@@ -20,7 +20,7 @@ from typing import Final
 
 from aeros.agent.errors import AgentError
 from aeros.agent.instructions import english
-from aeros.agent.instructions.english import Words
+from aeros.agent.instructions.phrases import Words
 from aeros.spec.diagnostics.codes import quoted
 from aeros.spec.diagnostics.words import normalized_words
 
@@ -28,6 +28,7 @@ MAX_WORDS: Final = 200
 """Limit on the words of an instruction."""
 
 _SENTENCE_END: Final = re.compile(r"(?:[.;!?:\n\r\u2026]|--+|\s[-\u2013\u2014]\s)+")
+_COLON: Final = ":"
 _COMMA: Final = ","
 _SIGNED_NUMBER: Final = re.compile(r"[-+\u2212\u00b1~<>=/.]\d+|\d+\s?[%/<>=]")
 """A number that means another one than its digits alone."""
@@ -57,6 +58,7 @@ class Mood(Enum):
     REQUEST = "request"
     PROHIBITION = "prohibition"
     CONDITION = "condition"
+    REASON = "reason"
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,11 +69,12 @@ class Segment:
         mood: request, prohibition or condition.
         words: its words, without openers, closers and the words of prohibition or condition.
         link: connection with the segment before it.
-        marker: words of the prohibition or condition, as in `do not`; empty for a request.
+        marker: words of the prohibition, condition or reason, as in `do not`; empty for a request.
         joint: word of the link, for messages; empty if there is none.
         is_new: True if its first words show that it is wanted, even after a prohibition.
         is_perfect: True if its verb is in the perfect, as in `once you have cleaned …`.
         openers: words before those of a request that change nothing in it, unless a task begins with them.
+        is_polite: True if its sentence has a word such as `please`.
     """
 
     mood: Mood
@@ -82,6 +85,7 @@ class Segment:
     is_new: bool = False
     is_perfect: bool = False
     openers: Words = ()
+    is_polite: bool = False
 
     @property
     def text(self) -> str:
@@ -108,7 +112,12 @@ def parse_instruction(instruction: str) -> tuple[Sentence, ...]:
         raise InstructionError(f"the instruction has more than {MAX_WORDS} words")
     if signed := _SIGNED_NUMBER.search(instruction):
         raise InstructionError(f"the number {quoted(signed.group())} is not understood")
-    sentences = [_parse_sentence(*one) for one in _sentences(instruction) if _strip_closers(one[0])]
+    spoken = [one for one in _sentences(instruction) if _strip_closers(one[0])]
+    spoken = [one for one in spoken if one[0] not in english.GREETINGS] or spoken
+    sentences = [
+        _parse_sentence(tokens, is_question=is_question, is_first=number == 0)
+        for number, (tokens, is_question) in enumerate(spoken)
+    ]
     if not sentences:
         raise InstructionError("the instruction has no words")
     return tuple(sentences)
@@ -120,26 +129,39 @@ def _sentences(instruction: str) -> Iterator[tuple[Words, bool]]:
     if _STARTS_LIST.match(instruction):
         rest = _INLINE_NUMBER.sub("\n", rest)
     position = 0
+    tokens: list[str] = []
     while position < len(rest):
         end = _SENTENCE_END.search(rest, position)
         text = rest[position : end.start() if end else len(rest)]
         position = end.end() if end else len(rest)
-        tokens: list[str] = []
         for part in text.split(_COMMA):
-            if words := normalized_words(part):
+            if words := english.respelt(normalized_words(part)):
                 tokens += [_COMMA, *words] if tokens else words
-        is_label = bool(end and ":" in end.group()) and tuple(tokens) in english.LABELS
-        if tokens and not is_label:
-            yield tuple(tokens), bool(end and "?" in end.group())
+        if end and end.group().strip() == _COLON and tuple(tokens) in english.LABELS:
+            tokens = []
+        elif end and end.group().strip() == _COLON and position < len(rest):
+            continue  # `the table: clean it` is `the table, clean it`
+        elif tokens:
+            is_label = bool(end and _COLON in end.group()) and tuple(tokens) in english.LABELS
+            if not is_label:
+                yield tuple(tokens), bool(end and "?" in end.group())
+            tokens = []
 
 
-def _parse_sentence(tokens: Words, is_question: bool) -> Sentence:
-    tokens = tokens[len(_match(tokens, 0, english.SENTENCE_OPENERS)) :]
+def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sentence:
+    link = english.SENTENCE_OPENERS.starting(tokens)
+    # At the very start, `later` is a time, and links nothing.
+    tokens = tokens if is_first and link == _LATER else tokens[len(link) :]
+    if tokens[:1] == ("should",) and _COMMA in tokens and not is_question:
+        # `should the table be dirty, …`
+        tokens = ("if", *("is" if word == "be" else word for word in tokens[1:]))
     whole = tokens
-    # Also after a comma, as in `…, will you?`.
-    while (shorter := _strip_closers(tokens)) != tokens or tokens[-1:] == (_COMMA,):
-        tokens = shorter if shorter[-1:] != (_COMMA,) else shorter[:-1]
-    leading = _match(tokens, 0, english.LEADING) if _COMMA in tokens else ()
+    tokens = _with_leading_prohibition(tokens)
+    tokens, reasons = _without_reasons(tokens)
+    tokens = _strip_ends(tokens)
+    opener = english.OPENERS.starting(tokens)
+    leading = english.LEADING.starting(tokens) if _COMMA in tokens else ()
+    leading = () if len(opener) > len(leading) else leading
     segments = list(_segments(tokens[len(leading) :]))
     if not segments:
         raise InstructionError("the instruction asks for nothing")
@@ -147,16 +169,124 @@ def _parse_sentence(tokens: Words, is_question: bool) -> Sentence:
         if len(segments) != 2:
             raise InstructionError("the order of more than two requests is clear only with `then`")
         comes_later = leading[0] in ("before", "prior")
-        segments[0] = replace(segments[0], is_perfect=leading in english.PERFECT)
+        # `after the tea is made, …` is in the perfect, too.
+        is_perfect = leading in english.PERFECT or leading == ("after",)
+        segments[0] = replace(segments[0], is_perfect=is_perfect)
         segments[1] = replace(segments[1], link=Link.AFTER if comes_later else Link.THEN)
     if segments[0].mood is Mood.REQUEST:
-        asked = _strip_openers(tokens)
-        asks_ability = _match(whole, 0, english.OPENERS) in english.ABILITY and tokens == whole
-        was_polite = asked != whole and not asks_ability
-        if (is_question and not was_polite) or (asked and asked[0] in english.QUESTIONS):
-            text = " ".join(token for token in whole if token != _COMMA)
-            raise InstructionError(f"{quoted(text)} is a question; only requests are understood")
-    return tuple(segments)
+        _require_request(whole, tokens, is_question=is_question)
+    if len(segments) > 1 and segments[-1].mood is Mood.CONDITION and segments[-2].mood is Mood.REQUEST:
+        # As in `clean it, but only if it is dirty`.
+        segments[-1] = replace(segments[-1], link=Link.ADJUNCT)
+    if any(word in _POLITE for word in whole):
+        segments = [replace(one, is_polite=True) for one in segments]
+    return (*segments, *reasons)
+
+
+def _with_leading_prohibition(tokens: Words) -> Words:
+    """Rewrite `the table must not be cleaned` as `do not the table cleaned`."""
+    for at in range(1, len(tokens)):
+        if tokens[at] == _COMMA:
+            break
+        if duty := english.NEGATIVE_DUTIES.starting(tokens, at):
+            return ("do", "not", *tokens[:at], *tokens[at + len(duty) :])
+    return tokens
+
+
+_LATER: Final = ("later",)
+_POLITE: Final = frozenset({"please", "pls", "plz", "kindly"})
+
+
+def _strip_ends(tokens: Words) -> Words:
+    """Remove what asks for nothing at the end, also after a comma, as in `…, will you?`."""
+    while (shorter := _strip_closers(tokens)) != tokens or tokens[-1:] == (_COMMA,):
+        tokens = shorter if shorter[-1:] != (_COMMA,) else shorter[:-1]
+    return tokens
+
+
+def _require_request(whole: Words, tokens: Words, *, is_question: bool) -> None:
+    """Require that a sentence is no question.
+
+    `can you clean tables?` asks about an ability; `can you clean the table?` is a request, as it names a
+    definite thing.
+
+    Raises:
+        InstructionError: it is one.
+    """
+    asked = _strip_openers(tokens)
+    is_definite = any(word in _DEFINITE for word in asked)
+    opener = english.OPENERS.starting(whole)
+    asks_ability = opener in english.ABILITY and tokens == whole and not is_definite
+    was_polite = asked != whole and not asks_ability
+    causative = english.CAUSATIVES.starting(asked)
+    is_wish = bool(english.WISHES.starting(asked)) or len(causative) > 1 or causative == ("could",)
+    is_asked_for = not is_question or asked != tokens
+    is_causative = asked[:1] == ("have",) and asked[1:2] not in _ADDRESSED and is_asked_for
+    starts_question = bool(asked) and asked[0] in english.QUESTIONS and not is_causative
+    if (is_question and not (was_polite or is_wish)) or (starts_question and not is_wish):
+        text = " ".join(token for token in whole if token != _COMMA)
+        raise InstructionError(f"{quoted(text)} is a question; only requests are understood")
+
+
+_ADDRESSED: Final = (("you",), ("i",), ("we",), ("they",), ("he",), ("she",), ("it",))
+_DEFINITE: Final = frozenset(
+    {"the", "this", "that", "these", "those", "my", "our", "your", "me", "us", "it", "them"}
+)
+
+
+def _without_reasons(tokens: Words) -> tuple[Words, list[Segment]]:
+    """Take the reasons out of a sentence: `because …`, `so that …`, and `the …, so` before a request.
+
+    Raises:
+        InstructionError: it is not clear where a reason ends.
+    """
+    reasons: list[Segment] = []
+    at = 0
+    while at < len(tokens):
+        marker = english.REASONS.starting(tokens, at)
+        after = at + len(marker)
+        if marker == ("so",) and at and tokens[0] in english.SUBJECTS and not reasons:
+            # `the table is dirty, so please clean it`
+            reasons.append(Segment(Mood.REASON, _without_commas(tokens[:at]), Link.START, marker))
+            tokens, at = tokens[after:], 0
+        elif marker and _begins_reason(tokens, at, marker):
+            end = next((to for to in range(after, len(tokens)) if _ends_reason(tokens, to)), len(tokens))
+            if end == after or (at == 0 and tokens[end : end + 1] != (_COMMA,)):
+                return tokens, reasons
+            if at and tokens[end : end + 1] == (_COMMA,) and not english.SEQUENCE.starting(tokens, end + 1):
+                rest = quoted(" ".join(tokens[end + 1 :]))
+                raise InstructionError(
+                    f"is {rest} a part of the reason, or wanted, too? say it in two sentences"
+                )
+            link = Link.ADJUNCT if at else Link.START
+            reasons.append(Segment(Mood.REASON, tokens[after:end], link, marker))
+            tokens = tokens[:at] + tokens[end + (at == 0) :]
+        else:
+            at += 1
+    return tokens, reasons
+
+
+def _begins_reason(tokens: Words, at: int, marker: Words) -> bool:
+    after = tokens[at + len(marker) : at + len(marker) + 1]
+    longer = max(
+        map(len, (english.SEQUENCE.starting(tokens, at), english.SENTENCE_OPENERS.starting(tokens, at)))
+    )
+    if not after or after == (_COMMA,) or longer > len(marker):
+        return False
+    return marker[0] in ("because", "due", "in") or marker[-1] == "that" or after[0] in english.SUBJECTS
+
+
+def _ends_reason(tokens: Words, at: int) -> bool:
+    link = english.SEQUENCE.starting(tokens, at)
+    return (
+        tokens[at] == _COMMA
+        or (bool(link) and link != ("and",))
+        or bool(english.REASONS.starting(tokens, at))
+    )
+
+
+def _without_commas(tokens: Words) -> Words:
+    return tuple(token for token in tokens if token != _COMMA)
 
 
 def _segments(tokens: Words) -> Iterator[Segment]:
@@ -182,8 +312,9 @@ def _segments(tokens: Words) -> Iterator[Segment]:
                 continue
             link, joint = _stronger(link, joint, next_link, next_joint)
             continue
-        is_new = is_replacement or bool(_match(tokens, position, english.NEW_REQUEST))
+        is_new = is_replacement or bool(english.NEW_REQUEST.starting(tokens, position))
         is_perfect = tuple(joint.replace(_COMMA, " ").split()) in english.PERFECT
+        is_perfect = is_perfect or bool(english.PAST_OPENERS.starting(tokens, position))
         if words[-1:] == ("first",) and (link is Link.START or before is Mood.CONDITION):
             words = words[:-1]
         elif words[-1:] == ("first",) and joint.endswith("but"):
@@ -207,18 +338,18 @@ def _begin_segment(tokens: Words, position: int) -> tuple[int, Mood, Words]:
         InstructionError: a condition on time begins here.
     """
     while True:
-        opener = _match(tokens, position, english.OPENERS)
-        prohibition = _match(tokens, position, english.PROHIBITIONS)
+        opener = english.OPENERS.starting(tokens, position)
+        prohibition = english.PROHIBITIONS.starting(tokens, position)
         if prohibition and len(prohibition) >= len(opener):
             start = position + len(prohibition)
-            while opener := _match(tokens, start, english.OPENERS):
+            while opener := english.OPENERS.starting(tokens, start):
                 start += len(opener)
             return start, Mood.PROHIBITION, prohibition
         if opener and opener != tokens[position:]:
             position += len(opener)
             continue
         for phrases in (english.CONDITIONALS, english.TIME_CONDITIONALS):
-            if condition := _match(tokens, position, phrases):
+            if condition := phrases.starting(tokens, position):
                 if phrases is english.TIME_CONDITIONALS:
                     raise InstructionError(
                         f"{quoted(' '.join(condition))} is not understood: a request can have a condition "
@@ -232,23 +363,23 @@ def _end_segment(tokens: Words, start: int, mood: Mood) -> tuple[int, Link, str]
     """Find where a segment ends; return that, and link and joint of the next."""
     for at in range(start, len(tokens)):
         if tokens[at] == _COMMA:
-            following = _match(tokens, at + 1, english.SEQUENCE)
+            following = english.SEQUENCE.starting(tokens, at + 1)
+            turned = english.REVERSED.starting(tokens, at + 1)
+            if len(turned) > len(following):
+                return at, Link.AFTER, " ".join((_COMMA, *turned))
             if following:
                 return at, _link_of(following), " ".join((_COMMA, *following))
-            following = _match(tokens, at + 1, english.REVERSED)
-            if following:
-                return at, Link.AFTER, " ".join((_COMMA, *following))
             return at, Link.JOINED, _COMMA
         if at == start:
             continue
-        if following := _match(tokens, at, english.SEQUENCE):
+        if following := english.SEQUENCE.starting(tokens, at):
             return at, _link_of(following), " ".join(following)
-        if mood is not Mood.CONDITION and (following := _match(tokens, at, english.REVERSED)):
+        if mood is not Mood.CONDITION and (following := english.REVERSED.starting(tokens, at)):
             return at, Link.AFTER, " ".join(following)
         starts_adjunct = (
-            _match(tokens, at, english.PROHIBITIONS)
-            or _match(tokens, at, english.CONDITIONALS)
-            or _match(tokens, at, english.TIME_CONDITIONALS)
+            english.PROHIBITIONS.starting(tokens, at)
+            or english.CONDITIONALS.starting(tokens, at)
+            or english.TIME_CONDITIONALS.starting(tokens, at)
         )
         if starts_adjunct and mood is not Mood.CONDITION:
             return at, Link.ADJUNCT, ""
@@ -259,22 +390,17 @@ def _link_of(joint: Words) -> Link:
     return Link.JOINED if joint in (("and",), ("plus",), ("as", "well", "as")) else Link.THEN
 
 
-def _match(tokens: Words, position: int, phrases: Sequence[Words]) -> Words:
-    """Return the longest of `phrases` that stands at `position`; empty if none does."""
-    return next((one for one in phrases if tokens[position : position + len(one)] == one), ())
-
-
 def _strip_openers(tokens: Words) -> Words:
     position = 0
-    while opener := _match(tokens, position, english.OPENERS):
+    while opener := english.OPENERS.starting(tokens, position):
         position += len(opener)
     return tokens[position:]
 
 
 def _strip_closers(words: Words) -> Words:
     while words:
-        closer = next((one for one in english.CLOSERS if words[-len(one) :] == one), None)
-        if closer is None:
+        closer = english.CLOSERS.ending(words)
+        if not closer:
             return words
         words = words[: -len(closer)]
     return words
@@ -292,7 +418,12 @@ def check_scopes(sentence: Sentence) -> Sentence:
     Raises:
         InstructionError: a scope or an order is not certain.
     """
+    sentence = tuple(segment for segment in sentence if segment.mood is not Mood.REASON)
     for before, segment in pairwise(sentence):
+        if before.mood is segment.mood is Mood.PROHIBITION and segment.link is Link.ADJUNCT:
+            raise InstructionError(
+                f"{quoted(f'{before.text} {segment.text}')} negates twice, which is not understood"
+            )
         if before.mood is Mood.PROHIBITION and segment.mood is Mood.REQUEST:
             ends_itself = before.marker in _BOUNDED and segment.joint == _COMMA
             if segment.link is not Link.THEN and not ends_itself and not segment.is_new:
@@ -307,7 +438,10 @@ def check_scopes(sentence: Sentence) -> Sentence:
     link = sentence[-2].link if len(sentence) > 1 else None
     leads_last = conditions == [len(sentence) - 2] and link is not Link.ADJUNCT
     ends_last = conditions == [len(sentence) - 1] and link is Link.THEN
-    if len(conditions) > 1 or (conditions and requests > 1 and not (leads_last or ends_last)):
+    # `clean it if it is dirty, then cook`: of the first request alone.
+    ends_first = conditions == [1] and all(one.link is Link.THEN for one in sentence[2:])
+    is_certain = leads_last or ends_last or (ends_first and sentence[1].link is Link.ADJUNCT)
+    if len(conditions) > 1 or (conditions and requests > 1 and not is_certain):
         first = sentence[conditions[0]]
         raise InstructionError(
             f"which request depends on {quoted(first.text)}? say the condition and its request in a "

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from aeros.agent.instructions import english
 from aeros.agent.instructions.arguments import StatedValues, ValuePhrase, counted_parameter, value_phrases
-from aeros.agent.instructions.english import Words
+from aeros.agent.instructions.phrases import Words
 from aeros.agent.planning.routing import RoutedTask
 from aeros.spec.diagnostics.words import normalized_words
 from aeros.spec.model.ecm import Ecm
@@ -25,6 +25,7 @@ class Coverage:
         counts: numbers, as said, but for a `one` before an object.
         repetitions: words that ask for several times, as said.
         values: values that the words state for the task's parameters.
+        starts_with_object: True if an object is named before the first phrase that asks for the task.
     """
 
     entry: TaskPhrases
@@ -34,6 +35,7 @@ class Coverage:
     counts: Words
     repetitions: Words
     values: StatedValues
+    starts_with_object: bool = False
 
     @property
     def routed(self) -> RoutedTask:
@@ -111,6 +113,8 @@ class TaskPhrases:
         counts: list[str] = []
         repetitions: list[str] = []
         stated = StatedValues(self.routed.task)
+        starts_with_object = False
+        particles = {phrase[-1] for phrase in self.triggers if len(phrase) == 2} & english.PARTICLES
         at = 0
         while at < len(words):
             found, length = self._longest(words, at, is_perfect=is_perfect)
@@ -119,6 +123,7 @@ class TaskPhrases:
             if value is not None:
                 stated.add(value)
                 if value.names_object:
+                    starts_with_object = starts_with_object or not triggers
                     objects.append(words[at : at + len(value.words)])
                 at += len(value.words)
                 continue
@@ -127,13 +132,18 @@ class TaskPhrases:
                 if found is self.triggers:
                     triggers.append(spoken)
                 elif found is self.objects:
+                    starts_with_object = starts_with_object or not triggers
                     objects.append(spoken)
                 at += length
                 continue
             number = english.number_of(word)
             # A task without objects acts on one thing only.
-            if (knows_pronoun or not self.objects) and word in english.PRONOUNS:
+            # In `the table, please clean it`, too, it can only mean that.
+            if (knows_pronoun or objects or not self.objects) and word in english.PRONOUNS:
+                starts_with_object = starts_with_object or not triggers
                 objects.append((word,))
+            elif word in particles and triggers and objects:
+                pass  # apart from its verb, as in `tidy the table up`
             elif word in english.REPETITIONS:
                 repetitions.append(word)
             elif number is not None:
@@ -148,7 +158,14 @@ class TaskPhrases:
                 unknown.append(word)
             at += 1
         return Coverage(
-            self, tuple(triggers), tuple(objects), tuple(unknown), tuple(counts), tuple(repetitions), stated
+            self,
+            tuple(triggers),
+            tuple(objects),
+            tuple(unknown),
+            tuple(counts),
+            tuple(repetitions),
+            stated,
+            starts_with_object,
         )
 
     def _value_phrase(self, words: Words, at: int, *, more_than: int, is_perfect: bool) -> ValuePhrase | None:
@@ -157,7 +174,8 @@ class TaskPhrases:
             (
                 one
                 for one in self.values
-                if len(one.words) > more_than and _stands_at(one.words, words, at, is_perfect=is_perfect)
+                if len(one.words) > more_than
+                and _stands_at(one.words, words, at, is_perfect=is_perfect, is_verb=False)
             ),
             None,
         )
@@ -166,9 +184,11 @@ class TaskPhrases:
         """Return the list with the longest phrase at a place, and the phrase's length; 0 if there is none."""
         found: tuple[tuple[Words, ...], int] = ((), 0)
         for phrases in (self.triggers, self.objects, self.extras):
-            length = next(
-                (len(one) for one in phrases if _stands_at(one, words, at, is_perfect=is_perfect)), 0
+            is_verb = phrases is self.triggers and bool(self.objects)
+            fits = (
+                one for one in phrases if _stands_at(one, words, at, is_perfect=is_perfect, is_verb=is_verb)
             )
+            length = next((len(one) for one in fits), 0)
             if length > found[1]:
                 found = phrases, length
         return found
@@ -201,12 +221,14 @@ def _as_words(phrases: Sequence[str]) -> tuple[Words, ...]:
     return tuple(sorted(spoken, key=len, reverse=True))
 
 
-def _stands_at(phrase: Words, words: Words, at: int, *, is_perfect: bool) -> bool:
+def _stands_at(phrase: Words, words: Words, at: int, *, is_perfect: bool, is_verb: bool) -> bool:
     """Compare a declared phrase with words, in any number, and verbs in their -ing form, too.
 
-    In the perfect, verbs may be past participles.
+    In the perfect, verbs may be past participles. A verb with an `s`, as in `he cleans`, asks for nothing.
     """
     spoken = words[at : at + len(phrase)]
+    if is_verb and spoken and spoken[0] == f"{phrase[0]}s":
+        return False
     return len(spoken) == len(phrase) and all(
         declared == word
         or declared in english.base_forms(word)

@@ -16,11 +16,11 @@ import difflib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import Final
+from typing import Final, TypeAlias
 
 from aeros.agent.instructions import english
 from aeros.agent.instructions.arguments import is_object
-from aeros.agent.instructions.english import Words
+from aeros.agent.instructions.conditions import find_condition
 from aeros.agent.instructions.grammar import (
     InstructionError,
     Link,
@@ -32,7 +32,11 @@ from aeros.agent.instructions.grammar import (
 )
 from aeros.agent.instructions.lexicon import Coverage, TaskPhrases, task_phrases
 from aeros.agent.instructions.named_task import named_tasks
+from aeros.agent.instructions.phrases import Words
+from aeros.agent.instructions.reasons import require_plain_reason, without_statements
+from aeros.agent.instructions.wordings import wordings
 from aeros.agent.planning.routing import RoutedTask
+from aeros.agent.planning.task_graph import TaskGraph
 from aeros.spec.diagnostics.codes import quoted
 from aeros.spec.diagnostics.words import normalized_words
 from aeros.spec.expr import terms as t
@@ -41,8 +45,13 @@ from aeros.spec.model.ecm import ActionCondition, Ecm
 _ALSO_NOT: Final = frozenset({"nor"})
 """Words that go on with a prohibition, as in `do not … nor …`."""
 
+_INDEFINITE: Final = (("a",), ("an",), ("one",), ("some",))
 _MAX_MERGES: Final = 6
 """Limit on the joints of a sentence at which segments may be one request: all combinations are tried."""
+
+
+class NothingAskedError(InstructionError):
+    """An instruction that is understood and moves nothing: it only prohibits, or contradicts itself."""
 
 
 class AmbiguousInstructionError(InstructionError):
@@ -79,11 +88,13 @@ class Errand:
         routed: the task that it asks for.
         condition: it is done only if this is measured as true at its turn; None for always.
         condition_text: the condition as the module declares it; empty if there is none.
+        proposed_plan: unverified plan that came with the meaning, for its first plan; None if there is none.
     """
 
     routed: RoutedTask
     condition: t.Term | None = None
     condition_text: str = ""
+    proposed_plan: TaskGraph | None = None
 
     @property
     def formal_text(self) -> str:
@@ -100,11 +111,18 @@ class Understanding:
         instruction: words of the user.
         errands: requests in the order in which they are done; at least one.
         prohibited: tasks that must not be done.
+        source: who read it, for the audit record.
+        account: for each phrase, the part of the meaning that it accounts for, if a model read it.
     """
 
     instruction: str
     errands: tuple[Errand, ...]
     prohibited: tuple[RoutedTask, ...] = ()
+    source: str = "grammar"
+    account: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        return self.instruction
 
     @property
     def first(self) -> RoutedTask:
@@ -117,6 +135,10 @@ class Understanding:
         return tuple(one.formal_text for one in self.errands) + tuple(
             f"never {routed.formal_text}" for routed in self.prohibited
         )
+
+
+Spoken: TypeAlias = str | Understanding
+"""An instruction: words of the user, or their meaning."""
 
 
 def understand(
@@ -147,10 +169,23 @@ def understand(
         return Understanding(instruction, (Errand(named[0]),))
     try:
         return _understand(instruction, tasks)
-    except AmbiguousInstructionError:
+    except (AmbiguousInstructionError, NothingAskedError):
         raise
     except InstructionError as refusal:
         raise _with_inactive(instruction, refusal, inactive()) from refusal
+
+
+def is_task_name(instruction: str, modules: Mapping[str, Ecm]) -> bool:
+    """Check if an instruction is the name of a task, and so needs no reading.
+
+    Args:
+        instruction: words of the user.
+        modules: active modules by id.
+
+    Returns:
+        True if it is MODULE.TASK or TASK.
+    """
+    return bool(named_tasks(instruction, [entry.routed for entry in task_phrases(modules)]))
 
 
 def single_errand(understanding: Understanding) -> RoutedTask:
@@ -172,6 +207,30 @@ def single_errand(understanding: Understanding) -> RoutedTask:
         f"{quoted(understanding.instruction)} asks for more than one task: "
         f"{'; '.join(understanding.formal_lines)}; here, give an instruction for one task without conditions"
     )
+
+
+def settle_meaning(spoken: Spoken, modules: Mapping[str, Ecm], goal: ActionCondition | None) -> Understanding:
+    """Find the meaning of an instruction that the active modules can pursue.
+
+    Args:
+        spoken: words of the user, or a meaning that was settled before; its goals may differ from those of
+            its tasks.
+        modules: active modules by id.
+        goal: goal that replaces the goal of the only task; None for no other goal.
+
+    Returns:
+        The meaning.
+
+    Raises:
+        InstructionError: it is not understood, a task is no longer active, or `goal` is given for several
+            tasks.
+    """
+    meaning = understand(spoken, modules) if isinstance(spoken, str) else spoken
+    for routed in (*(errand.routed for errand in meaning.errands), *meaning.prohibited):
+        module = modules.get(routed.module)
+        if module is None or routed.task.id not in module.tasks:
+            raise InstructionError(f"`{routed}` is no longer active; give the instruction again")
+    return meaning if goal is None else with_goal(meaning, goal)
 
 
 def with_goal(understanding: Understanding, goal: ActionCondition) -> Understanding:
@@ -219,25 +278,67 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
     errands: list[Errand] = []
     prohibited: list[RoutedTask] = []
     prohibits_all = ""
-    for sentence in parse_instruction(instruction):
-        for segment, condition in _requests(_merged(check_scopes(sentence), tasks, errands)):
+    reasons: list[Segment] = []
+    leading: list[Segment] = []
+    for parsed in parse_instruction(instruction):
+        sentence, own_reasons = without_statements(parsed, tasks)
+        reasons += own_reasons
+        # A sentence that is only a reason, as in `The table is dirty. Clean it.`, leads the next one.
+        context = _context(errands, own_reasons or leading, tasks)
+        leading = [] if sentence else own_reasons
+        for segment, condition in _requests(_merged(check_scopes(sentence), tasks, context)):
             if segment.mood is Mood.REQUEST:
-                errand = _errand(segment, condition, tasks, errands)
-                if not errands or errands[-1] != errand:
+                errand = _errand(segment, condition, tasks, context)
+                context.append(errand)
+                if errands and segment.link is Link.JOINED and _says_where(errands[-1], errand, segment):
+                    errands[-1] = errand
+                elif not errands or errands[-1] != errand:
                     errands.append(errand)
             elif _is_universal(segment):
                 prohibits_all = segment.text
             else:
                 prohibited += [one for one in _prohibited(segment, tasks, errands) if one not in prohibited]
     if prohibits_all and errands:
-        raise InstructionError(f"{quoted(prohibits_all)} contradicts the rest of the instruction")
+        raise NothingAskedError(f"{quoted(prohibits_all)} contradicts the rest of the instruction")
     if prohibits_all or not errands:
         never = ", ".join(f"`{routed.formal_text}`" for routed in prohibited) or quoted(prohibits_all)
-        raise InstructionError(f"nothing is asked for, and {never} is prohibited, so nothing moves")
+        raise NothingAskedError(f"nothing is asked for, and {never} is prohibited, so nothing moves")
     for errand in errands:
         if any(one.covers(errand.routed) for one in prohibited):
-            raise InstructionError(f"the instruction asks for `{errand.routed.formal_text}` and prohibits it")
-    return Understanding(instruction, tuple(errands), tuple(prohibited))
+            raise NothingAskedError(
+                f"the instruction asks for `{errand.routed.formal_text}` and prohibits it"
+            )
+    for reason in reasons:
+        require_plain_reason(reason, tasks, [errand.routed for errand in errands])
+    account = tuple(f"{quoted(' '.join(reason.words))}: a reason, asks for nothing" for reason in reasons)
+    return Understanding(instruction, tuple(errands), tuple(prohibited), account=account)
+
+
+def _says_where(before: Errand, errand: Errand, segment: Segment) -> bool:
+    """Return True for the second half of `fetch the can and put it on the right`: one request, not two."""
+    routed = before.routed
+    is_same = routed.task is errand.routed.task and before.condition is errand.condition is None
+    parameters = routed.task.parameters
+    unsaid = all(
+        is_object(one) or routed.arguments.get(name) == one.default for name, one in parameters.items()
+    )
+    return is_same and bool(parameters) and unsaid and "it" in segment.words
+
+
+def _context(
+    errands: Sequence[Errand], reasons: Sequence[Segment], tasks: Sequence[TaskPhrases]
+) -> list[Errand]:
+    """Return the requests that `it` may mean the object of, the last one first of all.
+
+    After a reason such as `the floor is dirty, so …`, `it` is what the reason names.
+    """
+    leading = [reason for reason in reasons if reason.link is not Link.ADJUNCT]
+    if not leading:
+        return list(errands)
+    named = [
+        Errand(entry.routed) for entry in tasks if entry.cover(leading[-1].words, knows_pronoun=False).objects
+    ]
+    return named if len(named) == 1 else []
 
 
 def _requests(sentence: Sentence) -> Iterator[tuple[Segment, Segment | None]]:
@@ -309,38 +410,23 @@ def _errand(
 ) -> Errand:
     if condition is None:
         return Errand(_task_of(segment, tasks, before))
-    meanings = [(entry, *found) for entry in tasks if (found := _condition(condition, entry)) is not None]
-    if not meanings:
+    meanings = [(entry, *found) for entry in tasks if (found := find_condition(condition, entry)) is not None]
+    # The condition names an object, so `it` in the request may stand for that.
+    context = [*before, *(Errand(entry.routed) for entry, *_ in meanings[:1])]
+    routed = _task_of(segment, tasks, context)
+    asked = next(entry for entry in tasks if entry.routed.covers(routed))
+    own = find_condition(condition, asked, is_own=True)
+    if own is None and not meanings:
         declared = sorted({phrase for entry in tasks for phrase in entry.routed.task.condition_phrases})
         known = ", ".join(f"`{one}`" for one in declared[:8]) or "none is declared"
         raise InstructionError(f"the condition {quoted(condition.text)} is not understood; known: {known}")
-    # The condition names an object, so `it` in the request may stand for that.
-    context = [*before, Errand(meanings[0][0].routed)]
-    routed = _task_of(segment, tasks, context)
-    own = next(((term, text) for entry, term, text in meanings if entry.routed.covers(routed)), None)
-    if own is None:
-        raise InstructionError(f"`{routed}` declares no condition {quoted(condition.text)}")
-    term, text = own
+    # Another task may declare the condition, as in `bring tea if the table is clean`.
+    term, text = own or meanings[0][1:]
+    if own is None and any(other != term for _, other, _ in meanings):
+        raise InstructionError(f"several tasks declare the condition {quoted(condition.text)}")
     if condition.marker == ("unless",):
         return Errand(routed, t.Not(term), f"not ({text})")
     return Errand(routed, term, text)
-
-
-def _condition(condition: Segment, entry: TaskPhrases) -> tuple[t.Term, str] | None:
-    """Find the condition that a task declares for some words; a pronoun stands for any of its objects."""
-    ignored = english.DETERMINERS | english.FILLERS
-    spoken = tuple(word for word in condition.words if word not in ignored)
-    if spoken[1:2] == ("s",):
-        spoken = (spoken[0], "is", *spoken[2:])
-    for phrase, declared in entry.routed.task.condition_phrases.items():
-        words = tuple(word for word in normalized_words(phrase) if word not in english.DETERMINERS)
-        subject = next((one for one in entry.objects if words[: len(one)] == one), ())
-        with_pronoun = (
-            {("it", *words[len(subject) :]), ("they", *words[len(subject) :])} if subject else set()
-        )
-        if spoken == words or spoken in with_pronoun:
-            return declared.term, declared.text
-    return None
 
 
 def _task_of(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence[Errand]) -> RoutedTask:
@@ -360,20 +446,29 @@ def _task_of(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence[Er
     for number in range(len(segment.openers) + 1):
         # The phrase of a task may begin with words that are openers elsewhere, as in `go on`.
         words = segment.openers[len(segment.openers) - number :] + segment.words
-        coverages = [
-            entry.cover(
-                words,
-                knows_pronoun=last is not None and entry.routed.covers(last),
-                is_perfect=segment.is_perfect,
-            )
-            for entry in tasks
-        ]
-        whole = [coverage for coverage in coverages if coverage.is_whole or coverage.repeats(last)]
-        if len(whole) == 1:
-            return _with_arguments(segment, whole[0], last)
-        if whole:
-            raise _ambiguous(segment.text, [coverage.entry.routed for coverage in whole])
-        refusal = refusal or _not_covered(segment, coverages)
+        # `clean the table, then the can, please` does not wish for the can.
+        may_wish = segment.link is Link.START or words[:1] in _INDEFINITE
+        is_polite = segment.is_polite and may_wish
+        for variant in wordings(words, is_polite=is_polite, is_perfect=segment.is_perfect):
+            coverages = [
+                entry.cover(
+                    variant.words,
+                    knows_pronoun=last is not None and entry.routed.covers(last),
+                    is_perfect=variant.is_perfect,
+                )
+                for entry in tasks
+            ]
+            whole = [
+                one
+                for one in coverages
+                if (one.is_whole and (one.starts_with_object or not variant.needs_object_first))
+                or one.repeats(last)
+            ]
+            if len(whole) == 1:
+                return _with_arguments(segment, whole[0], last)
+            if whole:
+                raise _ambiguous(segment.text, [one.entry.routed for one in whole])
+            refusal = refusal or _not_covered(segment, coverages)
     assert refusal is not None  # noqa: S101 - the first round makes one
     raise refusal
 
@@ -436,7 +531,8 @@ def _prohibited(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence
     found: list[RoutedTask] = []
     for part in parts:
         coverages = [
-            entry.cover(part, knows_pronoun=last is not None and entry.routed.covers(last)) for entry in tasks
+            entry.cover(part, knows_pronoun=last is not None and entry.routed.covers(last), is_perfect=True)
+            for entry in tasks
         ]
         possible = [
             one.prohibited

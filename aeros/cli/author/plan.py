@@ -24,11 +24,10 @@ from aeros.exit_codes import Exit, UsageError
 from aeros.files import make_folder
 from aeros.runtime.registry.folder_modules import DEFAULT_MODULES, FolderModules, uses_installed_modules
 from aeros.runtime.registry.registry import Registry
-from aeros.sim.symbolic.state import initial_values
+from aeros.session.setup import declared_start
 from aeros.spec.closed_loop.invocation import State
 from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.diagnostics.render import escape_invisible
-from aeros.spec.expr.doubles import to_doubles
 from aeros.spec.expr.semantics import Value
 from aeros.spec.model.ecm import ActionCondition, Ecm, Task
 from aeros.spec.model.site import Site
@@ -254,8 +253,7 @@ def _task_goal(task: Task | None) -> ActionCondition:
 
 def _start(site: Site, task: Task | None, given: Mapping[str, str]) -> dict[str, Value]:
     """Return the known values at the start, by name."""
-    initial = {} if task is None else to_doubles(task.initial)
-    known = {name: to_exact(site.state[name], value) for name, value in initial_values(site, initial).items()}
+    known = declared_start(site, task)
     for name, text in given.items():
         full, value = parse_value(name, text, site)
         if value is None:

@@ -29,8 +29,8 @@ from aeros.cli.arguments import (
     warn_of_withheld_modules,
 )
 from aeros.cli.module_settings import add_module_settings, module_configurations
-from aeros.cli.run.instruction import understand_or_ask
 from aeros.cli.run.planners import LLM_KEY, build_planner
+from aeros.cli.run.reading import find_meaning
 from aeros.cli.run.run_plant import (
     PlantSetup,
     load_scene_extras,
@@ -66,6 +66,7 @@ The exit code is 0 if the goal is reached, else 1.
 Blocks, policy and withdrawn modules of the state folder bind the run, also with --ecms or --site, and also
 if they change while it runs (`aeros block`, `deactivate`, `policy`, `stop`; docs/lifecycle.md).
 An instruction is understood whole or refused: each word must be declared by a task (`aeros tasks`).
+With --planner llm a language model reads it, too: both meanings must agree, or you confirm the model's.
 Ctrl-C stops the robot; a video, bag or MCAP file is complete up to then.  After a kill there is none.
 Simulated people walk scripted paths and ignore the robot; it slows down or stops as the site demands.
 A composition is a graph of skills that the module declares; its branches run at the same time.
@@ -345,7 +346,7 @@ def _run_agent(arguments: argparse.Namespace) -> Exit:
         warn_of_withheld_modules(governor)
         is_signed = not (arguments.unsigned or arguments.serve_plant)
         key = find_signing_key(arguments.state, arguments.audit_key) if is_signed else None
-        meaning = understand_or_ask(arguments.instruction, configuration, governor)
+        meaning = find_meaning(arguments, configuration, governor)
         # A choice that was made on the terminal holds for the rest of the run, and for `--resume`.
         arguments.instruction = meaning.instruction
         if arguments.composition is not None:
@@ -354,7 +355,9 @@ def _run_agent(arguments: argparse.Namespace) -> Exit:
         meaning = meaning if goal is None else with_goal(meaning, goal)
         tasks = tasks_of(meaning, configuration, goal)
         routed = replace(meaning.first, task=joined_task(tasks))
-        planner = build_planner(arguments, configuration.modules[routed.module], configuration.site)
+        follows_rules = all(errand.routed.task.rules for errand in meaning.errands)
+        module = configuration.modules[routed.module]
+        planner = build_planner(arguments, module, configuration.site, follows_rules=follows_rules)
         around = load_scene_extras(arguments, configuration, tasks)
         with open_outputs(arguments, routed.task.id) as (out, spectators), governor:
             staged = PlantSetup(arguments, configuration, routed, around, spectators, out)

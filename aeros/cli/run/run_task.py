@@ -91,7 +91,7 @@ def run_task(staged: PlantSetup, request: RunRequest) -> Exit:
             governor.on_command = partial(_apply_command, agent)
             notifier.send(READY)
             pursue = agent.resume if arguments.resume else agent.run
-            report = pursue(arguments.instruction, arguments.timeout, request.goal)
+            report = pursue(request.meaning, arguments.timeout, request.goal)
         notifier.send(STOPPING)
         simulated = recorded.plant.now()
         judgement = referee.judge(report)

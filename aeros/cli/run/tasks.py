@@ -70,15 +70,16 @@ def _command(arguments: argparse.Namespace) -> Exit:
         except InstructionError as refusal:
             if arguments.format == "json":
                 found = {"schema": SCHEMA, "instruction": arguments.instruction, "reason": refusal.reason}
-                print(json.dumps({**found, "understood": None}, indent=1))
+                print(json.dumps({**found, "understood": None, "account": []}, indent=1))
             else:
                 print(f"aeros: {refusal}", file=sys.stderr)
             return Exit.REJECTED
     if arguments.format == "json":
         found = {"schema": SCHEMA, "instruction": arguments.instruction, "reason": None}
-        print(json.dumps({**found, "understood": list(meaning.formal_lines)}, indent=1))
+        read = {"understood": list(meaning.formal_lines), "account": list(meaning.account)}
+        print(json.dumps({**found, **read}, indent=1))
     else:
-        for line in meaning.formal_lines:
+        for line in (*meaning.formal_lines, *meaning.account):
             print_line(line)
     return Exit.SUCCESS
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
+from dataclasses import replace
 from math import inf
 from pathlib import Path
 
@@ -11,13 +12,15 @@ import pytest
 
 from aeros.agent.agent import start_agent
 from aeros.agent.execution.report import RunReport
+from aeros.agent.instructions.understand import Understanding, understand
 from aeros.agent.planning.base import Planner
 from aeros.agent.planning.routing import RoutedTask
+from aeros.agent.planning.smt import SmtPlanner
 from aeros.agent.planning.task_graph import PlanStep, TaskGraph
 from aeros.agent.world.world import WorldModel
 from aeros.runtime.ports import EndedStep
 from aeros.spec.model.ecm import Ecm
-from tests.unit.agent.dumplings import site
+from tests.unit.agent.dumplings import DUMPLING, site
 from tests.unit.agent.fake_runtime import FakeRuntime
 
 WITHIN = 3.0
@@ -26,6 +29,47 @@ WITHIN = 3.0
 def run(folder: Path, runtime: FakeRuntime, planner: Planner, timeout: float | None = None) -> RunReport:
     with start_agent(folder, "chef", runtime, planner, within=WITHIN) as agent:
         return agent.run("Make dumplings!", timeout)
+
+
+def proposed(*skills: str) -> Understanding:
+    meaning = understand("Make dumplings!", {"dumpling": DUMPLING})
+    plan = TaskGraph(tuple(PlanStep("dumpling", skill) for skill in skills))
+    return replace(meaning, errands=(replace(meaning.errands[0], proposed_plan=plan),))
+
+
+def pursue(
+    folder: Path, runtime: FakeRuntime, meaning: Understanding
+) -> tuple[RunReport, list[tuple[object, object]]]:
+    with start_agent(folder, "chef", runtime, SmtPlanner(site()), within=30.0) as agent:
+        report = agent.run(meaning)
+    accepted = [details for kind, details in runtime.notes if kind == "plan-accepted"]
+    return report, [(one.get("remark"), one["steps"]) for one in accepted]
+
+
+CAME_WITH_IT = "it came with the meaning of the instruction"
+
+
+def test_a_plan_that_came_with_the_instruction_is_followed_first_and_once(tmp_path: Path) -> None:
+    runtime = FakeRuntime(endings={"wrap": ["misaligned"]})
+    report, plans = pursue(tmp_path, runtime, proposed("prepare", "recover", "wrap", "boil"))
+    assert report.reached
+    assert [remark for remark, _ in plans] == [CAME_WITH_IT, None]
+
+
+def test_of_a_proposed_plan_the_end_is_followed_that_leads_to_the_goal(tmp_path: Path) -> None:
+    runtime = FakeRuntime()
+    runtime.state |= {"dough_on_workspace": True, "filling_on_workspace": True}
+    _, plans = pursue(tmp_path, runtime, proposed("prepare", "recover", "wrap", "boil"))
+    assert plans == [(CAME_WITH_IT, ["dumpling.recover", "dumpling.wrap", "dumpling.boil"])]
+
+
+@pytest.mark.parametrize("skills", [("boil",), ("teleport",), ("prepare",)])
+def test_a_proposed_plan_that_does_not_lead_to_the_goal_is_not_followed(
+    skills: tuple[str, ...], tmp_path: Path
+) -> None:
+    report, plans = pursue(tmp_path, FakeRuntime(), proposed(*skills))
+    assert report.reached
+    assert [remark for remark, _ in plans] == [None]
 
 
 class Sleeping:

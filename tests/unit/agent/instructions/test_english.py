@@ -1,5 +1,9 @@
 from __future__ import annotations
 
+import re
+import tomllib
+from pathlib import Path
+
 import pytest
 
 from aeros.agent.instructions import english
@@ -38,10 +42,19 @@ def test_numbers_are_read(word: str, number: int | None) -> None:
     assert english.number_of(word) == number
 
 
-def test_phrases_are_normalized_and_longest_first() -> None:
-    for phrases in (english.OPENERS, english.CLOSERS, english.PROHIBITIONS, english.SEQUENCE):
-        assert [len(one) for one in phrases] == sorted(map(len, phrases), reverse=True)
-        assert all(normalized_words(" ".join(one)) == one for one in phrases)
+def test_every_word_of_every_pattern_is_normalized() -> None:
+    data = tomllib.loads((Path(english.__file__).parent / "english.toml").read_text(encoding="utf-8"))
+    lists = [one for one in (*data.values(), *data["classes"].values()) if isinstance(one, list)]
+    for text in (pattern for patterns in lists for pattern in patterns):
+        words = re.sub(r"<\w+>|[(|)]", " ", text)
+        assert tuple(words.split()) == normalized_words(words), text
+
+
+@pytest.mark.parametrize(
+    ("spoken", "corrected"), [("plese clean", "please clean"), ("claen the tabel", "claen the tabel")]
+)
+def test_courtesy_alone_is_respelt(spoken: str, corrected: str) -> None:
+    assert english.respelt(tuple(spoken.split())) == tuple(corrected.split())
 
 
 def test_no_word_that_changes_nothing_is_a_negative() -> None:

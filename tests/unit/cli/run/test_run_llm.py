@@ -19,9 +19,9 @@ ECMS = Path(__file__).parents[4] / "ecms"
 KEY = "sk-secret"
 
 
-def _run(folder: Path, *arguments: str) -> int:
+def _run(folder: Path, *arguments: str, instruction: str = "make dumplings") -> int:
     where = ["--state", str(folder / "state"), "--out", str(folder / "out"), "--ecms", str(ECMS)]
-    return main(["run", "make dumplings", "--plant", "symbolic", *where, "--planner", "llm", *arguments])
+    return main(["run", instruction, "--plant", "symbolic", *where, "--planner", "llm", *arguments])
 
 
 def step(skill: str, **more: Any) -> dict[str, Any]:
@@ -38,6 +38,19 @@ def step(skill: str, **more: Any) -> dict[str, Any]:
 GOOD = {
     "plan": [step("prepare"), step("recover"), step("wrap", retry=2, between_tries="recover"), step("boil")]
 }
+READING: dict[str, Any] = {
+    "requests": [
+        {
+            "task": "make_dumplings.make_dumplings",
+            "arguments": {},
+            "goal": "dumpling_cooked",
+            "condition": None,
+            "plan": GOOD["plan"],
+        }
+    ],
+    "prohibited": [],
+    "words": [{"phrase": "make dumplings", "accounts_for": "request 1"}],
+}
 
 
 def test_a_models_plan_is_verified_then_decided_by_the_gate_and_the_key_is_kept_nowhere(
@@ -45,12 +58,13 @@ def test_a_models_plan_is_verified_then_decided_by_the_gate_and_the_key_is_kept_
 ) -> None:
     pytest.importorskip("httpx", reason="needs `pip install 'aeros[llm]'`")
     monkeypatch.setenv(LLM_KEY, KEY)
-    hasty = {"plan": [step("boil")]}
-    with stub(says(hasty), says(GOOD)) as server:
+    hasty = {**READING, "requests": [{**READING["requests"][0], "plan": [step("boil")]}]}
+    with stub(says(hasty), says(READING)) as server:
         assert _run(tmp_path, "--llm-url", server.url, "--llm-model", "stub") == Exit.SUCCESS
     message = capsys.readouterr()
     assert "goal reached" in message.out
-    assert "(try 2 of 3)" in message.out
+    assert "understood make_dumplings.make_dumplings: dumpling_cooked" in message.out
+    assert "(it came with the meaning of the instruction)" in message.out
     assert "its precondition `robot_at_bench and dumpling_wrapped` does not hold" in json.dumps(
         server.asked[1]
     )
@@ -66,10 +80,26 @@ def test_where_a_model_does_not_help_the_rules_do_or_for_another_goal_a_search(
     pytest.importorskip("httpx", reason="needs `pip install 'aeros[llm]'`")
     with stub(says("I am a teapot.")) as server:
         asked = ["--llm-url", server.url, "--llm-model", "stub"]
-        assert _run(tmp_path / "rules", *asked) == Exit.SUCCESS
+        assert _run(tmp_path / "rules", *asked, instruction="make_dumplings") == Exit.SUCCESS
         assert "planned by rules instead, as the language model has no plan" in capsys.readouterr().out
         assert _run(tmp_path / "smt", *asked, "--goal", "dumpling_wrapped") == Exit.SUCCESS
         assert "planned by smt instead, as the language model has no plan" in capsys.readouterr().out
+
+
+def test_a_model_that_reads_wrongly_starts_nothing_and_the_record_of_a_run_has_the_account(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("httpx", reason="needs `pip install 'aeros[llm]'`")
+    asked = ["--llm-model", "stub", "--llm-url"]
+    with stub(says("I am a teapot.")) as server:
+        assert _run(tmp_path / "teapot", *asked, server.url) == Exit.REJECTED
+    assert "so nothing moves: try 1: it is not JSON" in capsys.readouterr().err
+    assert not (tmp_path / "teapot" / "out").exists()
+    with stub(says(READING)) as server:
+        assert _run(tmp_path / "good", *asked, server.url) == Exit.SUCCESS
+    record = (tmp_path / "good" / "out" / "audit.jsonl").read_text(encoding="utf-8")
+    assert '"account":["`make dumplings`: request 1"]' in record
+    assert '"source":"grammar, and `stub` agrees"' in record
 
 
 @pytest.mark.parametrize("given", [[], ["--llm-url", "http://localhost/v1"], ["--llm-model", "stub"]])

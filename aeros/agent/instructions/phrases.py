@@ -1,0 +1,132 @@
+"""Sets of phrases of English, written as patterns with alternatives, and the longest phrase at a place.
+
+    pattern      = { word | "(" alternatives ")" | "<" class ">" }
+    alternatives = pattern { "|" pattern }, of which any may be empty
+
+A class is a named list of patterns. `(i|we) need (for|) you to` is four phrases.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Final, TypeAlias
+
+Words: TypeAlias = tuple[str, ...]
+"""Words as `normalized_words` returns them: `don't` is the two words `don` and `t`."""
+
+_Pattern: TypeAlias = "tuple[str | _Alternatives, ...]"
+_Alternatives: TypeAlias = "tuple[_Pattern, ...]"
+
+_TOKEN: Final = re.compile(r"\s*([(|)]|<\w+>|[^\s(|)<]+)")
+
+
+class PhraseSet:
+    """Set of the phrases of some patterns.
+
+    Args:
+        patterns: the patterns.
+        classes: patterns of each class, by name.
+    """
+
+    def __init__(self, patterns: Iterable[str], classes: Mapping[str, Sequence[str]]) -> None:
+        parsed = [_parse(text, classes) for text in patterns]
+        self._by_first = _by_first_word(parsed)
+        self._by_last = _by_first_word([_reversed(one) for one in parsed])
+
+    def __contains__(self, words: Words) -> bool:
+        return bool(words) and self.starting(words) == words
+
+    def starting(self, words: Words, at: int = 0) -> Words:
+        """Find the longest phrase that stands at a place.
+
+        Args:
+            words: words of an instruction.
+            at: the place.
+
+        Returns:
+            The phrase; empty if none stands there.
+        """
+        return words[at : at + _longest(self._by_first, words, at)]
+
+    def ending(self, words: Words) -> Words:
+        """Find the longest phrase that some words end with.
+
+        Args:
+            words: words of an instruction.
+
+        Returns:
+            The phrase; empty if none ends them.
+        """
+        return words[len(words) - _longest(self._by_last, words[::-1], 0) :]
+
+
+def _longest(patterns: Mapping[str, Sequence[_Pattern]], words: Words, at: int) -> int:
+    """Return the length of the longest phrase at a place; 0 if there is none."""
+    if at >= len(words):
+        return 0
+    return max((end - at for one in patterns.get(words[at], ()) for end in _ends(one, words, at)), default=0)
+
+
+def _ends(pattern: _Pattern, words: Words, at: int) -> set[int]:
+    """Return the places at which a phrase of the pattern that begins at `at` may end."""
+    places = {at}
+    for item in pattern:
+        if isinstance(item, str):
+            places = {place + 1 for place in places if place < len(words) and words[place] == item}
+        else:
+            places = {end for place in places for one in item for end in _ends(one, words, place)}
+    return places
+
+
+def _by_first_word(patterns: Iterable[_Pattern]) -> Mapping[str, Sequence[_Pattern]]:
+    found: dict[str, list[_Pattern]] = {}
+    for one in patterns:
+        for word in _first_words(one)[0]:
+            found.setdefault(word, []).append(one)
+    return found
+
+
+def _first_words(pattern: _Pattern) -> tuple[set[str], bool]:
+    """Return the words with which a phrase of the pattern may begin, and True if one may be empty."""
+    first: set[str] = set()
+    for item in pattern:
+        if isinstance(item, str):
+            return first | {item}, False
+        found = [_first_words(one) for one in item]
+        first |= {word for words, _ in found for word in words}
+        if not any(may_be_empty for _, may_be_empty in found):
+            return first, False
+    return first, True
+
+
+def _reversed(pattern: _Pattern) -> _Pattern:
+    return tuple(
+        item if isinstance(item, str) else tuple(_reversed(one) for one in item) for item in reversed(pattern)
+    )
+
+
+def _parse(text: str, classes: Mapping[str, Sequence[str]]) -> _Pattern:
+    alternatives = _alternatives(iter(_TOKEN.findall(text)), classes)
+    if len(alternatives) != 1:
+        raise ValueError(f"`{text}` has alternatives outside of brackets")
+    return alternatives[0]
+
+
+def _alternatives(tokens: Iterator[str], classes: Mapping[str, Sequence[str]]) -> _Alternatives:
+    """Read alternatives up to a closing bracket, or the end."""
+    found: list[_Pattern] = []
+    pattern: list[str | _Alternatives] = []
+    for part in tokens:
+        if part == ")":
+            break
+        if part == "|":
+            found.append(tuple(pattern))
+            pattern = []
+        elif part == "(":
+            pattern.append(_alternatives(tokens, classes))
+        elif part.startswith("<"):
+            pattern.append(tuple(_parse(text, classes) for text in classes[part[1:-1]]))
+        else:
+            pattern.append(part)
+    return (*found, tuple(pattern))

@@ -1,0 +1,67 @@
+"""Reasons and statements of an instruction, which ask for nothing: `because guests are coming`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from aeros.agent.instructions import english
+from aeros.agent.instructions.conditions import find_condition
+from aeros.agent.instructions.grammar import InstructionError, Link, Mood, Segment, Sentence
+from aeros.agent.instructions.lexicon import TaskPhrases
+from aeros.agent.planning.routing import RoutedTask
+from aeros.spec.diagnostics.codes import quoted
+
+
+def without_statements(sentence: Sentence, tasks: Sequence[TaskPhrases]) -> tuple[Sentence, list[Segment]]:
+    """Take out the reasons, and statements of a condition that a task declares: `the table is dirty`.
+
+    Args:
+        sentence: the segments of a sentence.
+        tasks: all tasks.
+
+    Returns:
+        The other segments, and the reasons.
+    """
+    kept: list[Segment] = []
+    reasons: list[Segment] = []
+    for segment in sentence:
+        is_stated = (
+            segment.mood is Mood.REQUEST
+            and not segment.openers
+            and len(segment.words) > 1
+            and any(find_condition(segment, entry, is_own=bool(kept)) is not None for entry in tasks)
+        )
+        (reasons if is_stated or segment.mood is Mood.REASON else kept).append(segment)
+    return tuple(kept), reasons
+
+
+def require_plain_reason(
+    reason: Segment, tasks: Sequence[TaskPhrases], asked_for: Sequence[RoutedTask]
+) -> None:
+    """Require that a reason can only be one.
+
+    Args:
+        reason: the reason.
+        tasks: all tasks.
+        asked_for: tasks that the instruction asks for.
+
+    Raises:
+        InstructionError: it holds a condition or a negation, or asks for a task.
+    """
+    words = reason.words
+    is_stated = any(find_condition(reason, entry) is not None for entry in tasks)
+    speaks_of_people = words[:1] in (("i",), ("we",), ("he",), ("she",), ("they",))
+    refused = english.CHOICES | english.REPETITIONS | english.TURNS
+    refused |= frozenset() if speaks_of_people else english.NEGATIVES
+    refused |= frozenset() if reason.link is Link.ADJUNCT else english.PLACES
+    doubtful = [word for word in words if word in refused and not is_stated]
+    asked = [
+        entry.routed
+        for entry in tasks
+        if (found := entry.cover(words, knows_pronoun=False)).triggers and found.objects
+        if not is_stated and not any(entry.routed.covers(one) for one in asked_for)
+    ]
+    if doubtful or asked:
+        why = quoted(doubtful[0]) if doubtful else f"`{asked[0]}`"
+        text = " ".join((*reason.marker, *words))
+        raise InstructionError(f"it is not clear if {quoted(text)} is only a reason, because of {why}")

@@ -1,0 +1,88 @@
+"""Meaning of the instruction of `aeros run`: by the grammar, and on request by a language model, too.
+
+Where the grammar understands the instruction, the model has to agree. Where it does not, an operator at a
+terminal confirms the formal goals that the model read; a script is refused. An instruction that the grammar
+understands as a prohibition alone is refused without asking the model.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from aeros.agent.errors import AgentError
+from aeros.agent.instructions.grammar import InstructionError
+from aeros.agent.instructions.understand import NothingAskedError, Understanding, is_task_name
+from aeros.cli.run.instruction import understand_or_ask
+from aeros.cli.run.planners import llm_endpoint, llm_timeout, require_planner_options
+from aeros.cli.terminal import print_line
+from aeros.runtime.gate.configuration import Configuration
+from aeros.runtime.registry.registry_governor import RegistryGovernor
+from aeros.session.setup import declared_start, understand_instruction
+
+
+def find_meaning(
+    arguments: argparse.Namespace, configuration: Configuration, governor: RegistryGovernor
+) -> Understanding:
+    """Find the meaning of the instruction, before anything moves.
+
+    A model reads an instruction once: a resumed run, and a plant in a process of its own, follow the grammar,
+    with which the model has agreed. A goal or a task that the user names formally is not read.
+
+    Args:
+        arguments: Parsed options of `aeros run`.
+        configuration: The active modules.
+        governor: Governor of the run; its inactive modules are searched for a hint.
+
+    Returns:
+        The meaning.
+
+    Raises:
+        InstructionError: It is not understood, the model disagrees, or nobody confirmed it.
+        AgentError: A package for language models is missing.
+        UsageError: Options contradict each other.
+    """
+    instruction = arguments.instruction
+    require_planner_options(arguments)
+    is_formal = arguments.goal is not None or is_task_name(instruction, configuration.modules)
+    if arguments.planner != "llm" or arguments.resume or arguments.serve_plant or is_formal:
+        return understand_or_ask(instruction, configuration, governor)
+    endpoint = llm_endpoint(arguments)
+    from aeros.agent.reading.reader import LlmReader
+
+    grammar: Understanding | InstructionError
+    try:
+        grammar = understand_instruction(instruction, configuration, governor)
+    except NothingAskedError:
+        raise
+    except InstructionError as refusal:
+        grammar = refusal
+    if isinstance(grammar, InstructionError) and arguments.supervised:
+        raise AgentError(f"only the grammar's meaning survives a crash, and it has none: {grammar.reason}")
+    site = configuration.site
+    reader = LlmReader(
+        site,
+        configuration.modules,
+        endpoint,
+        llm_timeout(arguments, site),
+        lambda task: declared_start(site, task),
+    )
+    reading = reader.read(instruction)
+    if isinstance(grammar, Understanding):
+        meaning = reader.agree(grammar, reading)
+        for line in reading.lines:
+            print_line(f"understood {line}")
+        return meaning
+    shown = "; ".join(reading.lines)
+    if not (sys.stdin.isatty() and sys.stderr.isatty()):
+        raise InstructionError(
+            f"{grammar.reason}; `{reading.model}` reads it as {shown}, which an operator has to confirm at a "
+            "terminal: run it there, or give the task with --task"
+        )
+    print(f"aeros: {grammar.reason}", file=sys.stderr)
+    for line in reading.lines:
+        print(f"aeros: `{reading.model}` reads {line}", file=sys.stderr)
+    print("carry this out? yes or no: ", end="", file=sys.stderr, flush=True)
+    if sys.stdin.readline().strip() != "yes":
+        raise InstructionError(f"the operator did not confirm {shown}, so nothing moves")
+    return reader.confirmed(reading, "the operator at the terminal")

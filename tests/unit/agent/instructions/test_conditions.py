@@ -1,0 +1,44 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from aeros.agent.instructions.conditions import find_condition
+from aeros.agent.instructions.grammar import Link, Mood, Segment
+from aeros.agent.instructions.lexicon import task_phrases
+from aeros.spec.model.ecm import ActionCondition
+from tests.unit.agent.dumplings import SPAN, module, task, term
+
+COLD = ActionCondition(term("not wrapper_aligned"), "not wrapper_aligned", SPAN)
+TEA = replace(
+    task("tea", ("make",), "wrapper_aligned"),
+    object_phrases=("tea",),
+    condition_phrases={"the tea is cold": COLD, "the tea is not hot": COLD, "needed": COLD},
+)
+
+
+def finds(words: str, *, is_own: bool = False) -> bool:
+    (entry,) = task_phrases({"kitchen": module("kitchen", (), TEA)})
+    found = find_condition(Segment(Mood.CONDITION, tuple(words.split()), Link.START), entry, is_own=is_own)
+    return found == (COLD.term, COLD.text)
+
+
+@pytest.mark.parametrize(
+    "words", ["the tea is cold", "tea s cold", "that tea is still cold", "the tea isn t hot", "needed"]
+)
+def test_declared_words_are_found_in_each_spelling(words: str) -> None:
+    assert finds(words)
+
+
+@pytest.mark.parametrize("words", ["it is cold", "they is cold", "it s cold", "cold"])
+def test_a_pronoun_or_no_word_stands_for_the_object_of_the_own_task_alone(words: str) -> None:
+    assert finds(words, is_own=True)
+    assert not finds(words)
+
+
+@pytest.mark.parametrize(
+    "words", ["the tea is hot", "the coffee is cold", "the tea is not cold", "is cold", ""]
+)
+def test_other_words_are_not(words: str) -> None:
+    assert not finds(words, is_own=True)

@@ -1,0 +1,69 @@
+"""Two meanings agree only where it is proved."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from aeros.agent.instructions.understand import Errand, Understanding
+from aeros.agent.planning.routing import RoutedTask
+from aeros.agent.reading.agreement import is_equivalent, meanings_agree
+from aeros.spec.backends.oracle import Oracle
+from tests.unit.agent.dumplings import MAKE_DUMPLINGS, site, task, term
+
+COOK = RoutedTask("dumpling", MAKE_DUMPLINGS)
+CLEAN = RoutedTask("clean", task("clean", ("clean",), "area == table"))
+
+
+def meaning(*errands: Errand, prohibited: tuple[RoutedTask, ...] = ()) -> Understanding:
+    return Understanding("words", errands, prohibited)
+
+
+def with_goal(goal: str) -> Errand:
+    return Errand(replace(COOK, task=replace(MAKE_DUMPLINGS, goal=term(goal), goal_text=goal)))
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "agree"),
+    [
+        ("dumpling_cooked", "not not dumpling_cooked", True),
+        ("dumpling_cooked", "dumpling_cooked or (dumpling_cooked and wrapper_aligned)", True),
+        ("fill_level >= 0", "true", True),
+        ("fill_level >= 0.5", "fill_level > 0.5", False),
+        ("area == table", "not (area == pot)", True),
+        ("dumpling_cooked", "dumpling_wrapped", False),
+        ("dumpling_cooked", "not dumpling_cooked", False),
+        ("dumpling_cooked", "dumpling_cooked and dumpling_wrapped", False),
+        ("dumpling_cooked", "dumpling_cooked or dumpling_wrapped", False),
+    ],
+)
+def test_conditions_are_equivalent_for_all_values_or_not(one: str, other: str, agree: bool) -> None:
+    assert is_equivalent(term(one), term(other), site(), Oracle()) is agree
+    assert is_equivalent(term(other), term(one), site(), Oracle()) is agree
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        meaning(Errand(CLEAN), Errand(COOK)),
+        meaning(Errand(COOK)),
+        meaning(Errand(COOK), Errand(CLEAN), Errand(CLEAN)),
+        meaning(Errand(COOK), Errand(CLEAN), prohibited=(COOK,)),
+        meaning(Errand(COOK, term("wrapper_aligned"), "wrapper_aligned"), Errand(CLEAN)),
+        meaning(with_goal("dumpling_wrapped"), Errand(CLEAN)),
+    ],
+    ids=["order", "one less", "one more", "a prohibition", "a condition", "a goal"],
+)
+def test_meanings_that_differ_do_not_agree(other: Understanding) -> None:
+    both = meaning(Errand(COOK), Errand(CLEAN))
+    assert meanings_agree(
+        both, meaning(with_goal("not not dumpling_cooked"), Errand(CLEAN)), site(), Oracle()
+    )
+    assert not meanings_agree(both, other, site(), Oracle())
+    assert not meanings_agree(other, both, site(), Oracle())
+
+
+def test_without_a_budget_nothing_is_equivalent() -> None:
+    one, other = term("fill_level * fill_level > 0.25"), term("fill_level > 0.5")
+    assert not is_equivalent(one, other, site(), Oracle(rlimit=1))
