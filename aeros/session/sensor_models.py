@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 from aeros.runtime.gate.configuration import Configuration
@@ -48,7 +49,8 @@ def sensor_setup(configuration: Configuration, *, ideal: bool = False) -> Sensor
         for name, variable in module.state.items():
             found = errors.sensors.get(variable.sensor or "")
             if found is not None and found.dimension == variable.unit.dimension:
-                models[name] = _model(found)
+                lowest, highest = variable.double_range
+                models[name] = replace(_model(found), lowest=lowest, highest=highest)
     return SensorSetup(models, errors.survey, errors.odometry)
 
 

@@ -107,12 +107,10 @@ class FixedStepPlant(ABC):
     """
 
     def __init__(self, robot: Robot, cameras: Collection[str]) -> None:
-        self._robot = robot
-        self._cameras = cameras
+        self._robot, self._cameras = robot, cameras
         self._pictures: dict[str, PictureSource] = {}
         self._state = robot.read_sensors()
-        self._torque = self._state.torque  # filtered
-        self._torque_rate = (0.0,) * len(self._state.torque)
+        self._torque, self._torque_rate = self._state.torque, (0.0,) * len(self._state.torque)  # filtered
         self._planned: tuple[float, PreparedMotion] | None = None
         self._under_way: dict[MotionHandle, _RunningMotion] = {}
         self._motion_count = 0
@@ -307,8 +305,7 @@ class FixedStepPlant(ABC):
     def _camera_motion(self, camera: str) -> Iterator[None]:
         """Take a picture; publish it after exposure and read-out."""
         picture = self._look(camera)
-        for _ in range(CAMERA_TICKS):
-            yield
+        yield from (None for _ in range(CAMERA_TICKS))
         self._pictures[camera] = picture
 
     def _tick(self, *, stopping: bool = False) -> None:

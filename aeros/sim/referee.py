@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import is_true
-from aeros.spec.model.truth_names import truths_for
+from aeros.spec.scenes.truths_of_arguments import truths_for
 
 
 class GoalJudgement(NamedTuple):

@@ -21,6 +21,7 @@ class SensorModel:
         dropout: probability that the value of one tick is never read; the last reading stays and ages.
         bias: standard deviation of the constant error of each of its numbers, SI, drawn once for a plant.
         colour_noise: of a camera, standard deviation of each colour of a pixel, of 255.
+        lowest, highest: least and greatest number that the instrument shows, SI, whatever its errors.
     """
 
     noise: float = 0.0
@@ -29,6 +30,8 @@ class SensorModel:
     dropout: float = 0.0
     bias: float = 0.0
     colour_noise: float = 0.0
+    lowest: float = -inf
+    highest: float = inf
 
     def __post_init__(self) -> None:
         """Check the numbers.

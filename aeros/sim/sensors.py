@@ -30,9 +30,10 @@ _SENSOR_RANGES: Final[Mapping[str, tuple[float, float]]] = {
     "finger_gap": (0.0, inf),
     "grip_force": (0.0, inf),
     "base_speed": (0.0, inf),
-    "make_dumplings.press_force": (0.0, inf),
 }
 """Range of readings of an instrument, whatever its noise: a range finder shows no negative distance."""
+
+_FREE: Final = (-inf, inf)
 
 
 @dataclass(frozen=True, slots=True)
@@ -268,7 +269,8 @@ class Sensors:
         if kind is not tuple:
             return value
         row = self._row(name, model, tick, len(value))
-        if model.resolution == 0.0 and name not in _SENSOR_RANGES and set(map(type, value)) == _FLOATS:
+        is_free = (model.lowest, model.highest) == _FREE and name not in _SENSOR_RANGES
+        if model.resolution == 0.0 and is_free and set(map(type, value)) == _FLOATS:
             return tuple(map(add, value, row))
         return tuple(
             [
@@ -281,8 +283,8 @@ class Sensors:
         shown = value + row[place]
         if model.resolution > 0.0:
             shown = model.resolution * round(shown / model.resolution)
-        bounds = _SENSOR_RANGES.get(name)
-        return shown if bounds is None else min(bounds[1], max(bounds[0], shown))
+        low, high = _SENSOR_RANGES.get(name, (model.lowest, model.highest))
+        return min(high, max(low, shown))
 
     def _row(self, name: str, model: SensorModel, tick: int, width: int) -> Sequence[float]:
         """Return noise and bias of `width` numbers; drawn in blocks, as generators are slow to make."""

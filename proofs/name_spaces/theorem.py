@@ -304,6 +304,7 @@ def _scope(code: ModuleSource) -> TheoremObligation:
         ecm = SimpleNamespace(
             id=SimpleNamespace(value="m"),
             state=(),
+            tasks=(),
             perceivers=(),
             dependencies=SimpleNamespace(modules=required),
         )
@@ -376,7 +377,17 @@ def _perception_module(code: ModuleSource) -> ModuleType:
     def replaced(_: Any, **changed: Any) -> Any:
         return SimpleNamespace(**changed)
 
-    return code.module(_PERCEPTION, replace=replaced, elaborate_module_variable=lambda *_: SimpleNamespace())
+    return code.module(
+        _PERCEPTION,
+        replace=replaced,
+        elaborate_module_variable=lambda *_: SimpleNamespace(),
+        enums_of_modules=_no_enums,
+    )
+
+
+def _no_enums(_: Mapping[str, Any]) -> dict[str, Any]:
+    """Stand for the enums that modules declare; no name of a variable is one."""
+    return {}
 
 
 def _invariants(code: ModuleSource) -> TheoremObligation:
@@ -403,14 +414,16 @@ def _invariants(code: ModuleSource) -> TheoremObligation:
 
 def _declarations(code: ModuleSource) -> TheoremObligation:
     def run(ask: DecideBranch) -> str:
-        def replaced(_: Any, *, state: Mapping[str, str]) -> Any:
-            return SimpleNamespace(state=state)
+        def replaced(_: Any, *, state: Mapping[str, str], enums: Mapping[str, Any]) -> Any:
+            return SimpleNamespace(state=state, enums=enums)
 
-        site = code.module(_SITE, replace=replaced).Site
+        site = code.module(_SITE, replace=replaced, enums_of_modules=_no_enums).Site
         shared = {_OWN: "the site's"} if ask("shared") else {}
         before = {_INACTIVE: "pot's"} if ask("installed") else {}
         this = SimpleNamespace(
-            state={"near": "the site's", **shared, **before}, perception=SimpleNamespace(shared=shared)
+            state={"near": "the site's", **shared, **before},
+            enums={},
+            perception=SimpleNamespace(shared=shared),
         )
         state = site.with_modules(this, [SimpleNamespace(state={_OWN: "kettle's"})]).state
         whose = "the site's" if shared else "kettle's"

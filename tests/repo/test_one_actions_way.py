@@ -48,13 +48,15 @@ _SURROUNDINGS: Final = (
     "aeros/runtime/perception/shared_pictures.py",
     "aeros/runtime/perception/value_check.py",
     "aeros/sim/layouts/",
+    "aeros/sim/robot/odometry.py",
+    "aeros/sim/sensors.py",
     "ecms/clean_table/perceivers.py",
     "ecms/fetch_object/perceivers.py",
     "ecms/make_dumplings/perceivers.py",
     "aeros/sim/scenes/",
     "aeros/spec/scenes/",
 )
-"""Objects and their frames, coatings, instruments, pictures, and what perceivers make of them."""
+"""Objects and their frames, coatings, instruments, pictures and what perceivers make of them; sensors' errors."""
 
 Way = tuple[str, set[str]]
 """An action's kind, and the files on its way."""

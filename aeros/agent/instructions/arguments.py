@@ -13,8 +13,7 @@ from aeros.spec.diagnostics.words import normalized_words
 from aeros.spec.expr.types import IntegerType
 from aeros.spec.expr.units import format_number
 from aeros.spec.model.ecm import Task
-from aeros.spec.model.objects import OBJECTS
-from aeros.spec.model.task_parameters import TaskParameter
+from aeros.spec.model.task_parameters import OBJECTS, TaskParameter
 
 
 @dataclass(frozen=True, slots=True)

@@ -142,8 +142,8 @@ class TaskPhrases:
             if (knows_pronoun or objects or not self.objects) and word in english.PRONOUNS:
                 starts_with_object = starts_with_object or not triggers
                 objects.append((word,))
-            elif word in particles and triggers and objects:
-                pass  # apart from its verb, as in `tidy the table up`
+            elif word in particles and triggers and objects and words[at - 1] not in english.DETERMINERS:
+                pass  # apart from its verb, as in `tidy the table up`; `to the back` is a place
             elif word in english.REPETITIONS:
                 repetitions.append(word)
             elif number is not None:

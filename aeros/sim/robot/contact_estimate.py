@@ -32,7 +32,7 @@ LINK_DAMPING: Final = 0.1
 """The same for a contact on another link, m: near an axis a small torque would be a large force. Chosen, so
 that fingers that push sideways with 18 N are not taken for an elbow that is hit with more than 65 N."""
 
-_MOMENT_LENGTH: Final = 0.1
+_LEVER_LENGTH: Final = 0.1
 """Lever by which moments at the tool point are compared with forces, m: half of the hand."""
 
 TORQUE_THRESHOLDS: Final = (1.5, 1.5, 1.5, 1.5, 0.4, 0.4, 0.4)
@@ -86,7 +86,7 @@ def _on_hand(frames: Sequence[JointFrame], torques: Sequence[float]) -> float:
     tool = frames[-1].to_base(PANDA_BODY.tool_offset)
     jacobian = np.array(
         [
-            (*cross(z, subtract(tool, origin)), *(_MOMENT_LENGTH * part for part in z))
+            (*cross(z, subtract(tool, origin)), *(_LEVER_LENGTH * part for part in z))
             for origin, _, _, z in frames[1:]
         ]
     ).T

@@ -30,9 +30,9 @@ from aeros.spec.expr.semantics import evaluate
 from aeros.spec.expr.types import BoolType
 from aeros.spec.expr.units import TIME, format_number, format_quantity
 from aeros.spec.model.configured import BoundNames
-from aeros.spec.model.objects import OBJECTS
 from aeros.spec.model.perception import Definition, Perceiver, PerceptionPolicy, PictureRequest, SiteCamera
 from aeros.spec.model.site import Site, enums_of_modules
+from aeros.spec.model.task_parameters import OBJECTS
 from aeros.spec.model.variables import Declared
 from aeros.spec.text.fields import ExpressionField, TextField
 

@@ -6,7 +6,6 @@ from aeros.spec.declared import site as declared
 from aeros.spec.declared.configuration import ModuleSettings
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.motion import check_tracking_rules, elaborate_motion
-from aeros.spec.elaborate.objects import elaborate_objects
 from aeros.spec.elaborate.perception import (
     elaborate_cameras,
     elaborate_perception_policy,
@@ -24,6 +23,7 @@ from aeros.spec.elaborate.policy import (
 )
 from aeros.spec.elaborate.rules import ElaboratedRules, check_unique_ids, elaborate_rules
 from aeros.spec.elaborate.sensor_errors import elaborate_sensor_errors
+from aeros.spec.elaborate.task_parameters import elaborate_objects
 from aeros.spec.elaborate.tools import check_rules_read_no_answers
 from aeros.spec.elaborate.vocabulary import check_protective_stop, elaborate_vocabulary
 from aeros.spec.model.configured import ModuleConfiguration

@@ -16,8 +16,8 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import AxisAlignedBox
 from aeros.spec.expr.types import EnumType, FamilyType, RealType
 from aeros.spec.expr.units import LENGTH
-from aeros.spec.model.objects import OBJECTS
 from aeros.spec.model.rules import ActionKind, Risk
+from aeros.spec.model.task_parameters import OBJECTS
 from aeros.spec.model.variables import Declared
 from aeros.spec.text.fields import ExpressionField, TextField
 

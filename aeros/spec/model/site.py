@@ -18,7 +18,6 @@ from aeros.spec.expr.scope import AxisAlignedBox
 from aeros.spec.expr.types import EnumType
 from aeros.spec.model.configured import ModuleConfiguration
 from aeros.spec.model.motion import MotionPolicy
-from aeros.spec.model.objects import ObjectKind
 from aeros.spec.model.perception import PerceptionPolicy, SiteCamera
 from aeros.spec.model.policy import (
     Access,
@@ -31,6 +30,7 @@ from aeros.spec.model.policy import (
 )
 from aeros.spec.model.rules import ActionKind, JointRule, Risk, Rule
 from aeros.spec.model.sensor_errors import SensorErrors
+from aeros.spec.model.task_parameters import ObjectKind
 from aeros.spec.model.variables import Declared, History
 
 if TYPE_CHECKING:

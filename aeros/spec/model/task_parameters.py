@@ -1,15 +1,18 @@
-"""Parameters of tasks: what an instruction says, such as the object to fetch."""
+"""Parameters of tasks, which instructions set, and the objects of a site that they may name."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Final, Protocol
+from typing import Any, Final, Literal, Protocol
 
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import EnumType
 from aeros.spec.model.perception import Definition, Perceiver
 from aeros.spec.model.variables import Declared
+
+OBJECTS: Final = "objects"
+"""Name of the enum of a site's objects, and of the table of them that perceivers may read."""
 
 _INSTRUCTION: Final = "the instruction"
 """What measures a parameter, after the name of its module; no perceiver can have this name."""
@@ -116,3 +119,28 @@ def parameters_behind_variables(modules: Iterable[_Module]) -> dict[str, frozens
                 if not behind <= known:
                     found[name], is_new = known | behind, True
     return found
+
+
+@dataclass(frozen=True)
+class ObjectKind:
+    """One kind of object.
+
+    Attributes:
+        phrases: phrases for it, in lower case and in the singular.
+        shape: shape as it stands; empty if the site does not say.
+        size: for a `box` its size along x, y and z, for a `cylinder` its radius and height, m.
+        colour: red, green and blue, from 0 to 1; None if the site does not say.
+    """
+
+    phrases: tuple[str, ...]
+    shape: Literal["box", "cylinder", ""] = ""
+    size: tuple[float, ...] = ()
+    colour: tuple[float, float, float] | None = None
+
+    def for_perceivers(self) -> dict[str, Any]:
+        """Encode it for the code of perceivers.
+
+        Returns:
+            Plain values: `shape`, `size` and `colour`.
+        """
+        return {"shape": self.shape, "size": self.size, "colour": self.colour}

@@ -29,11 +29,11 @@ from aeros.spec.model.scene import (
     Seal,
     UrdfModel,
 )
-from aeros.spec.model.truth_names import truth_name
 from aeros.spec.scenes.bodies import BodyElaborator
 from aeros.spec.scenes.conditions import SceneScope, resolve_part
 from aeros.spec.scenes.merging import NAMED, names_in_use
 from aeros.spec.scenes.quantities import Quantities
+from aeros.spec.scenes.truths_of_arguments import truth_name
 from aeros.spec.text.fields import MappingField, TextField
 
 _T = TypeVar("_T")

@@ -11,8 +11,8 @@ from aeros.spec.elaborate.expressions import elaborate_expression
 from aeros.spec.elaborate.module.action_conditions import elaborate_action_condition
 from aeros.spec.elaborate.module.callables import CallableNames
 from aeros.spec.elaborate.names import resolve_name
-from aeros.spec.elaborate.objects import phrases_of
 from aeros.spec.elaborate.scopes import state_scope
+from aeros.spec.elaborate.task_parameters import phrases_of
 from aeros.spec.elaborate.values import elaborate_state_values, elaborate_value
 from aeros.spec.expr import terms as t
 from aeros.spec.model.ecm import ActionCondition, Alternative, PlanningRule, Task, TaskInvariant

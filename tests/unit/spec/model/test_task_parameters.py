@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
-from aeros.spec.model.task_parameters import instruction_of, is_parameter, parameters_behind_variables
+from aeros.spec.model.task_parameters import (
+    ObjectKind,
+    instruction_of,
+    is_parameter,
+    parameters_behind_variables,
+)
 from tests.unit.agent.instructions.reference import reference_modules
 
 
@@ -37,3 +42,9 @@ def test_a_parameter_of_an_enum_lists_its_values() -> None:
     task = reference_modules()["fetch_object"].tasks["fetch_object"]
     assert task.complete_arguments({"to": "left"}) == {"object": "red_can", "to": "left"}
     assert task.initial["fetch_object.object"] == "red_can"
+
+
+def test_perceivers_get_shape_size_and_colour_as_plain_values() -> None:
+    cup = ObjectKind(("cup",), "cylinder", (0.03, 0.08), (0.1, 0.2, 0.3))
+    assert cup.for_perceivers() == {"shape": "cylinder", "size": (0.03, 0.08), "colour": (0.1, 0.2, 0.3)}
+    assert ObjectKind(("cup",)).for_perceivers() == {"shape": "", "size": (), "colour": None}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.spec.model.truth_names import truth_name, truths_for
+from aeros.spec.scenes.truths_of_arguments import truth_name, truths_for
 
 NAMES = st.from_regex(r"[a-z][a-z_]{0,5}", fullmatch=True)
 
