@@ -240,9 +240,12 @@ class ReplayingRuntime:
         """Implement `Runtime.set_parameters`: every trial has the defaults.
 
         Raises:
-            MisuseError: values are given.
+            MisuseError: other values are given.
         """
-        if values:
+        known = {
+            name: one for ecm in self.active_modules().values() for name, one in ecm.task_parameters.items()
+        }
+        if any(value != known[name].default for name, value in values.items()):
             raise MisuseError("a trial has the default parameters of its task")
 
     def observe(self) -> Readings:

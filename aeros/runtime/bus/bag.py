@@ -145,9 +145,12 @@ def _number_sequence_fields(kind: type[Message]) -> frozenset[str]:
 
 
 def _nanoseconds(message: Message) -> int:
-    """Return the first time stamp in the message, ns on the plant's clock; 0 if it has none."""
+    """Return the first time stamp in the message, ns on the plant's clock; 0 if it has none.
+
+    A late sensor's first value is older than the clock, and no file has negative times.
+    """
     when = next(_stamps(message), Time())
-    return when.sec * 10**9 + when.nanosec
+    return max(0, when.sec * 10**9 + when.nanosec)
 
 
 def _stamps(value: Any) -> Iterator[Time]:

@@ -53,7 +53,9 @@ def test_a_plan_that_came_with_the_instruction_is_followed_first_and_once(tmp_pa
     runtime = FakeRuntime(endings={"wrap": ["misaligned"]})
     report, plans = pursue(tmp_path, runtime, proposed("prepare", "recover", "wrap", "boil"))
     assert report.reached
-    assert [remark for remark, _ in plans] == [CAME_WITH_IT, None]
+    (first, _), (second, _) = plans
+    assert first == CAME_WITH_IT
+    assert str(second).startswith("expected ")
 
 
 def test_of_a_proposed_plan_the_end_is_followed_that_leads_to_the_goal(tmp_path: Path) -> None:
@@ -69,7 +71,8 @@ def test_a_proposed_plan_that_does_not_lead_to_the_goal_is_not_followed(
 ) -> None:
     report, plans = pursue(tmp_path, FakeRuntime(), proposed(*skills))
     assert report.reached
-    assert [remark for remark, _ in plans] == [None]
+    ((remark, _),) = plans
+    assert str(remark).startswith("expected ")
 
 
 class Sleeping:

@@ -44,8 +44,9 @@ def deliver_the_can(plant: PhysicsPlant) -> None:
 
 
 def tidy_and_wipe(plant: PhysicsPlant) -> None:
-    put(plant, "cube", (0.41, -0.5, 0.027))
-    put(plant, "can", (0.49, -0.5, 0.032))
+    x, y, _ = scene_of(plant)._poses["bin"].position
+    put(plant, "cube", (x - 0.04, y, 0.027))
+    put(plant, "can", (x + 0.04, y, 0.032))
     scene_of(plant)._coatings["dirt"].wiped[:] = True
 
 
@@ -70,7 +71,7 @@ class Change:
 
 
 CHANGES = (
-    Change("fetch", deliver_the_can, "fetch_object.object_delivered"),
+    Change("fetch", deliver_the_can, "fetch_object.object_delivered(object = red_can, to = middle)"),
     Change("table", tidy_and_wipe, "clean_table.table_wiped"),
     Change("table", tidy_and_wipe, "clean_table.table_organized"),
     Change("dumpling_bench", wrap, "make_dumplings.dumpling_wrapped"),
