@@ -56,7 +56,7 @@ _SURROUNDINGS: Final = (
     "aeros/sim/scenes/",
     "aeros/spec/scenes/",
 )
-"""Objects and their frames, coatings, instruments, what perceivers make of pictures, and errors of sensors."""
+"""Objects and their frames, coatings, instruments, pictures, perceivers, and errors of sensors."""
 
 Way = tuple[str, set[str]]
 """An action's kind, and the files on its way."""
