@@ -20,7 +20,9 @@ pytestmark = pytest.mark.physics
     ("modules", "instruction", "make_site"),
     [
         (("ecms/clean_table",), "clean the table", slower_site),
-        (("ecms/make_dumplings",), "make dumplings", site_with_other_names),
+        pytest.param(
+            ("ecms/make_dumplings",), "make dumplings", site_with_other_names, marks=pytest.mark.deep
+        ),
         (("ecms/fetch_object",), "fetch the object", site_with_other_names),
         (("learned/hold_sponge",), "hold the sponge", site_with_other_names),
         pytest.param(

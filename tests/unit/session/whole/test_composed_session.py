@@ -35,7 +35,9 @@ def reference_site(folder: Path) -> Path:
     ("make_site", "binding", "shipped_settings"),
     [
         (reference_site, "area=table_area", ()),
-        (site_with_other_names, "area=counter_space", bindings("clean_table")),
+        pytest.param(
+            site_with_other_names, "area=counter_space", bindings("clean_table"), marks=pytest.mark.deep
+        ),
         (slower_site, "area=table_area", ()),
     ],
 )
