@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from math import hypot, pi
@@ -98,6 +98,24 @@ class _RunningMotion:
     is_halting: bool = False
 
 
+class _FilteredTorques:
+    """Joint torques through a first-order filter, Nm, and their rates, Nm/s.
+
+    Args:
+        torques: at the start.
+    """
+
+    def __init__(self, torques: Sequence[float]) -> None:
+        self._torques = list(torques)
+        self.rates: tuple[float, ...] = (0.0,) * len(torques)
+
+    def update(self, torques: Sequence[float]) -> None:
+        """Take in the torques of a tick."""
+        changes = [a - b for a, b in zip(torques, self._torques, strict=True)]
+        self._torques = [b + _TORQUE_SHARE * d for b, d in zip(self._torques, changes, strict=True)]
+        self.rates = tuple([_TORQUE_SHARE / TICK * change for change in changes])
+
+
 class FixedStepPlant(ABC):
     """The part of `aeros.runtime.ports.Plant` that simulators with control ticks share.
 
@@ -110,7 +128,7 @@ class FixedStepPlant(ABC):
         self._robot, self._cameras = robot, cameras
         self._pictures: dict[str, PictureSource] = {}
         self._state = robot.read_sensors()
-        self._torque, self._torque_rate = self._state.torque, (0.0,) * len(self._state.torque)  # filtered
+        self._filtered = _FilteredTorques(self._state.torque)
         self._planned: tuple[float, PreparedMotion] | None = None
         self._under_way: dict[MotionHandle, _RunningMotion] = {}
         self._motion_count = 0
@@ -305,15 +323,14 @@ class FixedStepPlant(ABC):
     def _camera_motion(self, camera: str) -> Iterator[None]:
         """Take a picture; publish it after exposure and read-out."""
         picture = self._look(camera)
-        yield from (None for _ in range(CAMERA_TICKS))
+        for _ in range(CAMERA_TICKS):
+            yield
         self._pictures[camera] = picture
 
     def _tick(self, *, stopping: bool = False) -> None:
         self._step_world()
         self._state = self._robot.read_sensors()
-        changes = [a - b for a, b in zip(self._state.torque, self._torque, strict=True)]
-        self._torque = tuple([b + _TORQUE_SHARE * d for b, d in zip(self._torque, changes, strict=True)])
-        self._torque_rate = tuple([_TORQUE_SHARE / TICK * change for change in changes])
+        self._filtered.update(self._state.torque)
         self._way.append(self._state)
         self._measure()
         for running in self._running_motions():
@@ -335,7 +352,7 @@ class FixedStepPlant(ABC):
             "joint_position": state.q,
             "joint_velocity": state.qd,
             "joint_torque": state.torque,
-            "joint_torque_rate": self._torque_rate,
+            "joint_torque_rate": self._filtered.rates,
             "tool_position": state.tool_position,
             "tool_speed": state.tool_speed,
             "link_speed": braking_link_speed(state.q, state.qd, state.base_velocity),

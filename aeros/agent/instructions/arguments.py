@@ -142,11 +142,10 @@ class StatedValues:
     @property
     def arguments(self) -> dict[str, Any]:
         """The stated arguments, and the defaults; parameters of which neither is known are absent."""
-        defaults = {
-            name: one.default for name, one in self.task.parameters.items() if one.default is not None
-        }
-        both = {**{name: one for name, one in defaults.items() if name not in self.values}, **self.stated}
-        return {name: both[name] for name in self.task.parameters if name in both}
+        stated = self.stated
+        complete = self.task.complete_arguments(stated)
+        # A default does not settle which of several values is meant.
+        return {name: one for name, one in complete.items() if name in stated or name not in self.values}
 
     def open_parameters(self) -> Iterator[tuple[str, Sequence[str]]]:
         """Find the parameters that are still open.
