@@ -171,8 +171,10 @@ def _components(value: Any, shape: Sequence[int], what: str) -> tuple[float, ...
                 raise ModelError(f"{what} is a `{type_name(value)}` where a number is needed")
             value = as_number()
         return (float(value),)
-    if getattr(value, "shape", None) is not None and hasattr(value, "tolist"):
-        value = value.tolist()  # an array of NumPy
+    if getattr(value, "shape", None) is not None and hasattr(value, "tolist"):  # an array of NumPy
+        if value.shape == tuple(shape) and value.dtype.kind in "iuf":
+            return tuple(map(float, value.ravel().tolist()))  # the parts of a picture one by one take long
+        value = value.tolist()
     if not isinstance(value, list | tuple) or len(value) != shape[0]:
         size = f"of {len(value)}" if isinstance(value, list | tuple) else f"`{type_name(value)}`"
         raise ModelError(f"{what} is a value {size} where {shape[0]} numbers are needed")

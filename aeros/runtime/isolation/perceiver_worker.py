@@ -12,6 +12,8 @@ from collections.abc import Generator
 from typing import Any
 
 from aeros.descriptions import describe_exception
+from aeros.models.interface import ModelFileError
+from aeros.models.load import load_models
 from aeros.perception.plain_values import NoValuesError, plain_values
 from aeros.perception.view_builder import PictureData, build_view
 from aeros.runtime.isolation.layers import IsolationLayer, apply_layers
@@ -32,8 +34,14 @@ from aeros.runtime.isolation.protocol import (
     sanitize_text,
 )
 from aeros.runtime.skills.contract import SkillRefusedError
-from aeros.runtime.skills.perceiver_code import PerceiverFunction, PerceiverNames, execute_perceiver
+from aeros.runtime.skills.perceiver_code import (
+    PerceiverFunction,
+    PerceiverNames,
+    execute_perceiver,
+    start_perceiver,
+)
 from aeros.runtime.skills.raised import describe_raised
+from aeros.skill import Models
 
 
 class PerceiverWorker:
@@ -50,6 +58,7 @@ class PerceiverWorker:
         self._load: LoadPerceiver | None = None
         self._pictures = memoryview(b"")
         self._function: PerceiverFunction | None = None
+        self._models: Models = {}
         self._body: Generator[Any, Any, None] | None = None
 
     def handle(self, question: RuntimeRequest) -> WorkerResponse:
@@ -72,7 +81,7 @@ class PerceiverWorker:
                 question.time, question.readings, question.samples, self._picture_data(self._load, question)
             )
             if self._body is None:
-                self._body = self._function(view)
+                self._body = start_perceiver(self._function, view, self._models)
                 yielded = next(self._body)
             else:
                 yielded = self._body.send(view)
@@ -97,9 +106,13 @@ class PerceiverWorker:
         sys.path_importer_cache.clear()
         names = PerceiverNames(load.members, load.builtins)
         try:
+            self._models = load_models(load.models)
             self._function = execute_perceiver(
                 load.module, load.name, load.source, load.path, load.function, names
             )
+        except ModelFileError as failure:
+            why = f"a model of module `{load.module}` cannot be loaded: {failure}"
+            return SkillRejected(load.token, sanitize_text(why))
         except SkillRefusedError as refusal:
             return SkillRejected(load.token, sanitize_text(str(refusal)))
         except BaseException as failure:

@@ -145,6 +145,7 @@ class LoadPerceiver(WorkerMessage, frozen=True):
         builtins: builtins that it may use.
         slots: places of its pictures in the shared memory, in order.
         size: bytes of the shared memory.
+        models: the models that the perceiver declares.
     """
 
     layers: tuple[str, ...]
@@ -158,6 +159,7 @@ class LoadPerceiver(WorkerMessage, frozen=True):
     builtins: tuple[str, ...]
     slots: tuple[PictureSlot, ...]
     size: int
+    models: tuple[ModelPackage, ...] = ()
 
 
 class ResumePerceiver(WorkerMessage, frozen=True):

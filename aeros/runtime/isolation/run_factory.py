@@ -218,6 +218,29 @@ def _format_unavailable(modules: Iterable[str], lacking: Mapping[str, str]) -> s
     )
 
 
+def engine_modules(ecm: Ecm, models: Iterable[str]) -> tuple[str, ...]:
+    """List the Python modules that a worker imports before it can open no file, to load some models.
+
+    Args:
+        ecm: the module.
+        models: names of the models.
+
+    Returns:
+        Names of Python modules.
+
+    Raises:
+        SkillRefusedError: a library that the models need is not installed.
+    """
+    engines = modules_to_preload(ecm.models[name].kind for name in models)
+    missing = [name for name in engines if find_spec(name.partition(".")[0]) is None]
+    if missing:
+        raise SkillRefusedError(
+            f"module `{ecm.id}` has networks and `{missing[0]}` is not installed: "
+            "pip install 'aeros[learned]'"
+        )
+    return engines
+
+
 def _preload_modules(ecm: Ecm) -> tuple[str, ...]:
     """Return the modules that a worker for `ecm` may need: it can open no file to import them.
 
@@ -225,14 +248,7 @@ def _preload_modules(ecm: Ecm) -> tuple[str, ...]:
         SkillRefusedError: a library that its models need is not installed.
     """
     wants_numpy = find_spec("numpy") is not None and _imports_numpy(ecm)
-    used = {name for skill in ecm.skills.values() for name in skill.models}
-    engines = modules_to_preload(ecm.models[name].kind for name in used)
-    missing = [name for name in engines if find_spec(name.partition(".")[0]) is None]
-    if missing:
-        raise SkillRefusedError(
-            f"module `{ecm.id}` has networks and `{missing[0]}` is not installed: "
-            "pip install 'aeros[learned]'"
-        )
+    engines = engine_modules(ecm, (name for skill in ecm.skills.values() for name in skill.models))
     names = (*sorted(ALLOWED_MODULES), *(NUMPY_MODULES if wants_numpy else ()), *engines)
     return tuple(dict.fromkeys(names))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib.util import find_spec
 from typing import Final
 
-from aeros.runtime.isolation.run_factory import NUMPY_MODULES, SkillRunFactory
+from aeros.runtime.isolation.run_factory import NUMPY_MODULES, SkillRunFactory, engine_modules
 from aeros.runtime.perception.perceiver_run import (
     InProcessPerceiver,
     IsolatedPerceiver,
@@ -60,7 +60,8 @@ def open_by_policy(skills: SkillRunFactory) -> OpenPerceiver:
             return open_in_process(site, ecm, perceiver)
         _require_numpy(ecm)
         code = certified_code(ecm, perceiver)
-        pool, layers = skills.pool_and_layers(site, ecm, PRELOADED)
+        preload = (*PRELOADED, *engine_modules(ecm, perceiver.models))
+        pool, layers = skills.pool_and_layers(site, ecm, tuple(dict.fromkeys(preload)))
         return IsolatedPerceiver(pool, layers, code, perceiver, float(site.isolation.answer_timeout_s))
 
     return open_perceiver

@@ -22,8 +22,8 @@ from aeros.runtime.isolation.protocol import (
 from aeros.runtime.isolation.zygote_pool import ZygotePool
 from aeros.runtime.perception.shared_pictures import SharedPictures, UnfitPictureError, sample
 from aeros.runtime.ports import CameraPicture
-from aeros.runtime.skills.load import CertifiedCode
-from aeros.runtime.skills.perceiver_code import PerceiverNames, execute_perceiver
+from aeros.runtime.skills.load import CertifiedCode, load_certified_models
+from aeros.runtime.skills.perceiver_code import PerceiverNames, execute_perceiver, start_perceiver
 from aeros.runtime.skills.raised import describe_raised
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.perception import Perceiver
@@ -103,6 +103,7 @@ class InProcessPerceiver:
         self._function = execute_perceiver(
             code.module, code.name, code.content, code.path, code.function, NAMES
         )
+        self._models = load_certified_models(code)
         self._body: Generator[Any, Any, None] | None = None
 
     def perceive(self, view: ViewInput, seconds: float) -> Perceived:
@@ -129,7 +130,7 @@ class InProcessPerceiver:
                 )
             built = build_view(view.time, view.readings, view.samples, pictures)
             if self._body is None:
-                self._body = self._function(built)
+                self._body = start_perceiver(self._function, built, self._models)
                 yielded = next(self._body)
             else:
                 yielded = self._body.send(built)
@@ -190,6 +191,7 @@ class IsolatedPerceiver(IsolatedCode):
                 tuple(sorted(names.builtins)),
                 shared.slots,
                 shared.size,
+                code.models,
             )
             self._load(load, load_within)
         except BaseException:

@@ -31,7 +31,7 @@ class CertifiedCode(NamedTuple):
         path: path of the file.
         content: its bytes, with the certified digest.
         function: name of the generator function in it.
-        models: the models that the skill declares, with their certified bytes.
+        models: the models that it declares, with their certified bytes.
     """
 
     module: str
@@ -90,12 +90,12 @@ def certified_code(ecm: Ecm, skill: Skill | Perceiver) -> CertifiedCode:
     content = certified_files(ecm).get(name)
     if content is None:
         raise SkillRefusedError(f"module `{ecm.id}` has no file `{name}`")
-    models = certified_models(ecm, skill.models) if isinstance(skill, Skill) else ()
+    models = certified_models(ecm, skill.models)
     return CertifiedCode(ecm.id, name, str(Path(ecm.folder) / name), content, skill.function, models)
 
 
 def load_certified_models(code: CertifiedCode) -> Models:
-    """Load the models of a skill in this process.
+    """Load the models of a skill or of a perceiver in this process.
 
     Args:
         code: as `certified_code` returns it.

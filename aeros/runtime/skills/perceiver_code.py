@@ -14,9 +14,10 @@ from types import ModuleType
 from typing import Any, NamedTuple
 
 from aeros.runtime.skills.contract import SkillRefusedError, execute_file
+from aeros.skill import Models
 
-PerceiverFunction = Callable[[Any], Generator[Any, Any, None]]
-"""Generator function of a perceiver: takes the first view."""
+PerceiverFunction = Callable[..., Generator[Any, Any, None]]
+"""Generator function of a perceiver: takes the first view, and the models if the perceiver declares any."""
 
 
 class PerceiverNames(NamedTuple):
@@ -55,6 +56,21 @@ def execute_perceiver(
     if not inspect.isgeneratorfunction(generator):
         raise SkillRefusedError(f"`{name}` of module `{module}` has no generator function `{function}`")
     return generator
+
+
+def start_perceiver(function: PerceiverFunction, view: object, models: Models) -> Generator[Any, Any, None]:
+    """Start a perceiver, up to its first value.
+
+    Args:
+        function: its generator function.
+        view: the first view.
+        models: the models that the perceiver declares, by name; it takes them as a second argument if there
+            are any.
+
+    Returns:
+        The generator, not started.
+    """
+    return function(view, models) if models else function(view)
 
 
 def _guarded_builtins(names: PerceiverNames) -> dict[str, Any]:

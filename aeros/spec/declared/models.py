@@ -81,7 +81,7 @@ class ModelBound:
 
 @dataclass(frozen=True)
 class Model:
-    """A file that skills evaluate or read, with its interface.
+    """A file that skills and perceivers evaluate or read, with its interface.
 
     Attributes:
         span: its place in the file.
@@ -101,4 +101,4 @@ class Model:
 
 
 UsedModels = tuple[Identifier, ...]
-"""Names of the models that a skill uses."""
+"""Names of the models that a skill or a perceiver uses."""

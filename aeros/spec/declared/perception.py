@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Annotated
 
 from aeros.spec.declared.field_types import Identifier, Named
+from aeros.spec.declared.models import UsedModels
 from aeros.spec.declared.quantity import Quantity
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.text.fields import (
@@ -163,6 +164,10 @@ class Perceiver:
     rate: TextField | None = field(
         default=None,
         metadata={"doc": "how often readings are sampled between two calls, too, as in `rate: 10 Hz`"},
+    )
+    models: UsedModels = field(
+        default=(),
+        metadata={"doc": "models that it gets as a second argument, as in `models: [detector]`"},
     )
 
 

@@ -8,9 +8,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TypeVar
 
+from aeros.spec.declared.models import UsedModels
 from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean
 from aeros.spec.expr.parser import KEYWORDS
 from aeros.spec.expr.units import unit_names
+from aeros.spec.model.models import ModuleModel
 from aeros.spec.model.site import Site
 from aeros.spec.text.fields import TextField
 
@@ -138,3 +140,23 @@ def meanings_of_names(site: Site) -> dict[str, str]:
     for kind in site.kinds.values():
         used |= dict.fromkeys(kind.parameters, f"a parameter of `{kind.name}`")
     return used
+
+
+def resolve_models(
+    names: UsedModels, models: Mapping[str, ModuleModel], diagnostics: Diagnostics
+) -> tuple[str, ...]:
+    """Resolve the names of the models that a skill or a perceiver uses.
+
+    Args:
+        names: the names as declared.
+        models: models of the module by name.
+        diagnostics: receives the faults.
+
+    Returns:
+        The names, each once.
+    """
+    for name in names:
+        model = resolve_name(name, models, "a model of this module", diagnostics)
+        if model is not None and not model.file:
+            diagnostics.error("AE122", f"`{name.value}` has no file to use", name.span)
+    return tuple(dict.fromkeys(name.value for name in names))

@@ -16,7 +16,13 @@ from aeros.spec.declared import perception as declared
 from aeros.spec.declared import site as declared_site
 from aeros.spec.diagnostics.codes import Diagnostics, SpanLabel, did_you_mean
 from aeros.spec.elaborate.expressions import elaborate_expression, elaborate_quantity
-from aeros.spec.elaborate.names import check_name_is_free, meanings_of_names, resolve_name, resolve_need
+from aeros.spec.elaborate.names import (
+    check_name_is_free,
+    meanings_of_names,
+    resolve_models,
+    resolve_name,
+    resolve_need,
+)
 from aeros.spec.elaborate.quantities import (
     elaborate_memory,
     elaborate_module_variable,
@@ -30,6 +36,7 @@ from aeros.spec.expr.semantics import evaluate
 from aeros.spec.expr.types import BoolType
 from aeros.spec.expr.units import TIME, format_number, format_quantity
 from aeros.spec.model.configured import BoundNames
+from aeros.spec.model.models import ModuleModel
 from aeros.spec.model.perception import Definition, Perceiver, PerceptionPolicy, PictureRequest, SiteCamera
 from aeros.spec.model.site import Site, enums_of_modules
 from aeros.spec.model.task_parameters import OBJECTS
@@ -147,6 +154,7 @@ class ModulePerception:
         names: the site's names for these.
         diagnostics: receives the faults.
         public: what the modules that it requires declare as public, by full name.
+        models: models of the module by name.
 
     Attributes:
         state: its own variables by full name.
@@ -164,9 +172,11 @@ class ModulePerception:
         names: BoundNames,
         diagnostics: Diagnostics,
         public: Mapping[str, Declared],
+        models: Mapping[str, ModuleModel],
     ) -> None:
         self._diagnostics = diagnostics
         self._names = names
+        self._models = models
         self._module = ecm.id.value
         used = meanings_of_names(site)
         own = self._variables(ecm, site, used)
@@ -308,6 +318,7 @@ class ModulePerception:
             entry_span=perceiver.entry.span,
             processor=processor,
             constants=_parameters_read(perceiver, self._names, self.site),
+            models=resolve_models(perceiver.models, self._models, self._diagnostics),
         )
 
     def _is_constant(self, reading: str) -> bool:

@@ -372,6 +372,12 @@ class Ecm:
         return {one.full_name: one for task in self.tasks.values() for one in task.parameters.values()}
 
     @property
+    def used_models(self) -> frozenset[str]:
+        """Names of the models that its skills and perceivers receive."""
+        of_skills = (name for skill in self.skills.values() for name in skill.models)
+        return frozenset((*of_skills, *(name for one in self.perceivers.values() for name in one.models)))
+
+    @property
     def with_owners(self) -> tuple[Ecm, ...]:
         """The module, and all others whose skills its steps may run."""
         return (self, *self.foreign.owners.values())

@@ -59,6 +59,7 @@ class Perceiver:
         entry_span: place of its `entry`.
         processor: greatest share of one core that its process may use, above 0 and at most 1.
         constants: value (SI) of each parameter of the module that it gets with the readings, by name.
+        models: names of the models that it receives.
     """
 
     id: str
@@ -74,6 +75,7 @@ class Perceiver:
     entry_span: SourceSpan
     processor: Fraction = Fraction(1)
     constants: Mapping[str, Any] = field(default_factory=dict)
+    models: tuple[str, ...] = ()
 
     @property
     def readings(self) -> tuple[str, ...]:

@@ -23,8 +23,8 @@ def entry_point_obligations(
     """Claim that every entry point exists and is a generator function of the arguments that it gets.
 
     A skill's function takes the observation and the inputs, and the models if the skill declares any; a
-    perceiver's takes the view.  A file has entry
-    points of skills or of perceivers, never of both: their code may use different names.
+    perceiver's takes the view, and the models likewise.  A file has entry points of skills or of perceivers,
+    never of both: their code may use different names.
 
     Args:
         ecm: the module.
@@ -39,7 +39,8 @@ def entry_point_obligations(
         yield StaticClaim(ClaimForm.ENTRY_POINT(skill.id), found)
     of_skills = {skill.module_name: skill for skill in ecm.skills.values()}
     for one in ecm.perceivers.values():
-        found = _entry_point_error(one.module_name, one.function, one.entry_span, files, _PERCEIVER)
+        kind = _PERCEIVER_WITH_MODELS if one.models else _PERCEIVER
+        found = _entry_point_error(one.module_name, one.function, one.entry_span, files, kind)
         if found is None and one.module_name in of_skills:
             found = Diagnostic(
                 "AE123",
@@ -89,6 +90,12 @@ _PERCEIVER: Final = _EntryKind(
     "def {}(view: View) -> Perception: ...",
     "it could measure only once",
     "`yield` the values by name and receive the next view",
+)
+_PERCEIVER_WITH_MODELS: Final = replace(
+    _PERCEIVER,
+    arguments=2,
+    described="the view and the models",
+    example="def {}(view: View, models: Models) -> Perception: ...",
 )
 
 

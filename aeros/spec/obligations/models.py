@@ -43,7 +43,7 @@ def model_obligations(ecm: Ecm) -> Iterator[StaticClaim]:
     Yields:
         The claims, settled.
     """
-    used = {name for skill in ecm.skills.values() for name in skill.models}
+    used = ecm.used_models
     for model in ecm.models.values():
         if not model.file or (model.kind == "file" and model.id not in used):
             continue

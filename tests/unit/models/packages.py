@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 from aeros.models.interface import CheckedBound, ModelKind, ModelPackage, ValueInterface
 from aeros.models.onnx_writer import Layer, write_onnx
+from aeros.spec.diagnostics.source import Source, SourceSpan
+from aeros.spec.expr.units import DIMENSIONLESS, parse_unit
+from aeros.spec.model.models import ModelBound, ModelValue, ModuleModel
 
 LEVELS = b"level [mm],volume\n0,0\n10,0.1\n20,0.4\n"
 
@@ -30,4 +35,21 @@ def doubling(
     content = write_onnx("doubling", ("angle", 2), "turned", layers)
     return ModelPackage(
         "doubling", kind, "doubling.onnx", content, {"angle": angle}, {"turned": turned}, bounds
+    )
+
+
+def gauge_and_tent() -> tuple[ModuleModel, ModuleModel]:
+    """The table `gauge.csv`, and the network `tent.onnx` with a bound that is checked at run time."""
+    span, millimetre = SourceSpan(Source("ecm.yaml", ""), 0, 0), parse_unit("mm")
+    assert millimetre is not None
+    level = ModelValue("level", (), millimetre, (Fraction(0), Fraction(1, 50)), span)
+    volume = ModelValue("volume", (), DIMENSIONLESS, (Fraction(0), Fraction(1)), span)
+    x = ModelValue("x", (1,), DIMENSIONLESS, (Fraction(0), Fraction(2)), span)
+    y = ModelValue("y", (1,), DIMENSIONLESS, (Fraction(-1), Fraction(2)), span)
+    low = ModelBound(
+        "low", {"x": ((Fraction(0), Fraction(2)),)}, {"y": ((Fraction(0), Fraction(3, 4)),)}, True, span
+    )
+    return (
+        ModuleModel("gauge", "table", "gauge.csv", {"level": level}, {"volume": volume}, (), span, span),
+        ModuleModel("tent", "onnx", "tent.onnx", {"x": x}, {"y": y}, (low,), span, span),
     )

@@ -64,9 +64,9 @@ def elaborate_ecm(
     if len(diagnostics) > unbound:
         return None  # a name that is not bound would be reported at each of its uses
     bound = needs.names
-    perception = ModulePerception(ecm, needs.site, bound, diagnostics, foreign.public_variables)
-    site = perception.site
     models = elaborate_models(ecm.models, diagnostics)
+    perception = ModulePerception(ecm, needs.site, bound, diagnostics, foreign.public_variables, models)
+    site = perception.site
     skills = {
         name.value: elaborate_skill(name, skill, site, bound, models, diagnostics)
         for name, skill in ecm.skills

@@ -15,7 +15,7 @@ from aeros.spec.elaborate.module.action_conditions import (
     elaborate_action_conditions,
 )
 from aeros.spec.elaborate.module.interfaces import elaborate_inputs, elaborate_outputs
-from aeros.spec.elaborate.names import resolve_name, resolve_need
+from aeros.spec.elaborate.names import resolve_models, resolve_name, resolve_need
 from aeros.spec.elaborate.scopes import state_scope
 from aeros.spec.elaborate.values import elaborate_state_values
 from aeros.spec.expr.types import FamilyType, VectorType
@@ -104,7 +104,7 @@ class _SkillElaborator:
             outputs=outputs,
             idempotent=skill.idempotent is not None and skill.idempotent.value,
             hold_condition=hold,
-            models=self._used_models(skill),
+            models=resolve_models(skill.models, self._models, self._diagnostics),
         )
 
     def _runtime_checked(
@@ -121,13 +121,6 @@ class _SkillElaborator:
             resolve_name(name, rules, "an invariant of this site", self._diagnostics)
             checked[name.value] = name.span
         return checked
-
-    def _used_models(self, skill: declared.Skill) -> tuple[str, ...]:
-        for name in skill.models:
-            model = resolve_name(name, self._models, "a model of this module", self._diagnostics)
-            if model is not None and not model.file:
-                self._diagnostics.error("AE122", f"`{name.value}` has no file to use", name.span)
-        return tuple(dict.fromkeys(name.value for name in skill.models))
 
     def _state_condition(
         self, expression: ExpressionField | None, inputs: Mapping[str, Declared]

@@ -30,6 +30,9 @@ INTERFACE_MEMBERS: Final = split_names(
 )
 """Members of the interface of perceivers, with its toolkit."""
 
+MODEL_MEMBERS: Final = split_names("Model ModelError Models")
+"""Members of the interface of skills that perceivers may use, too."""
+
 NUMPY_MEMBERS: Final = split_names(
     # constants and element types
     "bool_ e euler_gamma float32 float64 inf int8 int16 int32 "
@@ -96,7 +99,8 @@ _VIEW_ATTRIBUTES: Final = split_names(
 PERCEIVER_NAMES: Final = AllowedNames(
     "perceiver",
     {
-        **{module: members for module, members in ALLOWED_MEMBERS.items() if module != SKILL_INTERFACE},
+        **ALLOWED_MEMBERS,
+        SKILL_INTERFACE: MODEL_MEMBERS,
         PERCEPTION_INTERFACE: INTERFACE_MEMBERS,
         "numpy": NUMPY_MEMBERS,
         "numpy.linalg": LINALG_MEMBERS,

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, closing, contextmanager
 from dataclasses import replace
-from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -20,13 +19,11 @@ from aeros.runtime.skills.contract import SkillRefusedError
 from aeros.runtime.skills.in_process_run import SkillRunProtocol, SkillRunResult, run_in_process
 from aeros.runtime.skills.load import certified_code
 from aeros.skill import act
-from aeros.spec.expr.units import DIMENSIONLESS, parse_unit
 from aeros.spec.model.ecm import Ecm
-from aeros.spec.model.models import ModelBound, ModelValue, ModuleModel
 from aeros.spec.text.digests import file_digest
 from tests.host_layers import require_layers
-from tests.unit.models.packages import LEVELS
-from tests.unit.runtime.conftest import SPAN, MakeEcm
+from tests.unit.models.packages import LEVELS, gauge_and_tent
+from tests.unit.runtime.conftest import MakeEcm
 from tests.unit.spec.backends.network.networks import TENT, content_of
 
 CODE = """
@@ -42,16 +39,6 @@ def lift(observed, inputs, models):
     observed = yield act("move", size=len(models["gauge"].content))
     models["tent"].run(x=(1.0,))
 """
-MILLIMETRE = parse_unit("mm")
-assert MILLIMETRE is not None
-
-LEVEL = ModelValue("level", (), MILLIMETRE, (Fraction(0), Fraction(1, 50)), SPAN)
-VOLUME = ModelValue("volume", (), DIMENSIONLESS, (Fraction(0), Fraction(1)), SPAN)
-X = ModelValue("x", (1,), DIMENSIONLESS, (Fraction(0), Fraction(2)), SPAN)
-Y = ModelValue("y", (1,), DIMENSIONLESS, (Fraction(-1), Fraction(2)), SPAN)
-LOW = ModelBound(
-    "low", {"x": ((Fraction(0), Fraction(2)),)}, {"y": ((Fraction(0), Fraction(3, 4)),)}, True, SPAN
-)
 
 
 @pytest.fixture
@@ -60,8 +47,7 @@ def ecm(make_ecm: MakeEcm) -> Ecm:
     contents = {"gauge.csv": LEVELS, "tent.onnx": content_of(TENT)}
     for name, content in contents.items():
         (Path(made.folder) / name).write_bytes(content)
-    gauge = ModuleModel("gauge", "table", "gauge.csv", {"level": LEVEL}, {"volume": VOLUME}, (), SPAN, SPAN)
-    tent = ModuleModel("tent", "onnx", "tent.onnx", {"x": X}, {"y": Y}, (LOW,), SPAN, SPAN)
+    gauge, tent = gauge_and_tent()
     return replace(
         made,
         models={"gauge": gauge, "tent": tent},
@@ -124,7 +110,7 @@ def test_a_model_that_is_gone_is_refused(ecm: Ecm) -> None:
 
 
 def test_a_file_without_the_interface_is_refused(ecm: Ecm) -> None:
-    broken = replace(ecm.models["tent"], inputs={"z": X})
+    broken = replace(ecm.models["tent"], inputs={"z": ecm.models["tent"].inputs["x"]})
     with pytest.raises(
         SkillRefusedError, match="a model of module `handling` cannot be loaded: the inputs of"
     ):

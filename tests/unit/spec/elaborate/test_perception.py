@@ -55,6 +55,15 @@ def test_a_perceiver_is_read_in_si() -> None:
     assert perceiver.memory == 256 * 2**20
 
 
+def test_a_perceiver_names_its_models_each_of_which_is_a_file(tmp_path: Path) -> None:
+    case = "models_with_an_interface"
+    (perceiver,) = module(case).perceivers.values()
+    assert perceiver.models == ("tent",)
+    assert messages_of_module(tmp_path, ("models: [tent]", "models: [tnet]"), case=case) == [
+        "error[AE122] unknown-reference: `tnet` is not a model of this module"
+    ]
+
+
 def test_a_perceiver_gets_parameters_in_si_by_their_names(tmp_path: Path) -> None:
     shutil.copytree(CORPUS / "accepted" / OWN, tmp_path / OWN)
     manifest = tmp_path / OWN / "ecm.yaml"

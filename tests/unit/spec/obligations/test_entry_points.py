@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -132,15 +133,17 @@ def test_no_code_is_run(ecm: Ecm, tmp_path: Path) -> None:
 PERCEIVING = "measures_its_own_predicate"
 
 
-def perceiver_fault(code: bytes) -> str | None:
-    """The first line of what is said of a module whose `perceivers.py` is `code`."""
+def perceiver_fault(code: bytes, *models: str) -> str | None:
+    """The first line of what is said of a module whose `perceivers.py` is `code`, and takes these models."""
     site = load_site(CORPUS / "site" / "table.yaml", Diagnostics())
     assert site is not None
     found = load_ecm(CORPUS / "accepted" / PERCEIVING, site, Diagnostics())
     assert found is not None
     skills = (CORPUS / "accepted" / PERCEIVING / "skills.py").read_bytes()
     files = read_skill_files("", {"skills.py": skills, "perceivers.py": code})
-    of_skill, of_perceiver = entry_point_obligations(found.ecm, files)
+    watch = replace(found.ecm.perceivers["watch"], models=models)
+    ecm = replace(found.ecm, perceivers={"watch": watch})
+    of_skill, of_perceiver = entry_point_obligations(ecm, files)
     assert of_skill.diagnostic is None
     assert str(of_perceiver.id) == "form/perceiver/watch/entry"
     return None if of_perceiver.diagnostic is None else render_text(of_perceiver.diagnostic).splitlines()[0]
@@ -148,6 +151,13 @@ def perceiver_fault(code: bytes) -> str | None:
 
 def test_a_generator_of_one_argument_is_the_entry_point_of_a_perceiver() -> None:
     assert perceiver_fault(b"def see(view):\n    while True:\n        view = yield {}\n") is None
+
+
+def test_a_perceiver_with_models_takes_them_as_a_second_argument() -> None:
+    assert perceiver_fault(b"def see(view, models):\n    yield {}\n", "tent") is None
+    assert "`see` does not take the view and the models" in (
+        perceiver_fault(b"def see(view):\n    yield {}\n", "tent") or ""
+    )
 
 
 @pytest.mark.parametrize(

@@ -58,7 +58,7 @@ def test_names_that_reach_further_are_refused(name: str) -> None:
         ("import numpy as np\nx = np.linalg", "passes the module `np.linalg` around"),
         ("import numpy as np\nx = np.linalg.lapack_lite", "uses `lapack_lite` of `numpy.linalg`"),
         ("import numpy.linalg", "imports `numpy.linalg`"),
-        ("from aeros.skill import act", "imports `aeros.skill`"),
+        ("from aeros.skill import act", "imports `act` from `aeros.skill`"),
         ("from aeros.perception import np", "imports `np` from `aeros.perception`"),
         ("import aeros.perception", "imports `aeros.perception`"),
         *((f"x = [1].{name}", f"reads the attribute `{name}`, which no plain value has")
