@@ -51,7 +51,6 @@ CASES = {
     **dict.fromkeys(("check", "sugar"), "rejected/expressions"),
     "policy": "rejected/site/",
     **dict.fromkeys(("chain", "chances", "exploration", "invocation", "transition_system"), "closed_loop"),
-    **dict.fromkeys(("box", "enclosure", "formula", "interval", "narrowing", "search"), "test_boxes"),
     "store": "test_oracle",
 }
 """Tests about a file that they are not named after; they are tried first."""

@@ -1,7 +1,7 @@
-"""Oracle for satisfiability questions: each is answered once, by bounds alone or by a new solver.
+"""Oracle for satisfiability questions: Z3 answers each once, alone or together with others.
 
-So an answer depends on the question alone, not on earlier questions. Modules repeat themselves: skills share
-envelopes, and most questions of a run were asked in an earlier run.
+An answer depends on the question alone, or on the questions that are asked together, and never on earlier
+ones. Most questions of a run were asked in an earlier run.
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 from aeros.spec.backends.answer_store import AnswerStore
-from aeros.spec.backends.interval_solver import IntervalSolver
 from aeros.spec.backends.package_versions import z3_version
 from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT, QUESTION_SECONDS
 from aeros.spec.backends.solver_process import SOLVER_PROCESS
-from aeros.spec.backends.solver_results import SatResult, SolverAnswer, timeout_answer
+from aeros.spec.backends.solver_results import Question, SatResult, SolverAnswer, timeout_answer
 from aeros.spec.expr import terms as t
 
 _SPEC_FOLDER = Path(__file__).parents[1]
@@ -34,7 +34,6 @@ class SolverQuery:
         ranges: closed range (SI) of each real scalar variable.
         terms: conditions that must hold together.
         answer: the answer.
-        by_intervals: True if bounds alone answered it, and not Z3.
     """
 
     description: str
@@ -42,7 +41,20 @@ class SolverQuery:
     ranges: Mapping[str, tuple[Fraction, Fraction]]
     terms: Sequence[t.Term]
     answer: SolverAnswer
-    by_intervals: bool = False
+
+
+class PosedQuestion(NamedTuple):
+    """Question that is asked together with others.
+
+    Attributes:
+        question: the question.
+        description: its purpose, in words.
+        is_shown: True if a person will read the model; then the model depends on the question alone.
+    """
+
+    question: Question
+    description: str
+    is_shown: bool = False
 
 
 @dataclass
@@ -85,7 +97,7 @@ class Oracle:
         self._store = store
         self._known: dict[str, SolverAnswer] = {}
         self._new: dict[str, SolverAnswer] = {}
-        self._boxes = IntervalSolver()
+        self._texts: dict[int, tuple[t.Term, str]] = {}
 
     def check_sat(
         self,
@@ -93,8 +105,6 @@ class Oracle:
         ranges: Mapping[str, tuple[Fraction, Fraction]],
         terms: Sequence[t.Term],
         description: str = "an explanation",
-        *,
-        shown: bool = False,
     ) -> SolverAnswer:
         """Check if all terms can hold together.
 
@@ -103,29 +113,42 @@ class Oracle:
             ranges: closed range (SI) of each real scalar variable.
             terms: boolean terms without past-time operators.
             description: purpose of the question, in words.
-            shown: True if a person will read the model; then the model is Z3's.
 
         Returns:
             SAT with a model, UNSAT, or UNKNOWN where the budget or the time limit ran out.
         """
-        bounded = self._boxes.decide(variables, ranges, terms)
-        if bounded is not None and not (shown and bounded.result is SatResult.SAT):
-            if self._recording:
-                key = self._key(variables, ranges, terms)
-                self.asked.setdefault(
-                    key, SolverQuery(description, variables, ranges, terms, bounded, by_intervals=True)
-                )
-            return bounded
-        key = self._key(variables, ranges, terms)
-        answer = self._known.get(key)
-        if answer is None and self._store is not None:
-            answer = self._store.get(key)
+        question = Question(variables, ranges, terms)
+        key = self._key(question)
+        answer = self._look_up(key)
         if answer is None:
-            answer = self._new[key] = self._solve(variables, ranges, terms)
+            answer = self._new[key] = self._solve(question)
         self._known[key] = answer
-        if self._recording:
-            self.asked.setdefault(key, SolverQuery(description, variables, ranges, terms, answer))
+        self._record(key, question, description, answer)
         return answer
+
+    def check_together(self, posed: Sequence[PosedQuestion]) -> list[SolverAnswer]:
+        """Check for several questions if all terms of each can hold together, which is much faster.
+
+        Args:
+            posed: the questions.
+
+        Returns:
+            The answers in order, as `check_sat` gives them. Which values a model has may depend on what is
+            asked together, unless it is shown.
+        """
+        keys = [self._key(one.question) for one in posed]
+        different = {key: one.question for key, one in zip(keys, posed, strict=True)}
+        shown = {key for key, one in zip(keys, posed, strict=True) if one.is_shown}
+        found = self._answer_together(different) if len(different) > 1 else {}
+        settled = []
+        for key, one in zip(keys, posed, strict=True):
+            answer = found.get(key)
+            if answer is None or (answer.result is SatResult.SAT and key in shown):
+                answer = self.check_sat(*one.question, one.description)
+            else:
+                self._record(key, one.question, one.description, answer)
+            settled.append(answer)
+        return settled
 
     def with_reduced_budget(self, times: int) -> Oracle:
         """Make an oracle with the same memory and store and a smaller budget.
@@ -144,8 +167,8 @@ class Oracle:
             max_timeouts=self._max_timeouts,
         )
         other._timeouts = self._timeouts
+        other._texts = self._texts
         other._known, other._new, other.asked = self._known, self._new, self.asked
-        other._boxes = self._boxes
         return other
 
     def save_answers(self) -> None:
@@ -154,29 +177,48 @@ class Oracle:
             self._store.put(self._new)
             self._new = {}
 
-    def _solve(
-        self,
-        variables: Sequence[t.Variable],
-        ranges: Mapping[str, tuple[Fraction, Fraction]],
-        terms: Sequence[t.Term],
-    ) -> SolverAnswer:
+    def _answer_together(self, questions: Mapping[str, Question]) -> Mapping[str, SolverAnswer]:
+        """Answer different questions together; those that have to be asked alone are left out."""
+        group = hashlib.sha256("".join(questions).encode()).hexdigest()
+        places = {key: f"{group}/{number}" for number, key in enumerate(questions)}
+        answers = {key: self._look_up(place) for key, place in places.items()}
+        if None in answers.values() and self._timeouts.used != self._max_timeouts:
+            found = SOLVER_PROCESS.check_together(list(questions.values()), self.rlimit, self._seconds)
+            answers = dict(zip(questions, found, strict=True))
+            new = {places[key]: answer for key, answer in answers.items() if answer is not None}
+            self._known |= new
+            self._new |= new
+        return {key: answer for key, answer in answers.items() if answer is not None}
+
+    def _look_up(self, key: str) -> SolverAnswer | None:
+        answer = self._known.get(key)
+        return self._store.get(key) if answer is None and self._store is not None else answer
+
+    def _record(self, key: str, question: Question, description: str, answer: SolverAnswer) -> None:
+        if self._recording:
+            self.asked.setdefault(key, SolverQuery(description, *question, answer))
+
+    def _solve(self, question: Question) -> SolverAnswer:
         if self._timeouts.used == self._max_timeouts:
             late = f"{self._timeouts.used} questions had no answer within {self._seconds:g} s"
             why = f"not asked, as {late}"
             return SolverAnswer(SatResult.UNKNOWN, {}, why)
-        answer = SOLVER_PROCESS.check_sat(variables, ranges, terms, self.rlimit, self._seconds)
+        answer = SOLVER_PROCESS.check_sat(*question, self.rlimit, self._seconds)
         self._timeouts.used += answer == timeout_answer(self._seconds)
         return answer
 
-    def _key(
-        self,
-        variables: Sequence[t.Variable],
-        ranges: Mapping[str, tuple[Fraction, Fraction]],
-        terms: Sequence[t.Term],
-    ) -> str:
-        bounds = [(name, str(low), str(high)) for name, (low, high) in ranges.items()]
-        question = repr((_solver_fingerprint(), self.rlimit, tuple(variables), bounds, tuple(terms)))
-        return hashlib.sha256(question.encode()).hexdigest()
+    def _key(self, question: Question) -> str:
+        bounds = [(name, str(low), str(high)) for name, (low, high) in question.ranges.items()]
+        terms = [self._text(term) for term in question.terms]
+        text = repr((_solver_fingerprint(), self.rlimit, tuple(question.variables), bounds, terms))
+        return hashlib.sha256(text.encode()).hexdigest()
+
+    def _text(self, term: t.Term) -> str:
+        """Return a digest of a term; questions share large terms, so it is kept by the term's identity."""
+        known = self._texts.get(id(term))
+        if known is None:
+            known = self._texts[id(term)] = term, hashlib.sha256(repr(term).encode()).hexdigest()
+        return known[1]
 
 
 @cache

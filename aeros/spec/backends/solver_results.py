@@ -2,14 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
-from typing import Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+if TYPE_CHECKING:  # a run that finds everything in the cache imports nothing that proves
+    from aeros.spec.expr import terms as t
 
 ScalarValue = bool | Fraction | str
 """A value of a scalar variable: truth, exact real in SI, enum member."""
+
+
+class Question(NamedTuple):
+    """Question whether conditions can hold together.
+
+    Attributes:
+        variables: every free variable of the terms.
+        ranges: closed range (SI) of each real scalar variable; one without a range is unbounded.
+        terms: boolean terms without past-time operators.
+    """
+
+    variables: Sequence[t.Variable]
+    ranges: Mapping[str, tuple[Fraction, Fraction]]
+    terms: Sequence[t.Term]
 
 
 class SatResult(Enum):

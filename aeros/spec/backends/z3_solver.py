@@ -196,24 +196,63 @@ class IncrementalSolver:
                 self._constants[scalar.name] = (scalar, constant)
                 self._assumptions += self._shared.range_conditions(scalar, constant, ranges.get(scalar.name))
 
+    @property
+    def context(self) -> Any:
+        """Context of all expressions."""
+        return self._context
+
     @cached_property
     def _solver(self) -> Any:
         """Solver of the questions with free variables; it holds the assumptions."""
-        solver = self._new_solver()
-        solver.add(*self._assumptions)
-        return solver
+        return self.new_solver(with_assumptions=True)
 
     @cached_property
     def _evaluator(self) -> Any:
         """Solver of the questions at given values, which come with the assumptions."""
-        return self._new_solver()
+        return self.new_solver(with_assumptions=False)
 
-    def _new_solver(self) -> Any:
+    def new_solver(self, *, with_assumptions: bool) -> Any:
+        """Make a solver of Z3 with the budget.
+
+        Args:
+            with_assumptions: assert the ranges and the other assumptions.
+
+        Returns:
+            The solver.
+        """
         solver = z3.Solver(ctx=self._context)
         solver.set("random_seed", 0)
         solver.set("rlimit", self._rlimit)
         solver.set("timeout", max(round(1000 * self._seconds), 1))
+        if with_assumptions:
+            solver.add(*self._assumptions)
         return solver
+
+    def encode_all(self, terms: Iterable[t.Term]) -> Any:
+        """Encode a conjunction; equal objects among the terms of all calls are encoded once.
+
+        Args:
+            terms: boolean terms without past-time operators.
+
+        Returns:
+            The Boolean expression.
+        """
+        encoded = [self._shared.encode_once(term, self._encode) for term in terms]
+        return z3.And(*encoded, self._context)
+
+    def values(self, model: Any, scalars: Iterable[t.Variable]) -> dict[str, ScalarValue]:
+        """Read values from a model of Z3.
+
+        Args:
+            model: the model.
+            scalars: scalar variables.
+
+        Returns:
+            Value of each of them; any that fits where the model leaves it open.
+        """
+        return {
+            scalar.name: _model_value(model, scalar, self._constants[scalar.name][1]) for scalar in scalars
+        }
 
     def assume(self, term: t.Term) -> None:
         """Add an assumption for all later questions.
@@ -299,18 +338,7 @@ class IncrementalSolver:
         return SolverAnswer(SatResult.SAT, self._model() if with_model else {})
 
     def _model(self) -> dict[str, ScalarValue]:
-        model = self._solver.model()
-        values: dict[str, ScalarValue] = {}
-        for name, (scalar, constant) in self._constants.items():
-            value = model.eval(constant, model_completion=True)
-            match scalar.type:
-                case BoolType():
-                    values[name] = z3.is_true(value)
-                case EnumType(members=members):
-                    values[name] = members[value.as_long()]
-                case _:
-                    values[name] = _fraction(value)
-        return values
+        return self.values(self._solver.model(), (scalar for scalar, _ in self._constants.values()))
 
     def _encode(self, term: t.Term) -> Any:
         match term:
@@ -357,6 +385,17 @@ def _value(context: Any, scalar: t.Variable, value: ScalarValue) -> Any:
     return (
         z3.BoolVal(value, context) if isinstance(value, bool) else _rational(context, cast("Fraction", value))
     )
+
+
+def _model_value(model: Any, scalar: t.Variable, constant: Any) -> ScalarValue:
+    value = model.eval(constant, model_completion=True)
+    match scalar.type:
+        case BoolType():
+            return bool(z3.is_true(value))
+        case EnumType(members=members):
+            return str(members[value.as_long()])
+        case _:
+            return _fraction(value)
 
 
 def _fraction(value: Any) -> Fraction:

@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from aeros.spec.backends.oracle import Oracle
-from aeros.spec.backends.solver_results import SatResult
+from aeros.spec.backends.oracle import Oracle, PosedQuestion
+from aeros.spec.backends.solver_results import Question, SatResult, SolverAnswer
 from aeros.spec.diagnostics.codes import SpanLabel
 from aeros.spec.expr import terms as t
 from aeros.spec.model.variables import ranges_of, relevant_facts
@@ -54,7 +54,7 @@ def discharge_obligations(
 ) -> list[ObligationResult]:
     """Decide each obligation with the solver.  UNKNOWN is never a pass.
 
-    A verdict and its witness depend on the obligation and the oracle's budget alone.
+    A verdict and its witness depend on the obligations and the oracle's budget alone.
 
     Args:
         obligations: the obligations.
@@ -64,28 +64,42 @@ def discharge_obligations(
         The results, in order.
     """
     solver = Oracle() if oracle is None else oracle
+    listed = [_Posed(one) for one in obligations]
+    answers = solver.check_together([one.question() for one in listed])
     replay = TermEvaluator()
-    return [_discharge(one, solver, replay) for one in obligations]
+    return [
+        _conclude(one, answer, replay, solver.rlimit) for one, answer in zip(listed, answers, strict=True)
+    ]
 
 
-def _discharge(obligation: Obligation, oracle: Oracle, replay: TermEvaluator) -> ObligationResult:
-    always = obligation.mode is ClaimMode.ALWAYS
-    sought = t.Not(obligation.conclusion) if always else obligation.conclusion
-    required = (*obligation.space.assumptions, sought)
-    declared, terms = relevant_facts(required, obligation.space.by_name)
-    shown = always and obligation.runtime_checked_rule is None
-    description = f"{obligation.id} ({obligation.primary.span.source.path})"
-    variables = [one.variable for one in declared]
-    answer = oracle.check_sat(variables, ranges_of(declared), terms, description, shown=shown)
-    if answer.result is SatResult.UNKNOWN:
-        return ObligationResult(
-            obligation, Verdict.UNKNOWN, reason=f"{answer.reason} (rlimit {oracle.rlimit})"
+class _Posed:
+    """An obligation with the terms of its question, and the variables that they mention."""
+
+    def __init__(self, obligation: Obligation) -> None:
+        self.obligation = obligation
+        self.is_always = obligation.mode is ClaimMode.ALWAYS
+        self.is_shown = self.is_always and obligation.runtime_checked_rule is None
+        sought = t.Not(obligation.conclusion) if self.is_always else obligation.conclusion
+        required = (*obligation.space.assumptions, sought)
+        self.declared, self.terms = relevant_facts(required, obligation.space.by_name)
+
+    def question(self) -> PosedQuestion:
+        variables = [one.variable for one in self.declared]
+        description = f"{self.obligation.id} ({self.obligation.primary.span.source.path})"
+        return PosedQuestion(
+            Question(variables, ranges_of(self.declared), self.terms), description, self.is_shown
         )
+
+
+def _conclude(posed: _Posed, answer: SolverAnswer, replay: TermEvaluator, rlimit: int) -> ObligationResult:
+    obligation = posed.obligation
+    if answer.result is SatResult.UNKNOWN:
+        return ObligationResult(obligation, Verdict.UNKNOWN, reason=f"{answer.reason} (rlimit {rlimit})")
     if answer.result is SatResult.UNSAT:
-        return ObligationResult(obligation, Verdict.PROVED if always else obligation.failure_verdict)
-    witness = witness_from_model(answer.model, declared, terms, replay, shown=shown)
+        return ObligationResult(obligation, Verdict.PROVED if posed.is_always else obligation.failure_verdict)
+    witness = witness_from_model(answer.model, posed.declared, posed.terms, replay, shown=posed.is_shown)
     if witness is None:
         return ObligationResult(
             obligation, Verdict.UNKNOWN, reason="the solver's witness is irrational and did not replay"
         )
-    return ObligationResult(obligation, Verdict.REFUTED if always else Verdict.PROVED, witness)
+    return ObligationResult(obligation, Verdict.REFUTED if posed.is_always else Verdict.PROVED, witness)

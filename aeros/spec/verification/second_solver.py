@@ -67,10 +67,9 @@ def cross_check_queries(
         if second_answer.result is SatResult.UNKNOWN:
             undecided.append((one.description, second_answer.reason))
         elif second_answer.result is not one.answer.result:
-            first = "AEROS, by bounds alone," if one.by_intervals else solver_version()
             answers = (
                 f"{who} says {answer.result.value}"
-                for who, answer in ((first, one.answer), (second.name, second_answer))
+                for who, answer in ((solver_version(), one.answer), (second.name, second_answer))
             )
             raise DisagreementError(one.description, script, *answers)
     return SecondSolverReport(second.name, len(seen), tuple(undecided))

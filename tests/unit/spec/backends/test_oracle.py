@@ -12,10 +12,9 @@ import pytest
 
 from aeros.spec.backends import oracle as oracle_module
 from aeros.spec.backends.answer_store import AnswerStore, default_store
-from aeros.spec.backends.interval_solver import IntervalSolver
-from aeros.spec.backends.oracle import Oracle
+from aeros.spec.backends.oracle import Oracle, PosedQuestion
 from aeros.spec.backends.solver_process import SolverProcess
-from aeros.spec.backends.solver_results import SatResult, SolverAnswer
+from aeros.spec.backends.solver_results import Question, SatResult, SolverAnswer
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, EnumType, RealType
 from aeros.spec.expr.units import LENGTH
@@ -27,11 +26,6 @@ E = t.Variable("e", EnumType("side", ("left", "right")), t.VariableRole.STATE)
 RANGES = {"x": (Fraction(0), Fraction(10))}
 
 
-@pytest.fixture(autouse=True)
-def _everything_is_for_the_solver(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(IntervalSolver, "decide", lambda *_: None)
-
-
 def _above(bound: Fraction) -> t.Term:
     return t.Compare("<", t.Literal(bound, X.type), X)  # type: ignore[arg-type]
 
@@ -41,6 +35,7 @@ def _forbid_solving(monkeypatch: pytest.MonkeyPatch) -> None:
         raise AssertionError("the solver was asked")
 
     monkeypatch.setattr(SolverProcess, "check_sat", refuse)
+    monkeypatch.setattr(SolverProcess, "check_together", refuse)
 
 
 def test_a_question_is_put_to_the_solver_once(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -100,6 +95,53 @@ def test_a_question_that_differs_is_another_question(
     _forbid_solving(monkeypatch)
     with pytest.raises(AssertionError, match="was asked"):
         oracle.check_sat(*other)
+
+
+def _posed(*bounds: int, is_shown: bool = False) -> list[PosedQuestion]:
+    terms = [_above(Fraction(bound)) for bound in bounds]
+    return [PosedQuestion(Question([X], RANGES, [term]), "a claim", is_shown) for term in terms]
+
+
+def test_questions_asked_together_have_the_answers_of_each_alone() -> None:
+    answers = Oracle().check_together(_posed(3, 11, 9, 3))
+    assert [one.result for one in answers] == [
+        SatResult.SAT, SatResult.UNSAT, SatResult.SAT, SatResult.SAT
+    ]  # fmt: skip
+    for answer, bound in ((answers[0], 3), (answers[2], 9)):
+        value = answer.model["x"]
+        assert isinstance(value, Fraction)
+        assert bound < value <= 10
+
+
+def test_a_model_that_is_shown_is_that_of_the_question_alone() -> None:
+    alone = Oracle().check_sat([X], RANGES, [_above(Fraction(3))])
+    assert Oracle().check_together(_posed(9, 3, 11, is_shown=True))[1] == alone
+
+
+def test_what_a_group_leaves_open_is_asked_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(SolverProcess, "check_together", lambda *given: [None] * len(given[1]))
+    oracle = Oracle(recording=True)
+    answers = oracle.check_together(_posed(3, 11))
+    assert [one.result for one in answers] == [SatResult.SAT, SatResult.UNSAT]
+    assert [one.answer for one in oracle.asked.values()] == answers
+
+
+def test_a_group_is_found_in_the_store_and_another_group_is_asked(
+    open_store: Callable[[], AnswerStore], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = Oracle(store=open_store())
+    answers = first.check_together(_posed(3, 11))
+    first.save_answers()
+    _forbid_solving(monkeypatch)
+    assert Oracle(store=open_store()).check_together(_posed(3, 11)) == answers
+    with pytest.raises(AssertionError, match="was asked"):
+        Oracle(store=open_store()).check_together(_posed(3, 9))
+
+
+def test_after_too_many_timeouts_no_group_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    _forbid_solving(monkeypatch)
+    answers = Oracle(max_timeouts=0).check_together(_posed(3, 11))
+    assert [one.reason for one in answers] == ["not asked, as 0 questions had no answer within 10 s"] * 2
 
 
 @pytest.fixture
@@ -210,9 +252,7 @@ def test_the_store_is_private_and_unused_if_it_belongs_to_another_user(
 def test_an_unchanged_module_is_verified_without_the_solver(tmp_path: Path) -> None:
     probe = (
         "import sys; from aeros.cli.main import main; "
-        "from aeros.spec.backends.interval_solver import IntervalSolver; "
         "from aeros.spec.backends.solver_process import SOLVER_PROCESS; "
-        "IntervalSolver.decide = lambda *_: None; "
         "code = main(['verify', 'ecms/make_dumplings', '--no-lock', '--format', 'json']); "
         "print(SOLVER_PROCESS._process is not None, 'z3' in sys.modules, file=sys.stderr); sys.exit(code)"
     )

@@ -5,7 +5,6 @@ from typing import Any
 
 import pytest
 
-from aeros.spec.backends.interval_solver import IntervalSolver
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.backends.solver_process import SolverProcess
 from aeros.spec.backends.solver_results import SatResult, SolverAnswer
@@ -120,14 +119,35 @@ def test_a_recorded_query_names_its_claim_and_its_file() -> None:
     assert [one.description for one in oracle.asked.values()] == ["safety/s/k/r (site.yaml)"]
 
 
-@pytest.mark.parametrize(
-    ("more", "by_bounds"),
-    [({}, False), ({"runtime_checked_rule": "r"}, True), ({"claim": ClaimMode.SOMETIMES}, True)],
-)
-def test_only_a_counterexample_that_is_read_is_worth_the_solver(more: Any, by_bounds: bool) -> None:
-    oracle = Oracle(recording=True)
-    discharge_obligations([obligation(t.Compare("<=", X, number(7)), **more)], oracle)
-    assert [one.by_intervals for one in oracle.asked.values()] == [by_bounds]
+def test_obligations_are_asked_together_and_counterexamples_that_are_read_alone(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    together, alone = SolverProcess.check_together, SolverProcess.check_sat
+    groups: list[int] = []
+    singles: list[object] = []
+
+    def counted(solver: SolverProcess, questions: Any, *budget: Any) -> Any:
+        groups.append(len(questions))
+        return together(solver, questions, *budget)
+
+    def listed(solver: SolverProcess, *question: Any) -> SolverAnswer:
+        singles.append(question[2])
+        return alone(solver, *question)
+
+    monkeypatch.setattr(SolverProcess, "check_together", counted)
+    monkeypatch.setattr(SolverProcess, "check_sat", listed)
+    below = t.Compare("<=", X, number(7))
+    asked = [
+        obligation(below, runtime_checked_rule="r"),
+        obligation(below),
+        obligation(t.Compare("<=", X, number(10))),
+        obligation(t.Compare("<=", X, number(3)), claim=ClaimMode.SOMETIMES),
+        obligation(below),
+    ]
+    verdicts = [one.verdict for one in discharge_obligations(asked)]
+    assert verdicts == [Verdict.REFUTED, Verdict.REFUTED, Verdict.PROVED, Verdict.PROVED, Verdict.REFUTED]
+    assert groups == [3]  # different questions
+    assert len(singles) == 1  # the refuted claim whose counterexample is read
 
 
 def test_a_spent_budget_is_unknown_and_says_which_budget() -> None:
@@ -169,10 +189,11 @@ def test_a_solver_that_lies_is_not_believed(monkeypatch: pytest.MonkeyPatch) -> 
         return SolverAnswer(SatResult.SAT, {"x": Fraction(3)}) if answer.result is SatResult.UNSAT else answer
 
     monkeypatch.setattr(SolverProcess, "check_sat", lying)
-    monkeypatch.setattr(IntervalSolver, "decide", lambda *_: None)
     assert verdict_of(obligation(t.Compare("<=", X, number(10)))) is Verdict.UNKNOWN
 
 
-def test_bounds_that_lie_are_not_believed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(IntervalSolver, "decide", lambda *_: SolverAnswer(SatResult.SAT, {"x": Fraction(11)}))
-    assert verdict_of(obligation(t.Compare("<=", X, number(10)), runtime_checked_rule="r")) is Verdict.UNKNOWN
+def test_a_group_that_lies_is_not_believed(monkeypatch: pytest.MonkeyPatch) -> None:
+    lie = SolverAnswer(SatResult.SAT, {"x": Fraction(11)})
+    monkeypatch.setattr(SolverProcess, "check_together", lambda *given: [lie] * len(given[1]))
+    checked = [obligation(t.Compare("<=", X, number(end)), runtime_checked_rule="r") for end in (9, 10)]
+    assert [one.verdict for one in discharge_obligations(checked)] == [Verdict.UNKNOWN] * 2

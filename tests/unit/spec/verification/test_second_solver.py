@@ -77,10 +77,3 @@ def test_an_oracle_records_queries_on_request_with_a_reduced_budget_too() -> Non
         ("a claim", SatResult.SAT), ("an explanation", SatResult.UNSAT)
     ]  # fmt: skip
     assert silent.asked == {}
-
-
-def test_a_record_distinguishes_answers_by_bounds_from_those_of_z3() -> None:
-    oracle = Oracle(recording=True)
-    oracle.check_sat([X], RANGES, [_above(3)])
-    oracle.check_sat([X], RANGES, [_above(4)], shown=True)
-    assert [one.by_intervals for one in oracle.asked.values()] == [True, False]

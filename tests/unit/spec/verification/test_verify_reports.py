@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from aeros.spec.backends.interval_solver import IntervalSolver
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.verdicts import Conclusion, Verdict
 from aeros.spec.verification.reports import Report
@@ -150,10 +149,7 @@ def test_a_refuted_rule_is_not_called_needlessly_gated() -> None:
     assert {one.code for one in found.diagnostics} == {"AE501", "AE506"}
 
 
-def test_an_undecided_rule_is_not_called_needlessly_gated(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(IntervalSolver, "decide", lambda *_: None)
+def test_an_undecided_rule_is_not_called_needlessly_gated(tmp_path: Path) -> None:
     path = module(tmp_path, "accepted/gate_named_without_need")
     (found,) = verify([path], TABLE, 1).modules
     assert found.conclusion is Conclusion.UNDECIDED

@@ -6,11 +6,8 @@ import contextlib
 from functools import cache
 from pathlib import Path
 
-import pytest
-
 from aeros.cli.author.reports.result import LocatedDiagnostic, VerifyResult
 from aeros.spec.backends.cvc5_solver import Cvc5
-from aeros.spec.backends.interval_solver import IntervalSolver
 from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT
 from aeros.spec.diagnostics.codes import Diagnostic, Severity, SpanLabel
 from aeros.spec.diagnostics.source import Source
@@ -39,11 +36,10 @@ RUNS = {
 @cache
 def result_of(run: str) -> VerifyResult:
     """The result of one of the RUNS, with certificates required and missing."""
-    with contextlib.chdir(CORPUS), pytest.MonkeyPatch.context() as patch:
+    with contextlib.chdir(CORPUS):
         rlimit = DEFAULT_RLIMIT
         if run == "undecided":
             rlimit = 1
-            patch.setattr(IntervalSolver, "decide", lambda *_: None)
         second = Cvc5(rlimit=50_000) if run == "second solver" else None
         report = verify(map(Path, RUNS[run]), Path("site/table.yaml"), rlimit, second=second)
         locks = [
