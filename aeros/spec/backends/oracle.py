@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from aeros.spec.backends.answer_store import AnswerStore
 from aeros.spec.backends.package_versions import z3_version
@@ -21,6 +21,7 @@ from aeros.spec.backends.solver_process import SOLVER_PROCESS
 from aeros.spec.backends.solver_results import Question, SatResult, SolverAnswer, timeout_answer
 from aeros.spec.expr import terms as t
 
+_EXPLANATION: Final = "an explanation"
 _SPEC_FOLDER = Path(__file__).parents[1]
 
 
@@ -53,7 +54,7 @@ class PosedQuestion(NamedTuple):
     """
 
     question: Question
-    description: str
+    description: str = _EXPLANATION
     is_shown: bool = False
 
 
@@ -97,14 +98,14 @@ class Oracle:
         self._store = store
         self._known: dict[str, SolverAnswer] = {}
         self._new: dict[str, SolverAnswer] = {}
-        self._texts: dict[int, tuple[t.Term, str]] = {}
+        self._digests: dict[int, tuple[t.Term, str]] = {}
 
     def check_sat(
         self,
         variables: Sequence[t.Variable],
         ranges: Mapping[str, tuple[Fraction, Fraction]],
         terms: Sequence[t.Term],
-        description: str = "an explanation",
+        description: str = _EXPLANATION,
     ) -> SolverAnswer:
         """Check if all terms can hold together.
 
@@ -167,7 +168,7 @@ class Oracle:
             max_timeouts=self._max_timeouts,
         )
         other._timeouts = self._timeouts
-        other._texts = self._texts
+        other._digests = self._digests
         other._known, other._new, other.asked = self._known, self._new, self.asked
         return other
 
@@ -179,7 +180,7 @@ class Oracle:
 
     def _answer_together(self, questions: Mapping[str, Question]) -> Mapping[str, SolverAnswer]:
         """Answer different questions together; those that have to be asked alone are left out."""
-        group = hashlib.sha256("".join(questions).encode()).hexdigest()
+        group = _hash("\n".join(questions))
         places = {key: f"{group}/{number}" for number, key in enumerate(questions)}
         answers = {key: self._look_up(place) for key, place in places.items()}
         if None in answers.values() and self._timeouts.used != self._max_timeouts:
@@ -208,17 +209,32 @@ class Oracle:
         return answer
 
     def _key(self, question: Question) -> str:
-        bounds = [(name, str(low), str(high)) for name, (low, high) in question.ranges.items()]
-        terms = [self._text(term) for term in question.terms]
-        text = repr((_solver_fingerprint(), self.rlimit, tuple(question.variables), bounds, terms))
-        return hashlib.sha256(text.encode()).hexdigest()
+        parts = [
+            _solver_fingerprint(),
+            str(self.rlimit),
+            *map(self._digest, question.variables),
+            *(f"{name} in {low} to {high}" for name, (low, high) in question.ranges.items()),
+            *map(self._digest, question.terms),
+        ]
+        return _hash("\n".join(parts))
 
-    def _text(self, term: t.Term) -> str:
+    def _digest(self, term: t.Term) -> str:
         """Return a digest of a term; questions share large terms, so it is kept by the term's identity."""
-        known = self._texts.get(id(term))
+        known = self._digests.get(id(term))
         if known is None:
-            known = self._texts[id(term)] = term, hashlib.sha256(repr(term).encode()).hexdigest()
+            match term:
+                case t.Not(operand=operand):
+                    text = f"not {self._digest(operand)}"
+                case t.And(operands=operands) | t.Or(operands=operands):
+                    text = " ".join((type(term).__name__, *map(self._digest, operands)))
+                case _:
+                    text = repr(term)
+            known = self._digests[id(term)] = term, _hash(text)
         return known[1]
+
+
+def _hash(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 @cache

@@ -17,7 +17,7 @@ from typing import Any
 import z3
 
 from aeros.spec.backends.solver_results import Question, SatResult, SolverAnswer
-from aeros.spec.backends.z3_solver import IncrementalSolver
+from aeros.spec.backends.z3_solver import IncrementalSolver, SolverContext
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import scalar_variables
 
@@ -40,8 +40,10 @@ def answer_together(questions: Sequence[Question], rlimit: int, seconds: float) 
         For each question SAT with a model of its scalars, UNSAT, or None if it has to be asked alone.
     """
     answers: list[SolverAnswer | None] = [None] * len(questions)
+    context = SolverContext()
     for numbers in _compatible(questions):
-        found = _Group([questions[number] for number in numbers], rlimit, seconds).answers()
+        group = _Group([questions[number] for number in numbers], context, rlimit, seconds)
+        found = group.answers()
         for number, answer in zip(numbers, found, strict=True):
             answers[number] = answer
     return answers
@@ -50,7 +52,9 @@ def answer_together(questions: Sequence[Question], rlimit: int, seconds: float) 
 class _Group:
     """Questions in which each name has one type and one range."""
 
-    def __init__(self, questions: Sequence[Question], rlimit: int, seconds: float) -> None:
+    def __init__(
+        self, questions: Sequence[Question], context: SolverContext, rlimit: int, seconds: float
+    ) -> None:
         self._scalars = [
             [scalar for variable in question.variables for scalar in scalar_variables(variable)]
             for question in questions
@@ -60,7 +64,8 @@ class _Group:
         for question in questions:
             ranges |= question.ranges
         self._questions = questions
-        self._encoder = IncrementalSolver(scalars.values(), ranges, rlimit, seconds=seconds)
+        self._encoder = IncrementalSolver(scalars.values(), ranges, rlimit, context, seconds=seconds)
+        self._make, self._context = context.expressions, context.z3
         self._solver = self._encoder.new_solver(with_assumptions=True)
         self._solver.set("phase_selection", _ALWAYS_TRUE)
         self._solver.push()  # so that Z3 does not build its other solver, of 16 MB, for the first check
@@ -69,22 +74,24 @@ class _Group:
         answers: list[SolverAnswer | None] = [None] * len(self._questions)
         if self._solver.check() != z3.sat:
             return answers
-        holds = [self._define(number, question) for number, question in enumerate(self._questions)]
+        holds = [z3.Bool(f"question!{number}", self._context) for number in range(len(answers))]
+        conditions = [self._encoder.encode_all(question.terms) for question in self._questions]
+        equal = [self._make.comparison("==", *each) for each in zip(holds, conditions, strict=True)]
+        self._solver.add(self._make.conjunction(equal))
         open_ = set(range(len(holds)))
         while open_:
-            self._solver.push()
-            self._solver.add(z3.Or(*(holds[number] for number in sorted(open_)), self._encoder.context))
+            # Stays true: what is open later is part of what is open now.
+            self._solver.add(self._make.disjunction([holds[number] for number in sorted(open_)]))
             outcome = self._check()
             true = []
             if outcome == z3.sat:
                 model = self._solver.model()
-                true = [number for number in sorted(open_) if z3.is_true(model.eval(holds[number]))]
+                true = [number for number in sorted(open_) if self._make.is_true_in(model, holds[number])]
                 scalars = {one.name: one for number in true for one in self._scalars[number]}
                 values = self._encoder.values(model, scalars.values())
                 for number in true:
                     own = {one.name: values[one.name] for one in self._scalars[number]}
                     answers[number] = SolverAnswer(SatResult.SAT, own)
-            self._solver.pop()
             if outcome == z3.unsat:
                 for number in open_:
                     answers[number] = SolverAnswer(SatResult.UNSAT, {})
@@ -99,12 +106,6 @@ class _Group:
             return self._solver.check()
         except z3.Z3Exception:
             return z3.unknown
-
-    def _define(self, number: int, question: Question) -> Any:
-        """Define the Boolean that is true where all conditions of a question hold."""
-        holds = z3.Bool(f"question!{number}", self._encoder.context)
-        self._solver.add(holds == self._encoder.encode_all(question.terms))
-        return holds
 
 
 def _compatible(questions: Sequence[Question]) -> Iterator[list[int]]:

@@ -24,6 +24,7 @@ from aeros.spec.backends.solver_results import (
     SolverAnswer,
     timeout_answer,
 )
+from aeros.spec.backends.z3_expressions import Expressions
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower, scalar_variables
 from aeros.spec.expr.types import BoolType, EnumType, IntegerType, RealType
@@ -86,10 +87,12 @@ class SolverContext:
 
     Attributes:
         z3: the context.
+        expressions: maker of expressions in it.
     """
 
     def __init__(self) -> None:
         self.z3: Any = z3.Context()
+        self.expressions = Expressions(self.z3)
         self._encoded: dict[int, tuple[t.Term, Any]] = {}
         self._ranges: dict[tuple[str, str, object], tuple[Any, ...]] = {}
 
@@ -137,8 +140,9 @@ class SolverContext:
             if isinstance(scalar.type, IntegerType):
                 conditions.append(z3.IsInt(constant))
             if isinstance(scalar.type, RealType) and bounds is not None:
-                low, high = (_rational(self.z3, bound) for bound in bounds)
-                conditions += [constant >= low, constant <= high]
+                low, high = map(self.expressions.number, bounds)
+                compare = self.expressions.comparison
+                conditions += [compare("<=", low, constant), compare("<=", constant, high)]
             self._ranges[key] = tuple(conditions)
         return self._ranges[key]
 
@@ -154,8 +158,9 @@ class SolverContext:
         """
         if id(term) not in self._encoded:
             if isinstance(term, t.And):
-                parts = [self.encode_once(operand, encode) for operand in term.operands]
-                encoded = z3.And(*parts, self.z3)
+                encoded = self.expressions.conjunction(
+                    [self.encode_once(operand, encode) for operand in term.operands]
+                )
             else:
                 encoded = encode(lower(term))
             self._encoded[id(term)] = (term, encoded)
@@ -196,11 +201,6 @@ class IncrementalSolver:
                 self._constants[scalar.name] = (scalar, constant)
                 self._assumptions += self._shared.range_conditions(scalar, constant, ranges.get(scalar.name))
 
-    @property
-    def context(self) -> Any:
-        """Context of all expressions."""
-        return self._context
-
     @cached_property
     def _solver(self) -> Any:
         """Solver of the questions with free variables; it holds the assumptions."""
@@ -238,7 +238,7 @@ class IncrementalSolver:
             The Boolean expression.
         """
         encoded = [self._shared.encode_once(term, self._encode) for term in terms]
-        return z3.And(*encoded, self._context)
+        return self._shared.expressions.conjunction(encoded)
 
     def values(self, model: Any, scalars: Iterable[t.Variable]) -> dict[str, ScalarValue]:
         """Read values from a model of Z3.
@@ -301,7 +301,7 @@ class IncrementalSolver:
         replaced = []
         for name, value in values.items():
             scalar, constant = self._constants[name]
-            replaced.append((constant, _value(self._context, scalar, value)))
+            replaced.append((constant, self._value(scalar, value)))
         question = z3.substitute(self._questions[id(term)][1], *replaced)
         self._evaluator.push()
         try:
@@ -340,51 +340,48 @@ class IncrementalSolver:
     def _model(self) -> dict[str, ScalarValue]:
         return self.values(self._solver.model(), (scalar for scalar, _ in self._constants.values()))
 
+    def _value(self, scalar: t.Variable, value: ScalarValue) -> Any:
+        make = self._shared.expressions
+        if isinstance(scalar.type, EnumType):
+            return z3.IntVal(scalar.type.members.index(cast("str", value)), self._context)
+        # Not from the cache: a long session asks about ever new numbers.
+        return make.truth(value) if isinstance(value, bool) else make.new_number(cast("Fraction", value))
+
     def _encode(self, term: t.Term) -> Any:
+        make = self._shared.expressions
         match term:
             case t.Literal(value=value, type=EnumType(members=members)):
                 return z3.IntVal(members.index(cast("str", value)), self._context)
             case t.Literal(value=bool(value)):
-                return z3.BoolVal(value, self._context)
+                return make.truth(value)
             case t.Literal(value=value):
-                return _rational(self._context, cast("Fraction", value))
+                return make.number(cast("Fraction", value))
             case t.Variable(name=name):
                 return self._constants[name][1]
             case t.Not(operand=operand):
-                return z3.Not(self._encode(operand))
+                return make.negation(self._encode(operand))
             case t.And(operands=operands):
-                return z3.And(*map(self._encode, operands), self._context)
+                return make.conjunction([self._encode(one) for one in operands])
             case t.Or(operands=operands):
-                return z3.Or(*map(self._encode, operands), self._context)
+                return make.disjunction([self._encode(one) for one in operands])
             case t.Compare(op=op, left=left, right=right):
-                a, b = self._encode(left), self._encode(right)
-                return a < b if op == "<" else a <= b if op == "<=" else a == b
+                return make.comparison(op, self._encode(left), self._encode(right))
             case t.Add(left=left, right=right):
-                return self._encode(left) + self._encode(right)
+                return make.sum(self._encode(left), self._encode(right))
             case t.Multiply(left=left, right=right):
-                return self._encode(left) * self._encode(right)
+                return make.product(self._encode(left), self._encode(right))
             case t.Extremum(kind=kind, left=left, right=right):
                 a, b = self._encode(left), self._encode(right)
-                return z3.If(a <= b, a, b) if kind == "min" else z3.If(a <= b, b, a)
+                least = make.comparison("<=", a, b)
+                return make.choice(least, a, b) if kind == "min" else make.choice(least, b, a)
             case t.Absolute(operand=operand):
                 a = self._encode(operand)
-                return z3.If(a >= 0, a, -a)
+                is_positive = make.comparison("<=", make.number(Fraction(0)), a)
+                return make.choice(is_positive, a, make.opposite(a))
             case t.Conditional(condition=condition, then=then, otherwise=otherwise):
-                return z3.If(*map(self._encode, (condition, then, otherwise)))
+                return make.choice(*map(self._encode, (condition, then, otherwise)))
             case _:
                 raise AssertionError(f"not in the scalar core: {term}")
-
-
-def _rational(context: Any, value: Fraction) -> Any:
-    return z3.RealVal(f"{value.numerator}/{value.denominator}", context)
-
-
-def _value(context: Any, scalar: t.Variable, value: ScalarValue) -> Any:
-    if isinstance(scalar.type, EnumType):
-        return z3.IntVal(scalar.type.members.index(cast("str", value)), context)
-    return (
-        z3.BoolVal(value, context) if isinstance(value, bool) else _rational(context, cast("Fraction", value))
-    )
 
 
 def _model_value(model: Any, scalar: t.Variable, constant: Any) -> ScalarValue:

@@ -10,7 +10,7 @@ from aeros.spec.model.site import Site
 from aeros.spec.obligations.obligation import ClaimMode, Obligation
 from aeros.spec.obligations.verdicts import Verdict
 from aeros.spec.verification.discharge import ObligationResult
-from aeros.spec.verification.gate_boundary import gate_boundary_for, relevant_envelope
+from aeros.spec.verification.gate_boundary import gate_boundaries, relevant_envelope
 from aeros.spec.verification.repair import find_repairs
 from aeros.spec.verification.unsat_core import find_unsat_core, label_core, label_violated_conjuncts
 
@@ -32,30 +32,22 @@ def explain_findings(
     """
     listed = list(findings)
     repairs = find_repairs(listed, site, oracle)
-    boundaries = _BoundaryCache(site, oracle)
+    # By identity: terms are large, and the obligations keep them alive. Most rules share no variable with an
+    # envelope, and then one boundary is that of every envelope.
+    keys = [_boundary_key(one.obligation) if one.is_runtime_checked else None for one in listed]
+    described = {key: one.obligation for key, one in zip(keys, listed, strict=True) if key is not None}
+    texts = gate_boundaries(list(described.values()), site, oracle.with_reduced_budget(10))
+    boundaries = dict(zip(described, texts, strict=True))
     return tuple(
-        replace(one, boundary=boundaries.boundary_for(one.obligation))
-        if one.is_runtime_checked
+        replace(one, boundary=boundaries[key])
+        if key is not None
         else _explain_finding(one, repairs.get(one.obligation.id, ""), oracle)
-        for one in listed
+        for key, one in zip(keys, listed, strict=True)
     )
 
 
-class _BoundaryCache:
-    """Cache of gate boundaries: most runtime-checked rules share no variable with an envelope."""
-
-    def __init__(self, site: Site, oracle: Oracle) -> None:
-        self._site = site
-        self._oracle = oracle
-        self._known: dict[
-            tuple[int, int], str
-        ] = {}  # by identity: terms are large, and the site keeps them alive
-
-    def boundary_for(self, obligation: Obligation) -> str:
-        key = (id(obligation.conclusion), id(obligation.clause) if relevant_envelope(obligation) else 0)
-        if key not in self._known:
-            self._known[key] = gate_boundary_for(obligation, self._site, self._oracle.with_reduced_budget(10))
-        return self._known[key]
+def _boundary_key(obligation: Obligation) -> tuple[int, int]:
+    return id(obligation.conclusion), id(obligation.clause) if relevant_envelope(obligation) else 0
 
 
 def _explain_finding(finding: ObligationResult, repair: str, oracle: Oracle) -> ObligationResult:

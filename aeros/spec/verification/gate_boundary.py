@@ -7,7 +7,7 @@ equivalent to the rule under the envelope; else the rule's own text is shown, wh
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import cast
 
@@ -23,37 +23,110 @@ from aeros.spec.expr.units import exact_decimal
 from aeros.spec.model.site import Site
 from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.obligation import Obligation
-from aeros.spec.verification.queries import is_implied, is_unsatisfiable
+from aeros.spec.verification.queries import are_unsatisfiable
 
 
-def gate_boundary_for(obligation: Obligation, site: Site, oracle: Oracle) -> str:
-    """Describe the condition under which the gate allows an action of the envelope, as far as one rule goes.
+def gate_boundaries(obligations: Sequence[Obligation], site: Site, oracle: Oracle) -> list[str]:
+    """Describe conditions under which the gate allows actions of an envelope, as far as one rule goes.
 
     Args:
-        obligation: the claim that an envelope obeys the rule.
-        site: the site that declares the rule.
+        obligations: claims that an envelope obeys a rule.
+        site: the site that declares the rules.
         oracle: solver with its budget.
 
     Returns:
-        Text of the condition in the expression language.
+        For each claim the text of the condition in the expression language.
     """
-    rule_text = next(
-        (" ".join(rule.text.split()) for rule in site.rules if rule.id == obligation.runtime_checked_rule), ""
-    )
-    declared, rule = obligation.space.variables, obligation.conclusion
-    envelope = relevant_envelope(obligation)
-    simplified = _simplify_under(_negation_normal_form(rule, is_true=True), envelope, declared, oracle)
-    text = _format_term(simplified, {one.name: one for one in declared})
-    if text is None:
-        return rule_text
-    try:
-        parsed = check(parse(text), scope_over(site, declared), BOOL)
-    except (ExpressionSyntaxError, ExpressionTypeError):
-        return rule_text
-    if parsed == rule:
-        return text
-    differ = t.Or((t.And((parsed, t.Not(rule))), t.And((rule, t.Not(parsed)))))
-    return text if is_unsatisfiable((*envelope, differ), declared, oracle) else rule_text
+    drafts = [_Draft(one, site) for one in obligations]
+    leaves = [(terms, draft.declared) for draft in drafts for terms in draft.leaf_questions()]
+    decided = iter(are_unsatisfiable(leaves, oracle))
+    for draft in drafts:
+        draft.simplify(decided)
+    open_ = [draft for draft in drafts if draft.difference]
+    same = are_unsatisfiable([(draft.difference, draft.declared) for draft in open_], oracle)
+    for draft, is_same in zip(open_, same, strict=True):
+        draft.is_shown = is_same
+    return [draft.text if draft.is_shown else draft.rule_text for draft in drafts]
+
+
+class _Draft:
+    """Text of one boundary in the making.
+
+    Attributes:
+        declared: every variable of the claim.
+        rule_text: text of the rule.
+        text: text of the rule as it is under the envelope.
+        difference: conditions that hold where the two differ; none if they are the same or not compared.
+        is_shown: True if `text` is to be shown, and not `rule_text`.
+    """
+
+    def __init__(self, obligation: Obligation, site: Site) -> None:
+        self.declared = obligation.space.variables
+        self.rule_text = next(
+            (
+                " ".join(rule.text.split())
+                for rule in site.rules
+                if rule.id == obligation.runtime_checked_rule
+            ),
+            "",
+        )
+        self.text = ""
+        self.difference: tuple[t.Term, ...] = ()
+        self.is_shown = False
+        self._site = site
+        self._rule = obligation.conclusion
+        self._envelope = relevant_envelope(obligation)
+        self._alternatives = _negation_normal_form(self._rule, is_true=True)
+
+    def leaf_questions(self) -> Iterator[tuple[t.Term, ...]]:
+        """Yield two questions on each part of the rule about which the envelope may say something."""
+        for leaf, about in self._leaves(self._alternatives):
+            if about:
+                yield (*about, t.Not(leaf))
+                yield (*about, leaf)
+
+    def simplify(self, decided: Iterator[bool]) -> None:
+        """Leave out what the envelope decides.
+
+        Args:
+            decided: for each of `leaf_questions` in order, whether the conditions cannot hold together.
+        """
+        simplified = self._simplified(self._alternatives, decided)
+        text = _format_term(simplified, {one.name: one for one in self.declared})
+        if text is None:
+            return
+        try:
+            parsed = check(parse(text), scope_over(self._site, self.declared), BOOL)
+        except (ExpressionSyntaxError, ExpressionTypeError):
+            return
+        self.text, self.is_shown = text, parsed == self._rule
+        if not self.is_shown:
+            rule = self._rule
+            differ = t.Or((t.And((parsed, t.Not(rule))), t.And((rule, t.Not(parsed)))))
+            self.difference = (*self._envelope, differ)
+
+    def _leaves(self, term: t.Term) -> Iterator[tuple[t.Term, tuple[t.Term, ...]]]:
+        if isinstance(term, t.And | t.Or):
+            for operand in term.operands:
+                yield from self._leaves(operand)
+        else:
+            yield term, _if_relevant(t.variables_of(term), self._envelope)
+
+    def _simplified(self, term: t.Term, decided: Iterator[bool]) -> t.Term:
+        if not isinstance(term, t.And | t.Or):
+            if not _if_relevant(t.variables_of(term), self._envelope):
+                return term
+            is_implied, is_impossible = next(decided), next(decided)
+            return t.TRUE if is_implied else t.FALSE if is_impossible else term
+        parts = [self._simplified(operand, decided) for operand in term.operands]
+        neutral, absorbing = (t.TRUE, t.FALSE) if isinstance(term, t.And) else (t.FALSE, t.TRUE)
+        if absorbing in parts:
+            return absorbing
+        kept: list[t.Term] = []
+        for part in parts:
+            inner = part.operands if isinstance(part, t.And | t.Or) and type(part) is type(term) else (part,)
+            kept += [one for one in inner if one != neutral and one not in kept]
+        return kept[0] if len(kept) == 1 else type(term)(tuple(kept)) if kept else neutral
 
 
 def relevant_envelope(obligation: Obligation) -> tuple[t.Term, ...]:
@@ -94,26 +167,6 @@ def _negation_normal_form(term: t.Term, *, is_true: bool) -> t.Term:
             return t.Compare("<", right, left)
         case _:
             return term if is_true else t.Not(term)
-
-
-def _simplify_under(
-    term: t.Term, envelope: tuple[t.Term, ...], declared: tuple[Declared, ...], oracle: Oracle
-) -> t.Term:
-    """Remove the parts of `term` that the envelope decides."""
-    if not isinstance(term, t.And | t.Or):
-        about = _if_relevant(t.variables_of(term), envelope)
-        if about and is_implied(term, about, declared, oracle):
-            return t.TRUE
-        return t.FALSE if about and is_unsatisfiable((*about, term), declared, oracle) else term
-    parts = [_simplify_under(operand, envelope, declared, oracle) for operand in term.operands]
-    neutral, absorbing = (t.TRUE, t.FALSE) if isinstance(term, t.And) else (t.FALSE, t.TRUE)
-    if absorbing in parts:
-        return absorbing
-    kept: list[t.Term] = []
-    for part in parts:
-        inner = part.operands if isinstance(part, t.And | t.Or) and type(part) is type(term) else (part,)
-        kept += [one for one in inner if one != neutral and one not in kept]
-    return kept[0] if len(kept) == 1 else type(term)(tuple(kept)) if kept else neutral
 
 
 def _format_term(term: t.Term, declared: Mapping[str, Declared]) -> str | None:

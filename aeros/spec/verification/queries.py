@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from aeros.spec.backends.oracle import Oracle
-from aeros.spec.backends.solver_results import SatResult
+from aeros.spec.backends.oracle import Oracle, PosedQuestion
+from aeros.spec.backends.solver_results import Question, SatResult
 from aeros.spec.expr import terms as t
 from aeros.spec.model.variables import Declared, ranges_of, relevant_facts
 
@@ -21,9 +21,23 @@ def is_unsatisfiable(terms: Sequence[t.Term], declared: Iterable[Declared], orac
     Returns:
         True if it is proved; False also where the budget runs out.
     """
-    mentioned, whole = relevant_facts(terms, {one.name: one for one in declared})
-    answer = oracle.check_sat([one.variable for one in mentioned], ranges_of(mentioned), whole)
-    return answer.result is SatResult.UNSAT
+    return oracle.check_sat(*_question(terms, declared)).result is SatResult.UNSAT
+
+
+def are_unsatisfiable(
+    asked: Iterable[tuple[Sequence[t.Term], Iterable[Declared]]], oracle: Oracle
+) -> list[bool]:
+    """Tell for each of several lists of terms whether it is proved that no values make all of them hold.
+
+    Args:
+        asked: lists of conditions, each with every variable of its terms, and others.
+        oracle: solver with its budget.
+
+    Returns:
+        For each list True if it is proved; False also where the budget runs out.
+    """
+    posed = [PosedQuestion(_question(terms, declared)) for terms, declared in asked]
+    return [answer.result is SatResult.UNSAT for answer in oracle.check_together(posed)]
 
 
 def is_implied(
@@ -41,3 +55,8 @@ def is_implied(
         True if it is proved; False also where the budget runs out.
     """
     return is_unsatisfiable((*assumptions, t.Not(conclusion)), declared, oracle)
+
+
+def _question(terms: Sequence[t.Term], declared: Iterable[Declared]) -> Question:
+    mentioned, whole = relevant_facts(terms, {one.name: one for one in declared})
+    return Question([one.variable for one in mentioned], ranges_of(mentioned), whole)
