@@ -69,7 +69,7 @@ def test_cvc5_agrees_with_z3_on_the_reference_modules_and_both_corpora(
     ]
     questions = _queries_of(sorted(cases)[::step], tmp_path)[:: min(step, 2)]
     about = {one.description.partition("/")[0] for one in questions}
-    assert about == {"policy", "permission", "safety", "composition", "an explanation"}
+    assert about >= {"policy", "permission", "safety", "composition", "an explanation"}
     agreement = cross_check_queries(questions, Cvc5(rlimit=300_000), lambda _: None)
     undecided = {about for about, _ in agreement.undecided_queries}
     assert undecided <= BEYOND
