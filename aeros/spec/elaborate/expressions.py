@@ -16,7 +16,7 @@ from aeros.spec.expr.semantics import evaluate
 from aeros.spec.expr.syntax import Node, TextRange
 from aeros.spec.expr.typecheck.check import check, check_condition, infer
 from aeros.spec.expr.types import BOOL, RealType, Type
-from aeros.spec.expr.units import Dimension, Unit, parse_quantity, parse_unit
+from aeros.spec.expr.units import NUMBER, Dimension, Unit, parse_quantity, parse_unit, units_of
 from aeros.spec.model.rules import Conjunct
 from aeros.spec.text.fields import ExpressionField, TextField
 from aeros.spec.text.nodes import ScalarNode
@@ -208,7 +208,7 @@ def elaborate_quantity(text: TextField, dimension: Dimension, diagnostics: Diagn
             "AE207",
             f"`{text.value}` is not a number with a unit",
             text.span,
-            help=("write it like `100 ms`",),
+            help=(_how_to_write(dimension),),
         )
         return None
     value, unit = parsed
@@ -223,10 +223,18 @@ def elaborate_quantity(text: TextField, dimension: Dimension, diagnostics: Diagn
     lost = double_problem(value * unit.factor)
     if lost is not None:
         diagnostics.error(
-            "AE207", f"`{text.value}` {lost}", text.span, help=("write 0 or another number, like `100 ms`",)
+            "AE207", f"`{text.value}` {lost}", text.span, help=("write 0 or a number that is nearer to 1",)
         )
         return None
     return value * unit.factor
+
+
+def _how_to_write(dimension: Dimension) -> str:
+    if dimension == NUMBER:
+        return "write a bare number, or one in `%`"
+    others = [name for name in units_of(dimension) if name != str(dimension)]
+    more = f"; other units are {', '.join(f'`{name}`' for name in others)}" if others else ""
+    return f"write a number and its unit, as in `2 {dimension}`{more}"
 
 
 def _span(expression: ExpressionField, extent: TextRange) -> SourceSpan:

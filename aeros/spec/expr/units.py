@@ -106,6 +106,7 @@ _ATOMS: dict[str, tuple[Fraction, Dimension]] = {
     "J": (Fraction(1), FORCE * LENGTH),
     "W": (Fraction(1), FORCE * LENGTH * TIME**-1),
     "rad": (Fraction(1), ANGLE),
+    "mrad": (Fraction(1, 1000), ANGLE),
     "deg": (_PI / 180, ANGLE),
 }
 
@@ -122,6 +123,19 @@ def unit_names() -> tuple[str, ...]:
         Symbols, as `mm`, `kg` and `deg`.
     """
     return tuple(_ATOMS)
+
+
+def units_of(dimension: Dimension) -> tuple[str, ...]:
+    """List the units of a dimension that can be written on their own.
+
+    Args:
+        dimension: the dimension.
+
+    Returns:
+        Symbols, the largest unit first; none for a dimension that needs a product, as `m/s`.
+    """
+    factors = {name: factor for name, (factor, one) in _ATOMS.items() if one == dimension}
+    return tuple(sorted(factors, key=lambda name: -factors[name]))
 
 
 def match_unit(text: str, start: int) -> tuple[Unit, int] | None:

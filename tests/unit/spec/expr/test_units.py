@@ -6,6 +6,7 @@ from itertools import product
 import pytest
 
 from aeros.spec.expr.units import (
+    ANGLE,
     DIMENSIONLESS,
     LENGTH,
     NUMBER,
@@ -17,6 +18,7 @@ from aeros.spec.expr.units import (
     parse_quantity,
     parse_unit,
     unit_names,
+    units_of,
 )
 
 
@@ -91,6 +93,12 @@ def test_a_unit_ends_where_a_longer_word_begins() -> None:
         found = match_unit(text, 0)
         assert found is not None
         assert (found[0].text, found[1]) == ("mm", 2)
+
+
+def test_units_of_a_dimension_are_listed_the_largest_first() -> None:
+    assert units_of(ANGLE) == ("rad", "deg", "mrad")
+    assert units_of(LENGTH) == ("km", "m", "cm", "mm", "um")
+    assert units_of(LENGTH * TIME**-1) == ()
 
 
 def test_a_degree_is_a_part_of_pi() -> None:
