@@ -167,7 +167,7 @@ class Expressions:
             False also if the model leaves it open.
         """
         value = z3.Z3_model_get_const_interp(self._ref, model.model, constant.decl().ast)
-        return value is not None and z3.Z3_get_bool_value(self._ref, value) == z3.Z3_L_TRUE
+        return bool(value) and z3.Z3_get_bool_value(self._ref, value) == z3.Z3_L_TRUE
 
 
 def _array(parts: Sequence[Any]) -> Any:

@@ -208,7 +208,7 @@ def elaborate_quantity(text: TextField, dimension: Dimension, diagnostics: Diagn
             "AE207",
             f"`{text.value}` is not a number with a unit",
             text.span,
-            help=(_how_to_write(dimension),),
+            help=(_cure_of_unit(dimension),),
         )
         return None
     value, unit = parsed
@@ -229,7 +229,7 @@ def elaborate_quantity(text: TextField, dimension: Dimension, diagnostics: Diagn
     return value * unit.factor
 
 
-def _how_to_write(dimension: Dimension) -> str:
+def _cure_of_unit(dimension: Dimension) -> str:
     if dimension == NUMBER:
         return "write a bare number, or one in `%`"
     others = [name for name in units_of(dimension) if name != str(dimension)]

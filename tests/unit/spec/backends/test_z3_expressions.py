@@ -1,0 +1,63 @@
+"""Expressions made by Z3's C interface are those that its Python operators make."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import pytest
+import z3
+
+from aeros.spec.backends.z3_expressions import Expressions
+
+CONTEXT = z3.Context()
+MAKE = Expressions(CONTEXT)
+A, B = (z3.Bool(name, CONTEXT) for name in "ab")
+X, Y = (z3.Real(name, CONTEXT) for name in "xy")
+S, T = (z3.Int(name, CONTEXT) for name in "st")
+
+
+@pytest.mark.parametrize(
+    ("made", "expected"),
+    [
+        (MAKE.truth(True), z3.BoolVal(True, CONTEXT)),
+        (MAKE.truth(False), z3.BoolVal(False, CONTEXT)),
+        (MAKE.number(Fraction(-7, 3)), z3.RealVal("-7/3", CONTEXT)),
+        (MAKE.negation(A), z3.Not(A)),
+        (MAKE.conjunction([A, B, A]), z3.And(A, B, A)),
+        (MAKE.disjunction([A, B]), z3.Or(A, B)),
+        (MAKE.comparison("<", X, Y), X < Y),
+        (MAKE.comparison("<=", X, Y), X <= Y),
+        (MAKE.comparison("==", X, Y), X == Y),
+        (MAKE.comparison("==", S, T), S == T),
+        (MAKE.comparison("==", A, B), A == B),
+        (MAKE.sum(X, Y), X + Y),
+        (MAKE.product(X, Y), X * Y),
+        (MAKE.opposite(X), -X),
+        (MAKE.choice(A, X, Y), z3.If(A, X, Y)),
+        (MAKE.choice(A, A, B), z3.If(A, A, B)),
+    ],
+)
+def test_an_expression_is_that_of_the_operator(made: Any, expected: Any) -> None:
+    assert made.eq(expected)
+    assert type(made) is type(expected) or z3.is_arith(made)
+
+
+def test_no_parts_are_true_together_and_none_is_true() -> None:
+    assert z3.is_true(z3.simplify(MAKE.conjunction([])))
+    assert z3.is_false(z3.simplify(MAKE.disjunction([])))
+
+
+def test_a_number_is_made_once_for_each_value() -> None:
+    assert MAKE.number(Fraction(2, 4)) is MAKE.number(Fraction(1, 2))
+    assert MAKE.new_number(Fraction(1, 2)) is not MAKE.number(Fraction(1, 2))
+
+
+def test_a_constant_is_true_only_where_the_model_says_so() -> None:
+    solver = z3.Solver(ctx=CONTEXT)
+    solver.add(A, z3.Not(B))
+    assert solver.check() == z3.sat
+    found = solver.model()
+    assert MAKE.is_true_in(found, A)
+    assert not MAKE.is_true_in(found, B)
+    assert not MAKE.is_true_in(found, z3.Bool("unspoken", CONTEXT))
