@@ -35,6 +35,7 @@ OBSERVED: Final[dict[str, Any]] = {
     "base_position": (0.0, 0.0, 0.0),
     "dock_position": (0.0, 0.0, 0.0),
     # clean_table, hold_sponge
+    "region": "left",
     "area_position": (0.5, 0.0, 0.0),
     "sponge_rest_position": (0.45, 0.34, 0.015),
     "bin_position": (0.45, -0.5, 0.085),

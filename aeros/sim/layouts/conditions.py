@@ -13,6 +13,7 @@ from typing import Any, Final, Protocol
 
 from aeros.sim.clock import TICK
 from aeros.sim.geometry import UPRIGHT, Pose, Vector3, to_frame, to_world, yaw_of
+from aeros.sim.layouts.coating import CoatingMap
 from aeros.spec.backends.compiled import Predicate, compile_condition
 from aeros.spec.expr.lower import scalar_variables
 from aeros.spec.expr.terms import variables_of
@@ -91,14 +92,14 @@ class SimulatedWorld(Protocol):
             True if both fingers touch it and nothing else does.
         """
 
-    def wiped_share(self, coating: str) -> float:
-        """Measure a coating.
+    def coating_of(self, name: str) -> CoatingMap:
+        """Find a coating.
 
         Args:
-            coating: its name.
+            name: its name.
 
         Returns:
-            Share of wiped cells, in [0, 1].
+            Its cells as they are now.
         """
 
     def robot_points(self) -> tuple[Vector3, Vector3]:
@@ -131,7 +132,7 @@ class SceneState:
         self._poses = poses
         self._world = world
         self._readers: dict[str, Callable[[], Any]] = _readers(scene, poses, world)
-        self._regions = {
+        self._regions: dict[str, Region] = {
             name: Region(name, (-x / 2, -y / 2, 0.0), (x / 2, y / 2, z))
             for name, body in scene.bodies.items()
             if isinstance(body.shape, Basin)
@@ -200,6 +201,10 @@ class SceneState:
             return self._predicates[name](values)
         if name in self.sealed:
             return self.sealed[name]
+        thing, _, part = name.partition(".")
+        if thing in self._scene.coatings:
+            within = partial(self._contains, self._regions[part.rpartition(".")[0]])
+            return self._world.coating_of(thing).wiped_share_where(within)
         timer, _, longest = name.partition(".")
         return self._ticks[timer][bool(longest)] * TICK
 
@@ -267,7 +272,7 @@ def _readers(scene: Scene, poses: Mapping[str, Pose], world: SimulatedWorld) -> 
             case JointInstrument(part):
                 found[name] = partial(world.joint_position, part)
     for name in scene.coatings:
-        found[f"{name}.wiped"] = partial(world.wiped_share, name)
+        found[f"{name}.wiped"] = partial(_wiped_share, world, name)
     return found
 
 
@@ -278,6 +283,10 @@ def _body_readers(part: BodyPart, world: SimulatedWorld) -> dict[str, Callable[[
         f"{part.body}.tilt": lambda: _tilt(world.pose_of(part)),
         f"{part.body}.held": lambda: world.is_held(part.body),
     }
+
+
+def _wiped_share(world: SimulatedWorld, coating: str) -> float:
+    return world.coating_of(coating).wiped_share
 
 
 def _place(pose: Pose) -> Vector3:

@@ -1,7 +1,8 @@
 """Names that conditions of a scene may use, and the elaboration of these conditions.
 
-The names are dotted: `can.position`, `press.hinge`, `cooking.longest`. `can.position in pot` asks for a
-region, which may move; it is a boolean variable of that very name.
+The names are dotted: `can.position`, `press.hinge`, `cooking.longest`, `dirt.wiped`. `can.position in pot`
+asks for a region, which may move; it is a boolean variable of that very name. `dirt.left.wiped` is the wiped
+share of the part of a coating that is in the region `left`.
 """
 
 from __future__ import annotations
@@ -184,6 +185,7 @@ def _types(scene: Scene) -> Iterator[tuple[str, Type]]:
         yield name, _instrument_type(instrument, scene.bodies)
     for name in scene.coatings:
         yield f"{name}.wiped", RealType(NUMBER)
+        yield from ((f"{name}.{region}.wiped", RealType(NUMBER)) for region in region_names(scene))
 
 
 def _instrument_type(instrument: Instrument, bodies: Mapping[str, SceneBody]) -> Type:

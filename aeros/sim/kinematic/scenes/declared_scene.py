@@ -195,9 +195,9 @@ class DeclaredScene:
         """Implement `SimulatedWorld.is_held`."""
         return self.is_carried(body) and self._things.is_lifted(self._objects[body])
 
-    def wiped_share(self, coating: str) -> float:
-        """Implement `SimulatedWorld.wiped_share`."""
-        return self._coatings[coating].wiped_share
+    def coating_of(self, name: str) -> CoatingMap:
+        """Implement `SimulatedWorld.coating_of`."""
+        return self._coatings[name]
 
     def robot_points(self) -> tuple[Vector3, Vector3]:
         """Implement `SimulatedWorld.robot_points`."""

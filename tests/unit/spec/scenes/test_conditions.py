@@ -79,6 +79,10 @@ def test_coatings_are_a_share() -> None:
     condition, _ = elaborated("table", "dirt.wiped >= 0.95")
     assert condition is not None
     assert elaborated("table", "dirt.wiped >= 1 m")[0] is None
+    part, _ = elaborated("table", "dirt.left_half.wiped >= 0.95")
+    assert part is not None
+    assert set(variables_of(part.term)) == {"dirt.left_half.wiped"}
+    assert elaborated("table", "dirt.lower_half.wiped >= 0.95")[0] is None
 
 
 def test_a_membership_is_a_name_of_two_parts() -> None:
