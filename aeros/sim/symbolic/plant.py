@@ -39,6 +39,7 @@ from aeros.sim.symbolic.state import as_reading, initial_values
 from aeros.skill import Action
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.model.ecm import Ecm, Outcome
+from aeros.spec.model.effects import Increment
 from aeros.spec.model.site import Site
 
 _COMPLETED: Final = MotionCompletion(True)
@@ -250,7 +251,7 @@ class SymbolicPlant:
         self._drawn.append(DrawnOutcome(skill, run, outcome.id))
         if outcome.duration is not None:
             self._time = max(self._time, self._start_times[skill] + float(outcome.duration))
-        self._values = self._set_values([self._effects[skill, outcome.id]])
+        self._values = self._set_values([self._effects[skill, outcome.id], self._quantities(outcome)])
         self._observed = None
 
     def set_parameters(self, values: Mapping[str, Any]) -> None:
@@ -309,7 +310,23 @@ class SymbolicPlant:
         return {name: value for name, value in values.items() if name in self._values}
 
     def _apply_outcome(self, skill: str, outcome: Outcome) -> dict[str, Any]:
-        unknown = outcome.effects.keys() - self._initial.keys()
+        changed = {*outcome.effects, *(one.variable for one in outcome.ranges)}
+        unknown = changed - self._initial.keys()
         if unknown:
             raise MisuseError(f"an effect of `{skill}` is on `{min(unknown)}`, which is not a state variable")
-        return {name: as_reading(value, self._site.state[name]) for name, value in outcome.effects.items()}
+        return {
+            name: as_reading(effect, self._site.state[name])
+            for name, effect in outcome.effects.items()
+            if not isinstance(effect, Increment)
+        }
+
+    def _quantities(self, outcome: Outcome) -> dict[str, Any]:
+        """Compute what depends on the values before: counts, and quantities in the middle of their ranges."""
+        after: dict[str, Any] = {
+            name: self._values[name] + int(effect.amount)
+            for name, effect in outcome.effects.items()
+            if isinstance(effect, Increment)
+        }
+        for one in outcome.ranges:
+            after[one.variable] = one.middle_of(after.get(one.variable, self._values[one.variable]))
+        return after

@@ -87,8 +87,8 @@ class _ReasonCollector:
     def _could_establish(self, choice: GroundSkill, condition: PartialCondition) -> bool:
         """Return True if the choice sets a variable that `condition` reads to an impossible value."""
         return any(
-            name in condition.reads and value not in self._reachable.values[name]
+            name in condition.reads and bool(self._reachable.reached(name, effect))
             for outcome in choice.skill.outcomes.values()
             if outcome.probability != 0
-            for name, value in outcome.effects.items()
+            for name, effect in outcome.effects.items()
         )
