@@ -223,7 +223,7 @@ def _effect_mismatches(skill: Skill, world: WorldModel, before: Mapping[str, Any
         else:
             for one in outcome.ranges:
                 if one.variable in world.known and not one.contains(world.known[one.variable]):
-                    value = to_json_value(world.known[one.variable])
+                    value = to_json_value(one.number_of(world.known[one.variable]))
                     found[UnmetBound(one.name, value, declares, str(one))] = None
                     break
     return list(found)

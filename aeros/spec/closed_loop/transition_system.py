@@ -459,7 +459,5 @@ def _domain(site: Site, name: str) -> tuple[Any, ...]:
                 raise StateSpaceError(f"`{name}` has more than {MAX_NUMBERS} values")
             return tuple(map(Fraction, range(low, high + 1)))
         case _:
-            raise StateSpaceError(
-                f"it depends on `{name}`, which has infinitely many values: compare it in the `definition` "
-                "of a predicate, and use that"
-            )
+            kinds = "neither a truth value nor an enum nor a whole number with a range"
+            raise StateSpaceError(f"it depends on `{name}`, which is {kinds}")

@@ -60,6 +60,17 @@ class QuantityRange:
         """Name of the number in conditions, as in `push_sponge.sponge_position.y`."""
         return self.variable if self.axis is None else f"{self.variable}.{'xyz'[self.axis]}"
 
+    def number_of(self, value: Any) -> Any:
+        """Read the number that is in the range from a value of the variable.
+
+        Args:
+            value: value of the whole variable, SI.
+
+        Returns:
+            The value, or its component.
+        """
+        return value if self.axis is None else value[self.axis]
+
     def contains(self, value: Any) -> bool:
         """Say if a value of the variable is in the range.
 
@@ -69,7 +80,7 @@ class QuantityRange:
         Returns:
             True if its number, or its component, is between the bounds.
         """
-        return bool(self.low <= (value if self.axis is None else value[self.axis]) <= self.high)
+        return bool(self.low <= self.number_of(value) <= self.high)
 
     def middle_of(self, value: Any) -> Any:
         """Put a value of the variable into the middle of the range.

@@ -6,7 +6,7 @@ quantity declares each predicate whose definition reads it, and some state in it
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.diagnostics.source import SourceSpan
@@ -37,12 +37,14 @@ def effect_claims(ecm: Ecm, site: Site) -> Iterator[Obligation | StaticClaim]:
         for outcome in skill.outcomes.values():
             for name, effect in outcome.effects.items():
                 if isinstance(effect, Increment):
-                    yield _stays_in_range(site, skill, outcome, name, effect)
-            yield from _definitions_agree(ecm.definitions, site, skill, outcome)
+                    yield _stays_in_range(ecm, site, skill, outcome, name, effect)
+            yield from _definitions_agree(ecm, site, skill, outcome)
 
 
-def _stays_in_range(site: Site, skill: Skill, outcome: Outcome, name: str, effect: Increment) -> Obligation:
-    declared = site.state[name]
+def _stays_in_range(
+    ecm: Ecm, site: Site, skill: Skill, outcome: Outcome, name: str, effect: Increment
+) -> Obligation:
+    declared, word = site.state[name], name.removeprefix(f"{ecm.id}.")
     assert declared.range is not None  # noqa: S101  elaboration admits no increment without a range
     low, high = (t.Literal(bound, RealType(NUMBER)) for bound in declared.range)
     after = effect_term(effect, declared.variable)
@@ -58,18 +60,20 @@ def _stays_in_range(site: Site, skill: Skill, outcome: Outcome, name: str, effec
             () if precondition is None else (precondition.term,),
         ),
         conclusion=t.And((t.Compare("<=", low, after), t.Compare("<=", after, high))),
-        headline=f"`{outcome.id}` of `{skill.id}` may leave `{name}` {side[1]} its range: {effect}",
+        headline=f"`{outcome.id}` of `{skill.id}` may leave `{word}` {side[1]} its range: {effect}",
         primary=SpanLabel(skill.span if precondition is None else precondition.span, "allows the start"),
-        help=(f"add `{name} {side[0]} {bound}` to its `precondition`, or widen the range",),
+        help=(f"add `{word} {side[0]} {bound}` to its `precondition`, or widen the range",),
     )
 
 
 def _definitions_agree(
-    definitions: Mapping[str, Definition], site: Site, skill: Skill, outcome: Outcome
+    ecm: Ecm, site: Site, skill: Skill, outcome: Outcome
 ) -> Iterator[Obligation | StaticClaim]:
     """Claim that the outcome declares each predicate that its changes of quantities decide, and truly."""
+    definitions = ecm.definitions
     counted = {name for name, effect in outcome.effects.items() if isinstance(effect, Increment)}
     changed = {one.variable for one in outcome.ranges} | counted
+    shown = sorted(name.removeprefix(f"{ecm.id}.") for name in counted)
     within = [one.term(site.state[one.variable].variable) for one in outcome.ranges]
     declared = {
         name: effect_term(effect, site.state[name].variable)
@@ -78,9 +82,9 @@ def _definitions_agree(
     }
     for name in _names_defined_by(definitions, changed):
         claim_id = ClaimForm.RANGE_AGREES(skill.id, outcome.id, name)
-        term, span = definitions[name].term, definitions[name].span
+        term, span, word = definitions[name].term, definitions[name].span, name.removeprefix(f"{ecm.id}.")
         if name not in outcome.effects:
-            yield StaticClaim(claim_id, _undeclared(name, span, skill, outcome, counted))
+            yield StaticClaim(claim_id, _undeclared(word, span, skill, outcome, shown))
             continue
         others = {one: value for one, value in declared.items() if one != name}
         holds = t.substitute(term, others)
@@ -91,7 +95,7 @@ def _definitions_agree(
             mode=ClaimMode.SOMETIMES,
             space=VariableSpace(tuple(site.observed_variables.values()), ()),
             conclusion=t.conjunction(*within, holds if is_true else t.Not(holds)),
-            headline=f"`{outcome.id}` of `{skill.id}` cannot leave `{name}` {str(is_true).lower()}: "
+            headline=f"`{outcome.id}` of `{skill.id}` cannot leave `{word}` {str(is_true).lower()}: "
             "its other effects and the definition exclude that",
             primary=SpanLabel(span, "never so after it"),
             secondary=(SpanLabel(skill.span, "declares it"),),
@@ -110,12 +114,12 @@ def _names_defined_by(definitions: Mapping[str, Definition], changed: Iterable[s
 
 
 def _undeclared(
-    name: str, span: SourceSpan, skill: Skill, outcome: Outcome, counted: Collection[str]
+    name: str, span: SourceSpan, skill: Skill, outcome: Outcome, counted: Sequence[str]
 ) -> Diagnostic:
     cures = [f"declare `{name}` among its effects, too"]
     if counted:
         cures.append(
-            f"or compare `{min(counted)}` itself where `{name}` is used, and define no predicate by it"
+            f"or compare `{counted[0]}` itself where `{name}` is used, and define no predicate by it"
         )
     return Diagnostic(
         "AE513",

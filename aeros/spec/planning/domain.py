@@ -121,6 +121,7 @@ class PlanningDomain:
         goal: the goal.
         invariants: conditions of the task that must hold in every state, by id.
         excluded_skills: reason for each skill that is not used, by name.
+        ranged: a skill that leaves it in a range, for each such quantity, by its name.
     """
 
     names: tuple[str, ...]
@@ -130,6 +131,7 @@ class PlanningDomain:
     goal: PartialCondition
     invariants: Mapping[str, PartialCondition]
     excluded_skills: Mapping[str, str]
+    ranged: Mapping[str, str] = field(default_factory=dict)
     _after: dict[tuple[int, State], list[tuple[State, Outcome, Fraction]]] = field(default_factory=dict)
 
     def state(self, known: Environment) -> State:
@@ -255,7 +257,10 @@ def domain_for(
     names = tuple(sorted(settings))
     # Their measured values do not outlive the outcomes, so conditions on them are unknown.
     ranged = {
-        one.variable for _, skill, _ in chosen.values() for o in skill.outcomes.values() for one in o.ranges
+        one.variable: f"{module}.{skill.id}"
+        for module, skill, _ in chosen.values()
+        for outcome in skill.outcomes.values()
+        for one in outcome.ranges
     }
     known = {name: value for name, value in known.items() if name not in ranged}
     choices = []
@@ -275,6 +280,7 @@ def domain_for(
         PartialCondition(goal, names, known),
         {one.id: PartialCondition(one.term, names, known) for one in invariants},
         left_out,
+        ranged,
     )
 
 
@@ -309,7 +315,9 @@ def _values(declared: Declared) -> tuple[Any, ...]:
 
 
 def _effects(skill: Skill) -> set[str]:
-    return {name for one in skill.outcomes.values() if one.probability != 0 for name in one.effects}
+    possible = [one for one in skill.outcomes.values() if one.probability != 0]
+    ranged = {each.variable for one in possible for each in one.ranges}
+    return ranged.union(*(one.effects for one in possible))
 
 
 def _settings(skills: Iterator[Skill], site: Site) -> dict[str, tuple[Any, ...]]:

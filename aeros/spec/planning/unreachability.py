@@ -56,6 +56,13 @@ class _ReasonCollector:
     def _part(self, condition: PartialCondition, whose: str) -> Iterator[str]:
         self._reason_count += 1
         needs = f"{whose} needs `{unparse(condition.term)}`"
+        ranged = next((name for name in condition.missing if name in self._domain.ranged), None)
+        if ranged is not None:
+            yield (
+                f"{needs}: `{self._domain.ranged[ranged]}` leaves `{ranged}` in a range, and plans count on "
+                "predicates that have a `definition` by it"
+            )
+            return
         if condition.missing:
             yield f"{needs}: `{condition.missing[0]}` is not measured, and no skill sets it"
             return

@@ -62,7 +62,7 @@ def test_the_predicates_are_those_that_the_loop_depends_on_in_order() -> None:
 
 
 def test_a_predicate_of_infinitely_many_values_is_refused() -> None:
-    with pytest.raises(StateSpaceError, match="`fill_level`, which has infinitely many values"):
+    with pytest.raises(StateSpaceError, match="`fill_level`, which is neither a truth value nor an enum"):
         system_of(kitchen(rule("fill_level > 0.5", "align")))
 
 
