@@ -36,8 +36,9 @@ def opened(yaw: float) -> list[Top]:
 
 def seen(*tops: Top) -> tuple[Any, Vector3 | None]:
     """Wrapper and filling in a drawn picture."""
-    found: tuple[Any, Vector3 | None] = CODE._look_from_above(draw(CAMERA, tops))
-    return found
+    shown = CODE._look_from_above(draw(CAMERA, tops), [], None)
+    assert max(len(shown.wrappers), len(shown.fillings)) <= 1
+    return next(iter(shown.wrappers), None), next(iter(shown.fillings), None)
 
 
 def wrapper(*tops: Top) -> Any:
@@ -212,10 +213,12 @@ def test_a_plate_carries_a_filling_that_lies_over_it(filling: Vector3, is_carrie
 
 
 class Bench:
-    """The scene `dumpling_bench`, and the perceiver that looks at it."""
+    """The scene `dumpling_bench`, with one wrapper and filling or two, and the perceiver that looks at it."""
 
-    def __init__(self, seed: int = 3) -> None:
+    def __init__(self, seed: int = 3, *, second: bool = False) -> None:
         self.scene = Put("dumpling_bench", seed)
+        if not second:
+            self.scene.remove("wrapper_2", "filling_2")
         self.watched = Watched(
             "make_dumplings", "see_dumpling", {"press_position": PRESS, "pot_position": POT}
         )

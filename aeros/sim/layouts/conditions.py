@@ -15,7 +15,9 @@ from aeros.sim.clock import TICK
 from aeros.sim.geometry import UPRIGHT, Pose, Vector3, to_frame, to_world, yaw_of
 from aeros.sim.layouts.coating import CoatingMap
 from aeros.spec.backends.compiled import Predicate, compile_condition
-from aeros.spec.expr.lower import scalar_variables
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.lower import lower, scalar_variables
+from aeros.spec.expr.semantics import evaluate
 from aeros.spec.expr.terms import variables_of
 from aeros.spec.expr.types import RealType
 from aeros.spec.model.scene import (
@@ -138,7 +140,9 @@ class SceneState:
             if isinstance(body.shape, Basin)
             for x, y, z in (body.shape.inner,)
         } | dict(scene.regions)
-        self._predicates = {name: _compiled(one) for name, one in {**scene.conditions, **scene.truth}.items()}
+        named = {**scene.conditions, **scene.truth}
+        self._predicates = {name: _compiled(one) for name, one in named.items() if not one.is_number}
+        self._numbers = {name: lower(one.term) for name, one in named.items() if one.is_number}
         self._seals = {name: _compiled(seal.when) for name, seal in scene.seals.items()}
         self._timers = {name: _compiled(condition) for name, condition in scene.timers.items()}
         # Ticks until now, and at the longest stretch so far.
@@ -161,14 +165,14 @@ class SceneState:
             now = now + 1 if holds(values) else 0
             self._ticks[name] = (now, max(now, longest))
 
-    def truth(self) -> dict[str, bool]:
+    def truth(self) -> dict[str, int]:
         """Judge the conditions of `truth` now.
 
         Returns:
-            The truth of each state variable that the scene defines.
+            The truth of each state variable that the scene defines; the number, if it is a whole number.
         """
         values = _Values(self)
-        return {name: bool(values[name]) for name in self._scene.truth}
+        return {name: values[name] for name in self._scene.truth}
 
     def value(self, name: str) -> Any:
         """Read a variable of the scene's conditions now.
@@ -198,7 +202,9 @@ class SceneState:
             point, region = membership(name)
             return self._contains(self._regions[region], self.compute(point, values))
         if name in self._predicates:
-            return self._predicates[name](values)
+            return bool(self._predicates[name](values))
+        if name in self._numbers:
+            return self._count(self._numbers[name], values)
         if name in self.sealed:
             return self.sealed[name]
         thing, _, part = name.partition(".")
@@ -207,6 +213,13 @@ class SceneState:
             return self._world.coating_of(thing).wiped_share_where(within)
         timer, _, longest = name.partition(".")
         return self._ticks[timer][bool(longest)] * TICK
+
+    def _count(self, term: t.Term, values: Mapping[str, Any]) -> int:
+        read = {name: values[name] for name in t.variables_of(term)}
+        exact = {name: Fraction(one) if isinstance(one, float) else one for name, one in read.items()}
+        number = evaluate(term, exact)
+        assert isinstance(number, Fraction)  # noqa: S101  the type of such a truth
+        return round(number)
 
     def _contains(self, region: Region, point: Vector3) -> bool:
         frame = _W

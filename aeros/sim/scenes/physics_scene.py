@@ -133,7 +133,7 @@ class PhysicsScene:
             return (0.0, 0.0, 0.0)
         return (*self._robot.odometry.drift, 0.0)
 
-    def truth(self) -> Mapping[str, bool]:
+    def truth(self) -> Mapping[str, int]:
         """Implement `PhysicalScene.truth`."""
         return self.state.truth()
 

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import TypeVar
 
 from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean
-from aeros.spec.expr.parser import KEYWORDS
+from aeros.spec.expr.parser import KEYWORDS, NAMES_TOO
 from aeros.spec.expr.units import unit_names
 from aeros.spec.model.site import Site
 from aeros.spec.text.fields import TextField
@@ -18,7 +18,9 @@ _T = TypeVar("_T")
 
 # A name has one meaning, so a declaration may not use these.
 _RESERVED = (
-    KEYWORDS | {"inputs", "abs", "min", "max", "norm", "distance", "dot", "vec", "clamp"} | set(unit_names())
+    (KEYWORDS - NAMES_TOO)
+    | {"inputs", "abs", "min", "max", "norm", "distance", "dot", "vec", "clamp"}
+    | set(unit_names())
 )
 
 

@@ -143,7 +143,7 @@ def truths_of_table(wiped: slice, cube: Vector3, off: float) -> dict[str, tuple[
     world.poses["sponge"] = Pose((x + off, y, z), UPRIGHT)
     truth = state.truth()
     return {
-        region: tuple(value for name, value in truth.items() if name.endswith(f"(region = {region})"))
+        region: tuple(bool(value) for name, value in truth.items() if name.endswith(f"(region = {region})"))
         for region in ("whole", "left", "right")
     }
 
