@@ -50,6 +50,8 @@ OBSERVED: Final[dict[str, Any]] = {
     "press_handle_position": (0.425, 0.0, 0.094),
     "press_force": 0.0,
     "pot_position": (0.55, 0.33, 0.055),
+    "count": 2,
+    "dumplings_cooked": 1,
     "wrapper_position": (0.41, -0.07, 0.063),
     "wrapper_yaw": 0.1,
     "wrapper_fold": 0.0,
