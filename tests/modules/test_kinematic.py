@@ -48,6 +48,18 @@ def test_the_skills_of_each_module_reach_its_goal(
     assert one.observed()[goal]
 
 
+@pytest.mark.deep
+def test_two_dumplings_are_made_one_after_the_other_and_lie_in_the_pot() -> None:
+    plant = make_plant(shipped_scene("dumpling_bench"), 0)
+    one = Robot("make_dumplings", plant)
+    one.plant.set_parameters({"make_dumplings.count": 2})
+    for cooked in (1, 2):
+        for skill in ("prepare", "wrap", "boil"):
+            assert one.run(skill) is None
+        assert one.observed()["dumplings_cooked"] == cooked
+        assert plant.truth()["make_dumplings.dumplings_cooked"] == cooked
+
+
 def test_a_dumpling_moved_on_the_press_takes_its_filling_along() -> None:
     one = robot("make_dumplings", "dumpling_bench")
     for skill in ("prepare", "recover"):
