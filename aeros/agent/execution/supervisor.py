@@ -14,13 +14,13 @@ from aeros.agent.world.values import to_json_value
 from aeros.agent.world.world import WorldModel
 from aeros.runtime.ports import StepResult, StepStatus
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.effects import Increment, state_after
 from aeros.spec.expr.semantics import Environment
 from aeros.spec.expr.shortfall import UnmetBound
 from aeros.spec.expr.unparse import unparse
 from aeros.spec.model.cause import Cause, file_and_line
 from aeros.spec.model.composition import Composition
 from aeros.spec.model.ecm import ActionCondition, Outcome, Skill
-from aeros.spec.model.effects import Increment, state_after
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,8 +16,8 @@ from typing import Final, Protocol
 from aeros.agent.planning.classical import ClassicalEngineError
 from aeros.agent.planning.strong_cyclic import StrongCyclicPlanner
 from aeros.spec.closed_loop.invocation import State
+from aeros.spec.expr.effects import value_after
 from aeros.spec.model.ecm import Outcome
-from aeros.spec.model.effects import value_after
 from aeros.spec.model.site import Site
 from aeros.spec.planning.domain import GroundSkill, PlanningDomain
 from aeros.spec.planning.pddl import action_name, write_pddl

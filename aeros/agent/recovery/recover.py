@@ -27,8 +27,8 @@ from aeros.agent.execution.uncertain_steps import UncertainSteps, possible_succe
 from aeros.agent.world.values import to_json_value
 from aeros.agent.world.world import WorldModel
 from aeros.runtime.ports import AuditEvent, StepResult, StepStatus
+from aeros.spec.expr.effects import Increment
 from aeros.spec.model.ecm import Ecm, Skill, owner_of
-from aeros.spec.model.effects import Increment
 
 _INTERRUPTED_STATUSES: Final = (StepStatus.HALTED, StepStatus.CANCELLED)
 """Endings that were not its own: as for one that never ended."""

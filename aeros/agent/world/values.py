@@ -8,10 +8,10 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Any, cast
 
+from aeros.spec.expr.effects import Increment
 from aeros.spec.expr.semantics import Value
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType, IntegerType, RealType, Type, VectorType
 from aeros.spec.model.ecm import Outcome
-from aeros.spec.model.effects import Increment
 from aeros.spec.model.variables import Declared
 
 

@@ -33,13 +33,14 @@ from aeros.sim.symbolic.outcomes import (
     DrawnOutcome,
     OutcomeSampler,
     outcome_probabilities_by_skill,
+    quantities_after,
 )
 from aeros.sim.symbolic.parameter_facts import ParameterFacts
 from aeros.sim.symbolic.state import as_reading, initial_values
 from aeros.skill import Action
 from aeros.spec.diagnostics.errors import MisuseError
+from aeros.spec.expr.effects import Increment
 from aeros.spec.model.ecm import Ecm, Outcome
-from aeros.spec.model.effects import Increment
 from aeros.spec.model.site import Site
 
 _COMPLETED: Final = MotionCompletion(True)
@@ -251,7 +252,9 @@ class SymbolicPlant:
         self._drawn.append(DrawnOutcome(skill, run, outcome.id))
         if outcome.duration is not None:
             self._time = max(self._time, self._start_times[skill] + float(outcome.duration))
-        self._values = self._set_values([self._effects[skill, outcome.id], self._quantities(outcome)])
+        self._values = self._set_values(
+            [self._effects[skill, outcome.id], quantities_after(outcome, self._values)]
+        )
         self._observed = None
 
     def set_parameters(self, values: Mapping[str, Any]) -> None:
@@ -319,14 +322,3 @@ class SymbolicPlant:
             for name, effect in outcome.effects.items()
             if not isinstance(effect, Increment)
         }
-
-    def _quantities(self, outcome: Outcome) -> dict[str, Any]:
-        """Compute what depends on the values before: counts, and quantities in the middle of their ranges."""
-        after: dict[str, Any] = {
-            name: self._values[name] + int(effect.amount)
-            for name, effect in outcome.effects.items()
-            if isinstance(effect, Increment)
-        }
-        for one in outcome.ranges:
-            after[one.variable] = one.middle_of(after.get(one.variable, self._values[one.variable]))
-        return after

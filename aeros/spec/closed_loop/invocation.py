@@ -9,9 +9,9 @@ from typing import Any
 
 from aeros.spec.closed_loop.outcome_probabilities import outcome_probabilities
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.effects import value_after
 from aeros.spec.expr.semantics import is_true
 from aeros.spec.model.ecm import Outcome, Skill
-from aeros.spec.model.effects import value_after
 from aeros.spec.model.hold_conditions import hold_loss_outcomes
 
 State = tuple[Any, ...]

@@ -512,6 +512,6 @@ class Scene:
         default=MappingField(),
         metadata={
             "doc": "for each state variable of a goal, the condition under which it is true in the simulator,"
-            " or its number, as in `if cooking.longest >= 5 s then 1 else 0`; only the referee reads it"
+            " or its number, by `if … then 1 else 0`; only the referee reads it"
         },
     )

@@ -8,11 +8,11 @@ from fractions import Fraction
 from typing import Any, cast
 
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.effects import Increment
 from aeros.spec.expr.types import RealType, ScalarType, Type, VectorType
 from aeros.spec.expr.units import NUMBER
 from aeros.spec.model.composition import Step
 from aeros.spec.model.ecm import Skill
-from aeros.spec.model.effects import Increment
 from aeros.spec.model.variables import Declared
 
 

@@ -24,12 +24,12 @@ from functools import cached_property
 from typing import Any
 
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.effects import Increment
 from aeros.spec.expr.lower import lower
 from aeros.spec.expr.types import BoolType, EnumType, IntegerType
 from aeros.spec.flow.arguments import effect_term
 from aeros.spec.model.composition import Composition, Part, Step
 from aeros.spec.model.ecm import Outcome, Skill
-from aeros.spec.model.effects import Increment
 from aeros.spec.model.hold_conditions import hold_loss_outcomes
 from aeros.spec.model.step_graph import If, Par, Seq
 from aeros.spec.model.task_parameters import is_parameter

@@ -12,10 +12,10 @@ from typing import Any
 
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.effects import QuantityRange
 from aeros.spec.expr.units import format_number
 from aeros.spec.model.composition import Composition, Step
 from aeros.spec.model.configured import BoundNames
-from aeros.spec.model.effects import QuantityRange
 from aeros.spec.model.models import ModuleModel
 from aeros.spec.model.perception import Definition, Perceiver
 from aeros.spec.model.policy import Access, WorkerLimits
@@ -32,7 +32,7 @@ class Outcome:
     Attributes:
         id: name of the outcome in its skill.
         effects: value (SI) that each affected state variable has afterwards, or an increment of it
-            (`aeros.spec.model.effects`).
+            (`aeros.spec.expr.effects`).
         failure: True if the outcome counts as a failure.
         probability: declared probability, in [0, 1]; None if none is declared.
         duration: declared duration, s; None if none is declared.

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.diagnostics.source import Source, SourceSpan
-from aeros.spec.model.effects import Increment
+from aeros.spec.expr.effects import Increment
 
 if TYPE_CHECKING:
     from aeros.spec.model.ecm import Ecm

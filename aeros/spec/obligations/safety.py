@@ -25,7 +25,6 @@ from aeros.spec.model.rules import Rule
 from aeros.spec.model.site import Site
 from aeros.spec.model.variables import relevant_facts
 from aeros.spec.obligations.claim_id import ClaimForm
-from aeros.spec.obligations.effects import effect_claims
 from aeros.spec.obligations.obligation import (
     ClaimMode,
     Obligation,
@@ -33,6 +32,7 @@ from aeros.spec.obligations.obligation import (
     label_conjuncts,
     rule_conjuncts,
 )
+from aeros.spec.obligations.outcomes.effects import effect_claims
 from aeros.spec.obligations.verdicts import StaticClaim, Verdict
 
 

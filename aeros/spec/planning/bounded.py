@@ -14,11 +14,11 @@ from aeros.spec.backends.solver_results import SatResult
 from aeros.spec.closed_loop.invocation import State
 from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.effects import Increment, value_after
 from aeros.spec.expr.lower import lower, scalar_variables, values_by_scalar
 from aeros.spec.expr.semantics import Environment
 from aeros.spec.expr.types import BOOL, EnumType, RealType
 from aeros.spec.expr.units import NUMBER
-from aeros.spec.model.effects import Increment, value_after
 from aeros.spec.planning.domain import (
     GroundSkill,
     PartialCondition,

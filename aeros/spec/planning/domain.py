@@ -3,7 +3,7 @@
 A state has a value for each variable that some outcome sets and that is relevant to the goal. None means
 unknown; a condition over anything unknown is unknown, and an unknown condition satisfies nothing. Variables
 that no outcome sets (most measured numbers) keep their measured values. Quantities that an outcome leaves in
-a range (`aeros.spec.model.effects`) are unknown: plans count on predicates that are defined by them.
+a range (`aeros.spec.expr.effects`) are unknown: plans count on predicates that are defined by them.
 
 The domain has the skills of all modules with their default inputs; an input without default takes each of its
 values if its type is boolean or an enum. Skills are excluded, with the reason, if the operator blocks them,
@@ -24,10 +24,10 @@ from aeros.spec.backends.oracle import Oracle
 from aeros.spec.closed_loop.invocation import Invocation, State
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.effects import values_reached
 from aeros.spec.expr.semantics import Environment, Value, is_true
 from aeros.spec.expr.types import BoolType, EnumType, RealType
 from aeros.spec.model.ecm import ActionCondition, Ecm, Outcome, Skill, TaskInvariant
-from aeros.spec.model.effects import values_reached
 from aeros.spec.model.hold_conditions import hold_loss_outcomes
 from aeros.spec.model.site import Site
 from aeros.spec.model.variables import Declared

@@ -14,9 +14,9 @@ from typing import Any
 
 from aeros.spec.closed_loop.invocation import State
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.effects import Increment, value_after
 from aeros.spec.expr.types import BoolType
 from aeros.spec.model.ecm import Outcome
-from aeros.spec.model.effects import Increment, value_after
 from aeros.spec.planning.domain import GroundSkill, PartialCondition, PlanningDomain
 
 

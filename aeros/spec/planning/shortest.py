@@ -12,7 +12,7 @@ from itertools import product
 from typing import Any, Final, TypeAlias
 
 from aeros.spec.closed_loop.invocation import State
-from aeros.spec.model.effects import Increment, value_after
+from aeros.spec.expr.effects import Increment, value_after
 from aeros.spec.planning.bounded import bounded_plan
 from aeros.spec.planning.domain import GroundSkill, PartialCondition, PlanningDomain
 from aeros.spec.planning.search_result import AvoidSet, PlanPath

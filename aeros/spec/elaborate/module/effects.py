@@ -12,9 +12,9 @@ from aeros.spec.elaborate.expressions import elaborate_constant
 from aeros.spec.elaborate.names import resolve_need
 from aeros.spec.elaborate.scopes import constant_scope
 from aeros.spec.elaborate.values import elaborate_value
+from aeros.spec.expr.effects import Increment, QuantityRange
 from aeros.spec.expr.types import FamilyType, IntegerType, RealType, VectorType
 from aeros.spec.expr.units import format_quantity
-from aeros.spec.model.effects import Increment, QuantityRange
 from aeros.spec.model.site import Site
 from aeros.spec.model.task_parameters import is_parameter
 from aeros.spec.model.variables import Declared

@@ -1,4 +1,4 @@
-"""What effects of outcomes mean, and every planner, the closed loop and the plants agree on it."""
+"""All planners, the closed loop, the supervisor and the symbolic plant give an effect the same meaning."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from aeros.runtime.ports import Reading, StepResult, StepStatus
 from aeros.sim.symbolic.plant import SymbolicPlant
 from aeros.spec.closed_loop.reachability import explore_task
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.semantics import is_true
-from aeros.spec.expr.types import RealType
-from aeros.spec.expr.units import LENGTH
-from aeros.spec.flow.symbolic_paths import explore_paths
-from aeros.spec.model.effects import (
+from aeros.spec.expr.effects import (
     Increment,
     QuantityRange,
     state_after,
     value_after,
     values_reached,
 )
+from aeros.spec.expr.semantics import is_true
+from aeros.spec.expr.types import RealType
+from aeros.spec.expr.units import LENGTH
+from aeros.spec.flow.symbolic_paths import explore_paths
 from aeros.spec.planning.bounded import bounded_plan
 from aeros.spec.planning.domain import domain_for
 from aeros.spec.planning.pddl import write_pddl

@@ -1,4 +1,4 @@
-"""Claims about the effects of outcomes on quantities (`aeros.spec.model.effects`).
+"""Claims about the effects of outcomes on quantities (`aeros.spec.expr.effects`).
 
 An increment leaves its variable in its range, whenever the skill may start. An outcome that changes a
 quantity declares each predicate whose definition reads it, and some state in its ranges has these values.
@@ -11,11 +11,11 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.effects import Increment
 from aeros.spec.expr.types import RealType
 from aeros.spec.expr.units import NUMBER
 from aeros.spec.flow.arguments import effect_term
 from aeros.spec.model.ecm import Ecm, Outcome, Skill
-from aeros.spec.model.effects import Increment
 from aeros.spec.model.perception import Definition
 from aeros.spec.model.site import Site
 from aeros.spec.obligations.claim_id import ClaimForm
