@@ -77,7 +77,11 @@ def test_a_seal_closes_once_in_the_tick_in_which_its_condition_holds() -> None:
     world.force = 0.0
     state.tick()
     assert world.sealed == [(BodyPart("wrapper", "fold"), 0.5)]
-    assert state.truth() == {"make_dumplings.dumpling_wrapped": True, "make_dumplings.dumpling_cooked": False}
+    assert state.truth() == {
+        "make_dumplings.dumpling_wrapped": True,
+        "make_dumplings.dumplings_cooked": 0,
+        "make_dumplings.dumpling_cooked": False,
+    }
 
 
 def test_a_timer_counts_ticks_without_a_break_and_keeps_the_longest() -> None:
@@ -188,3 +192,14 @@ def test_a_region_moves_with_its_body() -> None:
     for dx, dy, is_inside in ((0.0, 0.0, True), (0.027, 0.0, True), (0.0, 0.022, False), (0.029, 0.0, False)):
         world.poses["filling"] = Pose((1.0 + dx, 1.0 + dy, 0.0115), UPRIGHT)
         assert state.value("filling.position in plate") is is_inside
+
+
+def test_the_truth_of_a_number_is_how_many_conditions_hold() -> None:
+    state, _ = made("dumpling_bench")
+    name = "make_dumplings.dumplings_cooked"
+    found = []
+    for ticks in ({}, {"cooking_2": 1200}, {"cooking": 1300, "cooking_2": 1200}, {"cooking": 1199}):
+        state._ticks = {one: (0, ticks.get(one, 0)) for one in ("cooking", "cooking_2")}
+        found.append(state.truth()[name])
+    assert found == [0, 1, 2, 0]
+    assert state.value(name) == 0
