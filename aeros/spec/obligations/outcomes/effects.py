@@ -49,8 +49,8 @@ def _stays_in_range(
     low, high = (t.Literal(bound, RealType(NUMBER)) for bound in declared.range)
     after = effect_term(effect, declared.variable)
     precondition = skill.precondition
-    side = ("<", "above") if effect.amount > 0 else (">", "below")
-    bound = declared.range[effect.amount > 0]
+    compared, side = ("<=", "above") if effect.amount > 0 else (">=", "below")
+    most = declared.range[effect.amount > 0] - effect.amount
     return Obligation(
         id=ClaimForm.INCREMENT_IN_RANGE(skill.id, outcome.id, name),
         code="AE512",
@@ -60,9 +60,9 @@ def _stays_in_range(
             () if precondition is None else (precondition.term,),
         ),
         conclusion=t.And((t.Compare("<=", low, after), t.Compare("<=", after, high))),
-        headline=f"`{outcome.id}` of `{skill.id}` may leave `{word}` {side[1]} its range: {effect}",
+        headline=f"`{outcome.id}` of `{skill.id}` may leave `{word}` {side} its range: {effect}",
         primary=SpanLabel(skill.span if precondition is None else precondition.span, "allows the start"),
-        help=(f"add `{word} {side[0]} {bound}` to its `precondition`, or widen the range",),
+        help=(f"add `{word} {compared} {most}` to its `precondition`, or widen the range",),
     )
 
 
@@ -70,7 +70,7 @@ def _definitions_agree(
     ecm: Ecm, site: Site, skill: Skill, outcome: Outcome
 ) -> Iterator[Obligation | StaticClaim]:
     """Claim that the outcome declares each predicate that its changes of quantities decide, and truly."""
-    definitions = ecm.definitions
+    definitions = {name: one for owner in ecm.with_owners for name, one in owner.definitions.items()}
     counted = {name for name, effect in outcome.effects.items() if isinstance(effect, Increment)}
     changed = {one.variable for one in outcome.ranges} | counted
     shown = sorted(name.removeprefix(f"{ecm.id}.") for name in counted)
