@@ -174,7 +174,7 @@ def test_places_are_surveyed_as_the_modules_own_variables() -> None:
     }
 
 
-@pytest.mark.parametrize("region", ["left", "right"])
+@pytest.mark.parametrize("region", ["left", pytest.param("right", marks=pytest.mark.deep)])
 def test_wiping_a_half_leaves_the_other_half_as_it_is(region: str) -> None:
     plant = make_plant(shipped_scene("table"), 0)
     one = Robot("clean_table", plant)
