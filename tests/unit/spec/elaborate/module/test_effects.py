@@ -26,7 +26,7 @@ PUSHED = "sponge_position.y: in [395 mm, 420 mm]"
         (DONE, 'done: {effects: {load: "in [1 kg, 2 kg]"}}', []),
         (DONE, 'done: {effects: {load.x: "in [1 kg, 2 kg]"}}', ["error[AE203]"]),
         (DONE, 'done: {effects: {joint_angle: "in [1 rad, 2 rad]"}}', ["error[AE203]"]),
-        (DONE, "done: {effects: {lod: 1 kg}}", ["error[AE122]"]),
+        (DONE, "done: {effects: {payload: 1 kg}}", ["error[AE122]"]),
         ("range: [0, 3], max_age", "range: [0, 64], max_age", ["error[AE111]"]),
         (PUSHED, "sponge_position.y: in [420 mm, 395 mm]", ["error[AE111]"]),
         (PUSHED, "sponge_position.y: in [395 mm, 4 m]", ["error[AE111]"]),
