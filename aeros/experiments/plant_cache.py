@@ -51,7 +51,7 @@ class PlantState(NamedTuple):
     readings: Readings
     counts: Mapping[str, int]
     draws: Any
-    truth: Mapping[str, bool]
+    truth: Mapping[str, int]
 
 
 class RuntimeCall(NamedTuple):

@@ -47,7 +47,7 @@ class CountingRuntime:
         self._runtime = runtime
         self._watched = counted_skill
         self.judged = judge_by_measurement
-        self._under_way: set[StepHandle] = set()
+        self._under_way: dict[StepHandle, Mapping[str, Any]] = {}
         self.steps = 0
         self.actions = 0
         self.denied = 0
@@ -61,7 +61,7 @@ class CountingRuntime:
         if not isinstance(started, StepResult):
             self.steps += 1
             if (request.module, request.skill) == self._watched:
-                self._under_way.add(started)
+                self._under_way[started] = self._world().predicates
         return started
 
     def wait(self, until: float = inf) -> EndedStep | None:
@@ -71,20 +71,23 @@ class CountingRuntime:
             self.actions += ended.result.allowed + ended.result.attenuated
             self.denied += ended.result.denied
             if ended.step in self._under_way:
-                self._under_way.remove(ended.step)
+                before = self._under_way.pop(ended.step)
                 self.tries += 1
                 if self.judged:
-                    failed = self._has_failed(ended.result)
+                    failed = self._has_failed(ended.result, before)
                     self.failed_tries += failed
                     self.first_failed = failed if self.tries == 1 else self.first_failed
         return ended
 
-    def _has_failed(self, result: StepResult) -> bool:
-        """Judge the ended try by what is measured now."""
+    def _has_failed(self, result: StepResult, before: Mapping[str, Any]) -> bool:
+        """Judge the ended try by what is measured now, and was measured when it began."""
         assert self._watched is not None  # noqa: S101  only what is watched is under way
-        runtime, (module, name) = self._runtime, self._watched
-        world = world_from_readings(runtime.site.state, runtime.observe(), runtime.now())
-        return assess_step(module, runtime.active_modules()[module].skills[name], result, world).failed
+        module, name = self._watched
+        skill = self._runtime.active_modules()[module].skills[name]
+        return assess_step(module, skill, result, self._world(), before).failed
+
+    def _world(self) -> WorldModel:
+        return world_from_readings(self._runtime.site.state, self._runtime.observe(), self._runtime.now())
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._runtime, name)
@@ -172,13 +175,14 @@ class TrialContextImpl:
         return self._run(*able[0], step.inputs)
 
     def _run(self, module: Ecm, skill: Skill, inputs: Mapping[str, Any]) -> StepAssessment:
+        before = self.world().predicates
         result = self._runtime.start(StepRequest(module.id, skill.id, _with_defaults(skill, inputs)))
         if not isinstance(result, StepResult):
             ended = self._runtime.wait()
             if ended is None:
                 raise MisuseError("wait() returned nothing without a deadline")
             result = ended.result
-        return assess_step(module.id, skill, result, self.world())
+        return assess_step(module.id, skill, result, self.world(), before)
 
 
 def _with_defaults(skill: Skill, inputs: Mapping[str, Any]) -> dict[str, Any]:

@@ -189,11 +189,11 @@ class PhysicsPlant(FixedStepPlant):
         """Implement `Plant.observe`: current readings."""
         return self.sensors.read(self._ground_truth())
 
-    def truth(self) -> Mapping[str, bool]:
+    def truth(self) -> Mapping[str, int]:
         """Judge the goals by what is true in the world, for a referee; nothing that acts may call it.
 
         Returns:
-            The truth of each state variable that the scene defines.
+            The truth, or the number, of each state variable that the scene defines.
         """
         return self._scene.truth()
 

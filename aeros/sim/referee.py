@@ -26,7 +26,7 @@ class GoalJudgement(NamedTuple):
 
     believed: bool
     true: bool | None
-    values: Mapping[str, bool]
+    values: Mapping[str, int]
 
     @property
     def is_false_claim(self) -> bool:
@@ -51,14 +51,15 @@ class GoalJudgement(NamedTuple):
         return f"{text}: {values}" if self.is_false_claim else text
 
 
-def truth_of(plant: object) -> Mapping[str, bool]:
+def truth_of(plant: object) -> Mapping[str, int]:
     """Read what is true in a plant's simulator.
 
     Args:
         plant: any plant.
 
     Returns:
-        The truth of each state variable that its scene defines; empty for a plant that knows no truth.
+        The truth, or the number, of each state variable that its scene defines; empty for a plant that knows
+        no truth.
     """
     source = getattr(plant, "truth", None)
     return {} if source is None else source()
@@ -67,7 +68,7 @@ def truth_of(plant: object) -> Mapping[str, bool]:
 def judge_goal(
     goal: t.Term,
     believed: bool,
-    truth: Mapping[str, bool],
+    truth: Mapping[str, int],
     module: str = "",
     arguments: Mapping[str, Any] = MappingProxyType({}),
 ) -> GoalJudgement:
@@ -93,7 +94,9 @@ def judge_goal(
     }
     names = {name for part in _conjuncts(goal) for name in t.variables_of(part)}
     values = {name: truth[name] for name in sorted(names & truth.keys())}
-    return GoalJudgement(believed, _all_true([_judge(part, values) for part in _conjuncts(goal)]), values)
+    stated = {f"{own}{name}": value for name, value in arguments.items()}
+    judged = [_judge(part, {**stated, **values}) for part in _conjuncts(goal)]
+    return GoalJudgement(believed, _all_true(judged), values)
 
 
 def join_judgements(judgements: Sequence[GoalJudgement]) -> GoalJudgement:
@@ -122,11 +125,11 @@ def _conjuncts(goal: t.Term) -> Iterator[t.Term]:
         yield goal
 
 
-def _judge(condition: t.Term, values: Mapping[str, bool]) -> bool | None:
+def _judge(condition: t.Term, values: Mapping[str, Any]) -> bool | None:
     if t.variables_of(condition).keys() <= values.keys():
         return is_true(condition, values)
     return None
 
 
-def _word(value: bool) -> str:
-    return "true" if value else "false"
+def _word(value: int) -> str:
+    return str(value).lower()

@@ -36,6 +36,9 @@ Corners = tuple[tuple[float, float], tuple[float, float]]
 AREA = ((-0.15, -0.15), (0.15, 0.15))
 """Lowest and highest corner (x, y) of the area to wipe, from its middle, m."""
 
+REGIONS = {"whole": (-inf, inf), "left": (0.0, inf), "right": (-inf, 0.0)}
+"""Bounds of each region that an instruction may say, along y from the middle of the area to wipe, m."""
+
 CELL = 0.01
 """Edge of a cell in which dirt is judged, m."""
 
@@ -64,8 +67,8 @@ INSPECTED = ((-0.28, -0.62), (0.25, 0.50))
 """Lowest and highest corner (x, y) of the inspected area, from the middle of the area to wipe, m: all of the
 table that the arm works on."""
 
-SURVEYED = ("area_position", "bin_position", "sponge_rest_position")
-"""Places that a verdict needs."""
+NEEDED = ("area_position", "bin_position", "sponge_rest_position", "region")
+"""Readings that a verdict needs."""
 
 MIN_PIXELS = 25
 """Least number of pixels of an object: fewer are noise, or an object that is mostly hidden."""
@@ -147,10 +150,10 @@ def see_table(view: View) -> Perception:
     """Find sponge, clutter and dirt in a picture from above; without the table in it, clutter is unknown."""
     while True:
         picture, readings = view.pictures["overhead"], view.readings
-        if "area_position" not in readings:
+        if "area_position" not in readings or "region" not in readings:
             view = yield {}
             continue
-        area = readings["area_position"]
+        area, region = readings["area_position"], readings["region"]
         points, has_table = _level(picture, area)
         rgb = picture.rgb.astype(np.float64)
         # Where the sponge is, is compared with its surveyed rest, so it is measured in the world frame.
@@ -159,7 +162,7 @@ def see_table(view: View) -> Perception:
         if sponge is not None:
             values["sponge_position"] = estimate(_middle(sponge), UNCERTAINTY)
             values["sponge_yaw"] = estimate(wrap_heading(sponge[0].longer_heading, pi), HEADING_UNCERTAINTY)
-        clean = _clean_share(points, rgb, area)
+        clean = _clean_share(points, rgb, area, region)
         values["wiped_fraction"] = estimate(clean, 0.01)
         values["table_wiped"] = clean >= WIPED_SHARE
         if has_table and "bin_position" in readings:
@@ -171,13 +174,14 @@ def see_table(view: View) -> Perception:
             loose = [
                 one
                 for one in _pieces(points, erode(other), other)
-                if not _is_in_bin(one.place, readings["bin_position"])
+                if _reaches(one.points, _around(area, _part(INSPECTED, region)))
+                and not _is_in_bin(one.place, readings["bin_position"])
             ]
             values["clutter_on_table"] = bool(loose)
             values["wiping_area_clear"] = not any(
-                _is_in_the_way(points[part], area) for part in separate_parts(other, MIN_PIXELS)
+                _is_in_the_way(points[part], area, region) for part in separate_parts(other, MIN_PIXELS)
             )
-            values |= _next_piece(loose, area)
+            values |= _next_piece(loose, area, region)
             if "sponge_rest_position" in readings:
                 rest = readings["sponge_rest_position"]
                 is_back = sponge is not None and dist(_middle(sponge), rest) < RETURNED_WITHIN
@@ -186,19 +190,19 @@ def see_table(view: View) -> Perception:
 
 
 def check_table(view: View) -> Perception:
-    """Judge a picture from the mast: the area is clean, the sponge at its rest, and nothing else is there.
+    """Judge a picture from the mast: the region is clean, the sponge at its rest, and nothing else is there.
 
     It is a second opinion: what other pictures showed is not used.
     """
     while True:
         readings = view.readings
         is_clean = None
-        if all(name in readings for name in SURVEYED):
-            is_clean = _is_clean(view.pictures["mast"], *(readings[name] for name in SURVEYED))
+        if all(name in readings for name in NEEDED):
+            is_clean = _is_clean(view.pictures["mast"], *(readings[name] for name in NEEDED))
         view = yield {"table_verified": is_clean}
 
 
-def _is_clean(picture: Picture, area: Place, opening: Place, rest: Place) -> bool:
+def _is_clean(picture: Picture, area: Place, opening: Place, rest: Place, region: str) -> bool:
     points, rgb = _level(picture, area)[0], picture.rgb.astype(np.float64)
     standing = _in_rectangle(points, *_around(area, INSPECTED)) & _stands(points)
     foam = points[standing & _is_yellow(rgb)]
@@ -208,10 +212,23 @@ def _is_clean(picture: Picture, area: Place, opening: Place, rest: Place) -> boo
     u, v = ((face[:, :2].min(axis=0) + face[:, :2].max(axis=0)) / 2.0).tolist()
     sponge = (u, v, float(np.median(face[:, 2])) - SPONGE_HEIGHT / 2.0)
     is_of_sponge = np.hypot(points[:, :, 0] - u, points[:, :, 1] - v) <= SPONGE_RADIUS
-    other = standing & ~_is_bin(points, opening, BIN_MARGIN) & ~is_of_sponge
+    other = standing & _in_rectangle(points, *_around(area, _part(INSPECTED, region)))
+    other &= ~_is_bin(points, opening, BIN_MARGIN) & ~is_of_sponge
     is_empty = int(other.sum()) < MIN_PIXELS
     is_back = dist(sponge, rest) < RETURNED_WITHIN
-    return is_empty and is_back and _clean_share(points, rgb, area) >= WIPED_SHARE
+    return is_empty and is_back and _clean_share(points, rgb, area, region) >= WIPED_SHARE
+
+
+def _part(corners: Corners, region: str) -> Corners:
+    """Return the part of a rectangle, in metres from the middle of the area, that a region covers."""
+    ((left, near), (right, far)), (low, high) = corners, REGIONS[region]
+    return (left, max(near, low)), (right, min(far, high))
+
+
+def _reaches(points: Points, corners: Corners) -> bool:
+    """Return True if some point (n, 3) is over a rectangle."""
+    low, high = np.array(corners)
+    return bool(((points[:, :2] > low) & (points[:, :2] < high)).all(axis=1).any())
 
 
 def _around(area: Place, corners: Corners) -> Corners:
@@ -265,14 +282,14 @@ def _pieces(points: Points, cores: Mask, mask: Mask) -> Iterator[Piece]:
         yield Piece(piece, (box.x, box.y, top / 2.0), box.longer_heading, (shorter, longer, top))
 
 
-def _next_piece(loose: list[Piece], area: Place) -> dict[str, Any]:
+def _next_piece(loose: list[Piece], area: Place, region: str) -> dict[str, Any]:
     """Choose the piece to grip next: one in the way, else the nearest to the arm; none that is too large."""
     fitting = [
         one for one in loose if all(side < most for side, most in zip(one.sides, GRASPABLE, strict=True))
     ]
     if not fitting:
         return {}
-    piece = min(fitting, key=lambda one: (not _is_in_the_way(one.points, area), one.place[0]))
+    piece = min(fitting, key=lambda one: (not _is_in_the_way(one.points, area, region), one.place[0]))
     # It is gripped across; where both sides fit, along as well.
     period = pi / 2.0 if piece.sides[1] < GRASPABLE[0] else pi
     return {
@@ -326,11 +343,11 @@ def _is_in_bin(place: Place, opening: Place) -> bool:
     return abs(dx) < BIN_HALF[0] and abs(dy) < BIN_HALF[1] and -BIN_DEPTH < dz < 0.0
 
 
-def _is_in_the_way(points: Points, area: Place) -> bool:
+def _is_in_the_way(points: Points, area: Place, region: str) -> bool:
     """Return True if some point of a thing is where sponge and fingers pass."""
-    corners = np.array(_around(area, AREA))
-    low, high = corners[0] - WAY_AROUND, corners[1] + WAY_AROUND
-    return bool(((points[:, :2] > low) & (points[:, :2] < high)).all(axis=1).any())
+    (left, near), (right, far) = _around(area, _part(AREA, region))
+    around = (left - WAY_AROUND, near - WAY_AROUND), (right + WAY_AROUND, far + WAY_AROUND)
+    return _reaches(points, around)
 
 
 def _in_rectangle(points: Points, low: tuple[float, float], high: tuple[float, float]) -> Mask:
@@ -338,16 +355,16 @@ def _in_rectangle(points: Points, low: tuple[float, float], high: tuple[float, f
     return (low[0] < x) & (x < high[0]) & (low[1] < y) & (y < high[1])
 
 
-def _clean_share(points: Points, rgb: Points, area: Place) -> float:
-    """Return the share of the area's cells that most of their pixels show as bright as the table around it.
+def _clean_share(points: Points, rgb: Points, area: Place, region: str) -> float:
+    """Return the share of the region's cells that most of their pixels show as bright as the table around.
 
-    Cells that the picture does not show do not count as clean.
+    The table around is outside of the whole area. Cells that the picture does not show do not count as clean.
     """
-    low, high = _around(area, AREA)
+    low, high = _around(area, _part(AREA, region))
     red = rgb[:, :, 0]
     top = _in_rectangle(points, *_around(area, INSPECTED)) & (np.abs(points[:, :, 2]) < FLAT)
     inside = top & _in_rectangle(points, low, high)
-    outside = top & ~inside
+    outside = top & ~_in_rectangle(points, *_around(area, AREA))
     if not outside.any():
         return 0.0
     bright = red > DIRT_BRIGHTNESS * np.median(red[outside])

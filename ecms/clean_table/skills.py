@@ -54,9 +54,9 @@ STROKES = (-0.105, -0.035, 0.035, 0.105)
 """From the middle of the area to the strokes along x, m: the sponge is 100 mm long, so they overlap by 30 mm
 and cover ±0.155."""
 
-STROKE_ENDS = (0.13, -0.13)
-"""From the middle of the area to the ends of a stroke along y, m: the sponge is 70 mm wide, so strokes cover
-±0.165."""
+STROKE_ENDS = {"whole": (0.13, -0.13), "left": (0.13, 0.025), "right": (-0.13, -0.025)}
+"""From the middle of the area to the ends of a stroke along y, m, for each region: the sponge is 70 mm wide,
+so strokes cover ±0.165, and of a half 10 mm beyond the middle, as the sponge is a few millimetres off."""
 
 HOVER = 0.008
 """Height of the sponge over the table between strokes, m: a slide begins off the surface."""
@@ -126,7 +126,7 @@ def dock(observed: Observation, inputs: Inputs) -> SkillBody:
 
 
 def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
-    """Take the sponge, sweep it over the area in overlapping strokes, put it back and look."""
+    """Take the sponge, sweep it over the region in overlapping strokes, put it back and look."""
     pace = inputs["hand_speed"]
     observed = yield from _overlook(observed, pace)
     observed = yield from _bin_what_is_held(observed, pace)
@@ -134,10 +134,10 @@ def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
         if not _are_known(observed, SPONGE):
             return
         observed = yield from _take_sponge(observed, pace)
-    observed = yield from _sense(observed, "area_position")
+    observed = yield from _sense(observed, "area_position", "region")
     middle_x, middle_y, top = observed["area_position"]
     height = top + SPONGE_GRASP + FOAM_HALF_HEIGHT
-    start, end = (middle_y + offset for offset in STROKE_ENDS)
+    start, end = (middle_y + offset for offset in STROKE_ENDS[observed["region"]])
     strokes = [middle_x + offset for offset in STROKES]
     yield from _approach(observed, pace, (strokes[0], start, height + HOVER), 0.0)
     for x in strokes:

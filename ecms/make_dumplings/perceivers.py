@@ -1,4 +1,7 @@
-"""State of the dumpling: wrapper and filling in pictures, and the force of the press on what is in it.
+"""State of the dumplings: wrappers and fillings in pictures, and the force of the press on what is in it.
+
+One wrapper is worked on at a time: one in the pot that is not cooked yet, else one on the press, else any.
+Cooked dumplings stay in the pot and are counted.
 
 A plate of the wrapper is the plane through its points and the rectangle around them: plates are told apart
 by their colour, and the fold is the angle of their planes. From the side, what shows between the plates is in
@@ -21,6 +24,7 @@ from aeros.perception import (
     has_dominant_colour,
     has_red_ratios,
     min_area_rectangle,
+    separate_parts,
     top_face,
     trim_to_plane,
     wrap_heading,
@@ -101,6 +105,22 @@ UNCERTAINTY = 0.004
 ANGLE_UNCERTAINTY = 0.06
 """Standard uncertainty of a heading and of the fold, rad."""
 
+APART = 0.07
+"""Least distance of the middles of two wrappers, level, m: the plates of an open one are 44 mm apart."""
+
+FILLING_APART = 0.05
+"""Greatest distance of a filling from the middle of the wrapper that it may be in, level, m."""
+
+NEAR_PRESS = 0.06
+"""Greatest distance of the hinge of a wrapper on the press, or nearly so, from its place, level, m."""
+
+SETTLED_WITHIN = 0.045
+"""Points nearer than this to the middle of a cooked dumpling, level, are of it, m."""
+
+SETTLED_PIXELS = 120
+"""Least number of pixels of another dumpling in the pot beside a cooked one, which may have been bumped: half
+of its top."""
+
 UNSEEN = (
     "filling_position",
     "wrapper_position",
@@ -111,6 +131,9 @@ UNSEEN = (
     "wrapper_aligned",
 )
 """Variables that are unknown where the last picture from above does not show what they are of."""
+
+GONE = ("dough_on_workspace", "filling_on_workspace", "wrapper_aligned", "dumpling_wrapped")
+"""Variables that are false once the last dumpling is in the pot."""
 
 
 class Wrapper(NamedTuple):
@@ -164,15 +187,18 @@ class Plate(NamedTuple):
 
 
 def see_dumpling(view: View) -> Perception:
-    """Follow the dumpling: what pictures show now, and what they and the press have shown before.
+    """Follow the dumplings: what pictures show now, and what they and the press have shown before.
 
     A picture from the side decides if the wrapper that was seen from above is a dumpling. A wrapper that is
-    seen open is none any more. A dumpling that two pictures show in the pot, long enough apart, is cooked.
+    seen open is none any more. A dumpling that two pictures show in the pot, long enough apart, is cooked;
+    then the work on the next wrapper begins.
     """
     wrapper: Wrapper | None = None
     known: dict[str, Any] = {}
-    pressed = wrapped = cooked = False
+    pressed = wrapped = False
     in_pot_since: float | None = None
+    settled: list[Place] = []
+    most_fillings = 0
     seen: dict[str, float] = {}
     while True:
         pressed = pressed or any(one.value > SEALING_LOAD for one in view.samples["press_force"])
@@ -186,36 +212,78 @@ def see_dumpling(view: View) -> Perception:
                 wrapped = filled and pressed
                 known["dumpling_wrapped"] = estimate(wrapped, time=picture.time)
                 continue
-            wrapper, filling = _look_from_above(picture)
+            press, pot = view.readings.get("press_position"), view.readings.get("pot_position")
+            shown = _look_from_above(picture, settled, pot)
+            most_fillings = max(most_fillings, len(settled) + len(shown.fillings))
+            wrapper = _in_work(shown.wrappers, wrapper, press, pot)
+            filling = _filling_of(shown.fillings, wrapper, pot)
             known |= dict.fromkeys(UNSEEN)
-            if filling is not None:
-                known["filling_position"] = estimate(filling, UNCERTAINTY, time=picture.time)
-            if wrapper is None:
-                in_pot_since = None
-                continue
-            if not wrapper.is_closed:
+            if wrapper is not None and not wrapper.is_closed:
                 pressed = wrapped = False
-            pot = view.readings.get("pot_position")
-            if not _is_in_pot(wrapper.middle, pot) or not (filling is None or _is_in_pot(filling, pot)):
+            if wrapper is None or not _is_whole_in_pot(wrapper, filling, pot):
                 in_pot_since = None
             elif in_pot_since is None:
                 in_pot_since = picture.time
-            if in_pot_since is not None and wrapped and picture.time - in_pot_since >= COOKING_TIME:
-                cooked = True
-            found = _values(wrapper, filling, view.readings.get("press_position"), wrapped)
-            found |= {"dumpling_wrapped": (wrapped,), "dumpling_cooked": (cooked,)}
-            known |= {name: estimate(*value, time=picture.time) for name, value in found.items()}
+            elif wrapped and picture.time - in_pot_since >= COOKING_TIME:
+                settled.append(wrapper.middle)
+                pressed = wrapped = False
+                in_pot_since = None
+                shown = _look_from_above(picture, settled, pot)
+                wrapper = _in_work(shown.wrappers, None, press, pot)
+                filling = _filling_of(shown.fillings, wrapper, pot)
+                if wrapper is None:
+                    # What was in the press is in the pot.
+                    known |= {one: estimate(False, time=picture.time) for one in GONE}
+            counts: Values = {"dumpling_cooked": (bool(settled),), "dumplings_cooked": (len(settled),)}
+            known |= {one: estimate(*value, time=picture.time) for one, value in counts.items()}
+            if filling is not None:
+                known["filling_position"] = estimate(filling, UNCERTAINTY, time=picture.time)
+            if wrapper is not None:
+                inside = most_fillings - len(settled) - len(shown.fillings)
+                is_hidden = wrapped or inside > 0 or not shown.fillings
+                found = _values(wrapper, filling, press, wrapped=wrapped, is_hidden=is_hidden)
+                found |= {"dumpling_wrapped": (wrapped,)}
+                known |= {one: estimate(*value, time=picture.time) for one, value in found.items()}
         view = yield known.copy()
 
 
-def _values(wrapper: Wrapper, filling: Place | None, press: Place | None, wrapped: bool) -> Values:
+def _in_work(
+    wrappers: list[Wrapper], before: Wrapper | None, press: Place | None, pot: Place | None
+) -> Wrapper | None:
+    """Choose the wrapper that is worked on: one in the pot or on the press, else the one of before."""
+
+    def rank(one: Wrapper) -> tuple[bool, bool, float]:
+        from_press = 0.0 if press is None else dist(one.hinge[:2], press[:2])
+        moved = from_press if before is None else dist(one.hinge[:2], before.hinge[:2])
+        return not _is_in_pot(one.middle, pot), from_press > NEAR_PRESS, moved
+
+    return min(wrappers, key=rank, default=None)
+
+
+def _filling_of(fillings: list[Place], wrapper: Wrapper | None, pot: Place | None) -> Place | None:
+    """Choose the filling that is worked on: in or at the wrapper, else the nearest to the pot."""
+    near = [one for one in fillings if wrapper is not None and _is_near(one, wrapper)]
+    if near or pot is None:
+        return next(iter(near or fillings), None)
+    return min(fillings, key=lambda one: dist(one[:2], pot[:2]), default=None)
+
+
+def _is_near(filling: Place, wrapper: Wrapper) -> bool:
+    return dist(filling[:2], wrapper.middle[:2]) < FILLING_APART
+
+
+def _values(
+    wrapper: Wrapper, filling: Place | None, press: Place | None, *, wrapped: bool, is_hidden: bool
+) -> Values:
     """Return value and uncertainty of what a picture from above says of a wrapper and of a filling.
 
     Dough and filling stay "on the workspace" as parts of the dumpling, and so does a filling that a closed
-    wrapper hides. A wrapper on its edge may be open: it counts as filled only if it was seen wrapped before.
+    wrapper hides: then fewer fillings are seen than there are. A wrapper on its edge may be open: it counts
+    as filled only if it was seen wrapped before.
     """
     fold = wrapper.fold
-    is_hidden = filling is None and wrapper.is_closed and (fold is not None or wrapped)
+    is_inside = filling is not None and _is_near(filling, wrapper)
+    is_hidden = is_hidden and not is_inside and wrapper.is_closed and (fold is not None or wrapped)
     values: Values = {
         "wrapper_position": (wrapper.hinge, UNCERTAINTY),
         "wrapper_yaw": (wrapper.yaw, ANGLE_UNCERTAINTY),
@@ -239,14 +307,60 @@ def _is_in_pot(place: Place, opening: Place | None) -> bool:
     return abs(dx) < POT_HALF[0] and abs(dy) < POT_HALF[1] and -POT_DEPTH < dz < 0.0
 
 
-def _look_from_above(picture: Picture) -> tuple[Wrapper | None, Place | None]:
-    """Find wrapper and filling in a picture in which the arm hides nothing."""
+class Shown(NamedTuple):
+    """Wrappers and fillings that a picture from above shows; not those of cooked dumplings."""
+
+    wrappers: list[Wrapper]
+    fillings: list[Place]
+
+
+def _is_whole_in_pot(wrapper: Wrapper, filling: Place | None, opening: Place | None) -> bool:
+    """Return True if a wrapper is in the pot and no filling lies at it, but outside of the pot."""
+    is_spilt = filling is not None and _is_near(filling, wrapper) and not _is_in_pot(filling, opening)
+    return _is_in_pot(wrapper.middle, opening) and not is_spilt
+
+
+def _look_from_above(picture: Picture, settled: list[Place], pot: Place | None) -> Shown:
+    """Find wrappers and fillings in a picture in which the arm hides nothing.
+
+    Args:
+        picture: from above.
+        settled: middles of the cooked dumplings in the pot, whose points are left out.
+        pot: the middle of the pot's opening.
+    """
     points, dough, glazed, green = _coloured(picture)
-    filling = None
-    if int(green.sum()) >= MIN_PIXELS:
-        face, top = top_face(points[green])
-        filling = (face.x, face.y, top - FILLING_HEIGHT / 2.0)
-    return _wrapper(_plate(points[dough]), _plate(points[glazed])), filling
+    is_settled = np.zeros(len(points), np.bool_)
+    for x, y, _ in settled:
+        is_settled |= np.hypot(points[:, 0] - x, points[:, 1] - y) < SETTLED_WITHIN
+    dough, glazed, green = (mask & ~is_settled for mask in (dough, glazed, green))
+    shape = picture.rgb.shape[:2]
+    fillings = []
+    for part in separate_parts(green.reshape(shape), MIN_PIXELS):
+        face, top = top_face(points[part.reshape(-1)])
+        fillings.append((face.x, face.y, top - FILLING_HEIGHT / 2.0))
+    wrappers = []
+    for part in _apart(points, dough | glazed, shape):
+        wrapper = _wrapper(_plate(points[dough & part]), _plate(points[glazed & part]))
+        if wrapper is None:
+            continue
+        is_remainder = bool(settled) and int(((dough | glazed) & part).sum()) < SETTLED_PIXELS
+        if not (is_remainder and _is_in_pot(wrapper.middle, pot)):
+            wrappers.append(wrapper)
+    return Shown(wrappers, fillings)
+
+
+def _apart(points: Points, mask: Mask, shape: tuple[int, ...]) -> list[Mask]:
+    """Assign the points of a mask to wrappers: parts that are near each other are of one."""
+    middles: list[Points] = []
+    for part in separate_parts(mask.reshape(shape), MIN_PIXELS):
+        middle = points[part.reshape(-1), :2].mean(axis=0)
+        if all(np.hypot(*(middle - one)) > APART for one in middles):
+            middles.append(middle)
+    if not middles:
+        return []
+    away = np.stack([np.hypot(*(points[:, :2] - one).T) for one in middles])
+    nearest = away.argmin(axis=0)
+    return [mask & (nearest == number) for number in range(len(middles))]
 
 
 def _shows_filling(picture: Picture, wrapper: Wrapper) -> bool:

@@ -63,6 +63,10 @@ FILLING_HEIGHT = 0.0145
 DROP_HEIGHT = 0.005
 """Height of the tool over the pot's rim when the dumpling is let go, m."""
 
+BESIDE = {1: (0.0, 0.045), 2: (-0.038, 0.040)}
+"""From the pot's middle to where dumplings are let go, along x, m, for each number that is asked for: they
+lie beside each other. A second one beside one in the middle is let go at the wall."""
+
 LID_CLOSED = 172.0 * pi / 180.0
 """Lid angle, rad, from which force control closes the rest."""
 
@@ -205,6 +209,8 @@ def boil(observed: Observation, inputs: Inputs) -> SkillBody:
         if not _holds(observed, WRAPPER_GAP):
             middle, yaw = _on_plate(observed, DUMPLING_GRASP), observed["wrapper_yaw"]
             observed = yield from _take(observed, pace, middle, yaw, 0.046)
+        cooked = observed.get("dumplings_cooked", 0)
+        x += BESIDE[int(observed.get("count", 1))][min(int(cooked), 1)]
         observed = yield from _do(observed, _put(pace, (x, y, z + DROP_HEIGHT), OPEN))
         observed = yield from _look(observed, pace)
     yield act("wait", duration=COOKING_TIME)

@@ -159,7 +159,7 @@ def _world(measured: str) -> Any:
 
 
 _OUTCOMES: Final = {
-    name: SimpleNamespace(id=name, effects={"d": not fails}, failure=fails)
+    name: SimpleNamespace(id=name, effects={"d": not fails}, ranges=(), effect_count=1, failure=fails)
     for name, fails in (("done", False), ("missed", True))
 }
 _SKILL: Final = SimpleNamespace(
@@ -394,8 +394,8 @@ THEOREM = Theorem(
             "takes-unknown-for-excluded",
             "step",
             UNCERTAIN_STEPS,
-            "if all(world.known.get(name, value) == value for name, value in outcome.effects.items()):",
-            "if all(world.known.get(name) == value for name, value in outcome.effects.items()):",
+            "if not is_excluded(outcome, world, before):",
+            "if outcome.effects.keys() <= world.known.keys() and not is_excluded(outcome, world, before):",
         ),
     ),
 )

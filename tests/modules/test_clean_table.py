@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from aeros.perception import Picture
-from aeros.sim.geometry import Camera, Pose, Vector3, yaw_of, yaw_orientation
+from aeros.sim.geometry import Camera, Pose, yaw_of, yaw_orientation
 from tests.modules.looking import Put, Top, Watched, draw
 from tests.shipped_scenes import overhead
 
@@ -21,17 +21,24 @@ REST = (0.45, 0.34, 0.015)
 SPONGE = Top(0.45, 0.34, 0.03, (0.05, 0.035), FOAM)
 OVERHEAD = replace(overhead("table"), eye=(0.47, -0.06, 1.45), target=(0.47, -0.06, 0.0))
 """The camera over the table; the table is drawn so that the middle of its area is at (0.5, 0)."""
-PLACES = {"area_position": (0.5, 0.0, 0.0), "bin_position": BIN, "sponge_rest_position": REST}
+PLACES = {
+    "area_position": (0.5, 0.0, 0.0),
+    "region": "whole",
+    "bin_position": BIN,
+    "sponge_rest_position": REST,
+}
 
 
-def seen(*tops: Top, camera: Camera = OVERHEAD) -> dict[str, Any]:
-    found: dict[str, Any] = Watched("clean_table", "see_table", PLACES).see(0.0, draw(camera, tops))
+def seen(*tops: Top, camera: Camera = OVERHEAD, region: str = "whole") -> dict[str, Any]:
+    watched = Watched("clean_table", "see_table", {**PLACES, "region": region})
+    found: dict[str, Any] = watched.see(0.0, draw(camera, tops))
     return found
 
 
-def verified(*tops: Top) -> bool:
+def verified(*tops: Top, region: str = "whole") -> bool:
     picture = draw(OVERHEAD, tops, name="mast")
-    found: bool = Watched("clean_table", "check_table", PLACES).see(0.0, picture)["table_verified"]
+    watched = Watched("clean_table", "check_table", {**PLACES, "region": region})
+    found: bool = watched.see(0.0, picture)["table_verified"]
     return found
 
 
@@ -280,10 +287,56 @@ def test_a_table_without_its_sponge_is_not_verified() -> None:
     assert not verified(SPONGE._replace(z=0.31))
 
 
+LEFT, RIGHT = (Top(0.5, side * 0.075, 0.0005, (0.15, 0.075), DIRT) for side in (1.0, -1.0))
+"""Dirt on the left half of the area, and on the right half."""
+
+
+CLEAR = (1.0, False, False, True, True)
+"""Of an empty, clean half: share that is clean; clutter; in the way; organized; verified."""
+
+
+@pytest.mark.parametrize(
+    ("tops", "left", "right"),
+    [
+        ([], CLEAR, CLEAR),
+        ([LEFT], (0.0, False, False, True, False), CLEAR),
+        ([LEFT, RIGHT], (0.0, False, False, True, False), (0.0, False, False, True, False)),
+        # Beside the area on the right; in the area on the left; across the middle.
+        ([Top(0.4, -0.25, 0.04, (0.02, 0.02), BLUE)], CLEAR, (1.0, True, False, False, False)),
+        ([Top(0.5, 0.10, 0.04, (0.02, 0.02), BLUE)], (0.96, True, True, False, False), CLEAR),
+        (
+            [Top(0.5, 0.0, 0.04, (0.02, 0.03), BLUE)],
+            (0.97, True, True, False, False),
+            (0.97, True, True, False, False),
+        ),
+        # On the right half, but where the sponge passes when it wipes the left half.
+        (
+            [Top(0.5, -0.03, 0.04, (0.02, 0.02), BLUE)],
+            (1.0, False, True, True, True),
+            (0.96, True, True, False, False),
+        ),
+    ],
+)
+def test_of_a_half_only_what_is_on_it_counts(
+    tops: list[Top], left: tuple[Any, ...], right: tuple[Any, ...]
+) -> None:
+    for region, (clean, clutter, in_the_way, organized, is_verified) in (("left", left), ("right", right)):
+        found = seen(SPONGE, *tops, region=region)
+        assert found["wiped_fraction"] == pytest.approx(clean, abs=0.025), region
+        assert (found["clutter_on_table"], found["table_organized"]) == (clutter, organized), region
+        assert found["wiping_area_clear"] is not in_the_way, region
+        assert ("clutter_position" in found) is clutter, region
+        assert verified(SPONGE, *tops, region=region) is is_verified, region
+
+
 def test_without_surveyed_places_no_verdict_is_given() -> None:
     picture = draw(OVERHEAD, [SPONGE])
     assert Watched("clean_table", "see_table").see(0.0, picture) == {}
-    area = {"area_position": PLACES["area_position"]}
+    assert (
+        Watched("clean_table", "see_table", {"area_position": PLACES["area_position"]}).see(0.0, picture)
+        == {}
+    )
+    area = {name: PLACES[name] for name in ("area_position", "region")}
     found = Watched("clean_table", "see_table", area).see(0.0, picture)
     assert found.keys() == {"sponge_seen", "sponge_position", "sponge_yaw", "wiped_fraction", "table_wiped"}
     mast = draw(OVERHEAD, [SPONGE], name="mast")
@@ -298,9 +351,10 @@ def apart(a: float, b: float, period: float) -> float:
     return abs((a - b + period / 2.0) % period - period / 2.0)
 
 
-def table(seed: int = 3) -> tuple[Put, dict[str, Vector3]]:
+def table(seed: int = 3) -> tuple[Put, dict[str, Any]]:
     scene = Put("table", seed)
-    return scene, {name: scene.poses[name].position for name in PLACES}
+    places = {name: scene.poses[name].position for name in PLACES if name != "region"}
+    return scene, {**places, "region": "whole"}
 
 
 @pytest.mark.parametrize("seed", range(6))

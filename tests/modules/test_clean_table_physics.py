@@ -36,7 +36,7 @@ def table(seed: int, extra: str | None = None) -> tuple[Robot, PhysicsPlant]:
 def clean(plant: PhysicsPlant) -> float:
     """The share of the area that is wiped in truth."""
     assert isinstance(plant._scene, PhysicsScene)
-    return plant._scene.wiped_share("dirt")
+    return plant._scene.coating_of("dirt").wiped_share
 
 
 @pytest.mark.parametrize("seed", [0, pytest.param(4, marks=pytest.mark.deep)])

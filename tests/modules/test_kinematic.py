@@ -48,6 +48,18 @@ def test_the_skills_of_each_module_reach_its_goal(
     assert one.observed()[goal]
 
 
+@pytest.mark.deep
+def test_two_dumplings_are_made_one_after_the_other_and_lie_in_the_pot() -> None:
+    plant = make_plant(shipped_scene("dumpling_bench"), 0)
+    one = Robot("make_dumplings", plant)
+    one.plant.set_parameters({"make_dumplings.count": 2})
+    for cooked in (1, 2):
+        for skill in ("prepare", "wrap", "boil"):
+            assert one.run(skill) is None
+        assert one.observed()["dumplings_cooked"] == cooked
+        assert plant.truth()["make_dumplings.dumplings_cooked"] == cooked
+
+
 def test_a_dumpling_moved_on_the_press_takes_its_filling_along() -> None:
     one = robot("make_dumplings", "dumpling_bench")
     for skill in ("prepare", "recover"):
@@ -156,10 +168,26 @@ def test_places_are_surveyed_as_the_modules_own_variables() -> None:
         "clean_table.dock_position": (0.0, pytest.approx(-1.2), 0.0),
     }
     assert set(scene.truth()) == {
-        "clean_table.table_wiped",
-        "clean_table.table_organized",
-        "clean_table.table_verified",
+        f"clean_table.{name}(region = {region})"
+        for name in ("table_wiped", "table_organized", "table_verified")
+        for region in ("whole", "left", "right")
     }
+
+
+@pytest.mark.parametrize("region", ["left", pytest.param("right", marks=pytest.mark.deep)])
+def test_wiping_a_half_leaves_the_other_half_as_it_is(region: str) -> None:
+    plant = make_plant(shipped_scene("table"), 0)
+    one = Robot("clean_table", plant)
+    one.plant.set_parameters({"clean_table.region": region})
+    for skill in ("wipe", "organize", "verify"):
+        assert one.run(skill) is None
+    assert one.observed()["table_verified"]
+    truth = plant.truth()
+    other = "left" if region == "right" else "right"
+    assert truth[f"clean_table.table_verified(region = {region})"]
+    assert not truth[f"clean_table.table_wiped(region = {other})"]
+    assert isinstance(plant._scene, DeclaredScene)
+    assert plant._scene.state.value(f"dirt.{other}_half.wiped") < 0.1
 
 
 @pytest.mark.parametrize(("depth", "wipes"), [(0.0002, True), (0.00005, False), (-0.001, False)])
@@ -172,7 +200,7 @@ def test_a_held_sponge_wipes_where_it_is_pressed_with_more_than_1_n(depth: float
     things.tick(Pose((0.5, -1.2, z + 0.034 - depth), tool.orientation), 0.04)
     scene.tick(SOMEWHERE)
     # The foam covers 100 mm by 70 mm of 300 mm by 300 mm.
-    assert scene.wiped_share("dirt") == (pytest.approx(70 / 900, abs=0.02) if wipes else 0.0)
+    assert scene.coating_of("dirt").wiped_share == (pytest.approx(70 / 900, abs=0.02) if wipes else 0.0)
 
 
 def test_a_hand_without_the_sponge_wipes_nothing() -> None:
@@ -180,7 +208,7 @@ def test_a_hand_without_the_sponge_wipes_nothing() -> None:
     things.tick(Pose((0.5, -1.2, 0.005), yaw_orientation(0.0)), 0.04)
     assert things.load > 1.0
     scene.tick(SOMEWHERE)
-    assert scene.wiped_share("dirt") == 0.0
+    assert scene.coating_of("dirt").wiped_share == 0.0
 
 
 def test_a_table_is_organized_in_truth_once_both_pieces_are_in_the_bin() -> None:
@@ -189,4 +217,4 @@ def test_a_table_is_organized_in_truth_once_both_pieces_are_in_the_bin() -> None
         things.grip(Pose(add(pose.position, (0.0, 0.0, 0.015)), pose.orientation))
         things.tick(Pose((x, -1.7, 0.2), pose.orientation), 0.04)
         things.release()
-        assert scene.truth()["clean_table.table_organized"] is is_organized
+        assert scene.truth()["clean_table.table_organized(region = whole)"] is is_organized

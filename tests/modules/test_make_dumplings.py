@@ -36,8 +36,9 @@ def opened(yaw: float) -> list[Top]:
 
 def seen(*tops: Top) -> tuple[Any, Vector3 | None]:
     """Wrapper and filling in a drawn picture."""
-    found: tuple[Any, Vector3 | None] = CODE._look_from_above(draw(CAMERA, tops))
-    return found
+    shown = CODE._look_from_above(draw(CAMERA, tops), [], None)
+    assert max(len(shown.wrappers), len(shown.fillings)) <= 1
+    return next(iter(shown.wrappers), None), next(iter(shown.fillings), None)
 
 
 def wrapper(*tops: Top) -> Any:
@@ -212,10 +213,12 @@ def test_a_plate_carries_a_filling_that_lies_over_it(filling: Vector3, is_carrie
 
 
 class Bench:
-    """The scene `dumpling_bench`, and the perceiver that looks at it."""
+    """The scene `dumpling_bench`, with one wrapper and filling or two, and the perceiver that looks at it."""
 
-    def __init__(self, seed: int = 3) -> None:
+    def __init__(self, seed: int = 3, *, second: bool = False) -> None:
         self.scene = Put("dumpling_bench", seed)
+        if not second:
+            self.scene.remove("wrapper_2", "filling_2")
         self.watched = Watched(
             "make_dumplings", "see_dumpling", {"press_position": PRESS, "pot_position": POT}
         )
@@ -385,3 +388,76 @@ def test_each_value_has_the_time_of_the_picture_that_shows_it() -> None:
     assert times.pop("dumpling_wrapped") == 2.0
     assert set(times.values()) == {1.0}
     assert isinstance(bench.watched.pictures["side"], Picture)
+
+
+# Two dumplings.
+
+
+def cooked_with_another() -> Bench:
+    """A bench for two, on which the first dumpling is cooked."""
+    bench = Bench(second=True)
+    bench.look(0.0)
+    bench.put(PRESS, 0.0, filling=None)
+    assert bench.look(1.0)["filling_on_workspace"] is True
+    bench.put(PRESS, pi, filling=None)
+    bench.look(2.0, force=3.1)
+    assert bench.look(3.0, "side")["dumpling_wrapped"] is True
+    bench.put(IN_POT, pi, filling=None)
+    assert bench.look(10.0)["dumplings_cooked"] == 0
+    assert bench.look(15.0)["dumplings_cooked"] == 1
+    return bench
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_first_wrapper_that_is_chosen_stays_chosen_until_one_is_on_the_press(seed: int) -> None:
+    bench = Bench(seed, second=True)
+    first = bench.look(0.0)["wrapper_position"]
+    hinges = {
+        name: to_world(bench.scene.poses[name], (-HINGE_TO_PLATE, 0.0, 0.0))
+        for name in ("wrapper", "wrapper_2")
+    }
+    chosen = min(hinges, key=lambda name: dist(hinges[name], first))
+    assert dist(first, hinges[chosen]) < 0.004
+    assert dist(bench.look(1.0)["wrapper_position"], first) < 0.004
+    bench.scene.put(chosen, 0.522, 0.0, 0.083)
+    assert dist(bench.look(2.0)["wrapper_position"], PRESS) < 0.004
+
+
+def test_a_filling_that_a_closed_wrapper_hides_is_inside_though_another_is_seen() -> None:
+    bench = Bench(second=True)
+    bench.look(0.0)
+    bench.put(PRESS, pi, filling=None)
+    assert bench.look(1.0)["filling_on_workspace"] is True
+    # Both fillings are seen beside a closed wrapper: it is empty.
+    bench.put(PRESS, pi, filling=(0.36, 0.24, 0.0595))
+    assert bench.look(2.0)["filling_on_workspace"] is False
+
+
+def test_after_a_cooked_dumpling_the_next_wrapper_is_worked_on() -> None:
+    bench = cooked_with_another()
+    found, poses = bench.look(16.0), bench.scene.poses
+    assert (found["dumpling_cooked"], found["dumplings_cooked"], found["dumpling_wrapped"]) == (
+        True,
+        1,
+        False,
+    )
+    assert (found["dough_on_workspace"], found["filling_on_workspace"]) == (False, False)
+    hinge = to_world(poses["wrapper_2"], (-HINGE_TO_PLATE, 0.0, 0.0))
+    assert dist(found["wrapper_position"], hinge) < 0.004
+    assert dist(found["filling_position"], poses["filling_2"].position) < 0.004
+
+
+def test_a_second_dumpling_beside_the_first_is_counted_and_then_no_wrapper_is_left() -> None:
+    bench = cooked_with_another()
+    scene = bench.scene
+    scene.put("wrapper_2", PRESS[0] + HINGE_TO_PLATE, PRESS[1], PRESS[2])
+    scene.put("filling_2", PRESS[0] + HINGE_TO_PLATE, PRESS[1], PRESS[2] + PLATE_HALF[2] + 0.0085)
+    assert bench.look(20.0)["filling_on_workspace"] is True
+    scene.joints["wrapper_2.fold"] = pi
+    bench.look(21.0, force=3.1)
+    assert bench.look(22.0, "side")["dumpling_wrapped"] is True
+    scene.put("wrapper_2", 0.55 + 0.045, 0.33, 0.009)
+    scene.put("filling_2", 0.55 + 0.045, 0.33, 0.0205)
+    assert [bench.look(at)["dumplings_cooked"] for at in (30.0, 34.9, 35.0)] == [1, 1, 2]
+    found = bench.look(36.0)
+    assert (found["dumplings_cooked"], found["wrapper_position"]) == (2, None)

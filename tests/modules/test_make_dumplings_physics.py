@@ -38,8 +38,10 @@ def test_prepare_wrap_and_boil_make_a_dumpling() -> None:
         assert not is_done(plant)
         assert robot.run("boil") is None
         after = robot.observed()
-        assert after["dumpling_cooked"]
-        assert (after["dough_on_workspace"], after["filling_on_workspace"]) == (True, True)
+        assert (after["dumpling_cooked"], after["dumplings_cooked"]) == (True, 1)
+        # The press is free, and the other wrapper waits on its tray.
+        assert (after["dough_on_workspace"], after["filling_on_workspace"]) == (False, False)
+        assert not after["dumpling_wrapped"]
         assert is_done(plant)
 
 

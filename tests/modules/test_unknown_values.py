@@ -35,6 +35,7 @@ OBSERVED: Final[dict[str, Any]] = {
     "base_position": (0.0, 0.0, 0.0),
     "dock_position": (0.0, 0.0, 0.0),
     # clean_table, hold_sponge
+    "region": "left",
     "area_position": (0.5, 0.0, 0.0),
     "sponge_rest_position": (0.45, 0.34, 0.015),
     "bin_position": (0.45, -0.5, 0.085),
@@ -49,6 +50,8 @@ OBSERVED: Final[dict[str, Any]] = {
     "press_handle_position": (0.425, 0.0, 0.094),
     "press_force": 0.0,
     "pot_position": (0.55, 0.33, 0.055),
+    "count": 2,
+    "dumplings_cooked": 1,
     "wrapper_position": (0.41, -0.07, 0.063),
     "wrapper_yaw": 0.1,
     "wrapper_fold": 0.0,

@@ -14,6 +14,7 @@ from aeros.agent.world.values import to_json_value
 from aeros.agent.world.world import WorldModel
 from aeros.runtime.ports import StepResult, StepStatus
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.effects import Increment, state_after
 from aeros.spec.expr.semantics import Environment
 from aeros.spec.expr.shortfall import UnmetBound
 from aeros.spec.expr.unparse import unparse
@@ -116,8 +117,8 @@ def assess_step(
         causes = (Cause(result.status.value, name, result.reason),)
     if result.status is StepStatus.REFUSED:
         return StepAssessment(None, True, False, halted, causes)
-    outcome = _measured_outcome(skill, after)
-    doubt = _undetermined_outcome(skill, outcome, after)
+    outcome = _measured_outcome(skill, after, before)
+    doubt = _undetermined_outcome(skill, outcome, after, before)
     if doubt is not None:
         reason = "; ".join(filter(None, (halted, str(doubt))))
         part = UnmetBound(doubt.name, None, "known", True, reason=doubt.why)
@@ -131,7 +132,7 @@ def assess_step(
         ):
             return StepAssessment(None, True, False, halted, causes)
         reason = "; ".join(filter(None, (halted, "the measured state matches no declared outcome")))
-        parts = tuple(_effect_mismatches(skill, after))
+        parts = tuple(_effect_mismatches(skill, after, before))
         cause = Cause(
             "undeclared-outcome", name, "the measured state matches no declared outcome", shortfalls=parts
         )
@@ -143,13 +144,13 @@ def assess_step(
     return StepAssessment(outcome.id, True, False, reason, causes or (Cause("outcome", name, reason),))
 
 
-def _measured_outcome(skill: Skill, world: WorldModel) -> Outcome | None:
+def _measured_outcome(skill: Skill, world: WorldModel, before: Mapping[str, Any] | None) -> Outcome | None:
     """Return the measured outcome with the most effects; of equals, a success before a failure.
 
     So an outcome without effects (nothing changed) is returned only if no other is measured.
     """
-    matching = [one for one in skill.outcomes.values() if _is_measured(one, world)]
-    return max(matching, key=lambda one: (len(one.effects), not one.failure), default=None)
+    matching = [one for one in skill.outcomes.values() if _is_measured(one, world, before)]
+    return max(matching, key=lambda one: (one.effect_count, not one.failure), default=None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,7 +166,7 @@ class _UndeterminedOutcome:
 
 
 def _undetermined_outcome(
-    skill: Skill, outcome: Outcome | None, world: WorldModel
+    skill: Skill, outcome: Outcome | None, world: WorldModel, before: Mapping[str, Any] | None
 ) -> _UndeterminedOutcome | None:
     """Return an outcome that unknown values leave possible and that would change the assessment.
 
@@ -175,10 +176,15 @@ def _undetermined_outcome(
         return None
     others = skill.outcomes.values() if outcome is None else skill.failures_with_more_effects(outcome)
     for other in others:
-        unknown = [name for name in other.effects if name not in world.known]
-        excluded = any(world.known.get(name, value) != value for name, value in other.effects.items())
-        if unknown and not excluded:
-            return _UndeterminedOutcome(other.id, unknown[0], world.unknown.get(unknown[0], "has no value"))
+        if is_excluded(other, world, before):
+            continue
+        changed = (*other.effects, *(one.variable for one in other.ranges))
+        unknown = next((name for name in changed if name not in world.known), None)
+        if unknown is not None:
+            return _UndeterminedOutcome(other.id, unknown, world.unknown.get(unknown, "has no value"))
+        uncounted = next((name for name in changed if not _is_count_known(other, name, before)), None)
+        if uncounted is not None:
+            return _UndeterminedOutcome(other.id, uncounted, "was not known before")
     return None
 
 
@@ -189,7 +195,8 @@ def _is_expected_after_hold_failure(skill: Skill, before: Mapping[str, Any], aft
     free.
     """
     read = t.variables_of(skill.hold_condition.term) if skill.hold_condition is not None else {}
-    outcomes = [{}, *(one.effects for one in skill.outcomes.values() if one.probability != 0)]
+    outcomes: list[Mapping[str, Any]] = [{}]
+    outcomes += [state_after(one.effects, before) for one in skill.outcomes.values() if one.probability != 0]
     names = {name for effects in outcomes for name in effects} - read.keys()
     return any(
         all(
@@ -202,23 +209,55 @@ def _is_expected_after_hold_failure(skill: Skill, before: Mapping[str, Any], aft
     )
 
 
-def _effect_mismatches(skill: Skill, world: WorldModel) -> list[UnmetBound]:
+def _effect_mismatches(skill: Skill, world: WorldModel, before: Mapping[str, Any] | None) -> list[UnmetBound]:
     """Return, for each declared outcome, the first effect that is measured otherwise."""
     found: dict[UnmetBound, None] = {}
     for outcome in skill.outcomes.values():
-        for name, value in outcome.effects.items():
-            if name in world.known and world.known[name] != value:
-                found[
-                    UnmetBound(
-                        name,
-                        to_json_value(world.known[name]),
-                        f"`{outcome.id}` declares",
-                        to_json_value(value),
-                    )
-                ] = None
+        declares = f"`{outcome.id}` declares"
+        for name, value in state_after(outcome.effects, before or {}).items():
+            if value is not None and name in world.known and world.known[name] != value:
+                found[UnmetBound(name, to_json_value(world.known[name]), declares, to_json_value(value))] = (
+                    None
+                )
                 break
+        else:
+            for one in outcome.ranges:
+                if one.variable in world.known and not one.contains(world.known[one.variable]):
+                    value = to_json_value(one.number_of(world.known[one.variable]))
+                    found[UnmetBound(one.name, value, declares, str(one))] = None
+                    break
     return list(found)
 
 
-def _is_measured(outcome: Outcome, world: WorldModel) -> bool:
-    return all(name in world.known and world.known[name] == value for name, value in outcome.effects.items())
+def is_excluded(outcome: Outcome, world: WorldModel, before: Mapping[str, Any] | None) -> bool:
+    """Say if the measurements exclude an outcome.
+
+    Args:
+        outcome: the outcome.
+        world: world measured after the step.
+        before: predicates measured when it started, as JSON values; None if unknown.
+
+    Returns:
+        True if one of its effects or ranges is known to be missing.
+    """
+    after = state_after(outcome.effects, before or {})
+    return any(
+        value is not None and world.known.get(name, value) != value for name, value in after.items()
+    ) or any(
+        one.variable in world.known and not one.contains(world.known[one.variable]) for one in outcome.ranges
+    )
+
+
+def _is_count_known(outcome: Outcome, name: str, before: Mapping[str, Any] | None) -> bool:
+    is_increment = isinstance(outcome.effects.get(name), Increment)
+    return not is_increment or (before or {}).get(name) is not None
+
+
+def _is_measured(outcome: Outcome, world: WorldModel, before: Mapping[str, Any] | None) -> bool:
+    after = state_after(outcome.effects, before or {})
+    return all(
+        value is not None and name in world.known and world.known[name] == value
+        for name, value in after.items()
+    ) and all(
+        one.variable in world.known and one.contains(world.known[one.variable]) for one in outcome.ranges
+    )

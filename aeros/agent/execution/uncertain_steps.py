@@ -10,6 +10,7 @@ import json
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from aeros.agent.execution.supervisor import is_excluded
 from aeros.agent.world.values import to_json_value
 from aeros.agent.world.world import WorldModel
 from aeros.spec.model.ecm import Skill
@@ -66,18 +67,19 @@ class UncertainSteps:
         return f"it began before a crash, and the measurements do not exclude that `{possible}` happened"
 
 
-def possible_success(skill: Skill, world: WorldModel) -> str | None:
+def possible_success(skill: Skill, world: WorldModel, before: Mapping[str, Any] | None = None) -> str | None:
     """Find a success of `skill` that the measurements do not exclude.
 
     Args:
         skill: skill that may have run.
         world: current state.
+        before: predicates measured before it began, as JSON values; None if unknown.
 
     Returns:
         The id of the outcome; None if all successes are excluded.
     """
     for outcome in skill.success_outcomes:
-        if all(world.known.get(name, value) == value for name, value in outcome.effects.items()):
+        if not is_excluded(outcome, world, before):
             return outcome.id
     return None
 

@@ -123,7 +123,8 @@ class StatedValues:
             self.fault = f"{quoted(word)} is a second `{parameter.name}`"
         elif not bounds[0] <= number <= bounds[1]:
             low, high = map(format_number, bounds)
-            self.fault = f"{quoted(word)} is out of range: `{parameter.name}` is {low} to {high}"
+            named = f"`{parameter.name}` is {low} to {high}{parameter.note}"
+            self.fault = f"{quoted(word)} is out of range: {named}"
 
     @property
     def is_specific(self) -> bool:

@@ -84,4 +84,5 @@ def _choices(parameter: TaskParameter) -> str:
         return ", ".join(parameter.values)
     if parameter.declared.range is None:
         return "true, false"
-    return " to ".join(format_quantity(one, parameter.declared.unit) for one in parameter.declared.range)
+    low, high = (format_quantity(one, parameter.declared.unit) for one in parameter.declared.range)
+    return f"{low} to {high}{parameter.note}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Final
 
-from aeros.agent.world.values import to_json_value
+from aeros.agent.world.values import effects_for_reading
 from aeros.spec.planning.domain import GroundSkill, PlanningDomain
 
 PLAN_REFERENCE: Final[Mapping[str, Any]] = {"$ref": "#/$defs/plan"}
@@ -61,7 +61,7 @@ def describe_skill(choices: list[GroundSkill]) -> dict[str, Any]:
             {
                 "outcome": one.id,
                 "is_failure": one.failure,
-                "sets": {key: to_json_value(value) for key, value in one.effects.items()},
+                "sets": effects_for_reading(one),
             }
             for one in choice.skill.outcomes.values()
             if one.probability != 0

@@ -16,6 +16,7 @@ from typing import Final, Protocol
 from aeros.agent.planning.classical import ClassicalEngineError
 from aeros.agent.planning.strong_cyclic import StrongCyclicPlanner
 from aeros.spec.closed_loop.invocation import State
+from aeros.spec.expr.effects import value_after
 from aeros.spec.model.ecm import Outcome
 from aeros.spec.model.site import Site
 from aeros.spec.planning.domain import GroundSkill, PlanningDomain
@@ -120,7 +121,7 @@ def _simulate(
             raise PlanUndecidedError(f"the engine's plan has `{name[:80]}`, which is not an action")
         choice, outcome = actions[name]
         pairs = zip(domain.names, state, strict=True)
-        then = tuple(outcome.effects.get(name, value) for name, value in pairs)
+        then = tuple(value_after(outcome.effects.get(name, value), value) for name, value in pairs)
         successes = [one for one, measured, _ in domain.after(choice, state) if not measured.failure]
         if not domain.can_start(choice, state) or then not in successes:
             raise PlanUndecidedError(f"the engine's plan has `{name}` where that is impossible")

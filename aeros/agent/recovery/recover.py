@@ -27,6 +27,7 @@ from aeros.agent.execution.uncertain_steps import UncertainSteps, possible_succe
 from aeros.agent.world.values import to_json_value
 from aeros.agent.world.world import WorldModel
 from aeros.runtime.ports import AuditEvent, StepResult, StepStatus
+from aeros.spec.expr.effects import Increment
 from aeros.spec.model.ecm import Ecm, Skill, owner_of
 
 _INTERRUPTED_STATUSES: Final = (StepStatus.HALTED, StepStatus.CANCELLED)
@@ -133,13 +134,13 @@ class ProgressRecovery:
                 judgement.failed, judgement.reason, repeatable, outputs=step.result.outputs
             )
             return attempt, f"it had ended: {how}"
-        done = assess_step(step.module, skill, StepResult(StepStatus.FINISHED, ""), self.world)
+        done = assess_step(step.module, skill, StepResult(StepStatus.FINISHED, ""), self.world, before)
         if done.outcome is not None and self._has_new_effect(skill, done.outcome, before):
             how = f"it was interrupted, and `{done.outcome}` is measured"
             return AttemptResult(done.failed, how if done.failed else "", is_retryable=done.failed), how
         if skill.idempotent:
             return None, "it was interrupted, and may be repeated"
-        possible = possible_success(skill, self.world)
+        possible = possible_success(skill, self.world, before)
         if possible is None:
             return None, "it was interrupted, and the measurements exclude its successes"
         why = f"it was interrupted, and the measurements do not show if `{possible}` happened"
@@ -148,7 +149,10 @@ class ProgressRecovery:
     def _has_new_effect(self, skill: Skill, outcome: str, before: Mapping[str, Any]) -> bool:
         """Return True if an effect of that outcome was measured otherwise before the step."""
         effects = skill.outcomes[outcome].effects
-        return any(before.get(name) not in (None, to_json_value(value)) for name, value in effects.items())
+        return any(
+            isinstance(effect, Increment) or before.get(name) not in (None, to_json_value(effect))
+            for name, effect in effects.items()
+        )
 
     def _record(self, name: str, how: str) -> None:
         self.journal.record("interrupted-step-resolved", f"{name} was under way: {how}", skill=name, how=how)

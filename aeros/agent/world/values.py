@@ -8,8 +8,10 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Any, cast
 
+from aeros.spec.expr.effects import Increment
 from aeros.spec.expr.semantics import Value
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType, IntegerType, RealType, Type, VectorType
+from aeros.spec.model.ecm import Outcome
 from aeros.spec.model.variables import Declared
 
 
@@ -81,6 +83,22 @@ def to_json_value(value: Any) -> Any:
     if isinstance(value, Fraction):
         return float(value)
     return [to_json_value(part) for part in value] if isinstance(value, tuple) else value
+
+
+def effects_for_reading(outcome: Outcome) -> dict[str, Any]:
+    """Write the effects of an outcome for a person or a language model.
+
+    Args:
+        outcome: the outcome.
+
+    Returns:
+        JSON values by state variable; `+= 1` for an increment, `in [0.38, 0.42]` for a range, SI.
+    """
+    effects = {
+        name: str(effect) if isinstance(effect, Increment) else to_json_value(effect)
+        for name, effect in outcome.effects.items()
+    }
+    return effects | {one.name: str(one) for one in outcome.ranges}
 
 
 def _exact(declared: Declared, type_: Type, value: Any) -> Value:

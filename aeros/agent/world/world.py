@@ -20,7 +20,7 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import values_by_scalar
 from aeros.spec.expr.semantics import Environment, Value, is_true
 from aeros.spec.expr.shortfall import UnmetBound, unmet_bounds
-from aeros.spec.expr.types import BoolType, EnumType, FamilyType
+from aeros.spec.expr.types import BoolType, EnumType, FamilyType, IntegerType
 from aeros.spec.model.cause import Cause
 from aeros.spec.model.variables import Declared
 
@@ -50,7 +50,8 @@ class WorldModel:
         time: plant time (s).
         known: exact values by vocabulary name.
         unknown: reason why each other state variable is unknown; completes “`NAME` …”.
-        predicates: measured variables of type bool or enum, for memory: JSON values, None if unknown.
+        predicates: measured truths, members of enums and whole numbers, for memory: JSON values, None if
+            unknown.
         stamps: stamp of each known value.
         failures: causes of step failures since the previous plan; for planners, read by no condition.
         remembered: value last seen of each variable that is unknown now, as JSON, of any session; for
@@ -228,7 +229,7 @@ def _is_finite_time(seconds: object) -> TypeGuard[float]:
 
 def _is_predicate(declared: Declared) -> bool:
     match declared.variable.type:
-        case BoolType() | EnumType() | FamilyType(element=BoolType()):
+        case BoolType() | EnumType() | FamilyType(element=BoolType()) | IntegerType():
             return True
         case _:
             return False

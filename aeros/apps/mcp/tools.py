@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from aeros.agent.planning.routing import RoutedTask
-from aeros.agent.world.values import to_json_value
+from aeros.agent.world.values import effects_for_reading, to_json_value
 from aeros.agent.world.world import WorldModel, world_from_readings
 from aeros.apps.goal import parse_goal
 from aeros.apps.mcp.approvals import Approval, ApprovalError, Approvals
@@ -351,7 +351,7 @@ def _skills(ecm: Ecm) -> Iterator[dict[str, Any]]:
             "risk": skill.risk.name.lower(),
             "precondition": None if skill.precondition is None else skill.precondition.text,
             "outcomes": [
-                {"outcome": one.id, "failure": one.failure, "then": _effects_json(one.effects)}
+                {"outcome": one.id, "failure": one.failure, "then": effects_for_reading(one)}
                 for one in skill.outcomes.values()
             ],
             "inputs": {
@@ -378,7 +378,3 @@ def _world_json(world: WorldModel) -> Iterator[tuple[str, dict[str, Any]]]:
         yield name, {"value": to_json_value(value), "age": age}
     for name, why in world.unknown.items():
         yield name, {"value": None, "unknown": why}
-
-
-def _effects_json(effects: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: to_json_value(value) for name, value in effects.items()}

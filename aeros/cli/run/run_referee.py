@@ -23,7 +23,7 @@ class RunReferee:
     meaning: Understanding
     plant: object | None = None
     _number: int | None = None
-    _truths: dict[int, Mapping[str, bool]] = field(default_factory=dict)
+    _truths: dict[int, Mapping[str, int]] = field(default_factory=dict)
     _skipped: set[int] = field(default_factory=set)
 
     def observe(self, event: AgentEvent) -> None:

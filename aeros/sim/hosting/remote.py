@@ -128,11 +128,12 @@ class RemotePlant:
         """True if the hosted plant does not wait for the monitor."""
         return bool(self._call("runs-in-real-time"))
 
-    def truth(self) -> Mapping[str, bool]:
+    def truth(self) -> Mapping[str, int]:
         """Read the truth of the hosted plant's scene, for a referee; nothing that acts may call it.
 
         Returns:
-            The truth of each state variable that the scene defines; empty if the plant knows none.
+            The truth, or the number, of each state variable that the scene defines; empty if the plant
+            knows none.
         """
         return dict(self._call("truth"))
 

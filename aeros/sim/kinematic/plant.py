@@ -58,11 +58,11 @@ class KinematicPlant(FixedStepPlant):
         }
         return {name: Reading(value, time) for name, value in values.items()}
 
-    def truth(self) -> Mapping[str, bool]:
+    def truth(self) -> Mapping[str, int]:
         """Judge the goals by what is true in the world, for a referee; nothing that acts may call it.
 
         Returns:
-            The truth of each state variable that the scene defines.
+            The truth, or the number, of each state variable that the scene defines.
         """
         return self._scene.truth()
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
-from aeros.sim.geometry import Pose, to_world
+from aeros.sim.geometry import Pose, Vector3, to_world
 from aeros.spec.model.scene import Coating
 
 
@@ -36,6 +38,18 @@ class CoatingMap:
     def wiped_share(self) -> float:
         """Share of wiped cells, in [0, 1]."""
         return int(np.count_nonzero(self.wiped)) / self.wiped.size
+
+    def wiped_share_where(self, contains: Callable[[Vector3], bool]) -> float:
+        """Measure a part of the coating.
+
+        Args:
+            contains: true for points, m in W, of the part.
+
+        Returns:
+            Share of wiped cells among those whose centres are in the part; 0 if it has none.
+        """
+        inside = np.array([[contains((float(x), float(y), 0.0)) for x in self._x] for y in self._y])
+        return float(self.wiped[inside].mean()) if inside.any() else 0.0
 
     def wipe(self, pose: Pose) -> None:
         """Wipe the cells whose centres are under the wiping face, nearer than the gap.

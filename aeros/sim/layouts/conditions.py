@@ -13,8 +13,11 @@ from typing import Any, Final, Protocol
 
 from aeros.sim.clock import TICK
 from aeros.sim.geometry import UPRIGHT, Pose, Vector3, to_frame, to_world, yaw_of
+from aeros.sim.layouts.coating import CoatingMap
 from aeros.spec.backends.compiled import Predicate, compile_condition
-from aeros.spec.expr.lower import scalar_variables
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.lower import lower, scalar_variables
+from aeros.spec.expr.semantics import evaluate
 from aeros.spec.expr.terms import variables_of
 from aeros.spec.expr.types import RealType
 from aeros.spec.model.scene import (
@@ -91,14 +94,14 @@ class SimulatedWorld(Protocol):
             True if both fingers touch it and nothing else does.
         """
 
-    def wiped_share(self, coating: str) -> float:
-        """Measure a coating.
+    def coating_of(self, name: str) -> CoatingMap:
+        """Find a coating.
 
         Args:
-            coating: its name.
+            name: its name.
 
         Returns:
-            Share of wiped cells, in [0, 1].
+            Its cells as they are now.
         """
 
     def robot_points(self) -> tuple[Vector3, Vector3]:
@@ -131,13 +134,15 @@ class SceneState:
         self._poses = poses
         self._world = world
         self._readers: dict[str, Callable[[], Any]] = _readers(scene, poses, world)
-        self._regions = {
+        self._regions: dict[str, Region] = {
             name: Region(name, (-x / 2, -y / 2, 0.0), (x / 2, y / 2, z))
             for name, body in scene.bodies.items()
             if isinstance(body.shape, Basin)
             for x, y, z in (body.shape.inner,)
         } | dict(scene.regions)
-        self._predicates = {name: _compiled(one) for name, one in {**scene.conditions, **scene.truth}.items()}
+        named = {**scene.conditions, **scene.truth}
+        self._predicates = {name: _compiled(one) for name, one in named.items() if not one.is_number}
+        self._numbers = {name: lower(one.term) for name, one in named.items() if one.is_number}
         self._seals = {name: _compiled(seal.when) for name, seal in scene.seals.items()}
         self._timers = {name: _compiled(condition) for name, condition in scene.timers.items()}
         # Ticks until now, and at the longest stretch so far.
@@ -160,14 +165,14 @@ class SceneState:
             now = now + 1 if holds(values) else 0
             self._ticks[name] = (now, max(now, longest))
 
-    def truth(self) -> dict[str, bool]:
+    def truth(self) -> dict[str, int]:
         """Judge the conditions of `truth` now.
 
         Returns:
-            The truth of each state variable that the scene defines.
+            The truth of each state variable that the scene defines; the number, if it is a whole number.
         """
         values = _Values(self)
-        return {name: bool(values[name]) for name in self._scene.truth}
+        return {name: values[name] for name in self._scene.truth}
 
     def value(self, name: str) -> Any:
         """Read a variable of the scene's conditions now.
@@ -197,11 +202,24 @@ class SceneState:
             point, region = membership(name)
             return self._contains(self._regions[region], self.compute(point, values))
         if name in self._predicates:
-            return self._predicates[name](values)
+            return bool(self._predicates[name](values))
+        if name in self._numbers:
+            return self._count(self._numbers[name], values)
         if name in self.sealed:
             return self.sealed[name]
+        thing, _, part = name.partition(".")
+        if thing in self._scene.coatings:
+            within = partial(self._contains, self._regions[part.rpartition(".")[0]])
+            return self._world.coating_of(thing).wiped_share_where(within)
         timer, _, longest = name.partition(".")
         return self._ticks[timer][bool(longest)] * TICK
+
+    def _count(self, term: t.Term, values: Mapping[str, Any]) -> int:
+        read = {name: values[name] for name in t.variables_of(term)}
+        exact = {name: Fraction(one) if isinstance(one, float) else one for name, one in read.items()}
+        number = evaluate(term, exact)
+        assert isinstance(number, Fraction)  # noqa: S101  the type of such a truth
+        return round(number)
 
     def _contains(self, region: Region, point: Vector3) -> bool:
         frame = _W
@@ -267,7 +285,7 @@ def _readers(scene: Scene, poses: Mapping[str, Pose], world: SimulatedWorld) -> 
             case JointInstrument(part):
                 found[name] = partial(world.joint_position, part)
     for name in scene.coatings:
-        found[f"{name}.wiped"] = partial(world.wiped_share, name)
+        found[f"{name}.wiped"] = partial(_wiped_share, world, name)
     return found
 
 
@@ -278,6 +296,10 @@ def _body_readers(part: BodyPart, world: SimulatedWorld) -> dict[str, Callable[[
         f"{part.body}.tilt": lambda: _tilt(world.pose_of(part)),
         f"{part.body}.held": lambda: world.is_held(part.body),
     }
+
+
+def _wiped_share(world: SimulatedWorld, coating: str) -> float:
+    return world.coating_of(coating).wiped_share
 
 
 def _place(pose: Pose) -> Vector3:

@@ -133,7 +133,7 @@ class PhysicsScene:
             return (0.0, 0.0, 0.0)
         return (*self._robot.odometry.drift, 0.0)
 
-    def truth(self) -> Mapping[str, bool]:
+    def truth(self) -> Mapping[str, int]:
         """Implement `PhysicalScene.truth`."""
         return self.state.truth()
 
@@ -176,9 +176,9 @@ class PhysicsScene:
         )
         return len(fingers) == 2 and all(one.body_b == self._robot.body for one in contacts)
 
-    def wiped_share(self, coating: str) -> float:
-        """Implement `SimulatedWorld.wiped_share`."""
-        return self._coatings[coating].wiped_share
+    def coating_of(self, name: str) -> CoatingMap:
+        """Implement `SimulatedWorld.coating_of`."""
+        return self._coatings[name]
 
     def robot_points(self) -> tuple[Vector3, Vector3]:
         """Implement `SimulatedWorld.robot_points`."""

@@ -90,9 +90,9 @@ class PhysicalScene(Protocol):
             KeyError: there is no such camera.
         """
 
-    def truth(self) -> Mapping[str, bool]:
+    def truth(self) -> Mapping[str, int]:
         """Judge the goals by what is true in the world; nothing that acts may see it.
 
         Returns:
-            The truth of each state variable that the scene defines.
+            The truth, or the number, of each state variable that the scene defines.
         """

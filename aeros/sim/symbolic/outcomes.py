@@ -6,11 +6,12 @@ import hashlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from aeros.sim.gilbert_elliott import GilbertElliottProcess, GilbertElliottSampler
 from aeros.spec.closed_loop.outcome_probabilities import outcome_probabilities
 from aeros.spec.diagnostics.errors import MisuseError
+from aeros.spec.expr.effects import Increment
 from aeros.spec.model.ecm import Ecm, Outcome
 
 OutcomeProbabilities = Sequence[tuple[Outcome, Fraction]]
@@ -180,3 +181,23 @@ def uniform_draw(seed: int, skill: str, invocation: int) -> Fraction:
     """
     key = f"aeros/outcome/1\n{seed}\n{skill}\n{invocation}".encode()
     return Fraction(int.from_bytes(hashlib.sha256(key).digest()[:8], "big"), 2**64)
+
+
+def quantities_after(outcome: Outcome, before: Mapping[str, Any]) -> dict[str, Any]:
+    """Compute counts, which depend on the values before, and quantities in the middle of their ranges.
+
+    Args:
+        outcome: the outcome that was drawn.
+        before: value of each state variable before it, SI.
+
+    Returns:
+        Value afterwards of each variable that it counts or leaves in a range.
+    """
+    after: dict[str, Any] = {
+        name: before[name] + int(effect.amount)
+        for name, effect in outcome.effects.items()
+        if isinstance(effect, Increment)
+    }
+    for one in outcome.ranges:
+        after[one.variable] = one.middle_of(after.get(one.variable, before[one.variable]))
+    return after

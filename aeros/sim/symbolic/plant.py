@@ -33,11 +33,13 @@ from aeros.sim.symbolic.outcomes import (
     DrawnOutcome,
     OutcomeSampler,
     outcome_probabilities_by_skill,
+    quantities_after,
 )
 from aeros.sim.symbolic.parameter_facts import ParameterFacts
 from aeros.sim.symbolic.state import as_reading, initial_values
 from aeros.skill import Action
 from aeros.spec.diagnostics.errors import MisuseError
+from aeros.spec.expr.effects import Increment
 from aeros.spec.model.ecm import Ecm, Outcome
 from aeros.spec.model.site import Site
 
@@ -250,7 +252,9 @@ class SymbolicPlant:
         self._drawn.append(DrawnOutcome(skill, run, outcome.id))
         if outcome.duration is not None:
             self._time = max(self._time, self._start_times[skill] + float(outcome.duration))
-        self._values = self._set_values([self._effects[skill, outcome.id]])
+        self._values = self._set_values(
+            [self._effects[skill, outcome.id], quantities_after(outcome, self._values)]
+        )
         self._observed = None
 
     def set_parameters(self, values: Mapping[str, Any]) -> None:
@@ -309,7 +313,12 @@ class SymbolicPlant:
         return {name: value for name, value in values.items() if name in self._values}
 
     def _apply_outcome(self, skill: str, outcome: Outcome) -> dict[str, Any]:
-        unknown = outcome.effects.keys() - self._initial.keys()
+        changed = {*outcome.effects, *(one.variable for one in outcome.ranges)}
+        unknown = changed - self._initial.keys()
         if unknown:
             raise MisuseError(f"an effect of `{skill}` is on `{min(unknown)}`, which is not a state variable")
-        return {name: as_reading(value, self._site.state[name]) for name, value in outcome.effects.items()}
+        return {
+            name: as_reading(effect, self._site.state[name])
+            for name, effect in outcome.effects.items()
+            if not isinstance(effect, Increment)
+        }

@@ -9,6 +9,7 @@ from typing import Any
 
 from aeros.spec.closed_loop.outcome_probabilities import outcome_probabilities
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.effects import value_after
 from aeros.spec.expr.semantics import is_true
 from aeros.spec.model.ecm import Outcome, Skill
 from aeros.spec.model.hold_conditions import hold_loss_outcomes
@@ -139,23 +140,23 @@ class Invocation:
         for outcome, share, effects in self._outcomes:
             if outcome.probability != 0:
                 changed = _apply_effects(state, effects)
-                results.append((tuple(changed), self._measured_outcome(changed), share))
+                results.append((tuple(changed), self._measured_outcome(state, changed), share))
         results += [
             (tuple(_apply_effects(state, effects)), outcome, Fraction(0)) for outcome, effects in self._unheld
         ]
         return results
 
-    def _measured_outcome(self, values: list[Any]) -> Outcome:
+    def _measured_outcome(self, before: State, after: list[Any]) -> Outcome:
         matching = [
             outcome
             for outcome, _, effects in self._outcomes
-            if all(values[place] == value for place, value in effects)
+            if all(after[place] == value_after(effect, before[place]) for place, effect in effects)
         ]
-        return max(matching, key=lambda one: (len(one.effects), not one.failure))
+        return max(matching, key=lambda one: (one.effect_count, not one.failure))
 
 
 def _apply_effects(state: State, effects: list[tuple[int, Any]]) -> list[Any]:
     changed = list(state)
-    for place, value in effects:
-        changed[place] = value
+    for place, effect in effects:
+        changed[place] = value_after(effect, state[place])
     return changed

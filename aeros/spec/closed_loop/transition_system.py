@@ -30,13 +30,12 @@ from aeros.spec.expr.types import BoolType, EnumType, IntegerType
 from aeros.spec.model.ecm import Alternative, Ecm, PlanningRule, Skill, Task
 from aeros.spec.model.site import Site
 from aeros.spec.model.step_graph import If, steps_of, walk_parts
-from aeros.spec.model.task_parameters import is_parameter
 
 MAX_PLAN_STEPS: Final = 100
 """Largest number of steps in an accepted plan; `aeros.agent.planning.task_graph` has the same."""
 
 MAX_NUMBERS: Final = 64
-"""Values of a whole number, at most, that is a parameter of a task."""
+"""Values of a whole number, at most."""
 
 
 class StateSpaceError(Exception):
@@ -454,10 +453,11 @@ def _domain(site: Site, name: str) -> tuple[Any, ...]:
             return (False, True)
         case EnumType(members=members):
             return members
-        case IntegerType() if is_parameter(declared) and declared.range is not None:
+        case IntegerType() if declared.range is not None:
             low, high = map(int, declared.range)
             if high - low >= MAX_NUMBERS:
                 raise StateSpaceError(f"`{name}` has more than {MAX_NUMBERS} values")
             return tuple(map(Fraction, range(low, high + 1)))
         case _:
-            raise StateSpaceError(f"it depends on `{name}`, which is neither a truth value nor an enum")
+            kinds = "neither a truth value nor an enum nor a whole number with a range"
+            raise StateSpaceError(f"it depends on `{name}`, which is {kinds}")

@@ -51,7 +51,10 @@ class Outcome:
     span: SourceSpan
     effects: ByVariable[ExpressionField] = field(
         default=MappingField(),
-        metadata={"doc": "the state after this outcome, as in `effects: {wrapper_aligned: true}`"},
+        metadata={
+            "doc": "the state after this outcome, as in `effects: {wrapper_aligned: true}`; `+= 1` counts a "
+            "whole number, `in [380 mm, 420 mm]` says where a quantity or a component, as `position.y`, is"
+        },
     )
     failure: BooleanField | None = field(
         default=None, metadata={"doc": "`true` if this outcome is a failure"}

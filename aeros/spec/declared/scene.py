@@ -511,7 +511,7 @@ class Scene:
     truth: Named[ExpressionField] = field(
         default=MappingField(),
         metadata={
-            "doc": "for each state variable of a goal, the condition under which it is true in the simulator;"
-            " only the referee reads it"
+            "doc": "for each state variable of a goal, the condition under which it is true in the simulator,"
+            " or its number, by `if … then 1 else 0`; only the referee reads it"
         },
     )

@@ -230,6 +230,15 @@ _TABLE: Final = (
     DiagnosticCode(
         "AE511", "model-bound-violated", "safety", "a model's output can leave a bound that is declared"
     ),
+    DiagnosticCode(
+        "AE512", "increment-out-of-range", "safety", "an outcome can count a number beyond its range"
+    ),
+    DiagnosticCode(
+        "AE513",
+        "effect-contradicts-definition",
+        "safety",
+        "an outcome changes a quantity and not the predicates that are defined by it",
+    ),
     # AE6xx: policy
     DiagnosticCode("AE601", "unsatisfiable-policy", "policy", "no action of a kind is ever allowed"),
     DiagnosticCode(

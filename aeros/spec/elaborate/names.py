@@ -10,7 +10,7 @@ from typing import TypeVar
 
 from aeros.spec.declared.models import UsedModels
 from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean
-from aeros.spec.expr.parser import KEYWORDS
+from aeros.spec.expr.parser import KEYWORDS, NAMES_TOO
 from aeros.spec.expr.units import unit_names
 from aeros.spec.model.models import ModuleModel
 from aeros.spec.model.site import Site
@@ -20,7 +20,9 @@ _T = TypeVar("_T")
 
 # A name has one meaning, so a declaration may not use these.
 _RESERVED = (
-    KEYWORDS | {"inputs", "abs", "min", "max", "norm", "distance", "dot", "vec", "clamp"} | set(unit_names())
+    (KEYWORDS - NAMES_TOO)
+    | {"inputs", "abs", "min", "max", "norm", "distance", "dot", "vec", "clamp"}
+    | set(unit_names())
 )
 
 

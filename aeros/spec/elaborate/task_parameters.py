@@ -69,7 +69,10 @@ class TaskParameters:
         if variable is None:
             return None
         variable = replace(variable, span=name.span, sensor=instruction_of(self._module), max_age=_MAX_AGE)
-        parameter = TaskParameter(name.value, variable, self._default(one, variable), self._phrases(one))
+        description = "" if one.description is None else one.description.value
+        parameter = TaskParameter(
+            name.value, variable, self._default(one, variable), self._phrases(one), description
+        )
         if known is None:
             self._used[name.value] = "a parameter of a task of this module"
             self._known[name.value], self.variables[name.value] = parameter, variable

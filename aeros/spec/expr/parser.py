@@ -22,7 +22,10 @@ _QUANTIFIERS = ("all", "any", "sum", "count")
 _PAST = ("previously", "once", "historically")
 _OPERATOR_WORDS = ("and", "else", "false", "for", "if", "implies", "in", "not", "or", "then", "true")
 KEYWORDS = frozenset((*_OPERATOR_WORDS, *_QUANTIFIERS, *_PAST, "since", "within"))
+NAMES_TOO = frozenset({"count"})
+"""Keywords that are names where neither `(` nor `within` follows: things are often counted."""
 
+_CALLED = re.compile(r"[ \t\n]*(?:\(|within\b)")
 _TOKEN = re.compile(
     r"""(?P<space>[ \t\n]+)
       | (?P<number>(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]{1,3})?)
@@ -106,7 +109,8 @@ def _tokens(text: str) -> list[_Token]:
             unit, end = _unit_after(text, end)
             tokens.append(_Token("number", match.group(), TextRange(position, end), unit))
         elif kind == "word":
-            actual = "keyword" if match.group() in KEYWORDS else "word"
+            is_name = match.group() in NAMES_TOO and _CALLED.match(text, end) is None
+            actual = "keyword" if match.group() in KEYWORDS and not is_name else "word"
             tokens.append(_Token(actual, match.group(), TextRange(position, end)))
         elif kind == "symbol":
             tokens.append(_Token("symbol", match.group(), TextRange(position, end)))
@@ -295,9 +299,9 @@ class _Parser:
             return _number(token)
         if token.text in ("true", "false"):
             return s.BooleanLiteral(token.text == "true", token.extent)
-        if token.text == "count" and self._next.text == "within":
+        if token.kind == "keyword" and token.text == "count" and self._next.text == "within":
             return self._frequency(token)
-        if token.text in _QUANTIFIERS:
+        if token.kind == "keyword" and token.text in _QUANTIFIERS:
             return self._quantifier(token)
         if token.kind == "word":
             name = s.Name(token.text, token.extent)

@@ -8,7 +8,9 @@ from fractions import Fraction
 from typing import Any, cast
 
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.effects import Increment
 from aeros.spec.expr.types import RealType, ScalarType, Type, VectorType
+from aeros.spec.expr.units import NUMBER
 from aeros.spec.model.composition import Step
 from aeros.spec.model.ecm import Skill
 from aeros.spec.model.variables import Declared
@@ -77,3 +79,18 @@ def constant_term(value: Any, type_: Type) -> t.Term:
         x, y, z = (t.Literal(Fraction(part), RealType(type_.dimension)) for part in value)
         return t.Vector(x, y, z)
     return t.Literal(value, cast("ScalarType", type_))  # no effect or input is a family
+
+
+def effect_term(effect: Any, variable: t.Variable) -> t.Term:
+    """Make a term of the value that an effect leaves.
+
+    Args:
+        effect: a value, or an increment.
+        variable: the variable, which stands for its value before.
+
+    Returns:
+        A constant, or the variable and a number.
+    """
+    if isinstance(effect, Increment):
+        return t.Add(variable, t.Literal(effect.amount, RealType(NUMBER)))
+    return constant_term(effect, variable.type)

@@ -1,10 +1,12 @@
 """Symbolic exploration of every path of outcomes through a composition, from all states at once.
 
-A situation is what is known at one point of a path.  Effects are constants, so the state at that point is the
-state at the start with some variables replaced.  The decisions on the way are a set of conditions on the
-state at the start.  Equal situations are merged, so paths that meet are explored once.
+A situation is what is known at one point of a path.  Effects are constants and increments, so the state at
+that point is the state at the start with some variables replaced, each by a value, or by its value at the
+start and an amount.  The decisions on the way are a set of conditions on the state at the start.  Equal
+situations are merged, so paths that meet are explored once.
 
-Predicates (truth values and enum members) change by declared effects alone, as in the closed loop.
+Predicates (truth values and enum members) and whole numbers that outcomes set change by declared effects
+alone, as in the closed loop.
 Every other state variable may change whenever a skill runs, so nothing known about it outlives a skill: a
 guard such as `human_distance > 1 m` holds for the very next step alone.  The value that it had when it was
 decided on is kept as `human_distance@1`, so that a path that was never possible does not become possible.
@@ -22,13 +24,15 @@ from functools import cached_property
 from typing import Any
 
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.effects import Increment
 from aeros.spec.expr.lower import lower
-from aeros.spec.expr.types import BoolType, EnumType
-from aeros.spec.flow.arguments import constant_term
+from aeros.spec.expr.types import BoolType, EnumType, IntegerType
+from aeros.spec.flow.arguments import effect_term
 from aeros.spec.model.composition import Composition, Part, Step
 from aeros.spec.model.ecm import Outcome, Skill
 from aeros.spec.model.hold_conditions import hold_loss_outcomes
 from aeros.spec.model.step_graph import If, Par, Seq
+from aeros.spec.model.task_parameters import is_parameter
 from aeros.spec.model.variables import Declared
 
 MAX_SYMBOLIC_STATES = 20_000
@@ -45,7 +49,8 @@ class SymbolicState:
     """Knowledge at one point of a path.
 
     Attributes:
-        assignment: state variables that were set on the path, with their values.
+        assignment: state variables that were set on the path, with their values; an increment counts from the
+            value at the start.
         path_condition: conditions on the state at the start.
     """
 
@@ -62,7 +67,7 @@ class SymbolicState:
         Returns:
             The condition; a literal where the assigned values decide it.
         """
-        values = {name: constant_term(value, state[name].variable.type) for name, value in self.assignment}
+        values = {name: effect_term(value, state[name].variable) for name, value in self.assignment}
         return fold_constants(t.substitute(term, values))
 
 
@@ -189,20 +194,20 @@ class PathExploration:
             declared = [one for one in skill.outcomes.values() if one.probability != 0]
             for outcome in (*declared, *hold_loss_outcomes(skill, self.settable)):
                 for situation, trace in before.items():
-                    after = self._apply_outcome(situation, outcome)
+                    after = self._apply_outcome(situation, outcome.effects)
                     ended = (*trace, f"{shown} → {outcome.id}")
                     (failed if outcome.failure else done).setdefault(after, ended)
                     for failure in skill.failures_with_more_effects(outcome):
                         # Declared impossible, and yet measured if its effects hold already.
-                        if failure.probability == 0 and _may_hold(failure, after):
-                            assigned = frozenset({**dict(after.assignment), **failure.effects}.items())
-                            mistaken = SymbolicState(assigned, after.path_condition)
+                        if failure.probability == 0 and _may_hold(failure, situation, after):
+                            both = {**outcome.effects, **failure.effects}
+                            mistaken = self._apply_outcome(situation, both)
                             failed.setdefault(mistaken, (*trace, f"{shown} → {failure.id}"))
         return failed
 
-    def _apply_outcome(self, situation: SymbolicState, outcome: Outcome) -> SymbolicState:
+    def _apply_outcome(self, situation: SymbolicState, effects: Mapping[str, Any]) -> SymbolicState:
         before = self._forget_measurements(situation)
-        assigned = frozenset({**dict(before.assignment), **outcome.effects}.items())
+        assigned = frozenset(_assigned_after(dict(before.assignment), effects).items())
         after = SymbolicState(assigned, before.path_condition)
         return self._forget_measurements(after) if self._depth else after
 
@@ -223,8 +228,16 @@ class PathExploration:
         )
 
     def _is_persistent(self, name: str) -> bool:
-        """Tell whether a variable keeps its value between skills: predicates and earlier measurements do."""
-        return "@" in name or isinstance(self.state[name].variable.type, BoolType | EnumType)
+        """Tell whether a variable keeps its value between skills.
+
+        Predicates do, whole numbers that some outcome sets, and earlier measurements.
+        """
+        if "@" in name:
+            return True
+        type_ = self.state[name].variable.type
+        return isinstance(type_, BoolType | EnumType) or (
+            isinstance(type_, IntegerType) and (name in self.settable or is_parameter(self.state[name]))
+        )
 
     def _record_visit(self, name: str, situations: SymbolicStates) -> None:
         self._count += len(situations)
@@ -234,9 +247,29 @@ class PathExploration:
             _merge(self.states_at_steps.setdefault(name, {}), situations)
 
 
-def _may_hold(outcome: Outcome, situation: SymbolicState) -> bool:
-    known = dict(situation.assignment)
-    return all(known.get(name, value) == value for name, value in outcome.effects.items())
+def _may_hold(outcome: Outcome, before: SymbolicState, after: SymbolicState) -> bool:
+    """Say if the effects of an outcome may be measured after a step; what is not assigned has any value."""
+    wanted, found = _assigned_after(dict(before.assignment), outcome.effects), dict(after.assignment)
+    return all(
+        name not in found
+        or isinstance(wanted[name], Increment) is not isinstance(found[name], Increment)
+        or wanted[name] == found[name]
+        for name in outcome.effects
+    )
+
+
+def _assigned_after(assigned: Mapping[str, Any], effects: Mapping[str, Any]) -> dict[str, Any]:
+    """Apply effects to assigned values; an increment of a value at the start adds to the earlier ones."""
+    after = dict(assigned)
+    for name, effect in effects.items():
+        known = after.get(name)
+        if not isinstance(effect, Increment) or known is None:
+            after[name] = effect
+        elif isinstance(known, Increment):
+            after[name] = Increment(known.amount + effect.amount)
+        else:
+            after[name] = known + effect.amount
+    return after
 
 
 def explore_paths(

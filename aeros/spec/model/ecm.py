@@ -12,6 +12,7 @@ from typing import Any
 
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.effects import QuantityRange
 from aeros.spec.expr.units import format_number
 from aeros.spec.model.composition import Composition, Step
 from aeros.spec.model.configured import BoundNames
@@ -30,10 +31,12 @@ class Outcome:
 
     Attributes:
         id: name of the outcome in its skill.
-        effects: value (SI) that each affected state variable has afterwards.
+        effects: value (SI) that each affected state variable has afterwards, or an increment of it
+            (`aeros.spec.expr.effects`).
         failure: True if the outcome counts as a failure.
         probability: declared probability, in [0, 1]; None if none is declared.
         duration: declared duration, s; None if none is declared.
+        ranges: ranges in which quantities are afterwards.
     """
 
     id: str
@@ -41,6 +44,12 @@ class Outcome:
     failure: bool
     probability: Fraction | None
     duration: Fraction | None
+    ranges: tuple[QuantityRange, ...] = ()
+
+    @property
+    def effect_count(self) -> int:
+        """Number of effects and ranges: of several measured outcomes, the one with the most counts."""
+        return len(self.effects) + len(self.ranges)
 
 
 @dataclass(frozen=True)
@@ -129,7 +138,7 @@ class Skill:
             The failures, in the order declared.
         """
         return [
-            one for one in self.outcomes.values() if one.failure and len(one.effects) > len(outcome.effects)
+            one for one in self.outcomes.values() if one.failure and one.effect_count > outcome.effect_count
         ]
 
 

@@ -351,17 +351,19 @@ class Coating(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class SceneCondition:
-    """A condition on what is true in a simulator.
+    """A condition on what is true in a simulator, or a number of what is.
 
     Attributes:
         term: the condition.
         text: its source text.
         span: its place in the file.
+        is_number: True if it is a whole number.
     """
 
     term: t.Term
     text: str
     span: SourceSpan
+    is_number: bool = False
 
 
 class Seal(NamedTuple):

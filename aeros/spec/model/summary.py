@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.diagnostics.source import Source, SourceSpan
+from aeros.spec.expr.effects import Increment
 
 if TYPE_CHECKING:
     from aeros.spec.model.ecm import Ecm
@@ -196,12 +197,12 @@ def summarize_module(ecm: Ecm) -> ModuleSummary:
 
 
 def _text(value: Any) -> str:
-    """Format a truth, a number or a member; different values of one type get different texts.
+    """Format a truth, a number, a member or an increment; different values of one type get different texts.
 
     Raises:
         MisuseError: the value is none of these.
     """
-    if not isinstance(value, bool | Fraction | str):
+    if not isinstance(value, bool | Fraction | str | Increment):
         raise MisuseError(f"no effect has the value {value!r}")
     return str(value)
 

@@ -51,12 +51,19 @@ class TaskParameter:
         declared: the variable, under its full name.
         default: value (SI) if an instruction says none; None if it must say one.
         phrases: phrases for each member, if it is of an enum, in lower case and in the singular.
+        description: its meaning, for people.
     """
 
     name: str
     declared: Declared
     default: Any = None
     phrases: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    description: str = ""
+
+    @property
+    def note(self) -> str:
+        """Its description in brackets, to follow its range in a message; empty if it has none."""
+        return f" ({self.description})" if self.description else ""
 
     @property
     def full_name(self) -> str:

@@ -286,6 +286,8 @@ class ClaimForm:
     SKILL_CAN_START = ClaimPattern("safety/{skill}/can-start")
     HOLD_SATISFIABLE = ClaimPattern("safety/{skill}/hold")
     HOLD_ALLOWS_SUCCESS = ClaimPattern("safety/{skill}/hold/{outcome}")
+    INCREMENT_IN_RANGE = ClaimPattern("safety/{skill}/outcome/{outcome}/{variable}")
+    RANGE_AGREES = ClaimPattern("safety/{skill}/outcome/{outcome}/{variable}/agrees")
     ENVELOPE_NOT_EMPTY = ClaimPattern("safety/{skill}/{action}/not-empty")
     ENVELOPE_NOT_DEAD = ClaimPattern("safety/{skill}/{action}/not-dead")
     GATED_RULE_READS_STATE = ClaimPattern("safety/{skill}/gated-{invariant}")

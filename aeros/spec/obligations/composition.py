@@ -39,8 +39,8 @@ from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
 from aeros.spec.obligations.data_flow import data_obligations
 from aeros.spec.obligations.obligation import ClaimMode, LabelledConjunct, Obligation, VariableSpace
+from aeros.spec.obligations.outcomes.per_situation import obligation_per_situation
 from aeros.spec.obligations.parallel import parallel_obligations
-from aeros.spec.obligations.per_situation import obligation_per_situation
 from aeros.spec.obligations.verdicts import StaticClaim, Verdict
 
 

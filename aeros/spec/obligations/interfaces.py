@@ -29,7 +29,7 @@ from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.data_flow import format_range
 from aeros.spec.obligations.obligation import ClaimMode, LabelledConjunct, Obligation, VariableSpace
-from aeros.spec.obligations.per_situation import obligation_per_situation
+from aeros.spec.obligations.outcomes.per_situation import obligation_per_situation
 from aeros.spec.obligations.verdicts import StaticClaim
 
 _CODE: Final = "AE307"

@@ -169,7 +169,8 @@ class _BranchPairClaims:
         uses: dict[str, _VariableUse] = {}
         for step in self._all_possible_steps(branch):
             for outcome in self.skills[step.skill].outcomes.values():
-                for name in outcome.effects if outcome.probability != 0 else ():
+                changed = (*outcome.effects, *(one.variable for one in outcome.ranges))
+                for name in changed if outcome.probability != 0 else ():
                     uses.setdefault(name, _VariableUse(step.span, f"`{step.id}` may set it"))
         return uses
 

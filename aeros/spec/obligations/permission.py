@@ -249,7 +249,8 @@ def _sensors_permitted(ecm: Ecm, site: Site, skill: Skill) -> StaticClaim:
     clauses = [*skill.envelope.values(), *conditions]
     read: list[tuple[t.Term, SourceSpan]] = [(clause.term, clause.span) for clause in clauses]
     for outcome in skill.outcomes.values():
-        read += [(site.state[name].variable, skill.span) for name in outcome.effects]
+        changed = (*outcome.effects, *(one.variable for one in outcome.ranges))
+        read += [(site.state[name].variable, skill.span) for name in changed]
     return _reads_permitted(ClaimForm.SKILL_SENSORS_PERMITTED(skill.id), ecm, site, read)
 
 

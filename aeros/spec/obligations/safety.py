@@ -19,7 +19,7 @@ from dataclasses import replace
 
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.expr import terms as t
-from aeros.spec.flow.arguments import constant_term
+from aeros.spec.flow.arguments import effect_term
 from aeros.spec.model.ecm import ActionCondition, Ecm, Skill, Task
 from aeros.spec.model.rules import Rule
 from aeros.spec.model.site import Site
@@ -32,6 +32,7 @@ from aeros.spec.obligations.obligation import (
     label_conjuncts,
     rule_conjuncts,
 )
+from aeros.spec.obligations.outcomes.effects import effect_claims
 from aeros.spec.obligations.verdicts import StaticClaim, Verdict
 
 
@@ -59,6 +60,7 @@ def safety_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | StaticClai
                 yield _clause_obeys_rule(ecm, skill, kind, clause, rule, space)
         if not skill.leaves_any_to_gate:  # which rules these are, no author could know
             yield from _runtime_checks_matter(site, skill)
+    yield from effect_claims(ecm, site)
     for task in ecm.tasks.values():
         yield _goal_can_hold(site, ecm, task)
         yield _goal_can_fail(site, ecm, task)
@@ -173,15 +175,17 @@ def _can_succeed(site: Site, skill: Skill, hold: ActionCondition) -> Iterator[Ob
     for outcome in skill.success_outcomes:
         if outcome.probability == 0:
             continue
-        set_ = {name: constant_term(v, site.state[name].variable.type) for name, v in outcome.effects.items()}
-        if not set_.keys() & t.variables_of(hold.term).keys():
+        set_ = {name: effect_term(v, site.state[name].variable) for name, v in outcome.effects.items()}
+        within = [one.term(site.state[one.variable].variable) for one in outcome.ranges]
+        touched = set_.keys() | {one.variable for one in outcome.ranges}
+        if not touched & t.variables_of(hold.term).keys():
             continue
         yield Obligation(
             id=ClaimForm.HOLD_ALLOWS_SUCCESS(skill.id, outcome.id),
             code="AE510",
             mode=ClaimMode.SOMETIMES,
             space=VariableSpace((*site.observed_variables.values(), *skill.inputs.values()), ()),
-            conclusion=t.substitute(hold.term, set_),
+            conclusion=t.conjunction(t.substitute(hold.term, set_), *within),
             headline=f"`{skill.id}` is halted before it ends as `{outcome.id}`, which contradicts its `hold`",
             primary=SpanLabel(hold.span, f"never true after `{outcome.id}`"),
             help=("weaken the hold-condition so that it agrees with the effects of the outcome",),

@@ -14,9 +14,11 @@ from aeros.spec.backends.solver_results import SatResult
 from aeros.spec.closed_loop.invocation import State
 from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.effects import Increment, value_after
 from aeros.spec.expr.lower import lower, scalar_variables, values_by_scalar
 from aeros.spec.expr.semantics import Environment
-from aeros.spec.expr.types import BOOL, EnumType
+from aeros.spec.expr.types import BOOL, EnumType, RealType
+from aeros.spec.expr.units import NUMBER
 from aeros.spec.planning.domain import (
     GroundSkill,
     PartialCondition,
@@ -111,7 +113,7 @@ class _Encoding:
                 raise InternalError(f"`{choice.name}` does not start where the solver has it start")
             path.append((state, choice))
             pairs = zip(self._domain.names, state, strict=True)
-            state = tuple(effects.get(name, value) for name, value in pairs)
+            state = tuple(value_after(effects.get(name, value), value) for name, value in pairs)
         if self._domain.goal(state) is not True:
             raise InternalError("the goal does not hold where the solver has it reached")
         return path
@@ -123,12 +125,9 @@ class _Encoding:
         for number, (choice, effects) in enumerate(self._edges):
             chosen = t.Compare("==", pick, t.Literal(str(number), pick.type))  # type: ignore[arg-type]
             then = [self._encode_truth(choice.condition, at), self._is_success(choice, at + 1)]
-            for name, value in effects.items():
+            for name, effect in effects.items():
                 touching[name].append(chosen)
-                then += [
-                    equality_condition(self._variable(name, at + 1), value),
-                    self._is_known(name, at + 1),
-                ]
+                then.append(self._encode_effect(name, effect, at + 1))
             self._session.assume(t.Implies(chosen, t.And(tuple(then))))
         for name, by in touching.items():
             same = t.And(
@@ -184,11 +183,16 @@ class _Encoding:
         return t.Or(tuple(ways))
 
     def _encode_effects(self, effects: Environment, at: int) -> t.Term:
-        parts = [
-            (self._is_known(name, at), equality_condition(self._variable(name, at), v))
-            for name, v in effects.items()
-        ]
-        return t.And(tuple(part for pair in parts for part in pair))
+        return t.And(tuple(self._encode_effect(name, effect, at) for name, effect in effects.items()))
+
+    def _encode_effect(self, name: str, effect: Any, at: int) -> t.Term:
+        """Encode that an effect of the step before is measured; an increment of an unknown number is not."""
+        variable, is_known = self._variable(name, at), self._is_known(name, at)
+        if not isinstance(effect, Increment):
+            return t.And((is_known, equality_condition(variable, effect)))
+        before, was_known = self._variable(name, at - 1), self._is_known(name, at - 1)
+        then = t.Add(before, t.Literal(effect.amount, RealType(NUMBER)))
+        return t.And((is_known, was_known, t.Compare("==", variable, then)))
 
     def _encode_state(self, state: State, at: int) -> t.Term:
         values = {name: v for name, v in zip(self._domain.names, state, strict=True) if v is not None}

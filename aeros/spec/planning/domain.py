@@ -2,7 +2,8 @@
 
 A state has a value for each variable that some outcome sets and that is relevant to the goal. None means
 unknown; a condition over anything unknown is unknown, and an unknown condition satisfies nothing. Variables
-that no outcome sets (most measured numbers) keep their measured values.
+that no outcome sets (most measured numbers) keep their measured values. Quantities that an outcome leaves in
+a range (`aeros.spec.expr.effects`) are unknown: plans count on predicates that are defined by them.
 
 The domain has the skills of all modules with their default inputs; an input without default takes each of its
 values if its type is boolean or an enum. Skills are excluded, with the reason, if the operator blocks them,
@@ -23,6 +24,7 @@ from aeros.spec.backends.oracle import Oracle
 from aeros.spec.closed_loop.invocation import Invocation, State
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.effects import values_reached
 from aeros.spec.expr.semantics import Environment, Value, is_true
 from aeros.spec.expr.types import BoolType, EnumType, RealType
 from aeros.spec.model.ecm import ActionCondition, Ecm, Outcome, Skill, TaskInvariant
@@ -119,6 +121,7 @@ class PlanningDomain:
         goal: the goal.
         invariants: conditions of the task that must hold in every state, by id.
         excluded_skills: reason for each skill that is not used, by name.
+        ranged: a skill that leaves it in a range, for each such quantity, by its name.
     """
 
     names: tuple[str, ...]
@@ -128,6 +131,7 @@ class PlanningDomain:
     goal: PartialCondition
     invariants: Mapping[str, PartialCondition]
     excluded_skills: Mapping[str, str]
+    ranged: Mapping[str, str] = field(default_factory=dict)
     _after: dict[tuple[int, State], list[tuple[State, Outcome, Fraction]]] = field(default_factory=dict)
 
     def state(self, known: Environment) -> State:
@@ -229,7 +233,7 @@ def domain_for(
     """
     left_out: dict[str, str] = {}
     candidates = list(_candidates(modules, site, left_out))
-    settings = _settings(skill for _, skill, _ in candidates)
+    settings = _settings((skill for _, skill, _ in candidates), site)
     possible = {
         name: values if known.get(name) in (None, *values) else (*values, known[name])
         for name, values in settings.items()
@@ -249,8 +253,16 @@ def domain_for(
                 wanted |= {name for one in skill.outcomes.values() for name in one.effects}
                 grows = True
     chosen = {number: candidates[number] for number in sorted(kept)}
-    settings = _settings(skill for _, skill, _ in chosen.values())
+    settings = _settings((skill for _, skill, _ in chosen.values()), site)
     names = tuple(sorted(settings))
+    # Their measured values do not outlive the outcomes, so conditions on them are unknown.
+    ranged = {
+        one.variable: f"{module}.{skill.id}"
+        for module, skill, _ in chosen.values()
+        for outcome in skill.outcomes.values()
+        for one in outcome.ranges
+    }
+    known = {name: value for name, value in known.items() if name not in ranged}
     choices = []
     for number, (module, skill, inputs) in chosen.items():
         bound: dict[str, Value] = {
@@ -268,6 +280,7 @@ def domain_for(
         PartialCondition(goal, names, known),
         {one.id: PartialCondition(one.term, names, known) for one in invariants},
         left_out,
+        ranged,
     )
 
 
@@ -302,21 +315,23 @@ def _values(declared: Declared) -> tuple[Any, ...]:
 
 
 def _effects(skill: Skill) -> set[str]:
-    return {name for one in skill.outcomes.values() if one.probability != 0 for name in one.effects}
+    possible = [one for one in skill.outcomes.values() if one.probability != 0]
+    ranged = {each.variable for one in possible for each in one.ranges}
+    return ranged.union(*(one.effects for one in possible))
 
 
-def _settings(skills: Iterator[Skill]) -> dict[str, tuple[Any, ...]]:
-    found: dict[str, dict[Any, None]] = {}
+def _settings(skills: Iterator[Skill], site: Site) -> dict[str, tuple[Any, ...]]:
+    found: dict[str, list[Any]] = {}
     every = list(skills)
     for skill in every:
         for outcome in skill.outcomes.values():
-            for name, value in outcome.effects.items():
-                found.setdefault(name, {})[value] = None
+            for name, effect in outcome.effects.items():
+                found.setdefault(name, []).append(effect)
     for skill in every:
         for outcome in hold_loss_outcomes(skill, found.keys()):
-            for name, value in outcome.effects.items():
-                found[name][value] = None
-    return {name: tuple(values) for name, values in found.items()}
+            for name, effect in outcome.effects.items():
+                found[name].append(effect)
+    return {name: values_reached(effects, site.state[name].range) for name, effects in found.items()}
 
 
 def _invocation(skill: Skill, inputs: Mapping[str, Any], names: tuple[str, ...]) -> Invocation:

@@ -14,6 +14,7 @@ from typing import Any
 
 from aeros.spec.closed_loop.invocation import State
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.effects import Increment, value_after
 from aeros.spec.expr.types import BoolType
 from aeros.spec.model.ecm import Outcome
 from aeros.spec.planning.domain import GroundSkill, PartialCondition, PlanningDomain
@@ -125,11 +126,28 @@ class _PddlWriter:
         return ways
 
     def _remaining_effects(self, measured: Outcome, happened: Outcome) -> list[str]:
-        """Return the effects of `measured` that must hold before, since `happened` does not set them."""
-        rest = {name: v for name, v in measured.effects.items() if name not in happened.effects}
-        return [self._is(name, value) for name, value in rest.items()]
+        """Return the effects of `measured` that must hold before, since `happened` does not set them.
 
-    def _setting(self, name: str, value: Any) -> Iterator[str]:
+        An increment that did not happen is not measured.
+        """
+        rest = {name: v for name, v in measured.effects.items() if name not in happened.effects}
+        return [
+            "(or)" if isinstance(effect, Increment) else self._is(name, effect)
+            for name, effect in rest.items()
+        ]
+
+    def _setting(self, name: str, effect: Any) -> Iterator[str]:
+        """Yield the parts of an effect; an increment has a part for each value before, under `when`."""
+        if not isinstance(effect, Increment):
+            yield from self._setting_to(name, effect)
+            return
+        for before in self._values[name]:
+            after = value_after(effect, before)
+            if after in self._values[name]:
+                change = f"(and (not {self._atom(name, before)}) {self._atom(name, after)})"
+                yield f"(when {self._atom(name, before)} {change})"
+
+    def _setting_to(self, name: str, value: Any) -> Iterator[str]:
         for other in self._values_with_atoms(name):
             atom = self._atom(name, other)
             yield atom if other == value else f"(not {atom})"

@@ -12,6 +12,7 @@ from itertools import product
 from typing import Any, Final, TypeAlias
 
 from aeros.spec.closed_loop.invocation import State
+from aeros.spec.expr.effects import Increment, value_after
 from aeros.spec.planning.bounded import bounded_plan
 from aeros.spec.planning.domain import GroundSkill, PartialCondition, PlanningDomain
 from aeros.spec.planning.search_result import AvoidSet, PlanPath
@@ -135,14 +136,29 @@ class DeleteRelaxation:
                 if self.is_possible(choice.condition)
                 for outcome in choice.skill.outcomes.values()
                 if outcome.probability != 0
-                for name, value in outcome.effects.items()
-                if value not in self.values[name]
+                for name, effect in outcome.effects.items()
+                for value in self.reached(name, effect)
             ]
             if not new:
                 return
             for name, value in new:
                 self.values[name].add(value)
             steps += 1
+
+    def reached(self, name: str, effect: Any) -> set[Any]:
+        """List the values that an effect adds.
+
+        Args:
+            name: a variable.
+            effect: effect on it.
+
+        Returns:
+            Values that it may leave and that the variable could not have so far.
+        """
+        after = {value_after(effect, value) for value in self.values[name]}
+        if isinstance(effect, Increment):
+            after &= {None, *self.domain.settings[name]}
+        return after - self.values[name]
 
     def is_possible(self, condition: PartialCondition) -> bool:
         """Check if a condition is reachable in the relaxation.

@@ -56,6 +56,13 @@ class _ReasonCollector:
     def _part(self, condition: PartialCondition, whose: str) -> Iterator[str]:
         self._reason_count += 1
         needs = f"{whose} needs `{unparse(condition.term)}`"
+        ranged = next((name for name in condition.missing if name in self._domain.ranged), None)
+        if ranged is not None:
+            yield (
+                f"{needs}: `{self._domain.ranged[ranged]}` leaves `{ranged}` in a range, and plans count on "
+                "predicates that have a `definition` by it"
+            )
+            return
         if condition.missing:
             yield f"{needs}: `{condition.missing[0]}` is not measured, and no skill sets it"
             return
@@ -87,8 +94,8 @@ class _ReasonCollector:
     def _could_establish(self, choice: GroundSkill, condition: PartialCondition) -> bool:
         """Return True if the choice sets a variable that `condition` reads to an impossible value."""
         return any(
-            name in condition.reads and value not in self._reachable.values[name]
+            name in condition.reads and bool(self._reachable.reached(name, effect))
             for outcome in choice.skill.outcomes.values()
             if outcome.probability != 0
-            for name, value in outcome.effects.items()
+            for name, effect in outcome.effects.items()
         )

@@ -1,7 +1,8 @@
 """Names that conditions of a scene may use, and the elaboration of these conditions.
 
-The names are dotted: `can.position`, `press.hinge`, `cooking.longest`. `can.position in pot` asks for a
-region, which may move; it is a boolean variable of that very name.
+The names are dotted: `can.position`, `press.hinge`, `cooking.longest`, `dirt.wiped`. `can.position in pot`
+asks for a region, which may move; it is a boolean variable of that very name. `dirt.left.wiped` is the wiped
+share of the part of a coating that is in the region `left`.
 """
 
 from __future__ import annotations
@@ -116,13 +117,17 @@ class SceneScope:
         self._types[name] = self._types[f"{name}.longest"] = RealType(TIME)
 
     def condition(
-        self, expression: ExpressionField, aliases: Mapping[str, str] = _NO_ALIASES
+        self,
+        expression: ExpressionField,
+        aliases: Mapping[str, str] = _NO_ALIASES,
+        expected: Type = BOOL,
     ) -> SceneCondition | None:
-        """Elaborate a condition.
+        """Elaborate a condition, or a number.
 
         Args:
             expression: the field.
             aliases: names that stand for things of the scene, with the names of these.
+            expected: the type that it must have.
 
         Returns:
             The condition; None after reporting its fault.
@@ -135,8 +140,27 @@ class SceneScope:
             for name, type_ in {**types, **memberships}.items()
         }
         names = _DottedNames(types, self._regions, aliases)
-        term = elaborate_expression(expression, Scope(variables), self._diagnostics, BOOL, names.rewrite)
-        return None if term is None else SceneCondition(term, expression.value, expression.span)
+        term = elaborate_expression(expression, Scope(variables), self._diagnostics, expected, names.rewrite)
+        if term is None:
+            return None
+        return SceneCondition(term, expression.value, expression.span, is_number=expected != BOOL)
+
+    def truth(
+        self, expression: ExpressionField, aliases: Mapping[str, str] = _NO_ALIASES
+    ) -> SceneCondition | None:
+        """Elaborate the truth of a state variable: a condition, or a number.
+
+        Args:
+            expression: the field.
+            aliases: names that stand for things of the scene, with the names of these.
+
+        Returns:
+            The truth; None after reporting its fault as a condition.
+        """
+        diagnostics, self._diagnostics = self._diagnostics, Diagnostics()
+        number = self.condition(expression, aliases, RealType(NUMBER))
+        self._diagnostics = diagnostics
+        return self.condition(expression, aliases) if number is None else number
 
 
 def _names_in(node: s.Node) -> Iterator[str]:
@@ -184,6 +208,7 @@ def _types(scene: Scene) -> Iterator[tuple[str, Type]]:
         yield name, _instrument_type(instrument, scene.bodies)
     for name in scene.coatings:
         yield f"{name}.wiped", RealType(NUMBER)
+        yield from ((f"{name}.{region}.wiped", RealType(NUMBER)) for region in region_names(scene))
 
 
 def _instrument_type(instrument: Instrument, bodies: Mapping[str, SceneBody]) -> Type:

@@ -254,7 +254,7 @@ class _SceneElaborator:
                     of_module = one if scene.module is None else f"{scene.module.value}.{one}"
                     scope.add_condition(one, truth_name(of_module, own))
                 aliases = {one: known[one][value] for one, value in stated.items()}
-                self._add("truth", {truth_name(full, stated): scope.condition(text, aliases)})
+                self._add("truth", {truth_name(full, stated): scope.truth(text, aliases)})
             depends[name.value] = set(parameters)
             scope.add_condition(name.value, full)
 

@@ -150,10 +150,11 @@ class _Move:
         self._outer = outer
         self._offset = offset
         self._truth: Mapping[str, SceneCondition] = {}
+        self._coatings: Mapping[str, Coating] = {}
 
     def scene(self, scene: Scene) -> Scene:
         """Rename and move everything."""
-        robot, self._truth = scene.robot, scene.truth
+        robot, self._truth, self._coatings = scene.robot, scene.truth, scene.coatings
         return replace(
             scene,
             robot=None if robot is None else robot._replace(base=self._point(robot.base)),
@@ -276,4 +277,7 @@ class _Move:
         if name in self._truth:
             return self._full_name(name)
         thing, dot, part = name.partition(".")
+        if thing in self._coatings and "." in part:
+            region, _, measured = part.partition(".")
+            part = f"{self._name(region)}.{measured}"
         return name if thing == "robot" else f"{self._name(thing)}{dot}{part}"

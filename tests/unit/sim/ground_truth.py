@@ -37,7 +37,11 @@ def _is_clean(scene: PhysicsScene) -> bool:
     places = [_place(scene, name) for name in ("cube", "can")]
     in_bin = [abs(x - 0.45) < 0.09 and abs(y + 0.5) < 0.08 and 0.005 < z < 0.085 for x, y, z in places]
     rest = scene._poses["sponge_rest_position"].position
-    return scene.wiped_share("dirt") >= 0.95 and all(in_bin) and dist(_place(scene, "sponge"), rest) < 0.03
+    return (
+        scene.coating_of("dirt").wiped_share >= 0.95
+        and all(in_bin)
+        and dist(_place(scene, "sponge"), rest) < 0.03
+    )
 
 
 def _is_fetched(scene: PhysicsScene) -> bool:

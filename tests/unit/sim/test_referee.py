@@ -13,6 +13,7 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL
 from aeros.spec.text.discovery import reference_site_path
 from tests.shipped_scenes import shipped_scene
+from tests.unit.agent.instructions.reference import reference_modules
 from tests.unit.runtime.perception.kettle import full_site
 
 SITE = load_site(reference_site_path(), Diagnostics())
@@ -100,3 +101,14 @@ def test_a_goal_is_judged_for_the_arguments_of_the_instruction() -> None:
     }
     assert judged_for == {"left": True, "right": False, "up": None}
     assert judge_goal(goal, True, truth, "m").true is None
+
+
+@pytest.mark.parametrize(
+    ("cooked", "count", "expected"), [(2, 2, True), (1, 2, False), (1, 1, True), (0, 1, False)]
+)
+def test_a_number_is_judged_as_a_truth_is(cooked: int, count: int, expected: bool) -> None:
+    goal = reference_modules()["make_dumplings"].tasks["make_dumplings"].goal
+    truth = {"make_dumplings.dumplings_cooked": cooked, "make_dumplings.dumpling_cooked": cooked > 0}
+    found = judge_goal(goal, True, truth, "make_dumplings", {"count": count})
+    assert (found.true, dict(found.values)) == (expected, {"make_dumplings.dumplings_cooked": cooked})
+    assert expected or f"make_dumplings.dumplings_cooked = {cooked}" in str(found)

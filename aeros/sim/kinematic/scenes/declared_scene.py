@@ -12,7 +12,7 @@ from typing import Any
 from aeros.sim.geometry import Pose, Vector3, add, to_world, yaw_of
 from aeros.sim.kinematic.objects import CylindricalObject, GraspableObject, ObjectSet, Surface, slab
 from aeros.sim.kinematic.scenes.overlaps import check_overlaps
-from aeros.sim.kinematic.scenes.press import FoldingPress
+from aeros.sim.kinematic.scenes.press import FoldingPress, Handle
 from aeros.sim.layouts.cameras import camera_in_world
 from aeros.sim.layouts.coating import CoatingMap
 from aeros.sim.layouts.conditions import SceneState
@@ -71,20 +71,19 @@ class DeclaredScene:
         self._objects = {
             name: _object(body, self._poses[name]) for name, body in bodies.items() if body.grip is not None
         }
-        self.presses = {
-            name: FoldingPress(
-                press, self._poses[press.lid.body].position, _height(bodies[press.filling].shape)
-            )
-            for name, press in self.scene.presses.items()
-        }
+        self.presses: dict[str, FoldingPress] = {}
+        lids: dict[BodyPart, Handle] = {}
+        for name, press in self.scene.presses.items():
+            axis, height = self._poses[press.lid.body].position, _height(bodies[press.filling].shape)
+            self.presses[name] = FoldingPress(press, axis, height, lids.get(press.lid))
+            lids[press.lid] = self.presses[name].handle
         surfaces = [
             surface
             for name, body in bodies.items()
             if not body.is_movable
             for surface in _surfaces(body.shape, self._poses[name])
         ]
-        handles = [press.handle for press in self.presses.values()]
-        self._things = ObjectSet((*self._objects.values(), *handles), surfaces)
+        self._things = ObjectSet((*self._objects.values(), *lids.values()), surfaces)
         self._coatings = {name: CoatingMap(coating) for name, coating in self.scene.coatings.items()}
         self._robot_points = (self.robot.base, self.robot.base)
         self.state = SceneState(self.scene, self._poses, self)
@@ -130,7 +129,7 @@ class DeclaredScene:
             return add(value, self._survey.offset_near(fixture, surveyed))
         return value
 
-    def truth(self) -> Mapping[str, bool]:
+    def truth(self) -> Mapping[str, int]:
         """Implement `KinematicScene.truth`."""
         return self.state.truth()
 
@@ -186,18 +185,15 @@ class DeclaredScene:
 
     def load_on(self, part: BodyPart) -> float:
         """Implement `SimulatedWorld.load_on`: 0 but on the bed of a press; things have no weight here."""
-        for press in self.presses.values():
-            if part == BodyPart(press.press.lid.body):
-                return press.load()
-        return 0.0
+        return sum(press.load() for press in self.presses.values() if part == BodyPart(press.press.lid.body))
 
     def is_held(self, body: str) -> bool:
         """Implement `SimulatedWorld.is_held`."""
         return self.is_carried(body) and self._things.is_lifted(self._objects[body])
 
-    def wiped_share(self, coating: str) -> float:
-        """Implement `SimulatedWorld.wiped_share`."""
-        return self._coatings[coating].wiped_share
+    def coating_of(self, name: str) -> CoatingMap:
+        """Implement `SimulatedWorld.coating_of`."""
+        return self._coatings[name]
 
     def robot_points(self) -> tuple[Vector3, Vector3]:
         """Implement `SimulatedWorld.robot_points`."""

@@ -22,15 +22,20 @@ class Handle(GraspableObject):
         axis: position of the joint in W, m.
         radius: of the circle, m.
         angle: of the lid, 0 open, towards -x; π closed, rad.
-        stop_angle: greatest angle that the lid can reach, rad.
+        stops: greatest angle that the lid can reach for each thing that it may fold, rad, by its name.
         handle_force: force on the handle at the stop, N.
     """
 
     axis: Vector3 = (0.0, 0.0, 0.0)
     radius: float = 0.0
     angle: float = field(default=0.0, init=False)
-    stop_angle: float = field(default=pi, init=False)
+    stops: dict[str, float] = field(default_factory=dict, init=False)
     handle_force: float = field(default=0.0, init=False)
+
+    @property
+    def stop_angle(self) -> float:
+        """Greatest angle that the lid can reach, rad."""
+        return min(self.stops.values(), default=pi)
 
     def move_with_gripper(self, target: Pose, support: float) -> float:
         """Implement `GraspableObject.move_with_gripper`: turn the lid to the fingers, as far as it goes."""
@@ -50,12 +55,13 @@ class Handle(GraspableObject):
 
 
 class FoldingPress:
-    """A press and the joint that it folds.
+    """A press and the joint that it folds. Several with one lid share its handle.
 
     Args:
         press: the declaration.
         axis: position of the lid's joint in W, m.
         filling_height: height of the filling, m.
+        handle: handle of the lid, if another press has it, too.
 
     Attributes:
         press: the declaration.
@@ -63,19 +69,12 @@ class FoldingPress:
         fold: position of the folded joint, rad.
     """
 
-    def __init__(self, press: Press, axis: Vector3, filling_height: float) -> None:
+    def __init__(
+        self, press: Press, axis: Vector3, filling_height: float, handle: Handle | None = None
+    ) -> None:
         self.press = press
-        rod, reach = press.handle_size[0], press.handle_size[1] / 2
-        place = Pose(_on_circle(axis, press.handle_radius, 0.0), yaw_orientation(0.0))
-        self.handle = Handle(
-            place,
-            (-rod, -reach, -rod),
-            (rod, reach, rod),
-            rod,
-            axis=axis,
-            radius=press.handle_radius,
-        )
-        self.handle.stop_angle = press.range[1]
+        self.handle = _handle_of(press, axis) if handle is None else handle
+        self._stop(press.range[1])
         self.fold = 0.0
         self._arm = abs(press.hinge[0])
         self._filled_angle = pi - asin(min(1.0, max(0.0, filling_height - press.gap) / self._arm))
@@ -89,10 +88,10 @@ class FoldingPress:
             is_filled: True if the filling is inside.
             is_sealed: True if the fold stays by itself.
         """
-        self.handle.stop_angle = self.press.range[1]
+        self._stop(self.press.range[1])
         if is_held or not self._is_in_place(folded):
             return
-        self.handle.stop_angle = self._filled_angle if is_filled else pi
+        self._stop(self._filled_angle if is_filled else pi)
         lid = self.handle.angle
         if lid >= self.fold or (not is_sealed and self.fold < pi / 2):
             self.fold = lid
@@ -103,7 +102,7 @@ class FoldingPress:
         Returns:
             The force, N; 0 if the lid meets nothing.
         """
-        if self.handle.stop_angle >= self.press.range[1]:
+        if self.handle.stops[self.press.folds.body] >= self.press.range[1]:
             return 0.0
         return self.handle.handle_force * self.press.handle_radius / self._arm
 
@@ -118,9 +117,19 @@ class FoldingPress:
         """
         return self.load() if is_filled else 0.0
 
+    def _stop(self, angle: float) -> None:
+        self.handle.stops[self.press.folds.body] = angle
+
     def _is_in_place(self, folded: Pose) -> bool:
         hinge = to_world(folded, self.press.hinge)
         return all(abs(a - b) < self.press.tolerance for a, b in zip(hinge, self.press.place, strict=True))
+
+
+def _handle_of(press: Press, axis: Vector3) -> Handle:
+    rod, reach = press.handle_size[0], press.handle_size[1] / 2
+    place = Pose(_on_circle(axis, press.handle_radius, 0.0), yaw_orientation(0.0))
+    low, high = (-rod, -reach, -rod), (rod, reach, rod)
+    return Handle(place, low, high, rod, axis=axis, radius=press.handle_radius)
 
 
 def _on_circle(axis: Vector3, radius: float, angle: float) -> Vector3:

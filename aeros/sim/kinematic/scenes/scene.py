@@ -48,11 +48,11 @@ class KinematicScene(Protocol):
             Values by name of the state variable, SI, positions in W.
         """
 
-    def truth(self) -> Mapping[str, bool]:
+    def truth(self) -> Mapping[str, int]:
         """Judge the goals by what is true in the world; nothing that acts may see it.
 
         Returns:
-            The truth of each state variable that the scene defines.
+            The truth, or the number, of each state variable that the scene defines.
         """
 
     def see(self, camera: str, state: RobotState, yaw: float, time: float) -> LatePicture:

@@ -14,11 +14,10 @@ from aeros.spec.elaborate.module.action_conditions import (
     elaborate_action_condition,
     elaborate_action_conditions,
 )
+from aeros.spec.elaborate.module.effects import elaborate_effects
 from aeros.spec.elaborate.module.interfaces import elaborate_inputs, elaborate_outputs
 from aeros.spec.elaborate.names import resolve_models, resolve_name, resolve_need
 from aeros.spec.elaborate.scopes import state_scope
-from aeros.spec.elaborate.values import elaborate_state_values
-from aeros.spec.expr.types import FamilyType, VectorType
 from aeros.spec.expr.units import TIME, format_number, parse_quantity
 from aeros.spec.model.configured import BoundNames, site_names
 from aeros.spec.model.ecm import ActionCondition, Outcome, Skill
@@ -26,7 +25,6 @@ from aeros.spec.model.hold_conditions import MAX_COMBINATIONS, count_combination
 from aeros.spec.model.models import ModuleModel
 from aeros.spec.model.rules import Risk
 from aeros.spec.model.site import Site
-from aeros.spec.model.task_parameters import is_parameter
 from aeros.spec.model.variables import Declared
 from aeros.spec.text.fields import ExpressionField, MappingField, TextField
 
@@ -172,18 +170,10 @@ class _SkillElaborator:
         return outcomes
 
     def _outcome(self, name: str, outcome: declared.Outcome) -> Outcome:
-        effects = elaborate_state_values(outcome.effects, self._site, self._diagnostics)
-        for variable, _ in outcome.effects:
-            found = self._site.state.get(variable.value)
-            if found is not None and isinstance(found.variable.type, VectorType | FamilyType):
-                self._diagnostics.error(
-                    "AE203", f"an effect on a {found.variable.type} cannot be declared", variable.span
-                )
-            if found is not None and is_parameter(found):
-                headline = f"no skill changes `{variable.value}`: it is what an instruction says"
-                self._diagnostics.error("AE203", headline, variable.span)
+        effects, ranges = elaborate_effects(outcome.effects, self._site, self._diagnostics)
         failure = outcome.failure is not None and outcome.failure.value
-        return Outcome(name, effects, failure, self._probability(outcome), self._duration(outcome))
+        chance, duration = self._probability(outcome), self._duration(outcome)
+        return Outcome(name, effects, failure, chance, duration, ranges)
 
     def _probability(self, outcome: declared.Outcome) -> Fraction | None:
         if outcome.probability is None:

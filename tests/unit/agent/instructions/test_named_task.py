@@ -39,7 +39,8 @@ def test_a_name_with_assignments_is_a_task_with_arguments(instruction: str, foun
     [
         ("fetch_object objct=red_can", r"has no parameter `objct`; did you mean `object`\?"),
         ("fetch_object colour=red", "has no parameter `colour`; its parameters: `object`, `to`"),
-        ("make_dumplings object=red_can", "has no parameter `object`; its parameters: none"),
+        ("make_dumplings object=red_can", "has no parameter `object`; its parameters: `count`"),
+        ("make_dumplings count=3", "`3` is no value of `count` of .*: 1 to 2 .at most 2: the cell has two"),
         ("fetch_object object=red", "`red` is no value of `object` of .*: red_can, blue_block"),
         ("fetch_object to=left to=right", "`to` is given twice"),
     ],

@@ -91,14 +91,17 @@ def test_any_text_is_understood_or_refused_with_a_reason(text: str) -> None:
     ("instruction", "reason"),
     [
         ("bring me a beer from the fridge", "does not know `beer`, `from`, `fridge`"),
-        ("make 12 dumplings", "`12` is not understood: `make_dumplings.make_dumplings` is done once"),
+        (
+            "make 12 dumplings",
+            "`12` is out of range: `count` is 1 to 2 (at most 2: the cell has two wrappers)",
+        ),
         ("fetch", "does not say with what; `fetch_object.fetch_object` knows"),
         ("the table", "does not say what to do; `clean_table.clean_table` knows"),
         ("do not fetch anything", "`fetch_object.fetch_object` is prohibited, so nothing moves"),
         ("stop", "nothing is asked for, and `stop` is prohibited, so nothing moves"),
         (
             "make dumplings but do not make dumplings",
-            "asks for `make_dumplings.make_dumplings` and prohibits",
+            "asks for `make_dumplings.make_dumplings(count = 1)` and prohibits",
         ),
         ("do not do anything, but clean the table", "`do not anything` contradicts the rest"),
         ("is the table clean?", "is a question"),
@@ -129,7 +132,8 @@ def test_a_refusal_says_which_part_is_not_understood_and_why(instruction: str, r
 def test_the_formal_text_names_tasks_goals_conditions_and_prohibitions() -> None:
     meaning = understand("if the table is dirty, clean it, but never make dumplings", reference_modules())
     assert meaning.formal_lines == (
-        "clean_table.clean_table: table_wiped and table_organized and table_verified (if not table_wiped)",
+        "clean_table.clean_table(region = whole): table_wiped and table_organized and table_verified "
+        "(if not table_wiped)",
         "never make_dumplings.make_dumplings",
     )
 

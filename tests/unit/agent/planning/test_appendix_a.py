@@ -107,7 +107,9 @@ def test_the_shipped_rules_emit_what_the_paper_prints(
     case = reference(module, 0)
     for values in product((False, True), repeat=len(names)):
         known: dict[str, Any] = ADDED | dict(zip(names, values, strict=True))
-        measured = {f"{module}.{name}": value for name, value in known.items()}
+        # The shipped rule counts: one dumpling is asked for, and cooked or not.
+        counts = {"count": 1, "dumplings_cooked": int(known.get("dumpling_cooked", False))}
+        measured = {f"{module}.{name}": value for name, value in {**known, **counts}.items()}
         world = WorldModel(0.0, measured, {}, measured)
         graph = RulePlanner().plan(RoutedTask(module, case.task), world, {module: case.ecm})
         assert all(one.between_tries is None for one in graph.steps)

@@ -30,7 +30,7 @@ GOOD: dict[str, Any] = {
         {
             "task": "make_dumplings.make_dumplings",
             "arguments": {},
-            "goal": "dumpling_cooked",
+            "goal": "dumplings_cooked >= count",
             "condition": None,
             "plan": [step(f"make_dumplings.{skill}") for skill in MAKE],
         }
@@ -114,12 +114,12 @@ def test_a_reading_that_agrees_has_the_meaning_of_the_grammar_and_the_plan_of_th
 
 
 def test_goals_need_the_same_meaning_and_not_the_same_text() -> None:
-    goal = "not (not make_dumplings.dumpling_cooked) and (dumpling_cooked or dumpling_wrapped)"
+    goal = "not (make_dumplings.dumplings_cooked < count) and (dumplings_cooked > 0 or dumpling_wrapped)"
     answer = {**GOOD, "requests": [{**GOOD["requests"][0], "goal": goal}]}
     reading, asked, _ = read("make dumplings", answer)
     grammar = grammar_of("make dumplings")
     assert isinstance(grammar, Understanding)
-    assert asked.agree(grammar, reading).first.task.goal_text == "dumpling_cooked"
+    assert asked.agree(grammar, reading).first.task.goal_text == "dumplings_cooked >= count"
 
 
 def test_the_model_gets_the_words_and_the_vocabulary_as_data_under_a_schema() -> None:
@@ -128,7 +128,7 @@ def test_the_model_gets_the_words_and_the_vocabulary_as_data_under_a_schema() ->
     question = json.loads(asked["messages"][1]["content"])
     assert question["instruction"] == "please make dumplings"
     goals = {task["task"]: task["goal"] for task in question["tasks"]}
-    assert goals["make_dumplings.make_dumplings"] == "dumpling_cooked"
+    assert goals["make_dumplings.make_dumplings"] == "dumplings_cooked >= count"
     assert question["predicates"]["make_dumplings.dumpling_cooked"] == "bool"
     assert question["start"]["make_dumplings.dumpling_cooked"] is False
     assert "make_dumplings.boil" in [skill["skill"] for skill in question["skills"]]

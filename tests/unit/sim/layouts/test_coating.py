@@ -38,6 +38,14 @@ def test_a_face_higher_than_the_gap_wipes_nothing_and_a_tilted_one_wipes_at_its_
     assert 0.0 < dirt.wiped_share < 0.05
 
 
+def test_a_part_has_the_cells_whose_centres_are_in_it() -> None:
+    dirt = coating((0.0, 0.0), (0.2, 0.1))
+    dirt.wiped[:, :5] = True
+    assert dirt.wiped_share_where(lambda point: point[0] < 0.1) == 0.5
+    assert dirt.wiped_share_where(lambda point: point[0] > 0.1) == 0.0
+    assert dirt.wiped_share_where(lambda point: point[2] > 0.0) == 0.0
+
+
 def test_a_map_has_a_cell_for_each_square_centimetre() -> None:
     dirt = coating((0.0, 0.0), (0.3, 0.2))
     assert dirt.wiped.shape == (20, 30)

@@ -10,6 +10,7 @@ import pytest
 
 from aeros.sim.clock import TICK
 from aeros.sim.geometry import UPRIGHT, Pose, Vector3, yaw_orientation
+from aeros.sim.layouts.coating import CoatingMap
 from aeros.sim.layouts.conditions import SceneState
 from aeros.sim.layouts.placement import place_things
 from aeros.sim.randomness import RandomSource
@@ -22,7 +23,8 @@ class StillWorld:
 
     def __init__(self, poses: Mapping[str, Pose], **values: Any) -> None:
         self.poses = dict(poses)
-        self.force, self.joint, self.held, self.share = 0.0, 0.0, False, 0.0
+        self.force, self.joint, self.held = 0.0, 0.0, False
+        self.coating = CoatingMap(shipped_scene("table").coatings["dirt"])
         self.sealed: list[tuple[BodyPart, float]] = []
         vars(self).update(values)
 
@@ -41,8 +43,9 @@ class StillWorld:
     def is_held(self, body: str) -> bool:
         return self.held
 
-    def wiped_share(self, coating: str) -> float:
-        return self.share
+    def coating_of(self, name: str) -> CoatingMap:
+        assert name == "dirt"
+        return self.coating
 
     def robot_points(self) -> tuple[Vector3, Vector3]:
         return (1.0, 2.0, 0.3), (1.5, 2.0, 0.7)
@@ -74,7 +77,11 @@ def test_a_seal_closes_once_in_the_tick_in_which_its_condition_holds() -> None:
     world.force = 0.0
     state.tick()
     assert world.sealed == [(BodyPart("wrapper", "fold"), 0.5)]
-    assert state.truth() == {"make_dumplings.dumpling_wrapped": True, "make_dumplings.dumpling_cooked": False}
+    assert state.truth() == {
+        "make_dumplings.dumpling_wrapped": True,
+        "make_dumplings.dumplings_cooked": 0,
+        "make_dumplings.dumpling_cooked": False,
+    }
 
 
 def test_a_timer_counts_ticks_without_a_break_and_keeps_the_longest() -> None:
@@ -97,24 +104,52 @@ def test_a_timer_counts_ticks_without_a_break_and_keeps_the_longest() -> None:
 
 
 @pytest.mark.parametrize(
-    ("share", "cube", "off", "expected"),
+    ("rows", "cube", "off", "expected"),
     [
-        (1.0, (0.45, -1.70, 0.02), 0.0, (True, True, True)),
-        (0.94, (0.45, -1.70, 0.02), 0.0, (False, True, False)),
-        (1.0, (0.45, -1.61, 0.02), 0.0, (True, False, False)),
-        (1.0, (0.45, -1.70, 0.09), 0.0, (True, False, False)),
-        (1.0, (0.45, -1.70, 0.02), 0.031, (True, False, False)),
+        (30, (0.45, -1.70, 0.02), 0.0, (True, True, True)),
+        (28, (0.45, -1.70, 0.02), 0.0, (False, True, False)),
+        (30, (0.45, -1.61, 0.02), 0.0, (True, False, False)),
+        (30, (0.45, -1.70, 0.09), 0.0, (True, False, False)),
+        (30, (0.45, -1.70, 0.02), 0.031, (True, False, False)),
     ],
 )
 def test_a_table_is_clean_by_its_coating_and_by_where_things_are(
-    share: float, cube: Vector3, off: float, expected: tuple[bool, bool, bool]
+    rows: int, cube: Vector3, off: float, expected: tuple[bool, bool, bool]
 ) -> None:
+    assert truths_of_table(slice(0, rows), cube, off)["whole"] == expected
+
+
+@pytest.mark.parametrize(
+    ("rows", "cube", "left", "right"),
+    [
+        # Left of the area's middle, at -1.2 m, are the upper 15 rows.
+        (slice(15, 30), (0.45, -1.50, 0.02), (True, True, True), (False, False, False)),
+        (slice(0, 15), (0.45, -1.50, 0.02), (False, True, False), (True, False, False)),
+        (slice(0, 15), (0.45, -1.70, 0.02), (False, True, False), (True, True, True)),
+        (slice(0, 30), (0.45, -0.95, 0.02), (True, False, False), (True, True, True)),
+        # A thing that fell off the table is no less in the way of a goal.
+        (slice(0, 30), (0.45, -0.60, -0.28), (True, False, False), (True, True, True)),
+    ],
+)
+def test_of_a_half_only_what_is_there_counts(
+    rows: slice, cube: Vector3, left: tuple[bool, bool, bool], right: tuple[bool, bool, bool]
+) -> None:
+    found = truths_of_table(rows, cube, 0.0)
+    assert (found["left"], found["right"]) == (left, right)
+
+
+def truths_of_table(wiped: slice, cube: Vector3, off: float) -> dict[str, tuple[bool, ...]]:
+    """Wiped, organized and verified by truth, for each region, with these rows of cells wiped."""
     state, world = made("table")
-    world.share = share
+    world.coating.wiped[wiped] = True
     world.poses["cube"] = world.poses["can"] = Pose(cube, UPRIGHT)
     x, y, z = world.poses["sponge_rest_position"].position
     world.poses["sponge"] = Pose((x + off, y, z), UPRIGHT)
-    assert tuple(state.truth().values()) == expected
+    truth = state.truth()
+    return {
+        region: tuple(bool(value) for name, value in truth.items() if name.endswith(f"(region = {region})"))
+        for region in ("whole", "left", "right")
+    }
 
 
 @pytest.mark.parametrize(
@@ -157,3 +192,14 @@ def test_a_region_moves_with_its_body() -> None:
     for dx, dy, is_inside in ((0.0, 0.0, True), (0.027, 0.0, True), (0.0, 0.022, False), (0.029, 0.0, False)):
         world.poses["filling"] = Pose((1.0 + dx, 1.0 + dy, 0.0115), UPRIGHT)
         assert state.value("filling.position in plate") is is_inside
+
+
+def test_the_truth_of_a_number_is_how_many_conditions_hold() -> None:
+    state, _ = made("dumpling_bench")
+    name = "make_dumplings.dumplings_cooked"
+    found = []
+    for ticks in ({}, {"cooking_2": 1200}, {"cooking": 1300, "cooking_2": 1200}, {"cooking": 1199}):
+        state._ticks = {one: (0, ticks.get(one, 0)) for one in ("cooking", "cooking_2")}
+        found.append(state.truth()[name])
+    assert found == [0, 1, 2, 0]
+    assert state.value(name) == 0

@@ -72,8 +72,8 @@ class Change:
 
 CHANGES = (
     Change("fetch", deliver_the_can, "fetch_object.object_delivered(object = red_can, to = middle)"),
-    Change("table", tidy_and_wipe, "clean_table.table_wiped"),
-    Change("table", tidy_and_wipe, "clean_table.table_organized"),
+    Change("table", tidy_and_wipe, "clean_table.table_wiped(region = whole)"),
+    Change("table", tidy_and_wipe, "clean_table.table_organized(region = whole)"),
     Change("dumpling_bench", wrap, "make_dumplings.dumpling_wrapped"),
 )
 

@@ -12,7 +12,12 @@ INITIAL = {GRASPED: False, WIPED: False}
 
 def test_only_predicates_that_depend_on_the_changed_parameter_change() -> None:
     facts = ParameterFacts(reference_modules())
-    assert facts.defaults == {OBJECT: "red_can", "fetch_object.to": "middle"}
+    assert facts.defaults == {
+        OBJECT: "red_can",
+        "fetch_object.to": "middle",
+        "clean_table.region": "whole",
+        "make_dumplings.count": 1.0,
+    }
     assert facts.change({OBJECT: "red_can"}, {}, INITIAL) == {}
     now = {GRASPED: True, WIPED: True}
     changed = facts.change({OBJECT: "blue_block"}, now, INITIAL)

@@ -228,3 +228,13 @@ def test_a_numeral_is_exact() -> None:
 
 def test_limits_are_those_the_passes_are_tested_with() -> None:
     assert (parser.MAX_LENGTH, parser.MAX_DEPTH, parser.MAX_HEIGHT) == (4096, 40, 100)
+
+
+@pytest.mark.parametrize("text", ["done >= count", "count", "count + 1 <= 2", "x in {count, idle}"])
+def test_count_is_a_name_where_nothing_is_counted(text: str) -> None:
+    assert "count" in repr(parse(text))
+
+
+@pytest.mark.parametrize("text", ["count (c for j in S) >= 2", "count\nwithin 5 s (c) >= 2"])
+def test_count_counts_before_a_bracket_and_before_a_window(text: str) -> None:
+    assert "Name(text='count'" not in repr(parse(text))

@@ -17,5 +17,5 @@ def test_a_thing_comes_after_those_whose_frame_it_is_in() -> None:
 
 def test_bodies_with_a_mass_can_move() -> None:
     scene = shipped_scene("dumpling_bench")
-    assert scene.movable == ("wrapper", "filling")
+    assert scene.movable == ("wrapper", "wrapper_2", "filling", "filling_2")
     assert not scene.bodies["press"].is_movable

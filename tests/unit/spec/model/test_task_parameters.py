@@ -23,7 +23,7 @@ def test_variables_depend_on_the_parameters_that_are_read_for_them_at_any_depth(
 
 
 def test_without_parameters_nothing_depends_on_any() -> None:
-    assert parameters_behind_variables([reference_modules()["make_dumplings"]]) == {}
+    assert parameters_behind_variables([reference_modules()["inspect_table"]]) == {}
 
 
 def test_a_parameter_is_known_by_what_sets_it() -> None:

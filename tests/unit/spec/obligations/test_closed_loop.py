@@ -246,7 +246,8 @@ def test_a_task_not_over_predicates_is_undecided_with_its_invariants() -> None:
     assert plain is not None
     assert plain.severity is Severity.ERROR
     assert plain.headline.endswith(
-        "were not analysed: it depends on `fill_level`, which is neither a truth value nor an enum"
+        "were not analysed: it depends on `fill_level`, which is neither a truth value nor an enum "
+        "nor a whole number with a range"
     )
     claimed = claims((filled,), rules, goal="fill_level > 0.5", kept="not wrapper_aligned")["analysed"]
     assert claimed.verdict is Verdict.REFUTED

@@ -79,13 +79,17 @@ def test_coatings_are_a_share() -> None:
     condition, _ = elaborated("table", "dirt.wiped >= 0.95")
     assert condition is not None
     assert elaborated("table", "dirt.wiped >= 1 m")[0] is None
+    part, _ = elaborated("table", "dirt.left_half.wiped >= 0.95")
+    assert part is not None
+    assert set(variables_of(part.term)) == {"dirt.left_half.wiped"}
+    assert elaborated("table", "dirt.lower_half.wiped >= 0.95")[0] is None
 
 
 def test_a_membership_is_a_name_of_two_parts() -> None:
     assert is_membership("can.position in pot")
     assert not is_membership("can.position")
     assert membership("can.position in pot") == ("can.position", "pot")
-    assert region_names(shipped_scene("dumpling_bench")) == ("plate", "pot")
+    assert region_names(shipped_scene("dumpling_bench")) == ("plate", "plate_2", "pot")
 
 
 def test_a_new_name_is_known_to_the_conditions_after_it() -> None:
@@ -117,3 +121,22 @@ def test_a_part_is_a_body_a_link_or_a_joint(text: str, what: str, part: BodyPart
     bodies = shipped_scene("dumpling_bench").bodies
     assert resolve_part(TextField(node.text, node.span, node), bodies, what, diagnostics) == part
     assert [one.code for one in diagnostics] == ([] if part else ["AE122"])
+
+
+@pytest.mark.parametrize(
+    ("text", "is_number"), [("dirt.wiped >= 0.5", False), ("if dirt.wiped > 0 then 1 else 0", True)]
+)
+def test_a_truth_is_a_condition_or_a_number(text: str, is_number: bool) -> None:
+    node = scalar(text)
+    diagnostics = Diagnostics()
+    found = SceneScope(shipped_scene("table"), diagnostics).truth(ExpressionField(text, node.span, node))
+    assert found is not None
+    assert (found.is_number, list(diagnostics)) == (is_number, [])
+
+
+def test_a_truth_that_is_neither_is_reported_as_a_condition() -> None:
+    node = scalar("cube.position")
+    diagnostics = Diagnostics()
+    scope = SceneScope(shipped_scene("table"), diagnostics)
+    assert scope.truth(ExpressionField(node.text, node.span, node)) is None
+    assert [one.code for one in diagnostics] == ["AE203"]

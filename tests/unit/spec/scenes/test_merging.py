@@ -62,6 +62,8 @@ def test_parts_and_regions_keep_their_bodies() -> None:
     table = moved(shipped_scene("table"), "t_", OFFSET)
     assert table.coatings["t_dirt"].low == pytest.approx((1.35, -3.35))
     assert (table.coatings["t_dirt"].on, table.coatings["t_dirt"].wiped_by) == ("t_table", "t_sponge")
+    wiped = table.truth["clean_table.t_table_wiped(region = left)"]
+    assert set(variables_of(wiped.term)) == {"t_dirt.t_left_half.wiped"}
 
 
 def test_scenes_with_one_name_are_not_put_together() -> None:

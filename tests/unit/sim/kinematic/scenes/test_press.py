@@ -48,7 +48,7 @@ def _handle() -> Handle:
 )
 def test_a_handle_turns_to_the_fingers_on_its_circle(x: float, z: float, angle: float) -> None:
     handle = _handle()
-    handle.stop_angle = 3.25
+    handle.stops["wrapper"] = 3.25
     handle.move_with_gripper(Pose((HINGE[0] + x, 9.0, HINGE[2] + z), STRAIGHT), -9.0)
     assert handle.angle == pytest.approx(angle, abs=1e-5)
     dx, dz = handle.pose.position[0] - HINGE[0], handle.pose.position[2] - HINGE[2]
@@ -58,7 +58,7 @@ def test_a_handle_turns_to_the_fingers_on_its_circle(x: float, z: float, angle: 
 
 def test_a_handle_at_its_stop_takes_a_force_that_it_keeps_until_it_is_let_go() -> None:
     handle = _handle()
-    handle.stop_angle = pi / 2
+    handle.stops["wrapper"] = pi / 2
     # At the stop it is 75 mm over the hinge; 1 mm below are 10 N at 10 kN/m.
     down = Pose((HINGE[0] + 0.01, 0.0, HINGE[2] + 0.074), STRAIGHT)
     assert handle.move_with_gripper(down, -9.0) == pytest.approx(10.0)

@@ -10,7 +10,7 @@ from aeros.spec.flow.symbolic_paths import SymbolicState, SymbolicStates
 from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.obligation import ClaimMode, LabelledConjunct, Obligation, VariableSpace
-from aeros.spec.obligations.per_situation import obligation_per_situation
+from aeros.spec.obligations.outcomes.per_situation import obligation_per_situation
 from aeros.spec.obligations.verdicts import StaticClaim
 
 SPAN = Source("generated", "x").span(0, 1)

@@ -1,0 +1,1 @@
+"""Claims about the states in which outcomes leave a robot."""
