@@ -303,7 +303,7 @@ def _build_kinematic(scene: Scene, seed: int, errors: SensorSetup) -> Plant:
             f"the kinematic plant needs `pip install 'aeros[kinematic]'` ({error.name} is missing); "
             "or use `--plant symbolic`"
         ) from error
-    return make_plant(scene, seed, errors.survey)
+    return make_plant(scene, seed, errors.survey, errors.scanners)
 
 
 def _build_physics(
@@ -326,6 +326,7 @@ def _build_physics(
         errors.survey,
         sensors=errors.models,
         odometry=errors.odometry,
+        scanners=errors.scanners,
         spectators=spectators,
         people=people,
         disturbance=disturbance,

@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
+from aeros.spec.declared.area_scanners import AreaScanners
 from aeros.spec.declared.configuration import ModuleSettings
 from aeros.spec.declared.field_types import Identifier, Named, RiskWord, Slug
 from aeros.spec.declared.motion import MotionPolicy
@@ -232,6 +233,10 @@ class Site:
     sensor_errors: SensorErrors | None = field(
         default=None,
         metadata={"doc": "errors that simulated plants give the sensors; if absent, they are ideal"},
+    )
+    area_scanners: AreaScanners | None = field(
+        default=None,
+        metadata={"doc": "scanners that measure how far people are; simulated plants scan with them"},
     )
     modules: Named[ModuleSettings] = field(
         default=MappingField(),

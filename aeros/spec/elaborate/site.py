@@ -5,6 +5,7 @@ from __future__ import annotations
 from aeros.spec.declared import site as declared
 from aeros.spec.declared.configuration import ModuleSettings
 from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.area_scanners import elaborate_area_scanners
 from aeros.spec.elaborate.motion import check_tracking_rules, elaborate_motion
 from aeros.spec.elaborate.perception import (
     elaborate_cameras,
@@ -53,13 +54,14 @@ def elaborate_site(site: declared.Site, digest: str, diagnostics: Diagnostics) -
     check_protective_stop(site, vocabulary, diagnostics)
     check_unique_ids(site, diagnostics)
     rules, policy, motion = ElaboratedRules(), site.policy, None
-    shared, cameras, sensor_errors = {}, {}, SensorErrors()
+    shared, cameras, sensor_errors, scanners = {}, {}, SensorErrors(), None
     devices = _devices(site, diagnostics)
     objects = elaborate_objects(site, diagnostics)
     if is_whole:
         shared = elaborate_shared_variables(policy.perception, vocabulary, diagnostics)
         cameras = elaborate_cameras(site, vocabulary, diagnostics)
         sensor_errors = elaborate_sensor_errors(site, vocabulary, diagnostics)
+        scanners = elaborate_area_scanners(site, vocabulary, diagnostics)
         rules = elaborate_rules(site, vocabulary, diagnostics)
         tools = {name: kind.tool for name, kind in vocabulary.kinds.items() if kind.tool is not None}
         check_rules_read_no_answers(tools, rules.rules, rules.joint_rules, rules.histories, diagnostics)
@@ -114,6 +116,7 @@ def elaborate_site(site: declared.Site, digest: str, diagnostics: Diagnostics) -
             for name, one in site.sensors
         },
         sensor_errors=sensor_errors,
+        area_scanners=scanners,
     )
 
 

@@ -16,6 +16,7 @@ from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import AxisAlignedBox
 from aeros.spec.expr.types import EnumType
+from aeros.spec.model.area_scanners import AreaScanners
 from aeros.spec.model.configured import ModuleConfiguration
 from aeros.spec.model.motion import MotionPolicy
 from aeros.spec.model.perception import PerceptionPolicy, SiteCamera
@@ -72,6 +73,7 @@ class Site:
         sensors: sensors that only modules read: their purpose by name.
         objects: objects that people may ask for, by name.
         sensor_errors: errors that simulated plants give the sensors.
+        area_scanners: scanners that measure how far people are; None if the site says nothing of them.
     """
 
     id: str
@@ -107,6 +109,7 @@ class Site:
     sensors: Mapping[str, str] = field(default_factory=dict)
     objects: Mapping[str, ObjectKind] = field(default_factory=dict)
     sensor_errors: SensorErrors = field(default_factory=SensorErrors)
+    area_scanners: AreaScanners | None = None
 
     @cached_property
     def observed_variables(self) -> Mapping[str, Declared]:
