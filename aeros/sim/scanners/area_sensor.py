@@ -22,7 +22,6 @@ from aeros.sim.scanners.scanner_set import ScannerSet
 from aeros.sim.scanners.sections import Section
 from aeros.spec.model.area_scanners import AreaScanners
 
-
 _PLACES: Final = 3
 """Decimal places of a metre of the base's position that matter: by less, it has not moved."""
 
@@ -81,6 +80,7 @@ class AreaSensor:
         self._scans = 0
         self._under_way: deque[tuple[int, Reading]] = deque()
         self._plane = scanners.floor + scanners.height
+        self._furniture: Sequence[Section] = ()
         self._before: tuple[object, ...] = ()
         self._distance: float | None = None
         self.reading: Reading | None = None
@@ -120,12 +120,13 @@ class AreaSensor:
         furniture, people = self._cell.furniture(), self._cell.people()
         joints, base = self._cell.robot()
         at = tuple([round(part, _PLACES) for part in base])
-        moved = (furniture, self._low_joints(joints, base), at, self.devices.covered)
-        if people or moved != self._before or self._distance != SCANNER_RANGE:
+        state = (self._low_joints(joints, base), at, self.devices.covered)
+        is_as_before = furniture is self._furniture and state == self._before
+        if people or not is_as_before or self._distance != SCANNER_RANGE:
             ranges = self.devices.scan(number, furniture, people, joints, base)
             self._distance = self._controller.evaluate(ranges, posture)
         # Nothing has moved in the plane, in which nobody was: the scan would be as before but for its noise.
-        self._before = () if people else moved
+        self._furniture, self._before = furniture, () if people else state
         return self._distance
 
     def _low_joints(self, joints: Sequence[float], base: Vector3) -> Sequence[float]:

@@ -30,8 +30,8 @@ _TRACKING_SHARE: Final = 0.2
 """Share of the carriage's measured displacement that is added from each scan; chosen, as a scan is noisy."""
 
 _PLAY: Final = 3.0
-"""Standard deviations of noise by which a distance must rise to count: of somebody who stands still, the
-distance falls to its least value and stays there, else rules at their bounds would hold and not hold in turn."""
+"""Standard deviations of noise by which a distance must rise to count. Of somebody who stands still the
+distance falls to its least value and stays there; else a rule at its bound would hold now and again."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -68,6 +68,11 @@ class SightGrid:
         self._times_seen = np.bincount(self._passes.ids[is_seen], minlength=len(self._passes.points))
 
     @property
+    def points(self) -> Array:
+        """All points of the grid (p, 2), m."""
+        return self._passes.points
+
+    @property
     def surveyed(self) -> Array:
         """Points that some scanner saw when the cell was surveyed (m, 2), m."""
         seen: Array = self._passes.points[self._times_seen > 0]
