@@ -259,7 +259,8 @@ class Sensors:
         """
         if truth.tick == 0 and model.dropout < 1.0:
             seen = self._measure(name, replace(model, dropout=0.0), 0, truth.values[name])
-            return _as_reading(seen, -model.latency_ticks * TICK)
+            first = _as_reading(seen, 0.0)
+            return first._replace(time=first.time - model.latency_ticks * TICK)
         if name in self._last.values:
             return _as_reading(self._last.values[name], self._last.time)
         return None

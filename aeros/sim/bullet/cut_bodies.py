@@ -1,4 +1,4 @@
-"""What a level plane cuts out of the bodies of a PyBullet world: the shapes that they collide with."""
+"""Level sections of the bodies of a PyBullet world, of the shapes that they collide with."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the scanners of a cell meet with their rays in a PyBullet world."""
+"""Sections of everything that the scanners of a cell can meet in a PyBullet world."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the scanners of a cell meet with their rays in a scene without physics."""
+"""Sections of everything that the scanners of a cell can meet in a scene without physics."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ _PLACES: Final = 3
 
 
 class ScannedCell(Protocol):
-    """What scanners meet with their rays."""
+    """A cell as scanners meet it with their rays."""
 
     def furniture(self) -> Sequence[Section]:
         """Cut everything but people and the robot with the scan plane.

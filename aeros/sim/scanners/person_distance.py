@@ -36,7 +36,7 @@ distance falls to its least value and stays there; else a rule at its bound woul
 
 @dataclass(frozen=True, slots=True)
 class RobotPosture:
-    """Where the robot's own sensors take it to be.
+    """Posture of the robot by its own sensors.
 
     Attributes:
         joints: joint positions (7), rad.

@@ -1,4 +1,4 @@
-"""What a level plane cuts out of solids, and where rays in that plane meet it. Frame: W. Units: m."""
+"""Level sections of solids, and rays in their plane that meet them. Frame: W. Units: m."""
 
 from __future__ import annotations
 

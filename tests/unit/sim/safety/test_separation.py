@@ -43,9 +43,9 @@ def fetch_each_push(rows: Sequence[tuple[Any, ...]], *others: str) -> list[Any]:
 
 
 NEARBY = (
-    ("clean the table", ("at: [3 m, -1.2 m]", "at: [1.8 m, -1.2 m], speed: 1.2 m/s"), "-300 mm", 18),
-    ("fetch the object", ("at: [-3 m, 0.05 m]", "at: [-1.48 m, 0.05 m], speed: 1.2 m/s"), "-300 mm", 14),
-    ("make dumplings", ("at: [4 m, 0 m]", "at: [1.85 m, 0 m], speed: 1.2 m/s"), "-300 mm", 10),
+    ("clean the table", ("at: [3 m, -1.2 m]", "at: [1.95 m, -1.2 m], speed: 1.2 m/s"), "-300 mm", 18),
+    ("fetch the object", ("at: [-3 m, 0.05 m]", "at: [-1.64 m, 0.05 m], speed: 1.2 m/s"), "-300 mm", 14),
+    ("make dumplings", ("at: [4 m, 0 m]", "at: [2 m, 0 m], speed: 1.2 m/s"), "-300 mm", 10),
 )
 """An instruction, the way of somebody who stays where the robot may work slowly, their floor, until when."""
 
