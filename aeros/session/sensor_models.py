@@ -7,8 +7,7 @@ from typing import NamedTuple
 
 from aeros.runtime.gate.configuration import Configuration
 from aeros.sim.sensor_model import SensorModel
-from aeros.spec.model.area_scanners import AreaScanners
-from aeros.spec.model.sensor_errors import OdometryErrors, QuantityErrors, SurveyErrors
+from aeros.spec.model.sensor_errors import AreaScanners, OdometryErrors, QuantityErrors, SurveyErrors
 
 
 class SensorSetup(NamedTuple):

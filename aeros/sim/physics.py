@@ -32,9 +32,8 @@ from aeros.sim.scenes.scene import PhysicalScene
 from aeros.sim.sensor_model import SensorModel
 from aeros.sim.sensors import SCANNER_RANGE, GroundTruth, Sensors
 from aeros.spec.diagnostics.errors import UserError
-from aeros.spec.model.area_scanners import AreaScanners
 from aeros.spec.model.scene import Scene
-from aeros.spec.model.sensor_errors import OdometryErrors, SurveyErrors
+from aeros.spec.model.sensor_errors import AreaScanners, OdometryErrors, SurveyErrors
 
 BLOCKED_DISTANCE: Final = 0.015
 """Distance of a link from its commanded place above which the robot is blocked, m (unhindered: 0.002).

@@ -22,9 +22,8 @@ from aeros.sim.robot.errors import BlockedError
 from aeros.sim.robot.self_contact import find_self_contact
 from aeros.sim.scanners.area_sensor import AreaSensor
 from aeros.sim.scanners.person_distance import RobotPosture
-from aeros.spec.model.area_scanners import AreaScanners
 from aeros.spec.model.scene import Scene
-from aeros.spec.model.sensor_errors import SurveyErrors
+from aeros.spec.model.sensor_errors import AreaScanners, SurveyErrors
 
 _SELF_CONTACT_TICKS: Final = 12
 """Ticks between two looks for links that meet each other: 50 ms."""

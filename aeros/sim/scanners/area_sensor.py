@@ -20,7 +20,7 @@ from aeros.sim.scanners.person_distance import PersonDistance, RobotPosture
 from aeros.sim.scanners.robot_outline import RobotOutline
 from aeros.sim.scanners.scanner_set import ScannerSet
 from aeros.sim.scanners.sections import Section
-from aeros.spec.model.area_scanners import AreaScanners
+from aeros.spec.model.sensor_errors import AreaScanners
 
 _PLACES: Final = 3
 """Decimal places of a metre of the base's position that matter: by less, it has not moved."""

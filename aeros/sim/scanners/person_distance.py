@@ -20,7 +20,7 @@ from aeros.sim.geometry import Vector3
 from aeros.sim.scanners.ray_fan import Array, ray_fan
 from aeros.sim.scanners.robot_outline import RobotOutline
 from aeros.sim.scanners.sight_grid import SightGrid
-from aeros.spec.model.area_scanners import AreaScanners
+from aeros.spec.model.sensor_errors import AreaScanners
 
 NEAR_RANGE: Final = 0.05
 """Least distance that a scanner measures, m: a nearer one is its own window, which is dirty or covered.

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from aeros.spec.model.area_scanners import AreaScanners
+from aeros.spec.model.sensor_errors import AreaScanners
 
 Array = NDArray[np.float64]
 
@@ -20,15 +20,15 @@ class RayFan(NamedTuple):
     Attributes:
         origins: start of each ray (n, 2), m.
         directions: unit vector of each ray (n, 2).
-        moments: x·d_y − y·d_x of each ray's origin and direction (n,), m.
-        places: x·d_x + y·d_y of each ray's origin and direction (n,), m.
+        cross_products: x·d_y − y·d_x of each ray's origin and direction (n,), m.
+        dot_products: x·d_x + y·d_y of each ray's origin and direction (n,), m.
         per_scanner: number of rays of each scanner.
     """
 
     origins: Array
     directions: Array
-    moments: Array
-    places: Array
+    cross_products: Array
+    dot_products: Array
     per_scanner: int
 
     def rays_of(self, scanner: int) -> slice:

@@ -14,7 +14,7 @@ from aeros.sim.robot.robot import CARRIAGE_EDGES
 from aeros.sim.scanners.ray_fan import Array, ray_fan
 from aeros.sim.scanners.robot_outline import RobotOutline
 from aeros.sim.scanners.sections import Section, cast, cut, rectangle
-from aeros.spec.model.area_scanners import AreaScanners
+from aeros.spec.model.sensor_errors import AreaScanners
 
 _BLOCK: Final = 16
 """Scans whose noise is drawn at once, as generators are slow to make."""

@@ -115,9 +115,9 @@ def cast(fan: RayFan, ranges: Array, sections: Iterable[Section]) -> Array:
     dx, dy = fan.directions.T
     for section in sections:
         x, y, radius, *_ = section
-        across = x * dy - y * dx - fan.moments
+        across = x * dy - y * dx - fan.cross_products
         near = np.flatnonzero(np.abs(across) <= radius)
-        along = x * dx[near] + y * dy[near] - fan.places[near]
+        along = x * dx[near] + y * dy[near] - fan.dot_products[near]
         ahead = (along > -radius) & (along - radius < ranges[near])
         near, along = near[ahead], along[ahead]
         if not len(near):

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from aeros.sim.scanners.ray_fan import Array, ray_fan
 from aeros.sim.scanners.robot_outline import RobotOutline
-from aeros.spec.model.area_scanners import AreaScanners
+from aeros.spec.model.sensor_errors import AreaScanners
 
 SPACING: Final = 0.05
 """Distance of neighbouring points, m."""

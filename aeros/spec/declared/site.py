@@ -8,7 +8,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
-from aeros.spec.declared.area_scanners import AreaScanners
 from aeros.spec.declared.configuration import ModuleSettings
 from aeros.spec.declared.field_types import Identifier, Named, RiskWord, Slug
 from aeros.spec.declared.motion import MotionPolicy
@@ -16,7 +15,7 @@ from aeros.spec.declared.objects import ObjectKind
 from aeros.spec.declared.perception import Camera
 from aeros.spec.declared.policy import Policy
 from aeros.spec.declared.quantity import Quantity
-from aeros.spec.declared.sensor_errors import SensorErrors
+from aeros.spec.declared.sensor_errors import AreaScanners, SensorErrors
 from aeros.spec.declared.tools import Tool
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.text.fields import (

@@ -5,7 +5,6 @@ from __future__ import annotations
 from aeros.spec.declared import site as declared
 from aeros.spec.declared.configuration import ModuleSettings
 from aeros.spec.diagnostics.codes import Diagnostics
-from aeros.spec.elaborate.area_scanners import elaborate_area_scanners
 from aeros.spec.elaborate.motion import check_tracking_rules, elaborate_motion
 from aeros.spec.elaborate.perception import (
     elaborate_cameras,
@@ -23,7 +22,7 @@ from aeros.spec.elaborate.policy import (
     policy_spans,
 )
 from aeros.spec.elaborate.rules import ElaboratedRules, check_unique_ids, elaborate_rules
-from aeros.spec.elaborate.sensor_errors import elaborate_sensor_errors
+from aeros.spec.elaborate.sensor_errors import elaborate_area_scanners, elaborate_sensor_errors
 from aeros.spec.elaborate.task_parameters import elaborate_objects
 from aeros.spec.elaborate.tools import check_rules_read_no_answers
 from aeros.spec.elaborate.vocabulary import check_protective_stop, elaborate_vocabulary

@@ -16,7 +16,6 @@ from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import AxisAlignedBox
 from aeros.spec.expr.types import EnumType
-from aeros.spec.model.area_scanners import AreaScanners
 from aeros.spec.model.configured import ModuleConfiguration
 from aeros.spec.model.motion import MotionPolicy
 from aeros.spec.model.perception import PerceptionPolicy, SiteCamera
@@ -30,7 +29,7 @@ from aeros.spec.model.policy import (
     Quota,
 )
 from aeros.spec.model.rules import ActionKind, JointRule, Risk, Rule
-from aeros.spec.model.sensor_errors import SensorErrors
+from aeros.spec.model.sensor_errors import AreaScanners, SensorErrors
 from aeros.spec.model.task_parameters import ObjectKind
 from aeros.spec.model.variables import Declared, History
 

@@ -170,7 +170,7 @@ def test_a_place_is_never_measured_exactly() -> None:
 
 
 def distances(plant: PhysicsPlant) -> list[tuple[float, float]]:
-    """What the scanners say and what is true, over half a second."""
+    """Distance by the scanners and true distance, over half a second."""
     found: list[tuple[float, float]] = []
 
     def monitor(now: float, values: Any) -> None:

@@ -161,7 +161,9 @@ def test_the_robot_works_slowly_next_to_a_person_who_stays(
     assert referee.breaches() == []
     near = referee.link_speeds()[referee.distances < of_the_site("warning_distance")]
     assert near.max() <= of_the_site("reduced_speed")
-    assert np.mean(near > 0.05) > 0.25  # it goes on
+    # It goes on; scanners take people to be nearer than they are, by up to 150 mm.
+    about = referee.link_speeds()[referee.distances < of_the_site("warning_distance") + 0.15]
+    assert np.mean(about > 0.05) > 0.25
 
 
 @pytest.mark.parametrize(("instruction", "person", "until"), fetch_each_push(APPROACHES))

@@ -20,7 +20,7 @@ from aeros.sim.scanners.scanner_set import ScannerSet
 from aeros.sim.scanners.sections import Section
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
-from aeros.spec.model.area_scanners import AreaScanners, ScannerPlacement
+from aeros.spec.model.sensor_errors import AreaScanners, ScannerPlacement
 from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
 

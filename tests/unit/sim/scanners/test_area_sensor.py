@@ -13,7 +13,7 @@ from aeros.sim.randomness import RandomSource
 from aeros.sim.scanners.area_sensor import AreaSensor
 from aeros.sim.scanners.person_distance import RobotPosture
 from aeros.sim.scanners.sections import Disc, Section
-from aeros.spec.model.area_scanners import AreaScanners
+from aeros.spec.model.sensor_errors import AreaScanners
 from tests.unit.sim.scanners.cells import (
     CORNERS,
     FARTHEST,

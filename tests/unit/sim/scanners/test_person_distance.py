@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import ast
+from importlib.util import find_spec
 from math import hypot
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -134,3 +137,34 @@ def test_without_a_carriage_there_is_the_arm_alone() -> None:
     assert cell.controller.evaluate(ranges, RobotPosture(READY, (0.0, 0.0, 0.0))) == pytest.approx(
         ROBOT_ALONE.distance(np.array([(0.0, 0.8)])) - 0.1, abs=0.03
     )
+
+
+HIDDEN = ("bullet", "kinematic", "layouts", "physics", "pictures", "scenes", "sensors")
+"""Parts of `aeros.sim` that know the true world."""
+
+
+def imports_of(module: str) -> set[str]:
+    """Modules of AEROS that a module imports, directly or not."""
+    found, waiting = set[str](), [module]
+    while waiting:
+        name = waiting.pop()
+        if name in found:
+            continue
+        found.add(name)
+        spec = find_spec(name)
+        assert spec is not None
+        assert spec.origin is not None
+        tree = ast.parse(Path(spec.origin).read_text(encoding="utf-8"))
+        sources = [node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+        waiting.extend(source for source in sources if source.startswith("aeros."))
+    return found
+
+
+def test_the_controller_knows_scans_and_the_robot_and_nothing_else_of_the_world() -> None:
+    imported = imports_of("aeros.sim.scanners.person_distance")
+    assert "aeros.sim.scanners.sight_grid" in imported
+    forbidden = [f"aeros.sim.{part}" for part in HIDDEN]
+    forbidden += [f"aeros.sim.scanners.{part}" for part in ("area_sensor", "scanner_set", "sections")]
+    forbidden += ["aeros.spec.model.scene"]
+    known = [name for name in imported for one in forbidden if name == one or name.startswith(one + ".")]
+    assert known == []

@@ -46,7 +46,7 @@ def test_an_arm_that_reaches_down_covers_what_is_below_its_base() -> None:
     assert down.covers_with_links(at, z, 0.0).tolist() == [True, False]
 
 
-def test_points_on_its_sides_tell_how_far_off_the_carriage_is() -> None:
+def test_points_on_its_sides_show_the_displacement_of_the_carriage() -> None:
     front = np.column_stack((np.full(9, 1.25), np.linspace(1.8, 2.2, 9)))
     left = np.column_stack((np.linspace(0.8, 1.2, 9), np.full(9, 2.225)))
     sides = np.add(np.concatenate((front, left)), (0.03, -0.02))

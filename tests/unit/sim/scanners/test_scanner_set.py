@@ -34,7 +34,7 @@ def test_a_ray_that_meets_nothing_has_no_noise() -> None:
     assert (scan(devices(noise=0.02), 0)[scan(devices(), 0) == 5.5] == 5.5).all()
 
 
-def test_the_same_seed_repeats_whatever_came_before() -> None:
+def test_the_same_seed_repeats_after_any_history() -> None:
     one, other = devices(noise=0.02, dropout=0.3), devices(noise=0.02, dropout=0.3)
     scan(one, 3)
     assert (scan(one, 20) == scan(other, 20)).all()
@@ -70,7 +70,7 @@ def test_the_survey_is_the_furniture_alone_with_little_noise() -> None:
     assert (scan(devices(), 0) < exact - 0.1).any()  # the carriage is not in the survey
 
 
-def test_who_is_in_the_plane_shortens_rays() -> None:
+def test_a_person_in_the_plane_shortens_rays() -> None:
     cell = Cell()
     assert (cell.scan([Disc(1.0, 0.0, 0.2)]) <= cell.scan()).all()
     assert (cell.scan([Disc(1.0, 0.0, 0.2)]) < cell.scan()).any()

@@ -9,7 +9,7 @@ from aeros.sim.scanners.ray_fan import Array, ray_fan
 from aeros.sim.scanners.robot_outline import RobotOutline
 from aeros.sim.scanners.sections import Section, cast, rectangle
 from aeros.sim.scanners.sight_grid import SPACING, SightGrid
-from aeros.spec.model.area_scanners import AreaScanners
+from aeros.spec.model.sensor_errors import AreaScanners
 from tests.unit.sim.scanners.cells import READY, scanners_at
 
 ONE = scanners_at((-1.0, 0.0, 0.0))
@@ -28,7 +28,7 @@ def hidden(
     return SightGrid(scanners, taught).hidden_places(shorter, ranges[shorter], own)
 
 
-def test_what_is_behind_a_wall_is_hidden() -> None:
+def test_places_behind_a_wall_are_hidden() -> None:
     places = hidden(ONE, WALL)
     assert places[:, 0].min() == pytest.approx(0.05, abs=SPACING)
     assert places[:, 0].max() == pytest.approx(1.6, abs=1.1 * SPACING)  # as far as anybody is heeded
@@ -46,7 +46,7 @@ def test_behind_something_narrow_there_is_no_room() -> None:
     assert len(hidden(ONE, rectangle((1.0, -0.01), (1.02, 0.01)))) == 0
 
 
-def test_what_was_never_seen_does_not_count() -> None:
+def test_places_that_were_never_seen_do_not_count() -> None:
     assert len(hidden(ONE, rectangle((0.5, -0.1), (0.6, 0.1)), survey=(WALL,))) == 0
 
 
