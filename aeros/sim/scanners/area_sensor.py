@@ -120,10 +120,11 @@ class AreaSensor:
         furniture, people = self._cell.furniture(), self._cell.people()
         joints, base = self._cell.robot()
         at = tuple([round(part, _PLACES) for part in base])
-        state = (self._low_joints(joints, base), at, self.devices.covered)
+        low = self._low_joints(joints, base)
+        state = (low, at, self.devices.covered)
         is_as_before = furniture is self._furniture and state == self._before
         if people or not is_as_before or self._distance != SCANNER_RANGE:
-            ranges = self.devices.scan(number, furniture, people, joints, base)
+            ranges = self.devices.scan(number, furniture, people, low, base)
             self._distance = self._controller.evaluate(ranges, posture)
         # Nothing has moved in the plane, in which nobody was: the scan would be as before but for its noise.
         self._furniture, self._before = furniture, () if people else state

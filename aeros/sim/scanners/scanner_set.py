@@ -12,7 +12,6 @@ from aeros.sim.pictures.scene_solids import robot_solids
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.robot import CARRIAGE_EDGES
 from aeros.sim.scanners.ray_fan import Array, ray_fan
-from aeros.sim.scanners.robot_outline import RobotOutline
 from aeros.sim.scanners.sections import Section, cast, cut, rectangle
 from aeros.spec.model.sensor_errors import AreaScanners
 
@@ -93,7 +92,7 @@ class ScannerSet:
             number: of the scan.
             furniture: sections of what stands in the cell; the same object if nothing there has moved.
             people: sections of people.
-            joints: true joint positions of the robot (7), rad.
+            joints: true joint positions of the robot (7), rad; none if its arm does not reach the plane.
             base: true position of the arm's base, m.
 
         Returns:
@@ -121,7 +120,7 @@ class ScannerSet:
         sections: list[Section] = []
         if self._carriage and z - height < self._plane < z:
             sections.append(rectangle((x - length / 2, y - width / 2), (x + length / 2, y + width / 2)))
-        if RobotOutline(joints, base, carriage=False).reaches_down_to(self._plane):
+        if joints:
             links = (cut(one, self._plane) for one in robot_solids(joints, base))
             sections.extend(one for one in links if one is not None)
         return sections
