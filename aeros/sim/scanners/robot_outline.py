@@ -125,9 +125,13 @@ def _from_segments(points: Array, a: Array, b: Array) -> Array:
     """Return distances of points (n, d) from segments a to b (m, d) each: (m, n)."""
     along = b - a
     squared = np.maximum((along**2).sum(axis=1), 1e-12)
-    apart = points[None, :, :] - a[:, None, :]
-    share = np.clip(np.einsum("mnd,md->mn", apart, along) / squared[:, None], 0.0, 1.0)
-    distances: Array = np.linalg.norm(apart - share[:, :, None] * along[:, None, :], axis=2)
+    # ((p - a)·v) / v², and |p - a - share·v|, one axis after another: arrays with a short last axis are slow.
+    share = (along @ points.T - (along * a).sum(axis=1)[:, None]) / squared[:, None]
+    share = np.minimum(np.maximum(share, 0.0), 1.0)
+    apart = np.zeros(share.shape)
+    for axis, of_points in enumerate(points.T):
+        apart += (of_points - a[:, axis, None] - share * along[:, axis, None]) ** 2
+    distances: Array = np.sqrt(apart)
     return distances
 
 
