@@ -24,7 +24,7 @@ _SURFACE: Final = 0.05
 
 _BEYOND: Final = 2.6
 """Distance beyond the outermost scanners up to which there are points, m: the robot stays between them, and
-heeds nobody who is farther away."""
+no separation rule asks for more."""
 
 _LONG: Final = 1e3
 """Length above that of every ray, m."""
@@ -127,9 +127,9 @@ _NONE: Final = np.empty((0, 2))
 @lru_cache(maxsize=8)
 def _passes(scanners: AreaScanners) -> _Passes:
     fan = ray_fan(scanners)
-    middle = fan.origins.mean(axis=0)
-    reach = np.abs(fan.origins - middle).max(axis=0) + min(scanners.range, _BEYOND)
-    axes = [np.arange(low - far, low + far, SPACING) for low, far in zip(middle, reach, strict=True)]
+    beyond = min(scanners.range, _BEYOND)
+    lowest, highest = fan.origins.min(axis=0) - beyond, fan.origins.max(axis=0) + beyond
+    axes = [np.arange(low, high, SPACING) for low, high in zip(lowest, highest, strict=True)]
     x, y = np.meshgrid(*axes, indexing="ij")
     points = np.column_stack((x.ravel(), y.ravel()))
     keys, ids = [], []

@@ -235,7 +235,9 @@ class Site:
     )
     area_scanners: AreaScanners | None = field(
         default=None,
-        metadata={"doc": "scanners that measure how far people are; simulated plants scan with them"},
+        metadata={
+            "doc": "scanners that measure how far people are, in simulated plants; if absent, that is exact"
+        },
     )
     modules: Named[ModuleSettings] = field(
         default=MappingField(),
