@@ -94,7 +94,7 @@ def load_faults(
 
 
 def surroundings_of(configuration: Configuration, scene: Scene) -> FaultContext:
-    """Collect the names that a faults file may use: state variables, skills, objects and cameras.
+    """Collect the names that a faults file may use: state variables, skills, objects, cameras, scanners.
 
     Args:
         configuration: Site and modules; skills are named `MODULE.SKILL`.
@@ -111,7 +111,9 @@ def surroundings_of(configuration: Configuration, scene: Scene) -> FaultContext:
     files = {
         name: path for ecm in configuration.modules.values() for name, path in faults_in(ecm.folder).items()
     }
-    return FaultContext(measured, skills, scene.movable, tuple(scene.cameras), files)
+    area = configuration.site.area_scanners
+    scanners = () if area is None else tuple(one.name for one in area.scanners)
+    return FaultContext(measured, skills, scene.movable, tuple(scene.cameras), scanners, files)
 
 
 def load_run_scene(
@@ -303,7 +305,7 @@ def _build_kinematic(scene: Scene, seed: int, errors: SensorSetup) -> Plant:
             f"the kinematic plant needs `pip install 'aeros[kinematic]'` ({error.name} is missing); "
             "or use `--plant symbolic`"
         ) from error
-    return make_plant(scene, seed, errors.survey)
+    return make_plant(scene, seed, errors.survey, errors.scanners)
 
 
 def _build_physics(
@@ -326,6 +328,7 @@ def _build_physics(
         errors.survey,
         sensors=errors.models,
         odometry=errors.odometry,
+        scanners=errors.scanners,
         spectators=spectators,
         people=people,
         disturbance=disturbance,

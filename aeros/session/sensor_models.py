@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from aeros.runtime.gate.configuration import Configuration
 from aeros.sim.sensor_model import SensorModel
-from aeros.spec.model.sensor_errors import OdometryErrors, QuantityErrors, SurveyErrors
+from aeros.spec.model.sensor_errors import AreaScanners, OdometryErrors, QuantityErrors, SurveyErrors
 
 
 class SensorSetup(NamedTuple):
@@ -17,11 +17,13 @@ class SensorSetup(NamedTuple):
         models: of state variables and cameras, by full name.
         survey: of surveyed places.
         odometry: of a base that drives.
+        scanners: that measure how far people are; None if that is measured exactly.
     """
 
     models: dict[str, SensorModel]
     survey: SurveyErrors = SurveyErrors()
     odometry: OdometryErrors = OdometryErrors()
+    scanners: AreaScanners | None = None
 
 
 def sensor_setup(configuration: Configuration, *, ideal: bool = False) -> SensorSetup:
@@ -29,7 +31,7 @@ def sensor_setup(configuration: Configuration, *, ideal: bool = False) -> Sensor
 
     Args:
         configuration: the site, and the modules whose variables its sensors measure.
-        ideal: no errors at all.
+        ideal: no errors at all, and the exact distance of people.
 
     Returns:
         The errors that the site declares.
@@ -51,7 +53,7 @@ def sensor_setup(configuration: Configuration, *, ideal: bool = False) -> Sensor
             if found is not None and found.dimension == variable.unit.dimension:
                 lowest, highest = variable.double_range
                 models[name] = replace(_model(found), lowest=lowest, highest=highest)
-    return SensorSetup(models, errors.survey, errors.odometry)
+    return SensorSetup(models, errors.survey, errors.odometry, configuration.site.area_scanners)
 
 
 def _model(errors: QuantityErrors) -> SensorModel:

@@ -16,6 +16,7 @@ import numpy as np
 from aeros.runtime.ports import CameraPicture, CameraView, Readings
 from aeros.sim.bullet.panda import Panda
 from aeros.sim.bullet.people import People, Person
+from aeros.sim.bullet.scanned_cell import PhysicsCell
 from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.fixed_step_plant import CAMERA_TICKS, FixedStepPlant, PictureSource
 from aeros.sim.geometry import Camera, Vector3, add
@@ -23,13 +24,16 @@ from aeros.sim.layouts.survey import NO_SURVEY_ERRORS
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.errors import BlockedError
 from aeros.sim.robot.odometry import WheelOdometry
+from aeros.sim.scanners.area_sensor import AreaSensor
+from aeros.sim.scanners.person_distance import RobotPosture
+from aeros.sim.scanners.scanner_set import ScannerSet
 from aeros.sim.scenes.physics_scene import PhysicsScene
 from aeros.sim.scenes.scene import PhysicalScene
 from aeros.sim.sensor_model import SensorModel
 from aeros.sim.sensors import SCANNER_RANGE, GroundTruth, Sensors
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.model.scene import Scene
-from aeros.spec.model.sensor_errors import OdometryErrors, SurveyErrors
+from aeros.spec.model.sensor_errors import AreaScanners, OdometryErrors, SurveyErrors
 
 BLOCKED_DISTANCE: Final = 0.015
 """Distance of a link from its commanded place above which the robot is blocked, m (unhindered: 0.002).
@@ -69,6 +73,7 @@ class PlantParts(NamedTuple):
         scene: the scene with its objects.
         sensors: sensor models between true values and readings.
         people: simulated people.
+        scanners: scanners that measure how far people are; None if that is measured exactly.
     """
 
     world: PhysicsWorld
@@ -76,6 +81,7 @@ class PlantParts(NamedTuple):
     scene: PhysicalScene
     sensors: Sensors
     people: People
+    scanners: ScannerSet | None = None
 
 
 class NoDisturbance:
@@ -124,6 +130,7 @@ class PlantOptions(TypedDict, total=False):
         spectators: videos and windows that show the world; none by default.
         people: simulated people on scripted paths; nobody by default.
         odometry: errors of wheel odometry; none by default.
+        scanners: scanners that measure how far people are; by default that is measured exactly.
         sensors: sensor models by name of the state variable; variables without one are measured exactly and
             without delay.
         referee: is given the ground truth after every tick; none by default.
@@ -134,6 +141,7 @@ class PlantOptions(TypedDict, total=False):
     people: Sequence[Person]
     sensors: Mapping[str, SensorModel] | None
     odometry: OdometryErrors
+    scanners: AreaScanners | None
     referee: TruthListener | None
     disturbance: NoDisturbance | None
 
@@ -169,11 +177,17 @@ class PhysicsPlant(FixedStepPlant):
         for _ in range(_SETTLE_TICKS):
             self._world.step()
         self._world.ticks = 0
-        self._people = People(self._world, robot.body, people, RandomSource(seed))
+        scanners = options.get("scanners")
+        floor = 0.0 if scanners is None else scanners.floor
+        self._people = People(self._world, robot.body, people, RandomSource(seed), floor)
+        self._area_sensor = None if scanners is None else self._set_up(scanners, robot, RandomSource(seed))
         self._disturbance = options.get("disturbance") or NoDisturbance()
         self._panda = robot
-        self._disturbance.attach(PlantParts(self._world, robot, scene, self.sensors, self._people))
+        devices = None if self._area_sensor is None else self._area_sensor.devices
+        self._disturbance.attach(PlantParts(self._world, robot, scene, self.sensors, self._people, devices))
         super().__init__(robot, scene.cameras)
+        if self._area_sensor is not None:
+            self._area_sensor.start(RobotPosture(self._state.q, self._state.base_position))
         self._truth = GroundTruth(0, self._fast_values())
         self._slow_quantities = tuple(self._ground_truth().values.keys() - self._truth.values.keys())
         self.sensors.sample(self._truth)
@@ -214,6 +228,10 @@ class PhysicsPlant(FixedStepPlant):
 
     # Internals.
 
+    def _set_up(self, scanners: AreaScanners, robot: Panda, chance: RandomSource) -> AreaSensor:
+        cell = PhysicsCell(self._world, robot, self._people, scanners.floor + scanners.height)
+        return AreaSensor(scanners, cell, chance, carriage=self._scene.robot.carriage)
+
     def _look(self, camera: str) -> PictureSource:
         picture = self._disturbance.disturb_picture(self._picture(camera))
         return lambda: picture
@@ -252,6 +270,9 @@ class PhysicsPlant(FixedStepPlant):
             viewer.tick(self._world, self._scene.view)
 
     def _measure(self) -> None:
+        if self._area_sensor is not None:
+            posture = RobotPosture(self._state.q, self._state.base_position)
+            self._area_sensor.tick(self._world.ticks, posture)
         self._truth = GroundTruth(self._world.ticks, self._fast_values())
         is_slow_sampled = self.sensors.needs_sampling(self._slow_quantities)
         self.sensors.sample(self._ground_truth() if is_slow_sampled else self._truth)
@@ -262,6 +283,7 @@ class PhysicsPlant(FixedStepPlant):
                 "contact_force": self._panda.net_contact_force(),
                 "base_position": base,
                 "tool_position": tool,
+                "human_distance": self._true_distance(),
             }
             self._referee(GroundTruth(self._truth.tick, true))
 
@@ -275,9 +297,18 @@ class PhysicsPlant(FixedStepPlant):
 
     def _fast_values(self) -> dict[str, Any]:
         values = super()._fast_values()
-        nearest = self._people.distance(SCANNER_RANGE) if self._people.walkers else SCANNER_RANGE
-        values["human_distance"] = min(SCANNER_RANGE, nearest)
+        if self._area_sensor is None:
+            values["human_distance"] = self._true_distance()
+        elif self._area_sensor.reading is None:
+            del values["human_distance"]
+        else:
+            values["human_distance"] = self._area_sensor.reading
         return values
+
+    def _true_distance(self) -> float:
+        """Return the distance of the nearest person from the robot, m."""
+        nearest = self._people.distance(SCANNER_RANGE) if self._people.walkers else SCANNER_RANGE
+        return min(SCANNER_RANGE, nearest)
 
     def _check_tracking(self) -> None:
         if self._truth.values["tracking_error"] <= BLOCKED_DISTANCE:

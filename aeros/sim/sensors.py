@@ -42,7 +42,7 @@ class GroundTruth:
 
     Attributes:
         tick: number of the tick since the plant started.
-        values: values by vocabulary name, SI.
+        values: values by vocabulary name, SI; of a sensor with a clock of its own, its `Reading`.
     """
 
     tick: int
@@ -55,6 +55,11 @@ class GroundTruth:
 
 
 _NO_READING: Final = GroundTruth(-1, {})
+
+
+def _as_reading(value: Any, time: float) -> Reading:
+    """Return a value that was true at `time`, s; a reading keeps its own time."""
+    return value if type(value) is Reading else Reading(value, time)
 
 
 _BLOCK: Final = 240
@@ -83,7 +88,7 @@ class _DelayLine:
         """Deliver values that were true at tick `before` or earlier; readings never get older."""
         while self.in_flight and self.in_flight[0][0] <= before:
             tick, value = self.in_flight.popleft()
-            self.latest = Reading(value, tick * TICK)
+            self.latest = _as_reading(value, tick * TICK)
 
 
 class Sensors:
@@ -144,13 +149,13 @@ class Sensors:
         """
         self.sample(truth)
         now = truth.time
-        readings = {name: Reading(value, now) for name, value in truth.values.items()}
+        readings = {name: _as_reading(value, now) for name, value in truth.values.items()}
         for name, model in self.models.items():
             if name not in truth.values:
                 continue
             line = self._lines.get(name)
             if line is None:
-                readings[name] = Reading(self._measure(name, model, truth.tick, truth.values[name]), now)
+                readings[name] = _as_reading(self._measure(name, model, truth.tick, truth.values[name]), now)
             elif line.latest is not None:
                 readings[name] = line.latest
             else:
@@ -254,9 +259,10 @@ class Sensors:
         """
         if truth.tick == 0 and model.dropout < 1.0:
             seen = self._measure(name, replace(model, dropout=0.0), 0, truth.values[name])
-            return Reading(seen, -model.latency_ticks * TICK)
+            first = _as_reading(seen, 0.0)
+            return first._replace(time=first.time - model.latency_ticks * TICK)
         if name in self._last.values:
-            return Reading(self._last.values[name], self._last.time)
+            return _as_reading(self._last.values[name], self._last.time)
         return None
 
     def _measure(self, name: str, model: SensorModel, tick: int, value: Any) -> Any:
@@ -264,6 +270,8 @@ class Sensors:
         if model.dropout > 0.0 and self._uniform(name, tick) < model.dropout:
             return _NO_READING
         kind = type(value)
+        if kind is Reading:
+            return value._replace(value=self._measure(name, replace(model, dropout=0.0), tick, value.value))
         if kind is float:
             return self._number(name, model, value, 0, self._row(name, model, tick, 1))
         if kind is not tuple:

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass
-from math import dist, inf
+from dataclasses import dataclass, replace
+from math import dist, inf, sqrt
 from typing import Final
 
 from aeros.sim.bullet.body_factory import Colour
@@ -17,6 +17,7 @@ from aeros.sim.bullet.client import bullet
 from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.geometry import UPRIGHT
 from aeros.sim.randomness import RandomSource
+from aeros.sim.scanners.sections import Disc
 
 DEFAULT_HEIGHT: Final = 1.75
 DEFAULT_RADIUS: Final = 0.25
@@ -60,7 +61,7 @@ class Person:
         path: waypoints, the first where they are at the start.
         height: of the capsule.
         radius: of the capsule.
-        floor: height in W of the floor they stand on.
+        floor: height in W of the floor they stand on; None for that of the cell.
         position_spread: greatest random offset of each waypoint, in x and in y.
         max_delay: greatest random delay of the whole path.
     """
@@ -69,7 +70,7 @@ class Person:
     path: tuple[Waypoint, ...]
     height: float = DEFAULT_HEIGHT
     radius: float = DEFAULT_RADIUS
-    floor: float = 0.0
+    floor: float | None = None
     position_spread: float = 0.0
     max_delay: float = 0.0
 
@@ -131,7 +132,12 @@ class People:
     """
 
     def __init__(
-        self, world: PhysicsWorld, robot: int, people: Sequence[Person], chance: RandomSource
+        self,
+        world: PhysicsWorld,
+        robot: int,
+        people: Sequence[Person],
+        chance: RandomSource,
+        floor: float = 0.0,
     ) -> None:
         """Place everybody at the start of their path.
 
@@ -140,11 +146,20 @@ class People:
             robot: number of the robot's body in PyBullet.
             people: the people.
             chance: random source of offsets and delays.
+            floor: height in W of the cell's floor, m.
         """
         self._world = world
         self._robot = robot
         self._chance = chance
-        self.walkers = [_PersonBody(world, person, chance) for person in people]
+        self._floor = floor
+        self.walkers: list[_PersonBody] = []
+        for person in people:
+            self._add(person, 0.0)
+
+    @property
+    def bodies(self) -> list[int]:
+        """Numbers of their bodies in PyBullet."""
+        return [walker.body for walker in self.walkers]
 
     def add_person(self, person: Person) -> None:
         """Add a person, whose path begins now.
@@ -152,7 +167,7 @@ class People:
         Args:
             person: the person.
         """
-        self.walkers.append(_PersonBody(self._world, person, self._chance, self._world.time))
+        self._add(person, self._world.time)
 
     def update(self, time: float) -> None:
         """Move everybody to their position at a time.
@@ -163,8 +178,19 @@ class People:
         for walker in self.walkers:
             walker.update(time)
 
+    def sections(self, height: float) -> list[Disc]:
+        """Cut them with a level plane.
+
+        Args:
+            height: of the plane in W, m.
+
+        Returns:
+            The sections of those whom the plane meets.
+        """
+        return [disc for walker in self.walkers if (disc := walker.section(height)) is not None]
+
     def distance(self, within: float) -> float:
-        """Measure the distance of the nearest person from any part of the robot.
+        """Measure the true distance of the nearest person from any part of the robot.
 
         An object that the robot holds is not part of it.
 
@@ -177,17 +203,24 @@ class People:
         nearest = min((walker.distance(self._robot, within) for walker in self.walkers), default=inf)
         return max(0.0, nearest)
 
+    def _add(self, person: Person, since: float) -> None:
+        standing = replace(person, floor=self._floor if person.floor is None else person.floor)
+        self.walkers.append(_PersonBody(self._world, standing, self._chance, since))
+
 
 class _PersonBody:
-    """A person's capsule in the world."""
+    """A person's capsule in the world; `body` is its number in PyBullet."""
 
-    def __init__(self, world: PhysicsWorld, person: Person, chance: RandomSource, since: float = 0.0) -> None:
+    def __init__(self, world: PhysicsWorld, person: Person, chance: RandomSource, since: float) -> None:
         self._client = world.client
         self._since = since
         self._walk = WalkSchedule(person, chance)
-        self._middle = person.floor + person.height / 2.0
+        self._place = (0.0, 0.0)
+        self._middle = (person.floor or 0.0) + person.height / 2.0
+        self._radius = person.radius
         self._last = inf
         length = person.height - 2.0 * person.radius
+        self._half = length / 2.0
         shape = bullet.createCollisionShape(
             bullet.GEOM_CAPSULE, radius=person.radius, height=length, physicsClientId=self._client
         )
@@ -198,15 +231,22 @@ class _PersonBody:
             rgbaColor=_CLOTHES,
             physicsClientId=self._client,
         )
-        self._body: int = bullet.createMultiBody(0.0, shape, visual, physicsClientId=self._client)
-        bullet.setCollisionFilterGroupMask(self._body, -1, 0, 0, physicsClientId=self._client)
+        self.body: int = bullet.createMultiBody(0.0, shape, visual, physicsClientId=self._client)
+        bullet.setCollisionFilterGroupMask(self.body, -1, 0, 0, physicsClientId=self._client)
         self.update(since)
 
     def update(self, time: float) -> None:
-        x, y = self._walk.position(time - self._since)
+        x, y = self._place = self._walk.position(time - self._since)
         bullet.resetBasePositionAndOrientation(
-            self._body, (x, y, self._middle), UPRIGHT, physicsClientId=self._client
+            self.body, (x, y, self._middle), UPRIGHT, physicsClientId=self._client
         )
+
+    def section(self, height: float) -> Disc | None:
+        """Cut the capsule with a level plane; None if the plane does not meet it."""
+        beyond = max(0.0, abs(height - self._middle) - self._half)
+        if beyond >= self._radius:
+            return None
+        return Disc(*self._place, sqrt(self._radius**2 - beyond**2))
 
     def distance(self, robot: int, within: float) -> float:
         """Measure the distance from the robot, first with a range just above the previous distance.
@@ -219,5 +259,5 @@ class _PersonBody:
         return self._last
 
     def _query_distance(self, robot: int, within: float) -> float:
-        points = bullet.getClosestPoints(robot, self._body, within, physicsClientId=self._client)
+        points = bullet.getClosestPoints(robot, self.body, within, physicsClientId=self._client)
         return min((float(point[8]) for point in points), default=inf)

@@ -85,7 +85,7 @@ def parse_person(name: str, declaration: declared.Person, diagnostics: Diagnosti
     path = tuple(_waypoint(number, at, diagnostics) for number, at in enumerate(declaration.path))
     if not diagnostics.has_errors:
         _check_times(path, declaration.path, diagnostics)
-    floor = 0.0 if declaration.floor is None else _number(declaration.floor, LENGTH, diagnostics)
+    floor = None if declaration.floor is None else _number(declaration.floor, LENGTH, diagnostics)
     spread, delay = (
         _non_negative_quantity(declaration.spread, LENGTH, diagnostics, 0.0),
         _non_negative_quantity(declaration.delay, TIME, diagnostics, 0.0),

@@ -26,6 +26,8 @@ class Degradation:
         torque_share: share of the arm's torque, in [0, 1].
         lag_ticks: ticks by which the arm follows its commands late.
         sensors: sensor models of degraded quantities, by vocabulary name.
+        covered: share of the window of each scanner that is covered, by its name.
+        silent: names of the scanners that send nothing.
     """
 
     friction: float = inf
@@ -33,6 +35,8 @@ class Degradation:
     torque_share: float = 1.0
     lag_ticks: int = 0
     sensors: Mapping[str, SensorModel] = field(default_factory=dict)
+    covered: Mapping[str, float] = field(default_factory=dict)
+    silent: frozenset[str] = frozenset()
 
     def combine_worst(self, other: Degradation) -> Degradation:
         """Combine with another degradation.
@@ -49,6 +53,11 @@ class Degradation:
             min(self.torque_share, other.torque_share),
             max(self.lag_ticks, other.lag_ticks),
             _worst_models(self.sensors, other.sensors),
+            {
+                name: max(self.covered.get(name, 0.0), other.covered.get(name, 0.0))
+                for name in {**self.covered, **other.covered}
+            },
+            self.silent | other.silent,
         )
 
 
@@ -69,6 +78,7 @@ class DegradationApplier:
     def __init__(self, parts: PlantParts) -> None:
         self._robot = parts.robot
         self._sensors = parts.sensors
+        self._scanners = parts.scanners
         self._models = dict(parts.sensors.models)
         self._before = NO_DEGRADATION
         self._queue: deque[tuple[Vector, Vector]] = deque()
@@ -92,6 +102,8 @@ class DegradationApplier:
             models = _worst_models(self._models, now.sensors)
             self._sensors.models.clear()
             self._sensors.models.update(models)
+        if self._scanners is not None:
+            self._scanners.covered, self._scanners.silent = now.covered, now.silent
         self._before = now
 
     def _delayed_set_points(self, lag: int) -> tuple[Vector, Vector]:

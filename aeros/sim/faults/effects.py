@@ -25,12 +25,14 @@ from aeros.sim.physics import PlantParts
 from aeros.sim.sensor_model import SensorModel
 from aeros.spec.declared.faults import (
     CommandDelayFault,
+    CoveredScannerFault,
     GripForceFault,
     ImpulseFault,
     MisplacedPictureFault,
     MissedPictureFault,
     PadFrictionFault,
     SensorFault,
+    SilentScannerFault,
     TorqueFault,
 )
 
@@ -69,6 +71,10 @@ def physical_effect(
         case SensorFault(of, lasts, noise, latency, dropout):
             model = SensorModel(noise=noise, latency=latency, dropout=dropout)
             return repeat(Degradation(sensors={of: model}), lasts)
+        case CoveredScannerFault(scanner, lasts, share):
+            return repeat(Degradation(covered={scanner: share}), lasts)
+        case SilentScannerFault(scanner, lasts):
+            return repeat(Degradation(silent=frozenset((scanner,))), lasts)
         case PersonEntersFault(person):
             parts.people.add_person(replace(person, name=name))
             return iter(())

@@ -65,6 +65,7 @@ class FaultContext:
         skills: as `MODULE.SKILL`.
         things: objects of the scene that can be pushed.
         cameras: of the scene.
+        scanners: safety laser scanners of the site.
         files: faults files of modules, by name.
     """
 
@@ -72,6 +73,7 @@ class FaultContext:
     skills: Collection[str]
     things: Collection[str]
     cameras: Collection[str]
+    scanners: Collection[str] = ()
     files: Mapping[str, Path] = field(default_factory=dict)
 
     @property

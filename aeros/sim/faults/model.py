@@ -8,12 +8,14 @@ from aeros.sim.bullet.people import Person
 from aeros.sim.gilbert_elliott import GilbertElliottProcess
 from aeros.spec.declared.faults import (
     CommandDelayFault,
+    CoveredScannerFault,
     GripForceFault,
     ImpulseFault,
     MisplacedPictureFault,
     MissedPictureFault,
     PadFrictionFault,
     SensorFault,
+    SilentScannerFault,
     TorqueFault,
 )
 
@@ -81,6 +83,8 @@ PhysicalFault = (
     | TorqueFault
     | CommandDelayFault
     | SensorFault
+    | CoveredScannerFault
+    | SilentScannerFault
     | PersonEntersFault
 )
 """Faults of bodies, motors and sensors, which act tick by tick."""

@@ -7,20 +7,23 @@ without motors, friction or inertia between a set point and the robot's position
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Final
+from typing import Any, Final
 
 from aeros.runtime.ports import Reading, Readings
 from aeros.sim.clock import TICK
 from aeros.sim.fixed_step_plant import FixedStepPlant, PictureSource
 from aeros.sim.kinematic.robot import BLOCKING_FORCE, KinematicRobot
+from aeros.sim.kinematic.scanned_cell import KinematicCell
 from aeros.sim.kinematic.scenes.declared_scene import DeclaredScene
 from aeros.sim.kinematic.scenes.scene import KinematicScene
 from aeros.sim.layouts.survey import NO_SURVEY_ERRORS
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.errors import BlockedError
 from aeros.sim.robot.self_contact import find_self_contact
+from aeros.sim.scanners.area_sensor import AreaSensor
+from aeros.sim.scanners.person_distance import RobotPosture
 from aeros.spec.model.scene import Scene
-from aeros.spec.model.sensor_errors import SurveyErrors
+from aeros.spec.model.sensor_errors import AreaScanners, SurveyErrors
 
 _SELF_CONTACT_TICKS: Final = 12
 """Ticks between two looks for links that meet each other: 50 ms."""
@@ -31,10 +34,11 @@ class KinematicPlant(FixedStepPlant):
 
     Args:
         scene: objects, cameras and how the robot is built.
-        seed: of the layout.
+        seed: of the layout, and of the scanners' errors.
+        scanners: scanners that measure how far people are; without any, nobody is ever there.
     """
 
-    def __init__(self, scene: KinematicScene, seed: int) -> None:
+    def __init__(self, scene: KinematicScene, seed: int, scanners: AreaScanners | None = None) -> None:
         self._scene = scene
         self._ticks = 0
         self._load = 0.0
@@ -43,6 +47,12 @@ class KinematicPlant(FixedStepPlant):
         super().__init__(self._arm, scene.cameras)
         for camera in scene.initial_cameras:
             self._pictures[camera] = self._look(camera)
+        self._area_sensor: AreaSensor | None = None
+        if scanners is not None:
+            cell = KinematicCell(scene, self._arm, scanners.floor + scanners.height)
+            chance = RandomSource(seed)
+            self._area_sensor = AreaSensor(scanners, cell, chance, carriage=scene.robot.carriage)
+            self._area_sensor.start(self._posture())
 
     def now(self) -> float:
         """Implement `Plant.now`: simulated seconds since the scene was laid out."""
@@ -56,7 +66,9 @@ class KinematicPlant(FixedStepPlant):
             "holding": self._robot.is_holding(),
             **self._scene.measure(),
         }
-        return {name: Reading(value, time) for name, value in values.items()}
+        return {
+            name: value if type(value) is Reading else Reading(value, time) for name, value in values.items()
+        }
 
     def truth(self) -> Mapping[str, int]:
         """Judge the goals by what is true in the world, for a referee; nothing that acts may call it.
@@ -79,6 +91,21 @@ class KinematicPlant(FixedStepPlant):
         self._ticks += 1
         self._scene.tick(self._arm.read_sensors())
 
+    def _measure(self) -> None:
+        if self._area_sensor is not None:
+            self._area_sensor.tick(self._ticks, self._posture())
+
+    def _fast_values(self) -> dict[str, Any]:
+        values = super()._fast_values()
+        if self._area_sensor is not None:
+            del values["human_distance"]
+            if self._area_sensor.reading is not None:
+                values["human_distance"] = self._area_sensor.reading
+        return values
+
+    def _posture(self) -> RobotPosture:
+        return RobotPosture(self._state.q, self._state.base_position)
+
     def _check_tracking(self) -> None:
         before, self._load = self._load, self._robot.wrist_vertical_force()
         if self._load > BLOCKING_FORCE and self._load > before:
@@ -90,7 +117,12 @@ class KinematicPlant(FixedStepPlant):
             self._free_posture = self._state.q
 
 
-def make_plant(scene: Scene, seed: int, survey: SurveyErrors = NO_SURVEY_ERRORS) -> KinematicPlant:
+def make_plant(
+    scene: Scene,
+    seed: int,
+    survey: SurveyErrors = NO_SURVEY_ERRORS,
+    scanners: AreaScanners | None = None,
+) -> KinematicPlant:
     """Make a kinematic plant of a scene.
 
     The same scene, seed and actions repeat bit for bit.
@@ -99,6 +131,7 @@ def make_plant(scene: Scene, seed: int, survey: SurveyErrors = NO_SURVEY_ERRORS)
         scene: the scene.
         seed: of the layout, which is that of the physics plant with this seed, and of the survey.
         survey: errors of surveyed places.
+        scanners: scanners that measure how far people are; without any, nobody is ever there.
 
     Returns:
         The plant, its clock at 0.
@@ -106,4 +139,4 @@ def make_plant(scene: Scene, seed: int, survey: SurveyErrors = NO_SURVEY_ERRORS)
     Raises:
         UserError: the scene has no robot.
     """
-    return KinematicPlant(DeclaredScene(scene, survey), seed)
+    return KinematicPlant(DeclaredScene(scene, survey), seed, scanners)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import cache
+from math import hypot
 from typing import Final, Protocol
 
 import numpy as np
@@ -51,6 +52,9 @@ class SceneSolids:
 
     Args:
         scene: the scene.
+
+    Attributes:
+        reach: distance from each body's frame within which all of it is, by the body's name, m.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -64,24 +68,41 @@ class SceneSolids:
             for name, body in scene.bodies.items()
             if not isinstance(body.shape, UrdfModel)
         }
+        self.reach = {name: max(map(_reach, solids), default=0.0) for name, solids in self._rigid.items()}
+        for name, (_, visuals) in self._models.items():
+            parts = [
+                _reach(solid) + hypot(*visuals.link_pose(link, {}).position) for link, solid in visuals.solids
+            ]
+            # However its joints are turned: a part is no farther away than all lengths to it together.
+            self.reach[name] = 2.0 * max(parts, default=0.0)
 
-    def placed(self, world: PosedBodies) -> Iterator[PlacedSolid]:
+    def placed(self, world: PosedBodies, names: Collection[str] | None = None) -> Iterator[PlacedSolid]:
         """Yield every solid where it is now.
 
         Args:
             world: says where the bodies are.
+            names: of the bodies; None for all.
 
         Yields:
             The solids.
         """
         for name, solids in self._rigid.items():
+            if names is not None and name not in names:
+                continue
             pose = world.pose_of(BodyPart(name))
             yield from (place(solid, pose) for solid in solids)
         for name, (model, visuals) in self._models.items():
+            if names is not None and name not in names:
+                continue
             pose = world.pose_of(BodyPart(name))
             positions = {joint: world.joint_position(BodyPart(name, joint)) for joint in model.joints}
             for link, solid in visuals.solids:
                 yield place(solid, compose(pose, visuals.link_pose(link, positions)))
+
+
+def _reach(solid: Solid) -> float:
+    """Return the distance from the frame that a solid is in within which all of it is, m."""
+    return hypot(*solid.place.position) + solid.radius
 
 
 def decals_of(coatings: Mapping[str, CoatingMap]) -> tuple[Decal, ...]:

@@ -57,7 +57,7 @@ class Known(_Mark):
         noun: noun for such an object in messages.
     """
 
-    among: Literal["things", "measured"]
+    among: Literal["things", "measured", "scanners"]
     noun: str
     form = Annotated[TextField, Pattern("dotted")]
 
@@ -257,6 +257,39 @@ class SensorFault:
     dropout: Annotated[float, Share("the share of ticks without a reading, as in `dropout: 0.2`")] = 0.0
 
 
+_SCANNER: Final = Known(
+    "the safety laser scanner, as in `scanner: fence_west`", "scanners", "safety laser scanner"
+)
+
+
+@dataclass(frozen=True, slots=True)
+class CoveredScannerFault:
+    """The window of a safety laser scanner is dirty or covered for a while.
+
+    Attributes:
+        scanner: its name.
+        lasts: duration in ticks.
+        share: share of its window, from the middle, in [0, 1].
+    """
+
+    scanner: Annotated[str, _SCANNER]
+    lasts: Annotated[int, Duration("duration of the fault, as in `lasts: 2 s`")]
+    share: Annotated[float, Share("share of the window; all of it if absent, as in `share: 0.1`")] = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class SilentScannerFault:
+    """A safety laser scanner sends nothing for a while.
+
+    Attributes:
+        scanner: its name.
+        lasts: duration in ticks.
+    """
+
+    scanner: Annotated[str, _SCANNER]
+    lasts: Annotated[int, Duration("duration of the fault, as in `lasts: 2 s`")]
+
+
 KINDS: Final[dict[str, type[Any]]] = {
     "bump": ImpulseFault,
     "slip": PadFrictionFault,
@@ -264,6 +297,8 @@ KINDS: Final[dict[str, type[Any]]] = {
     "weaken": TorqueFault,
     "delay": CommandDelayFault,
     "misread": SensorFault,
+    "cover": CoveredScannerFault,
+    "silence": SilentScannerFault,
     "enter": Person,
     "miss": MissedPictureFault,
     "misplace": MisplacedPictureFault,
@@ -365,6 +400,12 @@ class Fault:
     )
     misread: Written[SensorFault] | None = field(
         default=None, metadata={"doc": "a sensor is noisy, late or interrupted"}
+    )
+    cover: Written[CoveredScannerFault] | None = field(
+        default=None, metadata={"doc": "the window of a safety laser scanner is dirty or covered"}
+    )
+    silence: Written[SilentScannerFault] | None = field(
+        default=None, metadata={"doc": "a safety laser scanner sends nothing"}
     )
     enter: Person | None = field(
         default=None, metadata={"doc": "a person comes, declared as in a people file"}

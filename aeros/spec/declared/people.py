@@ -52,7 +52,10 @@ class Person:
     height: TextField | None = field(default=None, metadata={"doc": "their height; 1.75 m if absent"})
     radius: TextField | None = field(default=None, metadata={"doc": "half their width; 250 mm if absent"})
     floor: TextField | None = field(
-        default=None, metadata={"doc": "height in W of the floor under them; 0 m if absent"}
+        default=None,
+        metadata={
+            "doc": "height in W of the floor under them; that of the cell's scanners if absent, or 0 m"
+        },
     )
     spread: TextField | None = field(
         default=None,

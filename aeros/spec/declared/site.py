@@ -15,7 +15,7 @@ from aeros.spec.declared.objects import ObjectKind
 from aeros.spec.declared.perception import Camera
 from aeros.spec.declared.policy import Policy
 from aeros.spec.declared.quantity import Quantity
-from aeros.spec.declared.sensor_errors import SensorErrors
+from aeros.spec.declared.sensor_errors import AreaScanners, SensorErrors
 from aeros.spec.declared.tools import Tool
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.text.fields import (
@@ -232,6 +232,12 @@ class Site:
     sensor_errors: SensorErrors | None = field(
         default=None,
         metadata={"doc": "errors that simulated plants give the sensors; if absent, they are ideal"},
+    )
+    area_scanners: AreaScanners | None = field(
+        default=None,
+        metadata={
+            "doc": "scanners that measure how far people are, in simulated plants; if absent, that is exact"
+        },
     )
     modules: Named[ModuleSettings] = field(
         default=MappingField(),

@@ -22,7 +22,7 @@ from aeros.spec.elaborate.policy import (
     policy_spans,
 )
 from aeros.spec.elaborate.rules import ElaboratedRules, check_unique_ids, elaborate_rules
-from aeros.spec.elaborate.sensor_errors import elaborate_sensor_errors
+from aeros.spec.elaborate.sensor_errors import elaborate_area_scanners, elaborate_sensor_errors
 from aeros.spec.elaborate.task_parameters import elaborate_objects
 from aeros.spec.elaborate.tools import check_rules_read_no_answers
 from aeros.spec.elaborate.vocabulary import check_protective_stop, elaborate_vocabulary
@@ -53,13 +53,14 @@ def elaborate_site(site: declared.Site, digest: str, diagnostics: Diagnostics) -
     check_protective_stop(site, vocabulary, diagnostics)
     check_unique_ids(site, diagnostics)
     rules, policy, motion = ElaboratedRules(), site.policy, None
-    shared, cameras, sensor_errors = {}, {}, SensorErrors()
+    shared, cameras, sensor_errors, scanners = {}, {}, SensorErrors(), None
     devices = _devices(site, diagnostics)
     objects = elaborate_objects(site, diagnostics)
     if is_whole:
         shared = elaborate_shared_variables(policy.perception, vocabulary, diagnostics)
         cameras = elaborate_cameras(site, vocabulary, diagnostics)
         sensor_errors = elaborate_sensor_errors(site, vocabulary, diagnostics)
+        scanners = elaborate_area_scanners(site, vocabulary, diagnostics)
         rules = elaborate_rules(site, vocabulary, diagnostics)
         tools = {name: kind.tool for name, kind in vocabulary.kinds.items() if kind.tool is not None}
         check_rules_read_no_answers(tools, rules.rules, rules.joint_rules, rules.histories, diagnostics)
@@ -114,6 +115,7 @@ def elaborate_site(site: declared.Site, digest: str, diagnostics: Diagnostics) -
             for name, one in site.sensors
         },
         sensor_errors=sensor_errors,
+        area_scanners=scanners,
     )
 
 

@@ -29,7 +29,7 @@ from aeros.spec.model.policy import (
     Quota,
 )
 from aeros.spec.model.rules import ActionKind, JointRule, Risk, Rule
-from aeros.spec.model.sensor_errors import SensorErrors
+from aeros.spec.model.sensor_errors import AreaScanners, SensorErrors
 from aeros.spec.model.task_parameters import ObjectKind
 from aeros.spec.model.variables import Declared, History
 
@@ -72,6 +72,7 @@ class Site:
         sensors: sensors that only modules read: their purpose by name.
         objects: objects that people may ask for, by name.
         sensor_errors: errors that simulated plants give the sensors.
+        area_scanners: scanners that measure how far people are; None if the site says nothing of them.
     """
 
     id: str
@@ -107,6 +108,7 @@ class Site:
     sensors: Mapping[str, str] = field(default_factory=dict)
     objects: Mapping[str, ObjectKind] = field(default_factory=dict)
     sensor_errors: SensorErrors = field(default_factory=SensorErrors)
+    area_scanners: AreaScanners | None = None
 
     @cached_property
     def observed_variables(self) -> Mapping[str, Declared]:

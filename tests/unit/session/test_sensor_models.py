@@ -40,3 +40,8 @@ def test_a_modules_variables_have_the_errors_of_their_sensor_if_the_unit_fits(se
 
 def test_ideal_sensors_have_no_errors(configuration: Configuration) -> None:
     assert sensor_setup(configuration, ideal=True) == SensorSetup({})
+
+
+def test_the_scanners_are_those_of_the_site(setup: SensorSetup, configuration: Configuration) -> None:
+    assert setup.scanners is not None
+    assert setup.scanners is configuration.site.area_scanners

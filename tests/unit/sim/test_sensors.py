@@ -191,3 +191,28 @@ def test_a_camera_that_sees_nothing_measures_nothing() -> None:
         assert execute(plant, action, allow, 99.0).completed
     assert "object_position" not in plant.observe()
     plant.close()
+
+
+# A sensor with a clock of its own.
+
+
+def own_clock(tick: int, value: float, age: int) -> GroundTruth:
+    return GroundTruth(tick, {"gap": Reading(value, (tick - age) * TICK)})
+
+
+def test_a_reading_of_its_own_clock_keeps_its_time() -> None:
+    sensors = Sensors(0)
+    assert sensors.read(own_clock(9, 2.0, 4)) == {"gap": Reading(2.0, 5 * TICK)}
+    assert sensors.monitor_values(own_clock(9, 2.0, 4)) == {"gap": Reading(2.0, 5 * TICK)}
+
+
+def test_noise_and_latency_add_to_a_reading_of_its_own_clock() -> None:
+    sensors = Sensors(0, {"gap": SensorModel(noise=0.5)})
+    seen = sensors.read(own_clock(9, 2.0, 4))["gap"]
+    assert seen.time == 5 * TICK
+    assert seen.value != 2.0
+    late = Sensors(0, {"gap": SensorModel(latency=3 * TICK)})
+    assert late.read(own_clock(0, 1.0, 4))["gap"] == Reading(1.0, -7 * TICK)
+    for tick in range(1, 6):
+        late.sample(own_clock(tick, 1.0 + tick, 4))
+    assert late.read(own_clock(6, 7.0, 4))["gap"] == Reading(4.0, -1 * TICK)

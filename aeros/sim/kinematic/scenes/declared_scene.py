@@ -6,7 +6,7 @@ models as obstacles.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from aeros.sim.geometry import Pose, Vector3, add, to_world, yaw_of
@@ -22,6 +22,7 @@ from aeros.sim.pictures.late_picture import LatePicture
 from aeros.sim.pictures.scene_solids import SceneSolids, carriage_solid, decals_of, robot_solids
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.robot import RobotOptions, RobotState
+from aeros.sim.scanners.sections import Section, cut
 from aeros.spec.model.scene import (
     Basin,
     BodyPart,
@@ -89,6 +90,7 @@ class DeclaredScene:
         self.state = SceneState(self.scene, self._poses, self)
         self._survey = Survey(markers_of(self.scene, self._poses), self._survey_errors, chance)
         self._solids = SceneSolids(self.scene)
+        self._cut: tuple[object, tuple[Section, ...]] | None = None
         return self._things
 
     def tick(self, state: RobotState) -> None:
@@ -132,6 +134,18 @@ class DeclaredScene:
     def truth(self) -> Mapping[str, int]:
         """Implement `KinematicScene.truth`."""
         return self.state.truth()
+
+    def sections(self, height: float) -> Sequence[Section]:
+        """Implement `KinematicScene.sections`."""
+        poses = {
+            name: pose
+            for name, reach in self._solids.reach.items()
+            if abs((pose := self.pose_of(BodyPart(name))).position[2] - height) < reach
+        }
+        if self._cut is None or self._cut[0] != (height, poses):
+            cuts = (cut(one, height) for one in self._solids.placed(self, poses))
+            self._cut = ((height, poses), tuple(one for one in cuts if one is not None))
+        return self._cut[1]
 
     def see(self, camera: str, state: RobotState, yaw: float, time: float) -> LatePicture:
         """Implement `KinematicScene.see`: bodies, coatings and the robot.

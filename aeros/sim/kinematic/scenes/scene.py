@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 from aeros.sim.kinematic.objects import ObjectSet
 from aeros.sim.pictures.late_picture import LatePicture
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.robot import RobotOptions, RobotState
+from aeros.sim.scanners.sections import Section
 
 
 class KinematicScene(Protocol):
@@ -53,6 +54,16 @@ class KinematicScene(Protocol):
 
         Returns:
             The truth, or the number, of each state variable that the scene defines.
+        """
+
+    def sections(self, height: float) -> Sequence[Section]:
+        """Cut the bodies with a level plane.
+
+        Args:
+            height: of the plane in W, m.
+
+        Returns:
+            Their sections; the same object as long as none that the plane may meet has moved.
         """
 
     def see(self, camera: str, state: RobotState, yaw: float, time: float) -> LatePicture:

@@ -101,11 +101,11 @@ def test_an_unknown_people_file_is_refused_with_the_shipped_names() -> None:
     assert found.help == ("did you mean `at_the_table`?",)
 
 
-def test_a_person_without_more_is_of_usual_size_on_the_floor(tmp_path: Path) -> None:
+def test_a_person_without_more_is_of_usual_size_on_the_floor_of_the_cell(tmp_path: Path) -> None:
     (found,) = read_people(write(tmp_path, "    path: [{at: [1 m, 0 m]}]\n"))
     assert found == Person("guest", (Waypoint((1.0, 0.0)),))
     assert (found.height, found.radius) == (DEFAULT_HEIGHT, DEFAULT_RADIUS)
-    assert (found.floor, found.position_spread, found.max_delay) == (0.0, 0.0, 0.0)
+    assert (found.floor, found.position_spread, found.max_delay) == (None, 0.0, 0.0)
 
 
 @pytest.mark.parametrize(

@@ -47,9 +47,9 @@ class Applied:
         self.robot = Robot()
         self.models = dict(models)
         sensors = SimpleNamespace(models=self.models)
-        self._applier = DegradationApplier(
-            cast("PlantParts", SimpleNamespace(robot=self.robot, sensors=sensors))
-        )
+        self.scanners = SimpleNamespace(covered={}, silent=frozenset())
+        parts = SimpleNamespace(robot=self.robot, sensors=sensors, scanners=self.scanners)
+        self._applier = DegradationApplier(cast("PlantParts", parts))
         self._tick = 0
 
     def tick(self, now: Degradation = NO_DEGRADATION) -> None:
@@ -69,6 +69,10 @@ def test_the_worse_of_two_counts_for_each_part() -> None:
     second = Degradation(0.75, 5.0, 0.5, 7, {"a": LATE, "c": LATE})
     worse = Degradation(0.5, 5.0, 0.25, 7, {"a": SensorModel(0.5, 0.0, 0.125, 0.25), "b": NOISY, "c": LATE})
     assert first.combine_worst(second) == second.combine_worst(first) == worse
+    dirty = Degradation(covered={"a": 0.2, "b": 0.5}, silent=frozenset("c"))
+    other = Degradation(covered={"b": 0.7}, silent=frozenset("d"))
+    both = Degradation(covered={"a": 0.2, "b": 0.7}, silent=frozenset("cd"))
+    assert dirty.combine_worst(other) == other.combine_worst(dirty) == both
     coarse = Degradation(sensors={"a": SensorModel(resolution=0.5)})
     assert first.combine_worst(coarse).sensors["a"] == SensorModel(0.5, 0.5, 0.0, 0.25)
 
@@ -93,6 +97,14 @@ def test_combining_has_no_order_and_none_changes_nothing(
 
 
 # Applying.
+
+
+def test_scanners_are_covered_and_silent_for_as_long_as_it_lasts() -> None:
+    one = Applied()
+    one.tick(Degradation(covered={"a": 0.5}, silent=frozenset("b")))
+    assert (one.scanners.covered, one.scanners.silent) == ({"a": 0.5}, {"b"})
+    one.tick()
+    assert (one.scanners.covered, one.scanners.silent) == ({}, set())
 
 
 def test_without_degradation_nothing_is_touched() -> None:

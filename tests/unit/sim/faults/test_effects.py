@@ -20,12 +20,14 @@ from aeros.sim.physics import PlantParts
 from aeros.sim.sensor_model import SensorModel
 from aeros.spec.declared.faults import (
     CommandDelayFault,
+    CoveredScannerFault,
     GripForceFault,
     ImpulseFault,
     MisplacedPictureFault,
     MissedPictureFault,
     PadFrictionFault,
     SensorFault,
+    SilentScannerFault,
     TorqueFault,
 )
 
@@ -68,6 +70,8 @@ def ticks(kind: PhysicalFault, **more: Any) -> list[Degradation]:
             SensorFault("gap", 3, noise=0.5, latency=0.25, dropout=0.125),
             Degradation(sensors={"gap": SensorModel(0.5, 0.0, 0.25, 0.125)}),
         ),
+        (CoveredScannerFault("west", 3, 0.25), Degradation(covered={"west": 0.25})),
+        (SilentScannerFault("west", 3), Degradation(silent=frozenset(("west",)))),
     ],
 )
 def test_a_degradation_lasts_as_many_ticks_as_declared(kind: PhysicalFault, each: Degradation) -> None:

@@ -10,12 +10,14 @@ from aeros.sim.faults.faults_file import FaultContext, faults_in, parse_faults, 
 from aeros.sim.faults.model import CameraOpportunity, PersonEntersFault, SkillOpportunity, TimedOpportunity
 from aeros.spec.declared.faults import (
     CommandDelayFault,
+    CoveredScannerFault,
     GripForceFault,
     ImpulseFault,
     MisplacedPictureFault,
     MissedPictureFault,
     PadFrictionFault,
     SensorFault,
+    SilentScannerFault,
     TorqueFault,
 )
 from aeros.spec.diagnostics.codes import Diagnostics
@@ -27,7 +29,7 @@ from tests.shipped_scenes import FOLDERS, shipped_scene
 
 SITE = load_site(reference_site_path(), Diagnostics())
 assert SITE is not None
-AROUND = FaultContext(SITE.state, ("make_dumplings.wrap",), ("wrapper",), ("mast",))
+AROUND = FaultContext(SITE.state, ("make_dumplings.wrap",), ("wrapper",), ("mast",), ("fence_west",))
 
 KINDS = """\
 schema: aeros/faults/1
@@ -41,6 +43,9 @@ faults:
   weak: {at: {every: 1 s}, rate: 1, weaken: {torque: 0.2, lasts: 1 s}}
   late: {at: {every: 1 s}, rate: 1, delay: {by: 100 ms, lasts: 1 s}}
   misread: {at: {every: 1 s}, rate: 1, misread: {of: tool_position, noise: 5 mm, dropout: 0.1, lasts: 1 s}}
+  dirty: {at: {every: 1 s}, rate: 1, cover: {scanner: fence_west, share: 0.25, lasts: 1 s}}
+  covered: {at: {every: 1 s}, rate: 1, cover: {scanner: fence_west, lasts: 1 s}}
+  silent: {at: {every: 1 s}, rate: 1, silence: {scanner: fence_west, lasts: 500 ms}}
   visited: {at: {every: 1 s}, rate: 1, enter: {path: [{at: [2 m, 0 m]}, {at: [1 m, 0 m], speed: 1 m/s}]}}
   missed: {at: {look: mast}, rate: 0.2, bursts: {mean_length: 4}, miss: {}}
   wrong: {at: {look: mast}, rate: 0.2, misplace: {by: 60 mm}}
@@ -73,6 +78,9 @@ def test_every_kind_is_read_into_si_and_ticks() -> None:
     assert found["weak"].kind == TorqueFault(0.2, 240)
     assert found["late"].kind == CommandDelayFault(24, 240)
     assert found["misread"].kind == SensorFault("tool_position", 240, noise=0.005, dropout=0.1)
+    assert found["dirty"].kind == CoveredScannerFault("fence_west", 240, 0.25)
+    assert found["covered"].kind == CoveredScannerFault("fence_west", 240)
+    assert found["silent"].kind == SilentScannerFault("fence_west", 120)
     assert isinstance(found["visited"].kind, PersonEntersFault)
     assert found["missed"].opportunity == CameraOpportunity("mast")
     assert found["missed"].kind == MissedPictureFault()
@@ -109,6 +117,8 @@ def test_every_kind_is_read_into_si_and_ticks() -> None:
             "the direction vector is zero",
         ),
         (one(rest="weaken: {torque: 0.2, lasts: 2 h}"), "AE111", "`2 h` is outside its bounds"),
+        (one(rest="silence: {scanner: roof, lasts: 1 s}"), "AE122", "`roof` is not a safety laser scanner"),
+        (one(rest="cover: {scanner: roof, lasts: 1 s}"), "AE122", "`roof` is not a safety laser scanner"),
         (one(rest="misread: {of: torch, lasts: 1 s, dropout: 1}"), "AE122", "`torch` is not a quantity"),
         (one(rest="misread: {of: holding, lasts: 1 s, noise: 1 mm}"), "AE208", "cannot have noise"),
         (one(rest="misread: {of: holding, lasts: 1 s}"), "AE208", "needs `noise`, `latency` or `dropout`"),
@@ -156,8 +166,11 @@ def test_a_shipped_file_fits_one_of_the_scenes(name: str) -> None:
             *(f"fetch_object.{skill}" for skill in ("navigate", "grasp", "deliver")),
         )
         assert SITE is not None
+        assert SITE.area_scanners is not None
         try:
-            assert read_faults(name, FaultContext(SITE.state, skills, built.movable, built.cameras, FILES))
+            scanners = [one.name for one in SITE.area_scanners.scanners]
+            around = FaultContext(SITE.state, skills, built.movable, built.cameras, scanners, FILES)
+            assert read_faults(name, around)
         except UserError:
             continue
         fitting.append(scene)

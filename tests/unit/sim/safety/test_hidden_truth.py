@@ -16,13 +16,20 @@ import numpy as np
 import pytest
 
 from aeros.sim.bullet.client import bullet
+from aeros.sim.bullet.panda import Panda
+from aeros.sim.bullet.people import Person, Waypoint
+from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.physics import PhysicsPlant, make_plant
+from aeros.sim.randomness import RandomSource
+from aeros.sim.robot.limits import SCANNER_RANGE
 from aeros.sim.scenes.physics_scene import PhysicsScene
 from aeros.skill import act
 from aeros.spec.model.scene import BodyPart
 from aeros.spec.model.sensor_errors import OdometryErrors, SurveyErrors
 from tests.shipped_scenes import shipped_scene
 from tests.unit.sim.acting import allow, execute
+from tests.unit.sim.bare_scene import BareScene
+from tests.unit.sim.scanners.cells import reference_scanners
 
 pytestmark = pytest.mark.physics
 
@@ -76,6 +83,21 @@ CHANGES = (
     Change("table", tidy_and_wipe, "clean_table.table_organized(region = whole)"),
     Change("dumpling_bench", wrap, "make_dumplings.dumpling_wrapped"),
 )
+
+
+def make_scanned(people: tuple[Person, ...] = ()) -> PhysicsPlant:
+    """The room with the reference cell's scanners, less noise, and a wall that hides what is behind it."""
+    two = [one for one in reference_scanners().scanners if one.name in ("fence_west", "fence_south_west")]
+    scanners = reference_scanners()._replace(scanners=tuple(two), noise=0.0, dropout=0.0)
+    return PhysicsPlant(Walled(), 3, people=people, scanners=scanners)
+
+
+class Walled(BareScene):
+    """The bare table, and a wall beside it from the floor up."""
+
+    def build(self, world: PhysicsWorld, robot: Panda, chance: RandomSource) -> None:
+        super().build(world, robot, chance)
+        world.bodies.add_box((0.1, 6.0, 2.0), (1.5, 0.6, 0.7))
 
 
 def make(scene: str) -> PhysicsPlant:
@@ -145,3 +167,36 @@ def test_a_place_is_never_measured_exactly() -> None:
         assert measured != true[name]
         assert measured == pytest.approx(true[name], abs=0.012)
     plant.close()
+
+
+def distances(plant: PhysicsPlant) -> list[tuple[float, float]]:
+    """Distance by the scanners and true distance, over half a second."""
+    found: list[tuple[float, float]] = []
+
+    def monitor(now: float, values: Any) -> None:
+        found.append((values["human_distance"].value, plant._true_distance()))
+
+    execute(plant, act("wait", duration=0.5), monitor, 9.0)
+    plant.close()
+    return found
+
+
+def test_a_person_whom_no_ray_meets_changes_nothing() -> None:
+    nobody = distances(make_scanned())
+    hidden = distances(make_scanned((Person("behind", (Waypoint((2.0, 0.5)),)),)))
+    assert [seen for seen, _ in hidden] == [seen for seen, _ in nobody] == [SCANNER_RANGE] * len(nobody)
+    assert max(true for _, true in hidden) < 1.6
+
+
+def test_a_person_whom_rays_meet_is_noticed() -> None:
+    found = distances(make_scanned((Person("before", (Waypoint((-1.0, -1.0)),)),)))
+    assert all(0.0 < true - seen < 0.2 for seen, true in found)
+
+
+def test_a_box_that_is_no_person_is_an_intruder() -> None:
+    plant = make_scanned()
+    plant._world.bodies.add_box((0.3, 0.3, 0.6), (-1.0, -1.0, 0.0))
+    found = distances(plant)
+    assert found[0][0] == SCANNER_RANGE
+    assert found[-1][0] < 1.2
+    assert {true for _, true in found} == {SCANNER_RANGE}

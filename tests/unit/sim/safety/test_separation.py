@@ -43,9 +43,9 @@ def fetch_each_push(rows: Sequence[tuple[Any, ...]], *others: str) -> list[Any]:
 
 
 NEARBY = (
-    ("clean the table", ("at: [3 m, -1.2 m]", "at: [1.8 m, -1.2 m], speed: 1.2 m/s"), "-300 mm", 18),
-    ("fetch the object", ("at: [-3 m, 0.05 m]", "at: [-1.48 m, 0.05 m], speed: 1.2 m/s"), "-300 mm", 14),
-    ("make dumplings", ("at: [4 m, 0 m]", "at: [1.85 m, 0 m], speed: 1.2 m/s"), "-300 mm", 10),
+    ("clean the table", ("at: [3 m, -1.2 m]", "at: [1.95 m, -1.2 m], speed: 1.2 m/s"), "-300 mm", 18),
+    ("fetch the object", ("at: [-3 m, 0.05 m]", "at: [-1.64 m, 0.05 m], speed: 1.2 m/s"), "-300 mm", 14),
+    ("make dumplings", ("at: [4 m, 0 m]", "at: [2 m, 0 m], speed: 1.2 m/s"), "-300 mm", 10),
 )
 """An instruction, the way of somebody who stays where the robot may work slowly, their floor, until when."""
 
@@ -161,7 +161,9 @@ def test_the_robot_works_slowly_next_to_a_person_who_stays(
     assert referee.breaches() == []
     near = referee.link_speeds()[referee.distances < of_the_site("warning_distance")]
     assert near.max() <= of_the_site("reduced_speed")
-    assert np.mean(near > 0.05) > 0.25  # it goes on
+    # It goes on; scanners take people to be nearer than they are, by up to 150 mm.
+    about = referee.link_speeds()[referee.distances < of_the_site("warning_distance") + 0.15]
+    assert np.mean(about > 0.05) > 0.25
 
 
 @pytest.mark.parametrize(("instruction", "person", "until"), fetch_each_push(APPROACHES))

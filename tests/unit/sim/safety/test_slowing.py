@@ -40,7 +40,7 @@ def seen(site: Site, monkeypatch: pytest.MonkeyPatch) -> tuple[str | None, float
     plant = make_plant(shipped_scene("fetch"), 0, people=(TOWARDS,))
     robot, client = plant._people._robot, plant._world.client
     links = range(bullet.getNumJoints(robot, physicsClientId=client))
-    (person,) = (one._body for one in plant._people.walkers)
+    (person,) = (one.body for one in plant._people.walkers)
     fastest: list[tuple[float, bool]] = []
     step = bullet.stepSimulation
 

@@ -1,0 +1,54 @@
+"""The robot from above: its carriage, its links and how far off the carriage is."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from aeros.kinematic_chain import frames_of, mounting_of
+from aeros.sim.robot.body import CAPSULES, PANDA_BODY
+from aeros.sim.scanners.robot_outline import RobotOutline
+from tests.unit.sim.scanners.cells import READY
+
+REACHING_DOWN = (0.0, 1.75, 0.0, -0.4, 0.0, 2.0, 0.8)
+"""A posture whose hand is below the arm's base."""
+
+
+def outline(joints: tuple[float, ...] = READY, *, carriage: bool = True) -> RobotOutline:
+    return RobotOutline(joints, (1.0, 2.0, 0.0), carriage=carriage)
+
+
+def test_the_carriage_covers_its_rectangle() -> None:
+    points = np.array([(1.24, 2.22), (1.26, 2.0), (1.0, 1.77), (1.26, 2.25)])
+    assert outline().covers(points).tolist() == [True, False, False, False]
+    assert outline().covers(points, 0.0101).tolist() == [True, True, True, False]
+    assert not outline(carriage=False).covers(points, 0.1).any()
+
+
+def test_the_distance_is_that_of_the_nearest_link_or_of_the_carriage() -> None:
+    beside = np.array([(1.0, 5.0)])
+    assert outline().distance(beside) == pytest.approx(3.0 - 0.225)
+    ahead = np.array([(4.0, 2.0)])
+    frames = frames_of([mounting_of(row) for row in PANDA_BODY.dh_rows], READY)
+    reach = max(frames[one.joint].to_base(end)[0] + one.radius for one in CAPSULES for end in (one.a, one.b))
+    assert outline().distance(ahead) == pytest.approx(3.0 - reach, abs=1e-3)
+    assert outline().distance(np.array([(1.1, 2.1)])) == 0.0
+
+
+def test_an_arm_that_reaches_down_covers_what_is_below_its_base() -> None:
+    assert not outline().reaches_down_to(-0.1)
+    down = outline(REACHING_DOWN)
+    assert down.reaches_down_to(-0.1)
+    frames = frames_of([mounting_of(row) for row in PANDA_BODY.dh_rows], REACHING_DOWN)
+    hand = next(one for one in CAPSULES if one.link == "fingers")
+    x, y, z = frames[hand.joint].to_base(hand.a)
+    at = np.array([(1.0 + x, 2.0 + y), (3.0, 2.0)])
+    assert down.covers_with_links(at, z, 0.0).tolist() == [True, False]
+
+
+def test_points_on_its_sides_show_the_displacement_of_the_carriage() -> None:
+    front = np.column_stack((np.full(9, 1.25), np.linspace(1.8, 2.2, 9)))
+    left = np.column_stack((np.linspace(0.8, 1.2, 9), np.full(9, 2.225)))
+    sides = np.add(np.concatenate((front, left)), (0.03, -0.02))
+    assert outline().offset_of_carriage(sides) == pytest.approx((0.03, -0.02), abs=5e-3)
+    assert outline().offset_of_carriage(np.add(front[:3], (0.03, 0.0))).tolist() == [0.0, 0.0]

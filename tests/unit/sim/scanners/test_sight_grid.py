@@ -1,0 +1,68 @@
+"""Places that no scanner sees: behind something, wide enough for a person, and seen at the survey."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from aeros.sim.scanners.ray_fan import Array, ray_fan
+from aeros.sim.scanners.robot_outline import RobotOutline
+from aeros.sim.scanners.sections import Section, cast, rectangle
+from aeros.sim.scanners.sight_grid import SPACING, SightGrid
+from aeros.spec.model.sensor_errors import AreaScanners
+from tests.unit.sim.scanners.cells import READY, scanners_at
+
+ONE = scanners_at((-1.0, 0.0, 0.0))
+TWO = scanners_at((-1.0, 0.0, 0.0), (1.0, 0.0, 180.0))
+NOBODY = RobotOutline(READY, (9.0, 9.0, 0.0), carriage=False)
+WALL = rectangle((0.0, -0.3), (0.1, 0.3))
+
+
+def hidden(
+    scanners: AreaScanners, *more: Section, survey: tuple[Section, ...] = (), own: RobotOutline = NOBODY
+) -> Array:
+    fan = ray_fan(scanners)
+    taught = cast(fan, np.full(len(fan.origins), scanners.range), survey)
+    ranges = cast(fan, taught, more)
+    shorter = np.flatnonzero(ranges < taught - 0.1)
+    return SightGrid(scanners, taught).hidden_places(shorter, ranges[shorter], own)
+
+
+def test_places_behind_a_wall_are_hidden() -> None:
+    places = hidden(ONE, WALL)
+    assert places[:, 0].min() == pytest.approx(0.05, abs=SPACING)
+    assert places[:, 0].max() == pytest.approx(1.6, abs=1.1 * SPACING)  # as far as anybody is heeded
+    widths = places[:, 1] / (places[:, 0] + 1.0)
+    assert np.abs(widths).max() == pytest.approx(0.3, abs=0.03)
+
+
+def test_a_second_scanner_sees_behind_it() -> None:
+    places = hidden(TWO, WALL)
+    between = places[np.abs(places[:, 0]) < 0.9]
+    assert (np.abs(between[:, 0] - 0.05) < 0.05).all()
+
+
+def test_behind_something_narrow_there_is_no_room() -> None:
+    assert len(hidden(ONE, rectangle((1.0, -0.01), (1.02, 0.01)))) == 0
+
+
+def test_places_that_were_never_seen_do_not_count() -> None:
+    assert len(hidden(ONE, rectangle((0.5, -0.1), (0.6, 0.1)), survey=(WALL,))) == 0
+
+
+def test_the_robot_itself_is_no_place_for_a_person() -> None:
+    robot = RobotOutline(READY, (0.25, 0.0, 0.0), carriage=True)
+    carriage = rectangle((0.0, -0.225), (0.5, 0.225))
+    assert not robot.covers(hidden(ONE, carriage, own=robot)).any()
+    assert robot.covers(hidden(ONE, carriage)).any()
+
+
+@pytest.mark.parametrize("turn", np.linspace(0.0, np.pi / 2, 7))
+def test_two_legs_cover_a_square_of_points_wherever_they_stand(turn: float) -> None:
+    """200 mm by 110 mm, at 400 places."""
+    across = np.array(((np.cos(turn), np.sin(turn)), (-np.sin(turn), np.cos(turn))))
+    grid = np.stack(np.meshgrid(np.arange(-6, 7), np.arange(-6, 7), indexing="ij"), axis=-1) * SPACING
+    for at in np.random.default_rng(0).uniform(-SPACING / 2, SPACING / 2, (400, 2)):
+        local = (grid - at) @ across.T
+        is_in = (np.abs(local[..., 0]) <= 0.1) & (np.abs(local[..., 1]) <= 0.055)
+        assert (is_in[1:, 1:] & is_in[:-1, 1:] & is_in[1:, :-1] & is_in[:-1, :-1]).any()
