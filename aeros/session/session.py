@@ -13,7 +13,8 @@ from typing import get_args
 
 from aeros.agent.execution.journal import AgentEvent, Observer
 from aeros.agent.execution.report import RunReport
-from aeros.agent.instructions.understand import Understanding, understand
+from aeros.agent.instructions.meaning import Understanding
+from aeros.agent.instructions.understand import understand
 from aeros.agent.planning.base import Planner
 from aeros.files import temporary_folder
 from aeros.runtime.audit.checkpoints import SigningConfiguration

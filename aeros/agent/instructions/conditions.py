@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Final
 
 from aeros.agent.instructions import english
-from aeros.agent.instructions.grammar import Segment
 from aeros.agent.instructions.lexicon import TaskPhrases
+from aeros.agent.instructions.segments import Segment
 from aeros.spec.diagnostics.words import normalized_words
 from aeros.spec.expr import terms as t
 

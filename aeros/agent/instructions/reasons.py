@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 from aeros.agent.instructions import english
 from aeros.agent.instructions.conditions import find_condition
-from aeros.agent.instructions.grammar import InstructionError, Link, Mood, Segment, Sentence
 from aeros.agent.instructions.lexicon import TaskPhrases
+from aeros.agent.instructions.refusals import InstructionError
+from aeros.agent.instructions.segments import Link, Mood, Segment, Sentence
 from aeros.agent.planning.routing import RoutedTask
 from aeros.spec.diagnostics.codes import quoted
 

@@ -11,8 +11,9 @@ import argparse
 import sys
 
 from aeros.agent.errors import AgentError
-from aeros.agent.instructions.grammar import InstructionError
-from aeros.agent.instructions.understand import NothingAskedError, Understanding, is_task_name
+from aeros.agent.instructions.meaning import Understanding
+from aeros.agent.instructions.refusals import InstructionError, NothingAskedError
+from aeros.agent.instructions.understand import is_task_name
 from aeros.cli.run.instruction import understand_or_ask
 from aeros.cli.run.planners import llm_endpoint, llm_timeout, require_planner_options
 from aeros.cli.terminal import print_line

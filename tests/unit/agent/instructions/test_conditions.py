@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 
 from aeros.agent.instructions.conditions import find_condition
-from aeros.agent.instructions.grammar import Link, Mood, Segment
 from aeros.agent.instructions.lexicon import task_phrases
+from aeros.agent.instructions.segments import Link, Mood, Segment
 from aeros.spec.model.ecm import ActionCondition
 from tests.unit.agent.dumplings import SPAN, module, task, term
 

@@ -2,9 +2,11 @@ from __future__ import annotations
 
 import pytest
 
-from aeros.agent.instructions.grammar import InstructionError, Link, Mood, Segment, parse_instruction
+from aeros.agent.instructions.grammar import parse_instruction
 from aeros.agent.instructions.lexicon import task_phrases
 from aeros.agent.instructions.reasons import require_plain_reason, without_statements
+from aeros.agent.instructions.refusals import InstructionError
+from aeros.agent.instructions.segments import Link, Mood, Segment
 from aeros.agent.instructions.understand import understand
 from tests.unit.agent.instructions.reference import reference_modules
 

@@ -9,14 +9,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from aeros.agent.instructions import english
-from aeros.agent.instructions.grammar import InstructionError
-from aeros.agent.instructions.understand import (
-    AmbiguousInstructionError,
-    Understanding,
-    single_errand,
-    understand,
-    with_goal,
-)
+from aeros.agent.instructions.meaning import Understanding, single_errand, with_goal
+from aeros.agent.instructions.refusals import AmbiguousInstructionError, InstructionError
+from aeros.agent.instructions.understand import understand
 from aeros.spec.model.ecm import ActionCondition, Ecm
 from tests.hypothesis_profiles import examples
 from tests.unit.agent.dumplings import CLEAN, DUMPLING, SPAN, module, task, term

@@ -8,8 +8,9 @@ from typing import Any
 
 import yaml
 
-from aeros.agent.instructions.grammar import InstructionError
-from aeros.agent.instructions.understand import Understanding, understand
+from aeros.agent.instructions.meaning import Understanding
+from aeros.agent.instructions.refusals import InstructionError
+from aeros.agent.instructions.understand import understand
 from tests.unit.agent.instructions.reference import reference_modules
 
 UNSEEN: list[dict[str, Any]] = yaml.safe_load(

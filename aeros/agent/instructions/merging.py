@@ -1,0 +1,52 @@
+"""Merging of segments that are one request: `wipe and tidy the table`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import product
+from typing import Final
+
+from aeros.agent.instructions.lexicon import TaskPhrases
+from aeros.agent.instructions.meaning import Errand
+from aeros.agent.instructions.refusals import AmbiguousInstructionError, InstructionError
+from aeros.agent.instructions.requests import task_of
+from aeros.agent.instructions.segments import Link, Mood, Segment, Sentence
+
+_MAX_MERGES: Final = 6
+"""Limit on the joints of a sentence at which segments may be one request: all combinations are tried."""
+
+
+def merged_requests(sentence: Sentence, tasks: Sequence[TaskPhrases], before: Sequence[Errand]) -> Sentence:
+    """Merge segments that are one request: `wipe and tidy the table`, `the table and the bench`.
+
+    The fewest merges are made with which every request is understood; if none is, nothing is merged.
+    """
+    joints = [
+        at
+        for at in range(1, len(sentence))
+        if sentence[at].link is Link.JOINED
+        and sentence[at].mood is Mood.REQUEST
+        and sentence[at - 1].mood is Mood.REQUEST
+    ]
+    if len(joints) > _MAX_MERGES:
+        return sentence
+    for choice in sorted(product((False, True), repeat=len(joints)), key=sum):
+        merged: list[Segment] = []
+        joined = {at for at, is_merged in zip(joints, choice, strict=True) if is_merged}
+        for at, segment in enumerate(sentence):
+            if at in joined:
+                merged[-1] = replace(merged[-1], words=merged[-1].words + segment.words)
+            else:
+                merged.append(segment)
+        context = list(before)
+        try:
+            for segment in merged:
+                if segment.mood is Mood.REQUEST:
+                    context.append(Errand(task_of(segment, tasks, context)))
+        except AmbiguousInstructionError:
+            return sentence
+        except InstructionError:
+            continue
+        return tuple(merged)
+    return sentence
