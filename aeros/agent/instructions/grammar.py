@@ -16,12 +16,21 @@ from itertools import pairwise
 from typing import Final
 
 from aeros.agent.instructions import english
-from aeros.agent.instructions.clauses import segments_of, strip_closers, strip_ends, strip_openers
 from aeros.agent.instructions.phrases import Words
-from aeros.agent.instructions.reason_clauses import without_reasons
+from aeros.agent.instructions.reasons.reason_clauses import without_reasons
+from aeros.agent.instructions.reasons.statements import is_statement
 from aeros.agent.instructions.refusals import InstructionError
-from aeros.agent.instructions.segments import COMMA, Link, Mood, Sentence
-from aeros.agent.instructions.sentences import spoken_sentences
+from aeros.agent.instructions.segments import COLON, COMMA, Link, Mood, Segment, Sentence
+from aeros.agent.instructions.sentences.checks import without_checks
+from aeros.agent.instructions.sentences.clauses import (
+    carried_words,
+    segments_of,
+    strip_closers,
+    strip_ends,
+    strip_openers,
+)
+from aeros.agent.instructions.sentences.rephrasing import rephrased
+from aeros.agent.instructions.sentences.spoken_sentences import spoken_sentences
 from aeros.spec.diagnostics.codes import quoted
 from aeros.spec.diagnostics.words import normalized_words
 
@@ -44,26 +53,59 @@ def parse_instruction(instruction: str) -> tuple[Sentence, ...]:
     if len(normalized_words(instruction)) > MAX_WORDS:
         raise InstructionError(f"the instruction has more than {MAX_WORDS} words")
     spoken = [one for one in spoken_sentences(instruction) if strip_closers(one[0])]
-    spoken = [one for one in spoken if one[0] not in english.GREETINGS] or spoken
-    sentences = [
-        _parse_sentence(tokens, is_question=is_question, is_first=number == 0)
-        for number, (tokens, is_question) in enumerate(spoken)
-    ]
+    spoken = [one for one in spoken if not _is_courtesy(one[0])] or spoken
+    sentences: list[Sentence] = []
+    for tokens, is_question in without_checks(spoken):
+        if sentences and _is_prohibition(sentences[-1]):
+            tokens = tuple(word for word in tokens if word != "instead")
+        sentence = _parse_sentence(tokens, is_question=is_question, is_first=not sentences)
+        if sentences and english.SENTENCE_TURNS.starting(tokens):
+            sentences[-1] = _turned(sentences[-1], sentence)
+        else:
+            sentences.append(sentence)
     if not sentences:
         raise InstructionError("the instruction has no words")
     return tuple(sentences)
 
 
+def _is_prohibition(sentence: Sentence) -> bool:
+    return all(segment.mood is Mood.PROHIBITION for segment in sentence)
+
+
+def _is_courtesy(tokens: Words) -> bool:
+    """Return True for `good morning, dear robot`."""
+    text = " ".join(COMMA if token == COLON else token for token in tokens)
+    parts = [tuple(part.split()) for part in text.split(COMMA)]
+    return all(part in english.GREETINGS for part in parts if part)
+
+
+def _turned(before: Sentence, sentence: Sentence) -> Sentence:
+    """Return both sentences as one for `fetch the can. But first, clean the table.`.
+
+    Raises:
+        InstructionError: one of them is more than a request.
+    """
+    both = (*before, *sentence)
+    if len(both) != 2 or any(segment.mood is not Mood.REQUEST for segment in both):
+        raise InstructionError("the order of more than two requests is clear only with `then`")
+    return (before[0], replace(sentence[0], link=Link.AFTER))
+
+
 def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sentence:
     link = english.SENTENCE_OPENERS.starting(tokens)
+    link = () if len(english.LEADING.starting(tokens)) > len(link) else link
     # At the very start, `later` is a time, and links nothing.
     tokens = tokens if is_first and link == _LATER else tokens[len(link) :]
+    whole = tokens
+    tokens, reasons = _without_statements(tokens)
+    if reasons and not tokens:
+        return tuple(reasons)
+    tokens = tuple(COMMA if token == COLON else token for token in tokens)
     if tokens[:1] == ("should",) and COMMA in tokens and not is_question:
         # `should the table be dirty, …`
         tokens = ("if", *("is" if word == "be" else word for word in tokens[1:]))
-    whole = tokens
-    tokens = _with_leading_prohibition(tokens)
-    tokens, reasons = without_reasons(tokens)
+    tokens, more = without_reasons(rephrased(_without_greeting(tokens)))
+    reasons += more
     tokens = strip_ends(tokens)
     opener = english.OPENERS.starting(tokens)
     leading = english.LEADING.starting(tokens) if COMMA in tokens else ()
@@ -84,19 +126,34 @@ def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sent
     if len(segments) > 1 and segments[-1].mood is Mood.CONDITION and segments[-2].mood is Mood.REQUEST:
         # As in `clean it, but only if it is dirty`.
         segments[-1] = replace(segments[-1], link=Link.ADJUNCT)
-    if any(word in _POLITE for word in whole):
-        segments = [replace(one, is_polite=True) for one in segments]
-    return (*segments, *reasons)
+    is_polite = any(word in _POLITE for word in whole)
+    carried = carried_words(segments)
+    return (*(replace(one, is_polite=is_polite, carried=carried) for one in segments), *reasons)
 
 
-def _with_leading_prohibition(tokens: Words) -> Words:
-    """Rewrite `the table must not be cleaned` as `do not the table cleaned`."""
-    for at in range(1, len(tokens)):
-        if tokens[at] == COMMA:
+def _without_statements(tokens: Words) -> tuple[Words, list[Segment]]:
+    """Take statements from the start of a sentence: `we spilled some juice, please wipe the table`."""
+    reasons: list[Segment] = []
+    while tokens:
+        while (rest := _without_greeting(tokens)) != tokens:
+            # `my back hurts, so clean it`
+            tokens = rest[1:] if rest[:1] == ("so",) else rest
+        end = next((at for at, token in enumerate(tokens) if token in (COMMA, COLON)), len(tokens))
+        statement = tokens[:end] if is_statement(tokens[:end]) else strip_closers(tokens[:end])
+        is_told = tokens[end : end + 1] == (COLON,) and not english.OPENERS.starting(tokens, end + 1)
+        if is_told or not is_statement(statement):
             break
-        if duty := english.NEGATIVE_DUTIES.starting(tokens, at):
-            return ("do", "not", *tokens[:at], *tokens[at + len(duty) :])
-    return tokens
+        so = tokens[end + 1 : end + 2] if tokens[end + 1 : end + 2] in (("so",), ("therefore",)) else ()
+        reasons.append(Segment(Mood.REASON, statement, Link.START, so))
+        tokens = tokens[end + 1 + len(so) :]
+    return tokens, reasons
+
+
+def _without_greeting(tokens: Words) -> Words:
+    """Remove what asks for nothing before the first comma: `dear robot, …`."""
+    end = tokens.index(COMMA) if COMMA in tokens else 0
+    rest = strip_openers(tokens[:end])
+    return tokens[end + 1 :] if end and not rest and not english.SENTENCE_TURNS.starting(tokens) else tokens
 
 
 _LATER: Final = ("later",)
@@ -116,7 +173,10 @@ def _require_request(whole: Words, tokens: Words, *, is_question: bool) -> None:
     is_definite = any(word in _DEFINITE for word in asked)
     opener = english.OPENERS.starting(whole)
     asks_ability = opener in english.ABILITY and tokens == whole and not is_definite
-    was_polite = asked != whole and not asks_ability
+    # `the block, could you fetch it?`
+    commas = [at for at, token in enumerate(tokens) if token == COMMA]
+    asks_later = any(len(english.OPENERS.starting(tokens, at + 1)) > 1 for at in commas)
+    was_polite = (asked != whole or asks_later) and not asks_ability
     causative = english.CAUSATIVES.starting(asked)
     is_wish = bool(english.WISHES.starting(asked)) or len(causative) > 1 or causative == ("could",)
     is_asked_for = not is_question or asked != tokens
@@ -152,7 +212,7 @@ def check_scopes(sentence: Sentence) -> Sentence:
                 f"{quoted(f'{before.text} {segment.text}')} negates twice, which is not understood"
             )
         if before.mood is Mood.PROHIBITION and segment.mood is Mood.REQUEST:
-            ends_itself = before.marker in _BOUNDED and segment.joint == COMMA
+            ends_itself = before.marker[:2] in _BOUNDED and segment.joint == COMMA
             if segment.link is not Link.THEN and not ends_itself and not segment.is_new:
                 raise InstructionError(
                     f"{quoted(before.text)}, {quoted(segment.text)}: is the second wanted, or prohibited, "

@@ -10,7 +10,7 @@ from typing import Final
 from aeros.agent.instructions.lexicon import TaskPhrases
 from aeros.agent.instructions.meaning import Errand
 from aeros.agent.instructions.refusals import AmbiguousInstructionError, InstructionError
-from aeros.agent.instructions.requests import task_of
+from aeros.agent.instructions.requests import read_request
 from aeros.agent.instructions.segments import Link, Mood, Segment, Sentence
 
 _MAX_MERGES: Final = 6
@@ -36,14 +36,18 @@ def merged_requests(sentence: Sentence, tasks: Sequence[TaskPhrases], before: Se
         joined = {at for at, is_merged in zip(joints, choice, strict=True) if is_merged}
         for at, segment in enumerate(sentence):
             if at in joined:
-                merged[-1] = replace(merged[-1], words=merged[-1].words + segment.words)
+                merged[-1] = replace(
+                    merged[-1],
+                    words=merged[-1].words + segment.words,
+                    is_light=merged[-1].is_light or segment.is_light,
+                )
             else:
                 merged.append(segment)
         context = list(before)
         try:
             for segment in merged:
                 if segment.mood is Mood.REQUEST:
-                    context.append(Errand(task_of(segment, tasks, context)))
+                    context.append(read_request(segment, None, tasks, context).errand)
         except AmbiguousInstructionError:
             return sentence
         except InstructionError:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Final
 
 from aeros.agent.instructions import english
+from aeros.agent.instructions.covering import cover
 from aeros.agent.instructions.lexicon import TaskPhrases
 from aeros.agent.instructions.meaning import Errand
 from aeros.agent.instructions.phrases import Words
@@ -37,7 +38,7 @@ def prohibited_tasks(
     found: list[RoutedTask] = []
     for part in parts:
         coverages = [
-            entry.cover(part, knows_pronoun=last is not None and entry.routed.covers(last), is_perfect=True)
+            cover(entry, part, knows_pronoun=last is not None and entry.routed.covers(last), is_perfect=True)
             for entry in tasks
         ]
         possible = [

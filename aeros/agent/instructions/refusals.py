@@ -6,7 +6,7 @@ import difflib
 from collections.abc import Mapping, Sequence
 
 from aeros.agent.errors import AgentError
-from aeros.agent.instructions.lexicon import Coverage
+from aeros.agent.instructions.coverage import Coverage
 from aeros.agent.instructions.phrases import Words
 from aeros.agent.instructions.segments import Segment
 from aeros.agent.planning.routing import RoutedTask

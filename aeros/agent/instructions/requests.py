@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Final
 
 from aeros.agent.instructions import english
 from aeros.agent.instructions.arguments import is_object
 from aeros.agent.instructions.conditions import find_condition
-from aeros.agent.instructions.lexicon import Coverage, TaskPhrases
+from aeros.agent.instructions.coverage import Coverage
+from aeros.agent.instructions.covering import cover
+from aeros.agent.instructions.lexicon import TaskPhrases
 from aeros.agent.instructions.meaning import Errand
 from aeros.agent.instructions.refusals import (
     AmbiguousInstructionError,
@@ -18,19 +20,32 @@ from aeros.agent.instructions.refusals import (
     not_covered,
 )
 from aeros.agent.instructions.segments import Link, Segment
-from aeros.agent.instructions.wordings import wordings
+from aeros.agent.instructions.wordings.forms import wordings
 from aeros.agent.planning.routing import RoutedTask
 from aeros.spec.diagnostics.codes import quoted
-from aeros.spec.expr import terms as t
 
 _INDEFINITE: Final = (("a",), ("an",), ("one",), ("some",))
-_MAX_MERGES: Final = 6
-"""Limit on the joints of a sentence at which segments may be one request: all combinations are tried."""
 
 
-def conditional_errand(
+@dataclass(frozen=True, slots=True)
+class Request:
+    """Meaning of one request.
+
+    Attributes:
+        errand: the task with its arguments, and the condition.
+        stated: parameters that its words say a value of.
+        only_refers: True if a pronoun stands for its object, or its words only name an object, as in
+            `…, the blue one`.
+    """
+
+    errand: Errand
+    stated: frozenset[str] = frozenset()
+    only_refers: bool = False
+
+
+def read_request(
     segment: Segment, condition: Segment | None, tasks: Sequence[TaskPhrases], before: Sequence[Errand]
-) -> Errand:
+) -> Request:
     """Find the one task that covers a request, and the condition on which it is done.
 
     Args:
@@ -47,11 +62,11 @@ def conditional_errand(
         InstructionError: it, or its condition, is not understood.
     """
     if condition is None:
-        return Errand(task_of(segment, tasks, before))
-    meanings = [(entry, *found) for entry in tasks if (found := find_condition(condition, entry)) is not None]
+        return _read(segment, tasks, before)
+    meanings = [(entry, found) for entry in tasks if (found := find_condition(condition, entry)) is not None]
     # The condition names an object, so `it` in the request may stand for that.
-    context = [*before, *(Errand(entry.routed) for entry, *_ in meanings[:1])]
-    routed = task_of(segment, tasks, context)
+    request = _read(segment, tasks, [*before, *(Errand(entry.routed) for entry, _ in meanings[:1])])
+    routed = request.errand.routed
     asked = next(entry for entry in tasks if entry.routed.covers(routed))
     own = find_condition(condition, asked, is_own=True)
     if own is None and not meanings:
@@ -59,15 +74,15 @@ def conditional_errand(
         known = ", ".join(f"`{one}`" for one in declared[:8]) or "none is declared"
         raise InstructionError(f"the condition {quoted(condition.text)} is not understood; known: {known}")
     # Another task may declare the condition, as in `bring tea if the table is clean`.
-    term, text = own or meanings[0][1:]
-    if own is None and any(other != term for _, other, _ in meanings):
+    found = own or meanings[0][1]
+    if own is None and any(other.term != found.term for _, other in meanings):
         raise InstructionError(f"several tasks declare the condition {quoted(condition.text)}")
-    if condition.marker == ("unless",):
-        return Errand(routed, t.Not(term), f"not ({text})")
-    return Errand(routed, term, text)
+    if condition.marker[-1:] == ("unless",):
+        found = found.negated
+    return replace(request, errand=Errand(routed, found.term, found.text))
 
 
-def task_of(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence[Errand]) -> RoutedTask:
+def _read(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence[Errand]) -> Request:
     """Find the one task that covers a request.
 
     Raises:
@@ -86,22 +101,27 @@ def task_of(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence[Err
         words = segment.openers[len(segment.openers) - number :] + segment.words
         # `clean the table, then the can, please` does not wish for the can.
         may_wish = segment.link is Link.START or words[:1] in _INDEFINITE
-        is_polite = segment.is_polite and may_wish
-        for variant in wordings(words, is_polite=is_polite, is_perfect=segment.is_perfect):
+        for form in wordings(
+            words,
+            is_polite=segment.is_polite and may_wish,
+            is_perfect=segment.is_perfect,
+            carried=segment.carried,
+        ):
             coverages = [
-                entry.cover(
-                    variant.words,
+                cover(
+                    entry,
+                    form.words,
                     knows_pronoun=last is not None and entry.routed.covers(last),
-                    is_perfect=variant.is_perfect,
+                    is_perfect=form.is_perfect,
                 )
                 for entry in tasks
             ]
             whole = [
                 one
                 for one in coverages
-                if (one.is_whole and (one.starts_with_object or not variant.needs_object_first))
+                if (one.is_whole and (one.starts_with_object or not form.needs_object_first))
                 or one.repeats(last)
-            ]
+            ] or [one for one in coverages if one.is_whole_without_verb(is_light=segment.is_light)]
             if len(whole) == 1:
                 return _with_arguments(segment, whole[0], last)
             if whole:
@@ -111,7 +131,7 @@ def task_of(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence[Err
     raise refusal
 
 
-def _with_arguments(segment: Segment, coverage: Coverage, last: RoutedTask | None) -> RoutedTask:
+def _with_arguments(segment: Segment, coverage: Coverage, last: RoutedTask | None) -> Request:
     """Return the task with its arguments; a pronoun stands for the object of the request before.
 
     Raises:
@@ -119,20 +139,24 @@ def _with_arguments(segment: Segment, coverage: Coverage, last: RoutedTask | Non
         InstructionError: an argument is missing that is a number.
     """
     routed = coverage.routed
+    stated = frozenset(coverage.values.stated)
     if last is not None and coverage.names_pronoun and not coverage.values.is_specific:
-        before = {
-            name: one for name, one in last.arguments.items() if is_object(routed.task.parameters[name])
-        }
+        parameters = routed.task.parameters
+        # `the left half is dirty, so clean it`: `it` is that half, if the words say no other part.
+        is_part = (
+            not any(map(is_object, parameters.values())) and not stated and segment.link is not Link.THEN
+        )
+        before = {name: one for name, one in last.arguments.items() if is_part or is_object(parameters[name])}
         arguments = routed.task.complete_arguments({**routed.arguments, **before})
-        return replace(routed, arguments=arguments)
+        return Request(Errand(replace(routed, arguments=arguments)), stated, only_refers=True)
     for name, values in coverage.values.open_parameters():
         candidates = {
             one: replace(routed, arguments={**routed.arguments, name: one}).instruction for one in values
         }
         listed = ", ".join(f"`{one}`" for one in values)
         parameter = routed.task.parameters[name]
-        stated = {one: ", ".join(parameter.phrases.get(one, ())) for one in values}
-        shown = ", ".join(f"`{one}` ({stated[one]})" for one in values) if any(stated.values()) else listed
+        phrases = {one: ", ".join(parameter.phrases.get(one, ())) for one in values}
+        shown = ", ".join(f"`{one}` ({phrases[one]})" for one in values) if any(phrases.values()) else listed
         if not values:
             raise InstructionError(
                 f"{quoted(segment.text)} does not say `{name}` of `{routed}`; write "
@@ -141,4 +165,5 @@ def _with_arguments(segment: Segment, coverage: Coverage, last: RoutedTask | Non
         raise AmbiguousInstructionError(
             f"{quoted(segment.text)} leaves open `{name}` of `{routed}`: {shown}", segment.text, candidates
         )
-    return routed
+    only_refers = coverage.names_pronoun or not coverage.triggers
+    return Request(Errand(routed), stated, only_refers)

@@ -48,6 +48,9 @@ class Segment:
         is_perfect: True if its verb is in the perfect, as in `once you have cleaned …`.
         openers: words before those of a request that change nothing in it, unless a task begins with them.
         is_polite: True if its sentence has a word such as `please`.
+        is_light: True if its verb is one that stands for others, such as `do`.
+        carried: words of the first request of its sentence that it may go on with, as `have` in `have the
+            table cleaned and a dumpling made`.
     """
 
     mood: Mood
@@ -59,6 +62,8 @@ class Segment:
     is_perfect: bool = False
     openers: Words = ()
     is_polite: bool = False
+    is_light: bool = False
+    carried: tuple[Words, ...] = ()
 
     @property
     def text(self) -> str:

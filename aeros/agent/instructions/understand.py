@@ -13,23 +13,31 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 
-from aeros.agent.instructions.arguments import is_object
-from aeros.agent.instructions.grammar import check_scopes, parse_instruction
+from aeros.agent.instructions.condition_scopes import scoped
+from aeros.agent.instructions.covering import cover
+from aeros.agent.instructions.grammar import parse_instruction
 from aeros.agent.instructions.lexicon import TaskPhrases, task_phrases
 from aeros.agent.instructions.meaning import Errand, Spoken, Understanding, with_goal
 from aeros.agent.instructions.merging import merged_requests
 from aeros.agent.instructions.named_task import named_tasks
 from aeros.agent.instructions.prohibitions import is_universal, prohibited_tasks
-from aeros.agent.instructions.reasons import require_plain_reason, without_statements
+from aeros.agent.instructions.reasons.plain_reasons import (
+    require_no_retraction,
+    require_plain_reason,
+    without_statements,
+)
+from aeros.agent.instructions.refinements import is_own_check, refined_request
 from aeros.agent.instructions.refusals import (
     AmbiguousInstructionError,
     InstructionError,
     NothingAskedError,
     ambiguous_tasks,
 )
-from aeros.agent.instructions.requests import conditional_errand
+from aeros.agent.instructions.requests import Request, read_request
 from aeros.agent.instructions.segments import Link, Mood, Segment, Sentence
+from aeros.agent.instructions.spelling import unknown_words, without_slips
 from aeros.agent.planning.routing import RoutedTask
 from aeros.spec.diagnostics.codes import quoted
 from aeros.spec.model.ecm import ActionCondition, Ecm
@@ -61,11 +69,17 @@ def understand(
         raise ambiguous_tasks(instruction, named)
     if named:
         return Understanding(instruction, (Errand(named[0]),))
+    text, slips = without_slips(instruction, tasks)
     try:
-        return _understand(instruction, tasks)
+        meaning = _understand(text, tasks)
+        return replace(meaning, instruction=instruction, account=(*slips, *meaning.account))
     except (AmbiguousInstructionError, NothingAskedError):
         raise
-    except InstructionError as refusal:
+    except InstructionError as error:
+        refusal, reason = error, error.reason
+        unnamed = [word for word in unknown_words(text, tasks) if word not in reason]
+        if unnamed:
+            refusal = InstructionError(f"{reason}; unknown: {', '.join(map(quoted, unnamed[:8]))}")
         raise _with_inactive(instruction, refusal, inactive()) from refusal
 
 
@@ -131,20 +145,29 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
     prohibits_all = ""
     reasons: list[Segment] = []
     leading: list[Segment] = []
+    last: tuple[Request, Segment] | None = None
     for parsed in parse_instruction(instruction):
         sentence, own_reasons = without_statements(parsed, tasks)
+        if errands:
+            require_no_retraction(own_reasons, tasks)
         reasons += own_reasons
         # A sentence that is only a reason, as in `The table is dirty. Clean it.`, leads the next one.
         context = _context(errands, own_reasons or leading, tasks)
         leading = [] if sentence else own_reasons
-        for segment, condition in _requests(merged_requests(check_scopes(sentence), tasks, context)):
+        for segment, condition in _requests(
+            merged_requests(scoped(sentence, tasks, context), tasks, context)
+        ):
+            if segment.mood is Mood.REQUEST and last and is_own_check(segment, last[0], tasks):
+                continue  # `…, then check that it is clean`: the goal says that
             if segment.mood is Mood.REQUEST:
-                errand = conditional_errand(segment, condition, tasks, context)
-                context.append(errand)
-                if errands and segment.link is Link.JOINED and _says_where(errands[-1], errand, segment):
-                    errands[-1] = errand
-                elif not errands or errands[-1] != errand:
-                    errands.append(errand)
+                request = read_request(segment, condition, tasks, context)
+                refined = last and refined_request(last[0], request, segment, last[1])
+                if refined:
+                    errands[-1] = refined.errand
+                elif not errands or errands[-1] != request.errand:
+                    errands.append(request.errand)
+                last = (refined or request, segment)
+                context.append(last[0].errand)
             elif is_universal(segment):
                 prohibits_all = segment.text
             else:
@@ -153,6 +176,8 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
                 ]
     if prohibits_all and errands:
         raise NothingAskedError(f"{quoted(prohibits_all)} contradicts the rest of the instruction")
+    if not errands and not prohibited and reasons and not prohibits_all:
+        raise InstructionError(f"{quoted(reasons[0].text)} states something, and asks for nothing")
     if prohibits_all or not errands:
         never = ", ".join(f"`{routed.formal_text}`" for routed in prohibited) or quoted(prohibits_all)
         raise NothingAskedError(f"nothing is asked for, and {never} is prohibited, so nothing moves")
@@ -167,17 +192,6 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
     return Understanding(instruction, tuple(errands), tuple(prohibited), account=account)
 
 
-def _says_where(before: Errand, errand: Errand, segment: Segment) -> bool:
-    """Return True for the second half of `fetch the can and put it on the right`: one request, not two."""
-    routed = before.routed
-    is_same = routed.task is errand.routed.task and before.condition is errand.condition is None
-    parameters = routed.task.parameters
-    unsaid = all(
-        is_object(one) or routed.arguments.get(name) == one.default for name, one in parameters.items()
-    )
-    return is_same and bool(parameters) and unsaid and "it" in segment.words
-
-
 def _context(
     errands: Sequence[Errand], reasons: Sequence[Segment], tasks: Sequence[TaskPhrases]
 ) -> list[Errand]:
@@ -188,9 +202,8 @@ def _context(
     leading = [reason for reason in reasons if reason.link is not Link.ADJUNCT]
     if not leading:
         return list(errands)
-    named = [
-        Errand(entry.routed) for entry in tasks if entry.cover(leading[-1].words, knows_pronoun=False).objects
-    ]
+    coverages = [cover(entry, leading[-1].words, knows_pronoun=False) for entry in tasks]
+    named = [Errand(one.routed) for one in coverages if one.objects]
     return named if len(named) == 1 else []
 
 

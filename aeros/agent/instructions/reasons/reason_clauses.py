@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from aeros.agent.instructions import english
 from aeros.agent.instructions.phrases import Words
+from aeros.agent.instructions.reasons.statements import is_statement
 from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.instructions.segments import COMMA, Link, Mood, Segment
 from aeros.spec.diagnostics.codes import quoted
@@ -20,7 +21,7 @@ def without_reasons(tokens: Words) -> tuple[Words, list[Segment]]:
     while at < len(tokens):
         marker = english.REASONS.starting(tokens, at)
         after = at + len(marker)
-        if marker == ("so",) and at and tokens[0] in english.SUBJECTS and not reasons:
+        if marker == ("so",) and at and not reasons and _is_reason(tokens, at):
             # `the table is dirty, so please clean it`
             reasons.append(Segment(Mood.REASON, _without_commas(tokens[:at]), Link.START, marker))
             tokens, at = tokens[after:], 0
@@ -39,6 +40,14 @@ def without_reasons(tokens: Words) -> tuple[Words, list[Segment]]:
         else:
             at += 1
     return tokens, reasons
+
+
+def _is_reason(tokens: Words, at: int) -> bool:
+    """Return True if what stands before `so` states something."""
+    if tokens[at + 1 : at + 2] in (("much",), ("many",), ("very",)):
+        return False
+    stated = _without_commas(tokens[:at])
+    return is_statement(stated) or (tokens[at - 1] == COMMA and tokens[0] in english.SUBJECTS)
 
 
 def _begins_reason(tokens: Words, at: int, marker: Words) -> bool:

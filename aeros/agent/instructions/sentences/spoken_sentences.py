@@ -10,6 +10,7 @@ from aeros.agent.instructions import english
 from aeros.agent.instructions.phrases import Words
 from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.instructions.segments import COLON, COMMA
+from aeros.agent.instructions.sentences.clauses import strip_ends
 from aeros.spec.diagnostics.codes import quoted
 from aeros.spec.diagnostics.words import normalized_words
 
@@ -18,8 +19,8 @@ _SIGNED_NUMBER: Final = re.compile(r"[-+\u2212\u00b1~<>=/.]\d+|\d+\s?[%/<>=]")
 """A number that means another one than its digits alone."""
 
 
-_STARTS_LIST: Final = re.compile(r"\s*1[.)]\s")
-_INLINE_NUMBER: Final = re.compile(r"(?<=\s)\d[.)]\s+")
+_STARTS_LIST: Final = re.compile(r"(?s)(?:^|\s)\(?(?:1[.)]\s.*\s\(?2[.)]\s|a\)\s.*\s\(?b\)\s)")
+_INLINE_NUMBER: Final = re.compile(r"(?:^|(?<=\s))\(?(?:\d[.)]|[a-h]\))\s+")
 _LIST_NUMBER: Final = re.compile(r"(?m)^\s*(?:\d+[.)]|[-*\u2022])\s+")
 
 
@@ -38,7 +39,7 @@ def spoken_sentences(instruction: str) -> Iterator[tuple[Words, bool]]:
     if signed := _SIGNED_NUMBER.search(instruction):
         raise InstructionError(f"the number {quoted(signed.group())} is not understood")
     rest = _LIST_NUMBER.sub("\n", instruction)
-    if _STARTS_LIST.match(instruction):
+    if _STARTS_LIST.search(instruction):
         rest = _INLINE_NUMBER.sub("\n", rest)
     position = 0
     tokens: list[str] = []
@@ -48,13 +49,14 @@ def spoken_sentences(instruction: str) -> Iterator[tuple[Words, bool]]:
         position = end.end() if end else len(rest)
         for part in text.split(COMMA):
             if words := english.respelt(normalized_words(part)):
-                tokens += [COMMA, *words] if tokens else words
-        if end and end.group().strip() == COLON and tuple(tokens) in english.LABELS:
+                pause = [] if not tokens or tokens[-1] == COLON else [COMMA]
+                tokens += [*pause, *words]
+        is_label = strip_ends(tuple(tokens)) in english.LABELS
+        if end and end.group().strip() == COLON and is_label:
             tokens = []
         elif end and end.group().strip() == COLON and position < len(rest):
-            continue  # `the table: clean it` is `the table, clean it`
+            tokens += [COLON] if tokens else []
         elif tokens:
-            is_label = bool(end and COLON in end.group()) and tuple(tokens) in english.LABELS
-            if not is_label:
+            if not (is_label and end and COLON in end.group()):
                 yield tuple(tokens), bool(end and "?" in end.group())
             tokens = []

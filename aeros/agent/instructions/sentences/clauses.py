@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from typing import Final
 
 from aeros.agent.instructions import english
 from aeros.agent.instructions.phrases import Words
@@ -18,6 +19,7 @@ def segments_of(tokens: Words) -> Iterator[Segment]:
         InstructionError: a link has nothing after it, or a condition is on time.
     """
     position, link, joint = 0, Link.START, ""
+    was_first = False
     before: Mood | None = None
     while position < len(tokens):
         start, mood, marker = _begin_segment(tokens, position)
@@ -37,16 +39,45 @@ def segments_of(tokens: Words) -> Iterator[Segment]:
         is_new = is_replacement or bool(english.NEW_REQUEST.starting(tokens, position))
         is_perfect = tuple(joint.replace(COMMA, " ").split()) in english.PERFECT
         is_perfect = is_perfect or bool(english.PAST_OPENERS.starting(tokens, position))
+        if words[-1:] in _ORDINALS and was_first and link is not Link.START:
+            words = words[:-1]  # `the can first and the block second`
         if words[-1:] == ("first",) and (link is Link.START or before is Mood.CONDITION):
-            words = words[:-1]
+            words, was_first = words[:-1], True
         elif words[-1:] == ("first",) and joint.endswith("but"):
             words, link = words[:-1], Link.AFTER
         before = mood
         openers = tokens[position:start] if mood is Mood.REQUEST else ()
-        yield Segment(mood, words, link, marker, joint, is_new, is_perfect, openers)
+        is_light = bool(english.LIGHT_VERBS.ending(openers))
+        yield Segment(mood, words, link, marker, joint, is_new, is_perfect, openers, is_light=is_light)
         position, link, joint = after, next_link, next_joint
     if link is not Link.START and joint not in ("", COMMA) and position >= len(tokens):
         raise InstructionError(f"nothing follows after {quoted(joint)}")
+
+
+_ORDINALS: Final = (("second",), ("third",), ("last",), ("next",), ("afterwards",))
+
+
+def carried_words(segments: Sequence[Segment]) -> tuple[Words, ...]:
+    """Find the words of the first request that later ones of its sentence may go on with.
+
+    Args:
+        segments: segments of a sentence.
+
+    Returns:
+        `have` after `have the table cleaned and …`, `i want` after a wish, which may be a causative, too.
+    """
+    words = next((one.words for one in segments if one.mood is Mood.REQUEST), ())
+    carried: tuple[Words, ...] = ()
+    has_duty = any(english.DUTIES.starting(words, at) for at in range(1, len(words)))
+    causative = english.CAUSATIVES.starting(words)
+    if has_duty or causative:
+        carried += (("have",),)
+    if (causative and causative[0] in ("i", "we")) or words[:2] in _WANTS or english.WISHES.starting(words):
+        carried += (("i", "want"),)
+    return carried
+
+
+_WANTS: Final = (("i", "want"), ("we", "want"), ("i", "need"), ("we", "need"))
 
 
 def _stronger(link: Link, joint: str, other: Link, other_joint: str) -> tuple[Link, str]:
@@ -67,7 +98,8 @@ def _begin_segment(tokens: Words, position: int) -> tuple[int, Mood, Words]:
             while opener := english.OPENERS.starting(tokens, start):
                 start += len(opener)
             return start, Mood.PROHIBITION, prohibition
-        if opener and opener != tokens[position:]:
+        is_side = opener == ("right",) and tokens[position + 1 : position + 2] != (COMMA,)
+        if opener and opener != tokens[position:] and not is_side:
             position += len(opener)
             continue
         for phrases in (english.CONDITIONALS, english.TIME_CONDITIONALS):
@@ -83,7 +115,10 @@ def _begin_segment(tokens: Words, position: int) -> tuple[int, Mood, Words]:
 
 def _end_segment(tokens: Words, start: int, mood: Mood) -> tuple[int, Link, str]:
     """Find where a segment ends; return that, and link and joint of the next."""
-    for at in range(start, len(tokens)):
+    # `i feel like having tea`, `i would be glad if the table were clean`
+    wish = max(len(one.starting(tokens, start)) for one in (english.WISHES, english.CAUSATIVES))
+    begin = start + wish
+    for at in range(begin, len(tokens)):
         if tokens[at] == COMMA:
             following = english.SEQUENCE.starting(tokens, at + 1)
             turned = english.REVERSED.starting(tokens, at + 1)
@@ -98,7 +133,10 @@ def _end_segment(tokens: Words, start: int, mood: Mood) -> tuple[int, Link, str]
             return at, _link_of(following), " ".join(following)
         if mood is not Mood.CONDITION and (following := english.REVERSED.starting(tokens, at)):
             return at, Link.AFTER, " ".join(following)
-        starts_adjunct = (
+        # `do the left half when cleaning`
+        is_last = at + 2 == len(tokens) or tokens[at + 2 : at + 3] == (COMMA,)
+        is_act = is_last and tokens[at] in english.ACT_MARKERS and tokens[at + 1].endswith("ing")
+        starts_adjunct = not is_act and (
             english.PROHIBITIONS.starting(tokens, at)
             or english.CONDITIONALS.starting(tokens, at)
             or english.TIME_CONDITIONALS.starting(tokens, at)
