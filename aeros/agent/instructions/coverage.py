@@ -28,7 +28,7 @@ class Coverage:
         repetitions: words that ask for several times, as said.
         values: values that the words state for the task's parameters.
         starts_with_object: True if an object is named before the first phrase that asks for the task.
-        is_order: True if a number is written as in an order: `dumplings x2`.
+        is_order: True if a number is written as in an order: `teas x2`.
         says_to: True if `to` or the like is said.
         is_definite: True if there is an article.
         describes_place: True if a place may only say which object: `the can on the left`.
@@ -94,7 +94,7 @@ class Coverage:
             is_light: True if a verb such as `do` stands for any other.
 
         Returns:
-            True for an object and where it is to go, as in `red can to the left`; after `do`, for an object
+            True for an object and where it is to go, as in `red cup to the left`; after `do`, for an object
             with its part or number, as in `do the left half`.
         """
         if not self.is_object_alone or not self.starts_with_object:

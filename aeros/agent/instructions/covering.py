@@ -195,7 +195,7 @@ class _Cover:
         return 0
 
     def _beneficiary(self, at: int) -> int:
-        """Cover who gets it, directly behind the verb: `make him a dumpling`."""
+        """Cover who gets it, directly behind the verb: `make him a tea`."""
         found = english.BENEFICIARIES.starting(self._words, at)
         is_behind_verb = self._last is self._triggers and bool(self._triggers)
         return len(found) if is_behind_verb and at + len(found) < len(self._words) else 0
@@ -213,7 +213,7 @@ class _Cover:
             return 0
         noun = at + 1
         if words[noun : noun + 1] == ("of",):
-            noun += 1  # `two of those dumplings`
+            noun += 1  # `two of those teas`
         while noun < len(words) and words[noun] in english.DETERMINERS:
             noun += 1
         nouns = entry.objects or entry.triggers
@@ -221,7 +221,7 @@ class _Cover:
         following = entry.value_phrase(words, noun)
         is_of_thing = is_of_noun or (following is not None and following.names_object)
         is_behind = self._last is self._objects and bool(self._objects)
-        # `dumplings, two of them`
+        # `teas, two of them`
         of_them = 2 if words[at + 1 : at + 3] == ("of", "them") and self._objects else 0
         is_head = self._knows_pronoun and self._last is self._triggers and not self._objects
         counted = counted_parameter(entry.routed.task)
@@ -263,7 +263,7 @@ class _Cover:
         if word in english.FILLERS or word in english.DETERMINERS:
             return 1
         if word == "to" and self._last is self._entry.extras:
-            # `use the sponge to wipe the table`
+            # `use the brush to sweep it`
             return int(self._entry.longest(self._words, at + 1)[0] is self._entry.triggers)
         return 0
 

@@ -140,8 +140,8 @@ def _without_statements(tokens: Words) -> tuple[Words, list[Segment]]:
             tokens = rest[1:] if rest[:1] == ("so",) else rest
         end = next((at for at, token in enumerate(tokens) if token in (COMMA, COLON)), len(tokens))
         statement = tokens[:end] if is_statement(tokens[:end]) else strip_closers(tokens[:end])
-        is_told = tokens[end : end + 1] == (COLON,) and not english.OPENERS.starting(tokens, end + 1)
-        if is_told or not is_statement(statement):
+        is_report = tokens[end : end + 1] == (COLON,) and not english.OPENERS.starting(tokens, end + 1)
+        if is_report or not is_statement(statement):
             break
         so = tokens[end + 1 : end + 2] if tokens[end + 1 : end + 2] in (("so",), ("therefore",)) else ()
         reasons.append(Segment(Mood.REASON, statement, Link.START, so))

@@ -11,7 +11,7 @@ from aeros.agent.instructions.arguments import ValuePhrase, value_phrases
 from aeros.agent.instructions.phrases import Words
 from aeros.agent.planning.routing import RoutedTask
 from aeros.spec.diagnostics.words import normalized_words
-from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.ecm import Ecm, Task
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,13 +102,21 @@ def task_phrases(modules: Mapping[str, Ecm]) -> tuple[TaskPhrases, ...]:
             _as_words(task.object_phrases),
             _with_bare_nouns(_as_words(task.extra_phrases)),
             value_phrases(task),
-            english.STATES.intersection(
-                word for one in _as_words(tuple(task.condition_phrases)) for word in one
-            ),
+            _states(task),
         )
         for name, module in modules.items()
         for task in module.tasks.values()
     )
+
+
+def _states(task: Task) -> frozenset[str]:
+    """Return the adjectives of conditions such as `the table is dirty`, but for those that are verbs, too."""
+    found: set[str] = set()
+    for phrase in _as_words(tuple(task.condition_phrases)):
+        subject = tuple(word for word in phrase[:-2] if word not in english.DETERMINERS)
+        if phrase[-2:-1] == ("is",) and subject in _as_words(task.object_phrases):
+            found.add(phrase[-1])
+    return frozenset(found - {word for one in task.trigger_phrases for word in normalized_words(one)})
 
 
 def _as_words(phrases: Sequence[str]) -> tuple[Words, ...]:

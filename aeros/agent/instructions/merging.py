@@ -21,6 +21,14 @@ def merged_requests(sentence: Sentence, tasks: Sequence[TaskPhrases], before: Se
     """Merge segments that are one request: `wipe and tidy the table`, `the table and the bench`.
 
     The fewest merges are made with which every request is understood; if none is, nothing is merged.
+
+    Args:
+        sentence: segments of a sentence.
+        tasks: all tasks.
+        before: requests that a pronoun may mean the object of.
+
+    Returns:
+        The segments, some of them merged.
     """
     joints = [
         at

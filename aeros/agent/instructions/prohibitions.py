@@ -23,7 +23,15 @@ _ALSO_NOT: Final = frozenset({"nor"})
 def prohibited_tasks(
     segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence[Errand]
 ) -> list[RoutedTask]:
-    """Return all tasks that a prohibition may mean: if it is not certain, all are prohibited.
+    """Find all tasks that a prohibition may mean: if it is not certain, all are prohibited.
+
+    Args:
+        segment: words of the prohibition.
+        tasks: all tasks.
+        before: requests that a pronoun may mean the object of.
+
+    Returns:
+        The tasks, with the arguments that the words say.
 
     Raises:
         InstructionError: it means none, or holds another negation.
@@ -68,7 +76,14 @@ def _split(words: Words, at: frozenset[str]) -> Iterator[Words]:
 
 
 def is_universal(segment: Segment) -> bool:
-    """Return True for a prohibition of everything: `do not do anything`, `stop`."""
+    """Check if a prohibition is of everything: `do not do anything`, `stop`.
+
+    Args:
+        segment: words of the prohibition.
+
+    Returns:
+        True if it is.
+    """
     words = [word for word in segment.words if word not in english.FILLERS]
     if not words:
         return segment.marker in (("stop",), ("quit",), ("cease",))

@@ -65,5 +65,5 @@ def is_own_check(segment: Segment, before: Request, tasks: Sequence[TaskPhrases]
 def _is_one_act(segment: Segment, first: Segment) -> bool:
     """Return True for `take the can, then put it on the left`, and for `I love tea. Make one.`."""
     is_of_kind = any(english.number_of(word) is not None for word in segment.words)
-    is_put = first.words[:1] and first.words[0] in english.TAKING_VERBS
+    is_put = first.words[:1] and first.words[0] in english.GRASP_VERBS
     return bool(is_put) or (segment.link is Link.START and is_of_kind)

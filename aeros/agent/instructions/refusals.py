@@ -67,7 +67,15 @@ def ambiguous_tasks(text: str, candidates: Sequence[RoutedTask]) -> AmbiguousIns
 
 
 def not_covered(segment: Segment, coverages: Sequence[Coverage]) -> InstructionError:
-    """Say why no task covers a request, from the task that comes nearest."""
+    """Say why no task covers a request, from the task that comes nearest.
+
+    Args:
+        segment: words of the request.
+        coverages: coverage by each task.
+
+    Returns:
+        The refusal.
+    """
     text = quoted(segment.text)
     near = [one for one in coverages if one.triggers or one.objects]
     if not near:

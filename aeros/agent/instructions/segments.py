@@ -50,7 +50,7 @@ class Segment:
         is_polite: True if its sentence has a word such as `please`.
         is_light: True if its verb is one that stands for others, such as `do`.
         carried: words of the first request of its sentence that it may go on with, as `have` in `have the
-            table cleaned and a dumpling made`.
+            table cleaned and a tea made`.
     """
 
     mood: Mood

@@ -13,6 +13,12 @@ from aeros.spec.diagnostics.codes import quoted
 def without_reasons(tokens: Words) -> tuple[Words, list[Segment]]:
     """Take the reasons out of a sentence: `because …`, `so that …`, and `the …, so` before a request.
 
+    Args:
+        tokens: words and commas of a sentence.
+
+    Returns:
+        The rest, and the reasons.
+
     Raises:
         InstructionError: it is not clear where a reason ends.
     """

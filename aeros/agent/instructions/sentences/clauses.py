@@ -13,7 +13,13 @@ from aeros.spec.diagnostics.codes import quoted
 
 
 def segments_of(tokens: Words) -> Iterator[Segment]:
-    """Yield the segments of a sentence.
+    """Split a sentence into segments.
+
+    Args:
+        tokens: words and commas.
+
+    Yields:
+        The segments in order.
 
     Raises:
         InstructionError: a link has nothing after it, or a condition is on time.
@@ -151,7 +157,14 @@ def _link_of(joint: Words) -> Link:
 
 
 def strip_ends(tokens: Words) -> Words:
-    """Remove what asks for nothing at the end, also after a comma, as in `…, will you?`."""
+    """Remove what asks for nothing at the end, also after a comma, as in `…, will you?`.
+
+    Args:
+        tokens: words and commas.
+
+    Returns:
+        The rest.
+    """
     while (shorter := strip_closers(tokens)) != tokens or tokens[-1:] == (COMMA,):
         tokens = shorter if shorter[-1:] != (COMMA,) else shorter[:-1]
     return tokens

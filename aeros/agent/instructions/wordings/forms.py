@@ -38,7 +38,7 @@ def wordings(
         is_polite: True if `please` is said with it.
         is_perfect: True if its verb is in the perfect or the past.
         carried: words of the request before that this one goes on with, as `have` in `have the table
-            cleaned and a dumpling made`.
+            cleaned and a tea made`.
 
     Yields:
         The words as they are, then each form, then each form of that.

@@ -1,4 +1,4 @@
-"""Wishes: `may i have a dumpling`, `a dumpling would be nice`, `two dumplings please`."""
+"""Wishes: `may i have a tea`, `a tea would be nice`, `two teas please`."""
 
 from __future__ import annotations
 

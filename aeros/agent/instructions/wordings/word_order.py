@@ -27,7 +27,7 @@ def particles(wording: Wording) -> Iterator[Wording]:
 
 
 def attributes(wording: Wording) -> Iterator[Wording]:
-    """Put a colour before its noun: `the can of red colour`, `the can that is red` are `the red can`.
+    """Put a colour before its noun: `the can of red colour`, `the can that is red` are `the red cup`.
 
     Args:
         wording: words of a request.
