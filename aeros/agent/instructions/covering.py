@@ -273,7 +273,7 @@ class _Cover:
         if words[at] not in english.PART_PREPOSITIONS:
             return 0
         end = at + 1
-        while end < len(words) and words[end] in english.DETERMINERS:
+        while end < len(words) and words[end] in english.DETERMINERS | english.POSSESSIVES:
             end += 1
         value = self._entry.value_phrase(words, end)
         if value is not None and self._stated_part(value.parameter):

@@ -11,6 +11,7 @@ from aeros.agent.instructions.segments import COMMA
 _TIMES: Final = frozenset({"once", "after", "when"})
 _SPEAKERS: Final = (("i",), ("we",), ("you",), ("they",))
 _DONE: Final = frozenset({"done", "finished", "complete", "completed", "over", "through"})
+_WANTED: Final = frozenset({"needed", "required", "necessary", "wanted"})
 _BE: Final = frozenset({"is", "are", "has", "have"})
 _PERFECT: Final[Words] = ("once", "you", "have")
 
@@ -90,6 +91,8 @@ def _prohibition(clause: Words) -> Words:
     for at in range(1, len(clause) if clause[:1] not in _SPEAKERS else 0):
         if duty := english.NEGATIVE_DUTIES.starting(clause, at):
             return ("do", "not", *clause[:at], *clause[at + len(duty) :])
+    if clause[:1] == ("no",) and clause[-2:-1] in (("is",), ("are",)) and clause[-1] in _WANTED:
+        return clause[:-2]  # `no teas are needed`
     opener: Words = ()
     while found := english.OPENERS.starting(clause, len(opener)):
         opener += found
