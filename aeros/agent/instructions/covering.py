@@ -183,7 +183,9 @@ class _Cover:
         word = self._words[at]
         # A task without objects acts on one thing only.
         # In `the table, please clean it`, too, it can only mean that.
-        is_known = self._knows_pronoun or bool(self._objects)
+        # `the left half of it` says of nothing that it is a half.
+        is_of_it = self._words[at - 1 : at] == ("of",) and self._stated.names_part and len(self._objects) == 1
+        is_known = self._knows_pronoun or (bool(self._objects) and not is_of_it)
         if word in english.PRONOUNS and (is_known or not self._entry.objects):
             self._add_object((word,))
             return 1

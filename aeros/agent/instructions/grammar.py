@@ -182,7 +182,9 @@ def _require_request(whole: Words, tokens: Words, *, is_question: bool) -> None:
     is_asked_for = not is_question or asked != tokens
     is_causative = asked[:1] == ("have",) and asked[1:2] not in _ADDRESSED and is_asked_for
     starts_question = bool(asked) and asked[0] in english.QUESTIONS and not is_causative
-    if (is_question and not (was_polite or is_wish)) or (starts_question and not is_wish):
+    # `do i need tea?`
+    asks_need = whole[:1] == ("do",) and whole[1:2] in _ADDRESSED[1:] and is_question
+    if asks_need or (is_question and not (was_polite or is_wish)) or (starts_question and not is_wish):
         text = " ".join(token for token in whole if token != COMMA)
         raise InstructionError(f"{quoted(text)} is a question; only requests are understood")
 

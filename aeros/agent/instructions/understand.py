@@ -203,7 +203,7 @@ def _context(
     if not leading:
         return list(errands)
     coverages = [cover(entry, leading[-1].words, knows_pronoun=False) for entry in tasks]
-    named = [Errand(one.routed) for one in coverages if one.objects]
+    named = [Errand(one.routed) for one in coverages if one.objects and not one.values.fault]
     return named if len(named) == 1 else []
 
 

@@ -135,8 +135,8 @@ def _end_segment(tokens: Words, start: int, mood: Mood) -> tuple[int, Link, str]
             return at, Link.JOINED, COMMA
         if at == start:
             continue
-        if tokens[at : at + 2] == ("before", "anything"):
-            continue  # `before anything else`
+        if tokens[at : at + 2] in (("before", "anything"), ("next", "to")):
+            continue  # `before anything else`, `next to the cup`
         if following := english.SEQUENCE.starting(tokens, at):
             return at, _link_of(following), " ".join(following)
         if mood is not Mood.CONDITION and (following := english.REVERSED.starting(tokens, at)):

@@ -27,6 +27,7 @@ FLOORS = {
     "unseen_3": 0.98,
     "authors_2": 0.95,
     "authors_3": 0.96,
+    "authors_4": 0.98,
     "adversarial": 1.0,
 }
 """Shares of those that can be done that the grammar understands."""
@@ -70,4 +71,4 @@ def test_none_moves_the_robot_wrongly_and_most_that_can_be_done_are_understood(n
     assert counted["right"] >= FLOORS[name] * len(doable), [
         text for text in doable if outcomes[text] != "right"
     ]
-    assert len(outcomes) >= 190
+    assert len(outcomes) >= 100
