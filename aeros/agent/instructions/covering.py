@@ -124,9 +124,19 @@ class _Cover:
             self._last = self._triggers
         elif length and found is self._entry.objects:
             self._add_object(spoken)
+        elif length and self._wants_to_act(at):
+            return 0
         elif length:
             self._last = self._entry.extras
         return length
+
+    def _wants_to_act(self, at: int) -> bool:
+        """Return True at the `to` of `i want to fetch it`: the speaker is who fetches."""
+        is_wish = (
+            self._last is self._triggers and bool(self._triggers) and self._triggers[-1][0] in ("i", "we")
+        )
+        follows = self._entry.longest(self._words, at + 1)[0] is self._entry.triggers
+        return self._words[at] == "to" and is_wish and follows
 
     def _note_description(self, at: int, end: int, value: ValuePhrase) -> None:
         """Note if a place may only say which object: `the left can`, `the can on the left`."""
@@ -193,7 +203,13 @@ class _Cover:
             return 1
         if word in self._particles and self._triggers and self._objects:
             # Apart from its verb, as in `tidy the table up`; `to the back` is a place.
-            return int(self._words[at - 1] not in english.DETERMINERS)
+            verbs = {
+                form
+                for one in self._triggers
+                for form in english.base_forms(one[0]) | english.participle_bases(one[0])
+            }
+            is_of_verb = any((verb, word) in self._entry.triggers for verb in verbs)
+            return int(is_of_verb and self._words[at - 1] not in english.DETERMINERS)
         return 0
 
     def _beneficiary(self, at: int) -> int:

@@ -7,6 +7,8 @@ from dataclasses import replace
 from itertools import product
 from typing import Final
 
+from aeros.agent.instructions import english
+from aeros.agent.instructions.covering import cover
 from aeros.agent.instructions.lexicon import TaskPhrases
 from aeros.agent.instructions.meaning import Errand
 from aeros.agent.instructions.refusals import AmbiguousInstructionError, InstructionError
@@ -51,6 +53,8 @@ def merged_requests(sentence: Sentence, tasks: Sequence[TaskPhrases], before: Se
                 )
             else:
                 merged.append(segment)
+        if any(_is_another_thing(sentence[at - 1], sentence[at], tasks) for at in joined):
+            continue
         context = list(before)
         try:
             for segment in merged:
@@ -62,3 +66,16 @@ def merged_requests(sentence: Sentence, tasks: Sequence[TaskPhrases], before: Se
             continue
         return tuple(merged)
     return sentence
+
+
+def _is_another_thing(first: Segment, segment: Segment, tasks: Sequence[TaskPhrases]) -> bool:
+    """Return True if a segment only adds a thing or a number to one that has one: `make a tea and two`."""
+    if segment.joint not in ("and", "plus", "as well as"):
+        return False
+    if all(english.number_of(word) is not None for word in segment.words):
+        return True
+    return any(
+        cover(entry, segment.words, knows_pronoun=False).is_object_alone
+        and bool(cover(entry, first.words, knows_pronoun=False).objects)
+        for entry in tasks
+    )

@@ -36,11 +36,13 @@ class Request:
         stated: parameters that its words say a value of.
         only_refers: True if a pronoun stands for its object, or its words only name an object, as in
             `…, the blue one`.
+        has_verb: True if its words have a verb of their own.
     """
 
     errand: Errand
     stated: frozenset[str] = frozenset()
     only_refers: bool = False
+    has_verb: bool = True
 
 
 def read_request(
@@ -166,4 +168,4 @@ def _with_arguments(segment: Segment, coverage: Coverage, last: RoutedTask | Non
             f"{quoted(segment.text)} leaves open `{name}` of `{routed}`: {shown}", segment.text, candidates
         )
     only_refers = coverage.names_pronoun or not coverage.triggers
-    return Request(Errand(routed), stated, only_refers)
+    return Request(Errand(routed), stated, only_refers, bool(coverage.triggers))

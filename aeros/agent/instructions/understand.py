@@ -28,7 +28,7 @@ from aeros.agent.instructions.reasons.plain_reasons import (
     require_plain_reason,
     without_statements,
 )
-from aeros.agent.instructions.refinements import is_own_check, refined_request
+from aeros.agent.instructions.refinements import is_own_check, refined_request, with_shared_place
 from aeros.agent.instructions.refusals import (
     AmbiguousInstructionError,
     InstructionError,
@@ -164,6 +164,8 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
                 refined = last and refined_request(last[0], request, segment, last[1])
                 if refined:
                     errands[-1] = refined.errand
+                elif last and (shared := with_shared_place(last[0], request, segment)):
+                    errands[-1:] = [shared.errand, request.errand]
                 elif not errands or errands[-1] != request.errand:
                     errands.append(request.errand)
                 last = (refined or request, segment)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 from aeros.agent.instructions import english
 from aeros.agent.instructions.phrases import Words
 from aeros.agent.instructions.reasons.statements import is_statement
 from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.instructions.segments import COMMA, Link, Mood, Segment
 from aeros.spec.diagnostics.codes import quoted
+
+_VERBS: Final = english.FINITE | english.FINITE_OF_PERSONS | english.MODALS | english.DESIRES
 
 
 def without_reasons(tokens: Words) -> tuple[Words, list[Segment]]:
@@ -61,8 +65,11 @@ def _begins_reason(tokens: Words, at: int, marker: Words) -> bool:
     longer = max(
         map(len, (english.SEQUENCE.starting(tokens, at), english.SENTENCE_OPENERS.starting(tokens, at)))
     )
-    if not after or after == (COMMA,) or longer > len(marker):
+    if not after or tokens[at - 1 : at] == ("well",) or after == (COMMA,) or longer > len(marker):
         return False
+    end = tokens.index(COMMA, at) if COMMA in tokens[at:] else len(tokens)
+    if not any(word in _VERBS or word.endswith("ed") for word in tokens[at + len(marker) : end]):
+        return marker[0] in ("because", "due", "in")
     return marker[0] in ("because", "due", "in") or marker[-1] == "that" or after[0] in english.SUBJECTS
 
 

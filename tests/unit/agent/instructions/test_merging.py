@@ -16,6 +16,8 @@ from tests.unit.agent.instructions.reference import parametric_modules
         ("the left half of the table, wipe it", ["the left half of the table wipe it"]),
         ("wipe the table and make dumplings", ["wipe the table", "make dumplings"]),
         ("sing and dance", ["sing", "dance"]),
+        ("wipe the left half and the table", ["wipe the left half", "the table"]),
+        ("make a dumpling and two", ["make a dumpling", "two"]),
     ],
 )
 def test_the_fewest_segments_are_merged_with_which_all_is_understood(text: str, requests: list[str]) -> None:

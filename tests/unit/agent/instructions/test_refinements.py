@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import pytest
 
+from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.instructions.understand import understand
 from tests.unit.agent.instructions.reference import parametric_modules
 
@@ -24,9 +25,19 @@ def asked(text: str) -> list[str]:
         ("bring me the block, the blue one", ["blue_block middle"]),
         ("bring me the can and the block", ["red_can middle", "blue_block middle"]),
         ("wipe the table, then check that it is clean", ["whole"]),
+        ("bring the can and the block to the left", ["red_can left", "blue_block left"]),
+        ("bring the can and put the block to the left", ["red_can middle", "blue_block left"]),
     ],
 )
 def test_a_request_that_says_more_about_the_one_before_is_no_second_one(
     text: str, arguments: list[str]
 ) -> None:
     assert asked(text) == arguments
+
+
+@pytest.mark.parametrize(
+    "text", ["bring the can to the left and the block", "bring the can, the block to the left"]
+)
+def test_a_place_of_which_it_is_not_clear_whose_it_is_is_refused(text: str) -> None:
+    with pytest.raises(InstructionError, match="of both"):
+        asked(text)
