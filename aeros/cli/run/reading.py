@@ -80,7 +80,11 @@ def find_meaning(
 
 
 def _confirm(reading: ModelReading, refusal: InstructionError) -> str:
-    """Ask the operator at a terminal; a script is refused."""
+    """Ask the operator at a terminal; a script is refused.
+
+    Raises:
+        InstructionError: Nobody is there, or the operator does not confirm the reading.
+    """
     shown = "; ".join(reading.lines)
     if not (sys.stdin.isatty() and sys.stderr.isatty()):
         refuse_unconfirmed(reading, refusal)
