@@ -26,7 +26,9 @@ REGION = TaskParameter(
     Declared(t.Variable("clean_table.region", SIDES, t.VariableRole.STATE), SPAN),
     "whole",
     {
-        side: (side, f"{side} half", f"{side} side", f"{side} part") if side != "whole" else (side,)
+        side: (side, f"{side} half", f"{side} side", f"{side} part", f"{side} hand side")
+        if side != "whole"
+        else (side,)
         for side in SIDES.members
     },
 )
