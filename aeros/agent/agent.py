@@ -17,8 +17,9 @@ from aeros.agent.execution.journal import Journal, Observer
 from aeros.agent.execution.report import RunReport
 from aeros.agent.execution.step_attempt import StepRunner
 from aeros.agent.identity import Identity, acquire_identity, new_identity
-from aeros.agent.instructions.grammar import InstructionError
-from aeros.agent.instructions.understand import Errand, Spoken, Understanding, settle_meaning
+from aeros.agent.instructions.meaning import Errand, Spoken, Understanding
+from aeros.agent.instructions.refusals import InstructionError
+from aeros.agent.instructions.understand import settle_meaning
 from aeros.agent.memory.schema import IN_MEMORY
 from aeros.agent.memory.store import Memory, open_memory
 from aeros.agent.planning.base import Planner, RulePlanner

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 from aeros.agent.execution.report import RunReport
-from aeros.agent.instructions.understand import Errand, Understanding
+from aeros.agent.instructions.meaning import Errand, Understanding
 from aeros.agent.planning.base import Planner, RulePlanner
 from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.task_graph import TaskGraph, skills_behind

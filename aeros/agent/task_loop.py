@@ -37,7 +37,7 @@ from aeros.agent.execution.progress import PlanProgress
 from aeros.agent.execution.report import RunReport
 from aeros.agent.execution.step_attempt import StepRunner
 from aeros.agent.execution.waiting import MAX_WAIT_S, Wait
-from aeros.agent.instructions.understand import Errand
+from aeros.agent.instructions.meaning import Errand
 from aeros.agent.plan_source import PlanSource
 from aeros.agent.planning.base import Planner
 from aeros.agent.planning.planner_client import PlannerClient

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import replace
 
-from aeros.agent.instructions.understand import Understanding
+from aeros.agent.instructions.meaning import Understanding
 from aeros.runtime.gate.configuration import Configuration
 from aeros.spec.expr import terms as t
 from aeros.spec.model.ecm import ActionCondition, Task

@@ -13,11 +13,13 @@ from typing import get_args
 
 from aeros.agent.execution.journal import AgentEvent, Observer
 from aeros.agent.execution.report import RunReport
-from aeros.agent.instructions.understand import Understanding, understand
+from aeros.agent.instructions.meaning import Understanding
+from aeros.agent.instructions.understand import is_task_name, understand
 from aeros.agent.planning.base import Planner
 from aeros.files import temporary_folder
 from aeros.runtime.audit.checkpoints import SigningConfiguration
 from aeros.runtime.execution.governor import FixedGovernor, Governor
+from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.gate import GateMode
 from aeros.runtime.ports import Plant
 from aeros.runtime.proving import prove_configuration
@@ -32,6 +34,7 @@ from aeros.session.assembly import AgentSession, SessionSetup, open_agent, open_
 from aeros.session.joined_tasks import joined_task, tasks_of
 from aeros.session.module_settings import read_module_settings
 from aeros.session.plant_factory import PLANTS, PlantName, load_run_scene, open_plant
+from aeros.session.reading import read_with_model, refuse_unconfirmed
 from aeros.session.rendered_errors import rendered_errors
 from aeros.session.robot_thread import RobotThread
 from aeros.session.run_governor import RunGovernor
@@ -78,6 +81,7 @@ class Session:
         make_setup: Callable[[Understanding, Observer], SessionSetup],
         *,
         is_bound_to_scene: bool,
+        planner: Planner | None = None,
     ) -> None:
         self.proof = proof
         self.out = out
@@ -85,6 +89,7 @@ class Session:
         self._governor = governor
         self._make_setup = make_setup
         self._is_bound_to_scene = is_bound_to_scene
+        self._planner = planner
         self._thread: RobotThread[AgentSession] | None = None
         self._scenes: frozenset[str | None] = frozenset()
         self._events: SimpleQueue[AgentEvent | None] = SimpleQueue()
@@ -149,9 +154,9 @@ class Session:
             ...             print(len(event.details["steps"]))
             3
         """
-        thread = self._opened(instruction)
+        thread, meaning = self._opened(instruction)
         events = self._events = SimpleQueue()
-        run = self._run = thread.call(lambda session: session.agent.run(instruction, timeout))
+        run = self._run = thread.call(lambda session: session.agent.run(meaning, timeout))
         run.add_done_callback(lambda _: events.put(None))
         try:
             while (event := events.get()) is not None:
@@ -186,8 +191,8 @@ class Session:
             self.stop()
             wait([run])
 
-    def _opened(self, instruction: str) -> RobotThread[AgentSession]:
-        """Return the robot's thread, opened if this is the first task.
+    def _opened(self, instruction: str) -> tuple[RobotThread[AgentSession], Understanding]:
+        """Return the robot's thread, opened if this is the first task, and the instruction's meaning.
 
         Raises:
             MisuseError: A run is under way, the session is closed, or the task takes place in another scene.
@@ -199,7 +204,7 @@ class Session:
         require_text("instruction", instruction)
         with rendered_errors():
             configuration = self._governor.configuration()[1]
-            meaning = understand(instruction, configuration.modules)
+            meaning = self._find_meaning(instruction, configuration)
             tasks = tasks_of(meaning, configuration)
             if self._thread is None:
                 setup = self._make_setup(meaning, lambda event: self._events.put(event))
@@ -212,7 +217,23 @@ class Session:
                 f"`{elsewhere[0].id}` takes place in `{elsewhere[0].scene}`, and the plant has only {there}: "
                 "open another session, or begin one with an instruction that asks for both"
             )
-        return self._thread
+        return self._thread, meaning
+
+    def _find_meaning(self, instruction: str, configuration: Configuration) -> Understanding:
+        """Understand an instruction; the language model of a planner has to agree."""
+        endpoint = getattr(self._planner, "endpoint", None)
+        if endpoint is None or is_task_name(instruction, configuration.modules):
+            return understand(instruction, configuration.modules)
+        timeout_s = getattr(self._planner, "timeout_s", float(configuration.site.limits.planning))
+        meaning, _ = read_with_model(
+            lambda: understand(instruction, configuration.modules),
+            instruction,
+            configuration,
+            endpoint,
+            timeout_s,
+            refuse_unconfirmed,
+        )
+        return meaning
 
 
 @contextmanager
@@ -244,7 +265,8 @@ def open_session(
         site: The site file; None for the policy in force in `state`, or else the reference site, a Panda
             cell.
         seed: Seed of all random numbers, 0 or more.
-        planner: Proposes plans; None for the planning rules of the manifests.
+        planner: Proposes plans; None for the planning rules of the manifests. The model of an `LlmPlanner`
+            reads instructions, too, and has to agree with the grammar.
         gate: Method of deciding conditions: `compiled`; `z3`; or `checked`, both.
         out: A new folder for audit log, trace and samples; None for one that is deleted at the end.
         state: The robot's state folder: the agent's identity and memory are in it, and every command of the
@@ -328,6 +350,7 @@ def open_session(
             RunGovernor(governor),
             make_setup,
             is_bound_to_scene=name in ("physics", "kinematic"),
+            planner=planner,
         )
         stack.callback(session.close)
         yield session

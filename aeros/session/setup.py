@@ -11,7 +11,8 @@ from types import MappingProxyType
 from typing import Final
 
 from aeros.agent.errors import AgentError
-from aeros.agent.instructions.understand import Understanding, understand
+from aeros.agent.instructions.meaning import Understanding
+from aeros.agent.instructions.understand import understand
 from aeros.agent.world.values import to_exact
 from aeros.files import make_private_folder
 from aeros.runtime.audit.checkpoints import AnchorError, SigningConfiguration

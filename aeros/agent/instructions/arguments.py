@@ -24,13 +24,15 @@ class ValuePhrase:
         words: its words.
         parameter: name of the parameter.
         values: every value that it may mean.
-        names_object: it names something that the task acts on.
+        names_object: it names something that the task acts on, or a part of it: `the left half`.
+        is_place: it is a member of a set that the module lists, such as sides.
     """
 
     words: Words
     parameter: str
     values: frozenset[str]
     names_object: bool
+    is_place: bool
 
 
 def value_phrases(task: Task) -> tuple[ValuePhrase, ...]:
@@ -47,8 +49,16 @@ def value_phrases(task: Task) -> tuple[ValuePhrase, ...]:
         for value, stated in parameter.phrases.items():
             for words in map(normalized_words, stated):
                 found.setdefault((name, tuple(words)), set()).add(value)
+    acts_on_parameter = any(map(is_object, task.parameters.values()))
     phrases = (
-        ValuePhrase(words, name, frozenset(values), is_object(task.parameters[name]))
+        ValuePhrase(
+            words,
+            name,
+            frozenset(values),
+            is_object(task.parameters[name])
+            or (bool(task.object_phrases) and not acts_on_parameter and len(words) > 1),
+            not is_object(task.parameters[name]),
+        )
         for (name, words), values in found.items()
     )
     return tuple(sorted(phrases, key=lambda one: len(one.words), reverse=True))
@@ -103,6 +113,8 @@ class StatedValues:
         """
         known = self.values.get(phrase.parameter)
         both = phrase.values if known is None else known & phrase.values
+        if known is not None and phrase.is_place:
+            self.fault = f"{quoted(' '.join(phrase.words))} is a second `{phrase.parameter}`"
         if not both:
             self.fault = f"{quoted(' '.join(phrase.words))} contradicts another `{phrase.parameter}`"
         self.values[phrase.parameter] = both
@@ -125,6 +137,17 @@ class StatedValues:
             low, high = map(format_number, bounds)
             named = f"`{parameter.name}` is {low} to {high}{parameter.note}"
             self.fault = f"{quoted(word)} is out of range: {named}"
+
+    @property
+    def names_part(self) -> bool:
+        """True if a part of what the task acts on is named, such as its left half."""
+        acts_on_parameter = any(map(is_object, self.task.parameters.values()))
+        return bool(self.values) and not acts_on_parameter
+
+    @property
+    def names_place(self) -> bool:
+        """True if a value is stated of a set that the module lists, such as sides."""
+        return any(not is_object(self.task.parameters[name]) for name in self.values)
 
     @property
     def is_specific(self) -> bool:

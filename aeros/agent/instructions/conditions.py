@@ -2,23 +2,47 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import lru_cache
 from typing import Final
 
 from aeros.agent.instructions import english
-from aeros.agent.instructions.grammar import Segment
 from aeros.agent.instructions.lexicon import TaskPhrases
+from aeros.agent.instructions.phrases import Words
+from aeros.agent.instructions.segments import Segment
 from aeros.spec.diagnostics.words import normalized_words
 from aeros.spec.expr import terms as t
 
 _CONTRACTED: Final = {"isn": "is", "aren": "are", "wasn": "was", "hasn": "has"}
 """Verbs before a contracted `not`, as in `isn't`."""
 
-_UNSTRESSED: Final = frozenset({"yet", "still", "currently"})
+_UNSTRESSED: Final = frozenset({"yet", "still", "currently", "again", "all", "any", "so", "very", "quite"})
+_BE: Final = ("is",)
 
 
-def find_condition(
-    condition: Segment, entry: TaskPhrases, *, is_own: bool = False
-) -> tuple[t.Term, str] | None:
+@dataclass(frozen=True, slots=True)
+class FoundCondition:
+    """Condition that some words mean.
+
+    Attributes:
+        term: the condition.
+        text: its text, from the module's.
+        is_negated: True if the words negate the condition that the module declares.
+    """
+
+    term: t.Term
+    text: str
+    is_negated: bool = False
+
+    @property
+    def negated(self) -> FoundCondition:
+        """The condition that holds iff this one does not."""
+        if self.is_negated and isinstance(self.term, t.Not):
+            return FoundCondition(self.term.operand, self.text.removeprefix("not (").removesuffix(")"))
+        return FoundCondition(t.Not(self.term), f"not ({self.text})", is_negated=True)
+
+
+def find_condition(condition: Segment, entry: TaskPhrases, *, is_own: bool = False) -> FoundCondition | None:
     """Find the condition that a task declares for some words.
 
     Args:
@@ -28,21 +52,53 @@ def find_condition(
             for its object.
 
     Returns:
-        The condition and its text as declared; None if the task does not declare it.
+        The condition; None if the task does not declare it.
     """
-    ignored = english.DETERMINERS | english.FILLERS | _UNSTRESSED
-    spoken = tuple(word for word in condition.words if word not in ignored)
-    if spoken[1:2] == ("s",):
-        spoken = (spoken[0], "is", *spoken[2:])
-    for at, verb in enumerate(spoken):
-        if verb in _CONTRACTED and spoken[at + 1 : at + 2] == ("t",):
-            spoken = (*spoken[:at], _CONTRACTED[verb], "not", *spoken[at + 2 :])
-            break
+    spoken = _plain(condition.words)
+    found = _declared(spoken, entry, is_own=is_own)
+    if found is None and "not" in spoken and spoken[max(0, spoken.index("not") - 1)] == "is":
+        at = spoken.index("not")
+        positive = _declared((*spoken[:at], *spoken[at + 1 :]), entry, is_own=is_own)
+        return None if positive is None else positive.negated
+    return found
+
+
+def _declared(spoken: Words, entry: TaskPhrases, *, is_own: bool) -> FoundCondition | None:
     for phrase, declared in entry.routed.task.condition_phrases.items():
-        words = tuple(word for word in normalized_words(phrase) if word not in english.DETERMINERS)
+        words = _plain_phrase(phrase)
         subject = next((one for one in entry.objects if words[: len(one)] == one), ())
         rest = words[len(subject) :]
         shorter = {("it", *rest), ("they", *rest), rest[1:]} if subject and is_own else set()
+        if words and not subject and words[0] not in ("it", "there"):
+            shorter.add(("it", *_BE, *words))  # `if it is needed`
+        place = next((words[: -len(one) - 1] for one in entry.objects if words[-len(one) :] == one), ())
+        shorter |= {place} if place and words[:1] == ("there",) and is_own else set()
         if spoken == words or (spoken and spoken in shorter):
-            return declared.term, declared.text
+            return FoundCondition(declared.term, declared.text)
     return None
+
+
+@lru_cache(maxsize=1 << 12)
+def _plain_phrase(phrase: str) -> Words:
+    return _plain(normalized_words(phrase))
+
+
+def _plain(words: Words) -> Words:
+    """Leave out what changes nothing, and write every form of `be` as `is`: `looks`, `has been`."""
+    for at, verb in enumerate(words):
+        if verb in _CONTRACTED and words[at + 1 : at + 2] == ("t",):
+            words = (*words[:at], _CONTRACTED[verb], "not", *words[at + 2 :])
+            break
+    plain: list[str] = []
+    at = 0
+    ignored = english.DETERMINERS | english.FILLERS | _UNSTRESSED
+    while at < len(words):
+        being = english.BEING.starting(words, at) if plain or at else ()
+        if being:
+            plain += [*_BE, "not"] if "not" in being else _BE
+        elif words[at] not in ignored:
+            plain.append(words[at])
+        at += len(being) or 1
+    if plain[1:2] == ["s"]:
+        plain[1] = "is"
+    return tuple(plain)

@@ -6,6 +6,7 @@ refused. So the lists of `english.toml` may be short: a missing word costs a ref
 
 from __future__ import annotations
 
+import re
 import tomllib
 from importlib.resources import files
 from typing import Any, Final
@@ -62,6 +63,40 @@ TURNS: Final = _words("turns")
 PLACES: Final = _words("places")
 SUBJECTS: Final = _words("subjects")
 PAST_OPENERS: Final = _phrases("past_openers")
+PLACE_NOUNS: Final = _words("place_nouns")
+ACT_NOUNS: Final = _words("act_nouns")
+ACT_MARKERS: Final = _words("act_markers")
+COUNT_NOUNS: Final = _words("count_nouns")
+EXTENTS: Final = _phrases("extents")
+BENEFICIARIES: Final = _phrases("beneficiaries")
+PART_PREPOSITIONS: Final = _words("part_prepositions")
+POSSESSIVES: Final = _words("possessives")
+LIGHT_VERBS: Final = _phrases("light_verbs")
+NO_STATEMENTS: Final = _words("no_statements")
+DESIRES: Final = _words("desires")
+MODALS: Final = _words("modals")
+FINITE: Final = _words("finite")
+FINITE_OF_PERSONS: Final = _words("finite_of_persons")
+PERSONS: Final = _words("persons")
+CHECKS: Final = _phrases("checks")
+LOOKS: Final = _phrases("looks")
+AFFIRMATIONS: Final = _phrases("affirmations")
+SENTENCE_TURNS: Final = _phrases("sentence_turns")
+GOAL_CHECKS: Final = _phrases("goal_checks")
+PUTTING_VERBS: Final = _words("putting_verbs")
+DIRECTIONS: Final = _words("directions")
+RECEIPTS: Final = _phrases("receipts")
+BEING: Final = _phrases("being")
+POSITIONS: Final = _words("positions")
+GRASP_VERBS: Final = _words("grasp_verbs")
+NO_SLIPS: Final = _words("no_slips")
+ALL_WORDS: Final = frozenset(
+    word
+    for texts in (*_DATA.values(), *_DATA["classes"].values())
+    for text in texts
+    for word in re.findall(r"[^\s(|)<>]+", text)
+)
+"""Every word of the lists."""
 _MISSPELT: Final[dict[str, str]] = _DATA["misspelt"]
 _PARTICIPLES: Final[dict[str, str]] = _DATA["participles"]
 _NOMINALS: Final[dict[str, str]] = _DATA["nominals"]

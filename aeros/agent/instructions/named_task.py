@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, Final
 
-from aeros.agent.instructions.grammar import InstructionError
+from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.planning.routing import RoutedTask
 from aeros.spec.diagnostics.codes import did_you_mean, quoted
 from aeros.spec.diagnostics.words import normalized_words

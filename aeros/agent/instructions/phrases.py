@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import lru_cache, partial
 from typing import Final, TypeAlias
 
 Words: TypeAlias = tuple[str, ...]
@@ -33,6 +34,7 @@ class PhraseSet:
         parsed = [_parse(text, classes) for text in patterns]
         self._by_first = _by_first_word(parsed)
         self._by_last = _by_first_word([_reversed(one) for one in parsed])
+        self._length_at = lru_cache(maxsize=1 << 10)(partial(_longest, self._by_first))
 
     def __contains__(self, words: Words) -> bool:
         return bool(words) and self.starting(words) == words
@@ -47,7 +49,7 @@ class PhraseSet:
         Returns:
             The phrase; empty if none stands there.
         """
-        return words[at : at + _longest(self._by_first, words, at)]
+        return words[at : at + self._length_at(words, at)]
 
     def ending(self, words: Words) -> Words:
         """Find the longest phrase that some words end with.
@@ -63,9 +65,9 @@ class PhraseSet:
 
 def _longest(patterns: Mapping[str, Sequence[_Pattern]], words: Words, at: int) -> int:
     """Return the length of the longest phrase at a place; 0 if there is none."""
-    if at >= len(words):
+    if at >= len(words) or words[at] not in patterns:
         return 0
-    return max((end - at for one in patterns.get(words[at], ()) for end in _ends(one, words, at)), default=0)
+    return max((end - at for one in patterns[words[at]] for end in _ends(one, words, at)), default=0)
 
 
 def _ends(pattern: _Pattern, words: Words, at: int) -> set[int]:

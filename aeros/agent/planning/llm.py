@@ -57,6 +57,16 @@ class LlmPlanner:
         self._within = timeout_s
 
     @property
+    def endpoint(self) -> LlmEndpoint:
+        """Address of the model."""
+        return self._endpoint
+
+    @property
+    def timeout_s(self) -> float:
+        """Wall time (s) for all tries at one plan, or at one reading of an instruction."""
+        return self._within
+
+    @property
     def name(self) -> str:
         """Name in the audit record."""
         return f"llm {self._endpoint.model}"

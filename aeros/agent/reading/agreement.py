@@ -7,7 +7,7 @@ do not agree.
 
 from __future__ import annotations
 
-from aeros.agent.instructions.understand import Errand, Understanding
+from aeros.agent.instructions.meaning import Errand, Understanding
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.expr import terms as t
 from aeros.spec.model.site import Site

@@ -18,9 +18,9 @@ from dataclasses import replace
 from typing import Any, Final
 
 from aeros.agent.errands import barred_skills, barred_steps
-from aeros.agent.instructions.grammar import InstructionError
+from aeros.agent.instructions.meaning import Errand, Understanding
 from aeros.agent.instructions.named_task import named_tasks
-from aeros.agent.instructions.understand import Errand, Understanding
+from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.planning.check_plan import PlanChecker
 from aeros.agent.planning.plan_json import MalformedPlanError, plan_from_json
 from aeros.agent.planning.routing import RoutedTask

@@ -17,10 +17,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
-from aeros.agent.instructions.grammar import InstructionError
 from aeros.agent.instructions.lexicon import task_phrases
+from aeros.agent.instructions.meaning import Understanding
 from aeros.agent.instructions.phrases import Words
-from aeros.agent.instructions.understand import Understanding
+from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.planning.llm_client import LlmEndpoint, LlmError, request_completion
 from aeros.agent.reading.agreement import meanings_agree
 from aeros.agent.reading.answer import MalformedAnswerError, ModelAnswer, parse_answer

@@ -9,8 +9,9 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from aeros.agent.instructions.grammar import InstructionError
-from aeros.agent.instructions.understand import single_errand, understand
+from aeros.agent.instructions.meaning import single_errand
+from aeros.agent.instructions.refusals import InstructionError
+from aeros.agent.instructions.understand import understand
 from aeros.agent.planning.plan_json import plan_to_json
 from aeros.agent.planning.strategy_to_graph import strategy_to_graph
 from aeros.agent.planning.strong_cyclic import explain_no_plan

@@ -11,7 +11,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from aeros.agent.instructions.understand import single_errand
+from aeros.agent.instructions.meaning import single_errand
 from aeros.agent.planning.routing import RoutedTask
 from aeros.apps.mcp.approvals import Approvals
 from aeros.apps.mcp.plan_review import ClientPlanChecker

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import sys
 
-from aeros.agent.instructions.understand import AmbiguousInstructionError, Understanding
+from aeros.agent.instructions.meaning import Understanding
+from aeros.agent.instructions.refusals import AmbiguousInstructionError
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.registry.registry_governor import RegistryGovernor
 from aeros.session.setup import understand_instruction

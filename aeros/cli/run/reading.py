@@ -9,16 +9,22 @@ from __future__ import annotations
 
 import argparse
 import sys
+from typing import TYPE_CHECKING
 
 from aeros.agent.errors import AgentError
-from aeros.agent.instructions.grammar import InstructionError
-from aeros.agent.instructions.understand import NothingAskedError, Understanding, is_task_name
+from aeros.agent.instructions.meaning import Understanding
+from aeros.agent.instructions.refusals import InstructionError, NothingAskedError
+from aeros.agent.instructions.understand import is_task_name
 from aeros.cli.run.instruction import understand_or_ask
 from aeros.cli.run.planners import llm_endpoint, llm_timeout, require_planner_options
 from aeros.cli.terminal import print_line
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.registry.registry_governor import RegistryGovernor
-from aeros.session.setup import declared_start, understand_instruction
+from aeros.session.reading import read_with_model, refuse_unconfirmed
+from aeros.session.setup import understand_instruction
+
+if TYPE_CHECKING:
+    from aeros.agent.reading.reader import ModelReading
 
 
 def find_meaning(
@@ -47,42 +53,45 @@ def find_meaning(
     is_formal = arguments.goal is not None or is_task_name(instruction, configuration.modules)
     if arguments.planner != "llm" or arguments.resume or arguments.serve_plant or is_formal:
         return understand_or_ask(instruction, configuration, governor)
-    endpoint = llm_endpoint(arguments)
-    from aeros.agent.reading.reader import LlmReader
 
-    grammar: Understanding | InstructionError
-    try:
-        grammar = understand_instruction(instruction, configuration, governor)
-    except NothingAskedError:
-        raise
-    except InstructionError as refusal:
-        grammar = refusal
-    if isinstance(grammar, InstructionError) and arguments.supervised:
-        raise AgentError(f"only the grammar's meaning survives a crash, and it has none: {grammar.reason}")
-    site = configuration.site
-    reader = LlmReader(
-        site,
-        configuration.modules,
-        endpoint,
-        llm_timeout(arguments, site),
-        lambda task: declared_start(site, task),
+    def understood() -> Understanding:
+        try:
+            return understand_instruction(instruction, configuration, governor)
+        except NothingAskedError:
+            raise
+        except InstructionError as refusal:
+            if arguments.supervised:
+                why = f"only the grammar's meaning survives a crash, and it has none: {refusal.reason}"
+                raise AgentError(why) from refusal
+            raise
+
+    meaning, reading = read_with_model(
+        understood,
+        instruction,
+        configuration,
+        llm_endpoint(arguments),
+        llm_timeout(arguments, configuration.site),
+        _confirm,
     )
-    reading = reader.read(instruction)
-    if isinstance(grammar, Understanding):
-        meaning = reader.agree(grammar, reading)
+    if meaning.source.startswith("grammar"):
         for line in reading.lines:
             print_line(f"understood {line}")
-        return meaning
+    return meaning
+
+
+def _confirm(reading: ModelReading, refusal: InstructionError) -> str:
+    """Ask the operator at a terminal; a script is refused.
+
+    Raises:
+        InstructionError: Nobody is there, or the operator does not confirm the reading.
+    """
     shown = "; ".join(reading.lines)
     if not (sys.stdin.isatty() and sys.stderr.isatty()):
-        raise InstructionError(
-            f"{grammar.reason}; `{reading.model}` reads it as {shown}, which an operator has to confirm at a "
-            "terminal: run it there, or give the task with --task"
-        )
-    print(f"aeros: {grammar.reason}", file=sys.stderr)
+        refuse_unconfirmed(reading, refusal)
+    print(f"aeros: {refusal.reason}", file=sys.stderr)
     for line in reading.lines:
         print(f"aeros: `{reading.model}` reads {line}", file=sys.stderr)
     print("carry this out? yes or no: ", end="", file=sys.stderr, flush=True)
     if sys.stdin.readline().strip() != "yes":
         raise InstructionError(f"the operator did not confirm {shown}, so nothing moves")
-    return reader.confirmed(reading, "the operator at the terminal")
+    return "the operator at the terminal"

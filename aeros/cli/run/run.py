@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 from aeros.agent.errors import AgentError
 from aeros.agent.identity import lock_folder
-from aeros.agent.instructions.understand import single_errand, with_goal
+from aeros.agent.instructions.meaning import single_errand, with_goal
 from aeros.agent.recovery.checkpoint import CheckpointStore
 from aeros.agent.recovery.quarantine import Quarantine
 from aeros.apps.goal import parse_goal

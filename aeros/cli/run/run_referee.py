@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from aeros.agent.execution.journal import AgentEvent
 from aeros.agent.execution.report import RunReport
-from aeros.agent.instructions.understand import Understanding
+from aeros.agent.instructions.meaning import Understanding
 from aeros.sim.referee import GoalJudgement, join_judgements, judge_goal, truth_of
 
 

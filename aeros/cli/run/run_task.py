@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from aeros.agent.agent import Agent
 from aeros.agent.execution.journal import AgentEvent
 from aeros.agent.execution.report import RunReport
-from aeros.agent.instructions.understand import Understanding
+from aeros.agent.instructions.meaning import Understanding
 from aeros.agent.planning.base import Planner
 from aeros.agent.recovery.checkpoint import CheckpointStore, TaskEnd
 from aeros.apps.report_page.run_data import read_run_data

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from aeros.agent.instructions.grammar import InstructionError
+from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.world.values import to_json_value
 from aeros.cli.arguments import add_command, existing_path, warn_of_withheld_modules
 from aeros.cli.module_settings import add_module_settings, module_configurations

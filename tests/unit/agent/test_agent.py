@@ -16,7 +16,7 @@ from aeros.agent.agent import open_temporary_agent, start_agent
 from aeros.agent.errors import AgentError
 from aeros.agent.execution.journal import AgentEvent
 from aeros.agent.execution.report import RunReport
-from aeros.agent.instructions.grammar import InstructionError
+from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.planning.base import Planner, RulePlanner
 from aeros.runtime.ports import Runtime
 from aeros.spec.expr import terms as t

@@ -6,7 +6,7 @@ import pytest
 
 from aeros.agent.errands import barred_skills, barred_steps, combined_report, modules_of
 from aeros.agent.execution.report import RunReport
-from aeros.agent.instructions.understand import Errand, Understanding
+from aeros.agent.instructions.meaning import Errand, Understanding
 from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.task_graph import PlanStep, TaskGraph
 from aeros.spec.diagnostics.codes import Diagnostics

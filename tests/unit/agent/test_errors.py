@@ -7,7 +7,7 @@ import pickle
 import pytest
 
 from aeros.agent.errors import AgentError
-from aeros.agent.instructions.grammar import InstructionError
+from aeros.agent.instructions.refusals import InstructionError
 from aeros.spec.diagnostics.errors import UserError
 
 

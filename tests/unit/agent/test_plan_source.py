@@ -12,7 +12,8 @@ import pytest
 
 from aeros.agent.agent import start_agent
 from aeros.agent.execution.report import RunReport
-from aeros.agent.instructions.understand import Understanding, understand
+from aeros.agent.instructions.meaning import Understanding
+from aeros.agent.instructions.understand import understand
 from aeros.agent.planning.base import Planner
 from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.smt import SmtPlanner

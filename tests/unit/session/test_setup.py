@@ -7,7 +7,7 @@ from typing import Any, cast
 import pytest
 
 from aeros.agent.errors import AgentError
-from aeros.agent.instructions.grammar import InstructionError
+from aeros.agent.instructions.refusals import InstructionError
 from aeros.cli.main import main
 from aeros.runtime.audit.keys import InvalidKeyError, make_key, read_public_key
 from aeros.runtime.audit.log import AuditLog

@@ -8,8 +8,8 @@ from fractions import Fraction
 import pytest
 
 from aeros.agent.instructions.arguments import StatedValues, counted_parameter, is_object, value_phrases
-from aeros.agent.instructions.grammar import InstructionError
-from aeros.agent.instructions.understand import AmbiguousInstructionError, understand
+from aeros.agent.instructions.refusals import AmbiguousInstructionError, InstructionError
+from aeros.agent.instructions.understand import understand
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import EnumType, IntegerType
 from aeros.spec.model.ecm import Ecm, Task

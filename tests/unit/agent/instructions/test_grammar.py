@@ -2,7 +2,9 @@ from __future__ import annotations
 
 import pytest
 
-from aeros.agent.instructions.grammar import InstructionError, Link, Mood, check_scopes, parse_instruction
+from aeros.agent.instructions.grammar import check_scopes, parse_instruction
+from aeros.agent.instructions.refusals import InstructionError
+from aeros.agent.instructions.segments import Link, Mood
 
 R, P, C = Mood.REQUEST, Mood.PROHIBITION, Mood.CONDITION
 

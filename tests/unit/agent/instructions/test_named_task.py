@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from aeros.agent.instructions.grammar import InstructionError
 from aeros.agent.instructions.named_task import named_tasks
+from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.planning.routing import RoutedTask
 from tests.unit.agent.instructions.reference import reference_modules
 

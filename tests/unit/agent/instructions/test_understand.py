@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from pathlib import Path
 
 import pytest
 import yaml
@@ -9,20 +8,15 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from aeros.agent.instructions import english
-from aeros.agent.instructions.grammar import InstructionError
-from aeros.agent.instructions.understand import (
-    AmbiguousInstructionError,
-    Understanding,
-    single_errand,
-    understand,
-    with_goal,
-)
-from aeros.spec.model.ecm import ActionCondition, Ecm
+from aeros.agent.instructions.meaning import Understanding
+from aeros.agent.instructions.refusals import AmbiguousInstructionError, InstructionError
+from aeros.agent.instructions.understand import understand
+from aeros.spec.model.ecm import Ecm
 from tests.hypothesis_profiles import examples
-from tests.unit.agent.dumplings import CLEAN, DUMPLING, SPAN, module, task, term
-from tests.unit.agent.instructions.reference import LETTERS, reference_modules
+from tests.unit.agent.dumplings import CLEAN, DUMPLING, module, task
+from tests.unit.agent.instructions.reference import LETTERS, LISTS, reference_modules
 
-GROUPS: dict[str, dict[str, str]] = yaml.safe_load((Path(__file__).parent / "instructions.yaml").read_text())
+GROUPS: dict[str, dict[str, str]] = yaml.safe_load((LISTS / "authors.yaml").read_text())
 EXPECTED = {text: meaning for group in GROUPS.values() for text, meaning in group.items()}
 REFUSE = "refuse"
 MODULES = {"dumpling": DUMPLING, "clean": CLEAN}
@@ -59,9 +53,27 @@ def test_instructions_of_many_styles_mean_what_a_person_expects_and_none_moves_w
     assert counted["refusable: right"] > 150
 
 
+PLAIN = sorted(text for text in EXPECTED.keys() - GROUPS["reasons"] if EXPECTED[text] != REFUSE)
+"""Instructions that can be done, without reasons, whose words are free."""
+
+
+def lines(instruction: str) -> tuple[str, ...]:
+    """Formal text of the meaning; empty if the instruction is refused."""
+    try:
+        return understand(instruction, reference_modules()).formal_lines
+    except InstructionError:
+        return ()
+
+
+def with_word(text: str, word: str, data: st.DataObject) -> str:
+    parts = text.split(" ")
+    at = data.draw(st.integers(0, len(parts)))
+    return " ".join([*parts[:at], word, *parts[at:]])
+
+
 @examples(150)
 @given(
-    st.sampled_from(sorted(text for text in EXPECTED.keys() - GROUPS["reasons"] if EXPECTED[text] != REFUSE)),
+    st.sampled_from(PLAIN),
     st.sampled_from(sorted(english.NEGATIVES | {"fridge", "seven", "twice", "or", "blue", "zzz"})),
     st.data(),
 )
@@ -70,10 +82,36 @@ def test_a_word_that_is_put_in_never_leaves_the_same_motion(
 ) -> None:
     # `do not clean the table twice` may prohibit less, and is no request.
     assume(word not in ("seven", "twice") or "-" not in answer(text))
-    parts = text.split(" ")
-    at = data.draw(st.integers(0, len(parts)))
-    changed = " ".join([*parts[:at], word, *parts[at:]])
-    assert REFUSE in (answer(text), answer(changed)) or answer(changed) != answer(text), changed
+    changed = with_word(text, word, data)
+    assert not lines(text) or lines(changed) != lines(text), changed
+
+
+@examples(150)
+@given(st.sampled_from(PLAIN), st.sampled_from(["zzz", "fridge", "hammer", "upstairs", "bob"]), st.data())
+def test_a_word_that_nobody_declares_is_refused_and_named(text: str, word: str, data: st.DataObject) -> None:
+    assume(lines(text))
+    changed = with_word(text, word, data)
+    with pytest.raises(InstructionError) as refused:
+        understand(changed, reference_modules())
+    assert word in str(refused.value), changed
+
+
+@examples(100)
+@given(st.sampled_from(PLAIN), st.sampled_from(["please", "kindly"]), st.data())
+def test_a_courtesy_changes_no_goal_anywhere(text: str, word: str, data: st.DataObject) -> None:
+    changed = with_word(text, word, data)
+    assert lines(changed) in ((), lines(text)), changed
+
+
+@examples(100)
+@given(
+    st.sampled_from(PLAIN),
+    st.sampled_from(["", "Please, ", "Good morning, dear robot! ", "Robot, ", "Hi there. "]),
+    st.sampled_from(["", ", please", ", thank you", ". Thanks a lot!", ", if you don't mind"]),
+)
+def test_a_courtesy_before_or_behind_changes_nothing(text: str, before: str, after: str) -> None:
+    assume(lines(text) and "?" not in text and "_" not in text)
+    assert lines(before + text.rstrip(".!") + after) == lines(text)
 
 
 @examples(100)
@@ -194,14 +232,3 @@ def test_without_tasks_nothing_is_provided() -> None:
     for modules in ({}, {"empty": module("empty", ())}):
         with pytest.raises(InstructionError, match="no task is installed"):
             understand("make dumplings", modules)
-
-
-def test_only_a_single_request_is_a_single_errand_and_takes_another_goal() -> None:
-    goal = ActionCondition(term("wrapper_aligned"), "wrapper_aligned", SPAN)
-    one, two = (understand(text, MODULES) for text in ("clean", "clean, then dumpling"))
-    assert str(single_errand(one)) == "clean.clean_table"
-    assert with_goal(one, goal).first.task.goal_text == "wrapper_aligned"
-    with pytest.raises(InstructionError, match="asks for more than one task"):
-        single_errand(two)
-    with pytest.raises(InstructionError, match="asks for several"):
-        with_goal(two, goal)

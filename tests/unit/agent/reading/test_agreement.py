@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from aeros.agent.instructions.understand import Errand, Understanding
+from aeros.agent.instructions.meaning import Errand, Understanding
 from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.reading.agreement import is_equivalent, meanings_agree
 from aeros.spec.backends.oracle import Oracle

@@ -9,8 +9,9 @@ from typing import Any
 import jsonschema
 import pytest
 
-from aeros.agent.instructions.grammar import InstructionError
-from aeros.agent.instructions.understand import Understanding, understand
+from aeros.agent.instructions.meaning import Understanding
+from aeros.agent.instructions.refusals import InstructionError
+from aeros.agent.instructions.understand import understand
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.proving import prove_configuration
 from aeros.session.setup import declared_start

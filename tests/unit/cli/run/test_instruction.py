@@ -6,7 +6,7 @@ from typing import cast
 
 import pytest
 
-from aeros.agent.instructions.understand import AmbiguousInstructionError
+from aeros.agent.instructions.refusals import AmbiguousInstructionError
 from aeros.cli.run.instruction import understand_or_ask
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.registry.registry_governor import RegistryGovernor

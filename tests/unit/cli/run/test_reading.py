@@ -8,8 +8,8 @@ from typing import Any, cast
 
 import pytest
 
-from aeros.agent.instructions.grammar import InstructionError
-from aeros.agent.instructions.understand import NothingAskedError, Understanding
+from aeros.agent.instructions.meaning import Understanding
+from aeros.agent.instructions.refusals import InstructionError, NothingAskedError
 from aeros.cli.run.reading import find_meaning
 from aeros.exit_codes import UsageError
 from aeros.runtime.gate.configuration import Configuration

@@ -8,7 +8,8 @@ import pytest
 
 from aeros.agent.execution.journal import AgentEvent
 from aeros.agent.execution.report import RunReport
-from aeros.agent.instructions.understand import Understanding, understand
+from aeros.agent.instructions.meaning import Understanding
+from aeros.agent.instructions.understand import understand
 from aeros.cli.run.run_referee import RunReferee
 from aeros.sim.referee import GoalJudgement
 from aeros.spec.expr import terms as t

@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 
 from aeros.agent.errors import AgentError
-from aeros.agent.instructions.understand import understand, with_goal
+from aeros.agent.instructions.meaning import with_goal
+from aeros.agent.instructions.understand import understand
 from aeros.agent.planning.base import RulePlanner
 from aeros.agent.planning.task_graph import TaskGraph
 from aeros.apps.goal import parse_goal

@@ -6,8 +6,10 @@ from collections.abc import Sequence
 
 from aeros.agent.instructions import english
 from aeros.agent.instructions.conditions import find_condition
-from aeros.agent.instructions.grammar import InstructionError, Link, Mood, Segment, Sentence
+from aeros.agent.instructions.covering import cover
 from aeros.agent.instructions.lexicon import TaskPhrases
+from aeros.agent.instructions.refusals import InstructionError
+from aeros.agent.instructions.segments import Link, Mood, Segment, Sentence
 from aeros.agent.planning.routing import RoutedTask
 from aeros.spec.diagnostics.codes import quoted
 
@@ -29,6 +31,7 @@ def without_statements(sentence: Sentence, tasks: Sequence[TaskPhrases]) -> tupl
             segment.mood is Mood.REQUEST
             and not segment.openers
             and len(segment.words) > 1
+            and english.MODALS.isdisjoint(segment.words)
             and any(find_condition(segment, entry, is_own=bool(kept)) is not None for entry in tasks)
         )
         (reasons if is_stated or segment.mood is Mood.REASON else kept).append(segment)
@@ -58,10 +61,29 @@ def require_plain_reason(
     asked = [
         entry.routed
         for entry in tasks
-        if (found := entry.cover(words, knows_pronoun=False)).triggers and found.objects
+        if (found := cover(entry, words, knows_pronoun=False)).triggers and found.objects
         if not is_stated and not any(entry.routed.covers(one) for one in asked_for)
     ]
     if doubtful or asked:
         why = quoted(doubtful[0]) if doubtful else f"`{asked[0]}`"
         text = " ".join((*reason.marker, *words))
         raise InstructionError(f"it is not clear if {quoted(text)} is only a reason, because of {why}")
+
+
+def require_no_retraction(reasons: Sequence[Segment], tasks: Sequence[TaskPhrases]) -> None:
+    """Require that no statement after a request may take it back, as `i changed my mind` does.
+
+    Args:
+        reasons: reasons and statements of a later sentence.
+        tasks: all tasks.
+
+    Raises:
+        InstructionError: one is a statement, neither about people nor of a condition that a task declares.
+    """
+    for one in reasons:
+        is_marked = one.marker or not english.PERSONS.isdisjoint(one.words[:3])
+        if not is_marked and not any(find_condition(one, entry, is_own=True) for entry in tasks):
+            raise InstructionError(
+                f"{quoted(one.text)} may take back what is asked for before it; say reasons first, or with "
+                "`because`"
+            )

@@ -1,31 +1,40 @@
-"""Instructions of somebody who had not seen the grammar: none moves wrongly, and most are understood."""
+"""Lists of instructions, most by people who had not seen the grammar: none moves the robot wrongly."""
 
 from __future__ import annotations
 
 from collections import Counter
-from pathlib import Path
 from typing import Any
 
+import pytest
 import yaml
 
-from aeros.agent.instructions.grammar import InstructionError
-from aeros.agent.instructions.understand import Understanding, understand
-from tests.unit.agent.instructions.reference import reference_modules
+from aeros.agent.instructions.meaning import Understanding
+from aeros.agent.instructions.refusals import InstructionError
+from aeros.agent.instructions.understand import understand
+from tests.unit.agent.instructions.reference import LISTS, parametric_modules
 
-UNSEEN: list[dict[str, Any]] = yaml.safe_load(
-    (Path(__file__).parent / "unseen.yaml").read_text(encoding="utf-8")
-)
 REFUSE = "refuse"
 CONDITIONS = {
     ("if", "table dirty"): ("not table_wiped", "not (table_wiped)"),
     ("unless", "table dirty"): ("table_wiped", "not (not table_wiped)"),
-    ("if", "table untidy"): ("clutter_on_table",),
+    ("if", "table untidy"): ("clutter_on_table", "not (table_organized)"),
+    ("unless", "table untidy"): ("not (clutter_on_table)", "table_organized"),
 }
 KEYS_BESIDE_ARGUMENTS = {"task", "if", "unless"}
+FLOORS = {
+    "unseen_1": 0.99,
+    "unseen_2": 0.99,
+    "unseen_3": 0.98,
+    "authors_2": 0.95,
+    "authors_3": 0.96,
+    "authors_4": 0.97,
+    "adversarial": 1.0,
+}
+"""Shares of those that can be done that the grammar understands."""
 
 
 def is_right(meaning: Understanding, case: dict[str, Any]) -> bool:
-    if [routed.task.id for routed in meaning.prohibited] != case.get("never", []):
+    if sorted(routed.task.id for routed in meaning.prohibited) != sorted(case.get("never", [])):
         return False
     if len(meaning.errands) != len(case["want"]):
         return False
@@ -42,18 +51,9 @@ def is_right(meaning: Understanding, case: dict[str, Any]) -> bool:
     return True
 
 
-def has_its_parameters(case: dict[str, Any]) -> bool:
-    """True if the tasks have the parameters that the requests set."""
-    tasks = {task.id: task for module in reference_modules().values() for task in module.tasks.values()}
-    return all(
-        (wanted.keys() - KEYS_BESIDE_ARGUMENTS) <= tasks[wanted["task"]].parameters.keys()
-        for wanted in (case["want"] if case["want"] != REFUSE else [])
-    )
-
-
 def outcome(case: dict[str, Any]) -> str:
     try:
-        meaning = understand(case["say"], reference_modules())
+        meaning = understand(case["say"], parametric_modules())
     except InstructionError:
         return "refused"
     if case["want"] == REFUSE or not is_right(meaning, case):
@@ -61,10 +61,14 @@ def outcome(case: dict[str, Any]) -> str:
     return "right"
 
 
-def test_none_moves_the_robot_wrongly_and_most_that_can_be_done_are_understood() -> None:
-    outcomes = {case["say"]: outcome(case) for case in UNSEEN}
+@pytest.mark.parametrize("name", FLOORS)
+def test_none_moves_the_robot_wrongly_and_most_that_can_be_done_are_understood(name: str) -> None:
+    cases: list[dict[str, Any]] = yaml.safe_load((LISTS / f"{name}.yaml").read_text(encoding="utf-8"))
+    outcomes = {case["say"]: outcome(case) for case in cases}
     assert [text for text, found in outcomes.items() if found == "wrong motion"] == []
-    doable = [case["say"] for case in UNSEEN if case["want"] != REFUSE and has_its_parameters(case)]
+    doable = [case["say"] for case in cases if case["want"] != REFUSE]
     counted = Counter(outcomes[text] for text in doable)
-    assert counted["right"] >= 0.9 * len(doable), [text for text in doable if outcomes[text] != "right"]
-    assert len(doable) >= 50
+    assert counted["right"] >= FLOORS[name] * len(doable), [
+        text for text in doable if outcomes[text] != "right"
+    ]
+    assert len(outcomes) >= 100

@@ -2,9 +2,15 @@ from __future__ import annotations
 
 import pytest
 
-from aeros.agent.instructions.grammar import InstructionError, Link, Mood, Segment, parse_instruction
+from aeros.agent.instructions.grammar import parse_instruction
 from aeros.agent.instructions.lexicon import task_phrases
-from aeros.agent.instructions.reasons import require_plain_reason, without_statements
+from aeros.agent.instructions.reasons.plain_reasons import (
+    require_no_retraction,
+    require_plain_reason,
+    without_statements,
+)
+from aeros.agent.instructions.refusals import InstructionError
+from aeros.agent.instructions.segments import Link, Mood, Segment
 from aeros.agent.instructions.understand import understand
 from tests.unit.agent.instructions.reference import reference_modules
 
@@ -56,3 +62,22 @@ def test_more_than_a_reason_is_refused(words: str, link: Link, is_plain: bool) -
 def test_a_reason_stands_in_the_account() -> None:
     meaning = understand("clean the table because guests are coming", reference_modules())
     assert meaning.account == ("`guests are coming`: a reason, asks for nothing",)
+
+
+@pytest.mark.parametrize(
+    ("words", "may_retract"),
+    [
+        ("i changed my mind", True),
+        ("it is a joke", True),
+        ("the kids are hungry", False),
+        ("the table is dirty", False),
+    ],
+)
+def test_a_statement_after_a_request_may_take_it_back(words: str, may_retract: bool) -> None:
+    reason = Segment(Mood.REASON, tuple(words.split()), Link.START)
+    tasks = task_phrases(reference_modules())
+    if not may_retract:
+        require_no_retraction([reason], tasks)
+        return
+    with pytest.raises(InstructionError, match="may take back"):
+        require_no_retraction([reason], tasks)

@@ -2,7 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from aeros.agent.instructions.wordings import Wording, wordings
+from aeros.agent.instructions.wordings.forms import wordings
+from aeros.agent.instructions.wordings.wording import Wording
 
 
 @pytest.mark.parametrize(
@@ -40,3 +41,19 @@ def test_a_thing_alone_is_wished_for_only_with_please() -> None:
     wish = ("i", "want", "the", "can")
     assert wish in [one.words for one in wordings(wish[2:], is_polite=True, is_perfect=False)]
     assert wish not in [one.words for one in wordings(wish[2:], is_polite=False, is_perfect=False)]
+
+
+def test_one_class_of_english_may_stand_in_another() -> None:
+    words = ("what", "i", "want", "is", "the", "can", "of", "red", "colour")
+    forms = [one.words for one in wordings(words, is_polite=False, is_perfect=False)]
+    assert ("i", "want", "the", "red", "can") in forms
+
+
+def test_a_request_goes_on_with_the_words_of_the_one_before() -> None:
+    forms = wordings(("a", "tea", "made"), is_polite=False, is_perfect=False, carried=(("have",),))
+    assert ("have", "a", "tea", "made") in [one.words for one in forms]
+
+
+def test_the_forms_of_any_text_are_few() -> None:
+    endless = ("have", "to", "get", "the", "up", "given", "a", "wipe", "that", "is", "red", "of", "red") * 12
+    assert len(list(wordings(endless, is_polite=True, is_perfect=True))) <= 60

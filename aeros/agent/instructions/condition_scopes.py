@@ -1,0 +1,79 @@
+"""Scopes of conditions: where a condition ends, and which request depends on it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from aeros.agent.instructions.conditions import find_condition
+from aeros.agent.instructions.grammar import check_scopes
+from aeros.agent.instructions.lexicon import TaskPhrases
+from aeros.agent.instructions.meaning import Errand
+from aeros.agent.instructions.refusals import InstructionError
+from aeros.agent.instructions.requests import read_request
+from aeros.agent.instructions.segments import Link, Mood, Segment, Sentence
+from aeros.agent.instructions.sentences.clauses import segments_of
+
+
+def scoped(sentence: Sentence, tasks: Sequence[TaskPhrases], before: Sequence[Errand]) -> Sentence:
+    """Find where conditions end, and check that each prohibition and condition has one possible scope.
+
+    Args:
+        sentence: segments in the order in which they were said.
+        tasks: all tasks.
+        before: requests that a pronoun may mean the object of.
+
+    Returns:
+        The sentence in the order in which it is to be done. `if it is dirty clean it` is two segments, and
+        `if it is dirty, tidy it and wipe it` one condition of one request.
+
+    Raises:
+        InstructionError: a scope or an order is not certain.
+    """
+    sentence = tuple(part for one in sentence for part in _without_comma(one, tasks))
+    try:
+        return check_scopes(sentence)
+    except InstructionError:
+        joined = _as_one_request(sentence)
+        if joined is None:
+            raise
+        condition, request, *_ = joined
+        try:
+            read_request(request, condition, tasks, before)
+        except InstructionError:
+            joined = None
+        if joined is None:
+            raise
+        return check_scopes(joined)
+
+
+def _without_comma(segment: Segment, tasks: Sequence[TaskPhrases]) -> Sentence:
+    """Split `if it is dirty clean it` after the longest condition that a task declares."""
+    if segment.mood is not Mood.CONDITION or _is_declared(segment, tasks):
+        return (segment,)
+    for end in range(len(segment.words) - 1, 1, -1):
+        condition = replace(segment, words=segment.words[:end])
+        if _is_declared(condition, tasks):
+            rest = tuple(segments_of(segment.words[end:]))
+            polite = (
+                replace(one, link=Link.JOINED if at == 0 else one.link, is_polite=segment.is_polite)
+                for at, one in enumerate(rest)
+            )
+            return (condition, *polite)
+    return (segment,)
+
+
+def _is_declared(condition: Segment, tasks: Sequence[TaskPhrases]) -> bool:
+    return any(find_condition(condition, entry, is_own=True) is not None for entry in tasks)
+
+
+def _as_one_request(sentence: Sentence) -> Sentence | None:
+    """Join the requests after a leading condition; None if that is not all that the sentence has."""
+    if not sentence or sentence[0].mood is not Mood.CONDITION:
+        return None
+    requests = sentence[1:]
+    is_joined = all(one.mood is Mood.REQUEST and one.link is Link.JOINED for one in requests)
+    if len(requests) < 2 or not is_joined:
+        return None
+    words = tuple(word for one in requests for word in one.words)
+    return (sentence[0], replace(requests[0], words=words))

@@ -1,0 +1,113 @@
+"""Coverage of the words of a request by the phrases of one task, and by words that change nothing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+from aeros.agent.instructions import english
+from aeros.agent.instructions.arguments import StatedValues
+from aeros.agent.instructions.lexicon import TaskPhrases
+from aeros.agent.instructions.phrases import Words
+from aeros.agent.planning.routing import RoutedTask
+
+ONE: Final = ("one",)
+"""Pronoun for a thing of the kind of the request before, as in `make one`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Coverage:
+    """Words of a request as one task understands them.
+
+    Attributes:
+        entry: the task.
+        triggers: declared phrases that ask for the task.
+        objects: declared phrases of what it acts on, and pronouns.
+        unknown: words that the task does not declare.
+        counts: numbers, as said, but for a `one` before an object.
+        repetitions: words that ask for several times, as said.
+        values: values that the words state for the task's parameters.
+        starts_with_object: True if an object is named before the first phrase that asks for the task.
+        is_order: True if a number is written as in an order: `teas x2`.
+        says_to: True if `to` or the like is said.
+        is_definite: True if there is an article.
+        describes_place: True if a place may only say which object: `the can on the left`.
+    """
+
+    entry: TaskPhrases
+    triggers: tuple[Words, ...]
+    objects: tuple[Words, ...]
+    unknown: Words
+    counts: Words
+    repetitions: Words
+    values: StatedValues
+    starts_with_object: bool = False
+    describes_place: bool = False
+    says_to: bool = False
+    is_definite: bool = False
+    is_order: bool = False
+
+    @property
+    def routed(self) -> RoutedTask:
+        """The task with its arguments."""
+        return replace(self.entry.routed, arguments=self.values.arguments)
+
+    @property
+    def prohibited(self) -> RoutedTask:
+        """The task with only those arguments that the words say: without any, all are meant."""
+        return replace(self.entry.routed, arguments=self.values.stated)
+
+    @property
+    def names_pronoun(self) -> bool:
+        """True if a pronoun stands for what it acts on."""
+        return any(one[0] in english.PRONOUNS or one == ONE for one in self.objects if len(one) == 1)
+
+    def repeats(self, last: RoutedTask | None) -> bool:
+        """Check if the words only name another object of the request before: `the can and the block`.
+
+        Args:
+            last: the task of the request before; None if there is none.
+
+        Returns:
+            True if the same task is asked for again, with that object.
+        """
+        is_same = last is not None and self.entry.routed.covers(last)
+        return is_same and self.is_object_alone and (self.values.is_specific or self.values.names_part)
+
+    @property
+    def is_whole(self) -> bool:
+        """True if the words ask for the task, name an object if it needs one, and leave nothing over."""
+        names_object = bool(self.objects) or not self.entry.objects
+        leaves_nothing = not (self.unknown or self.counts or self.repetitions or self.values.fault)
+        puts = english.PUTTING_VERBS.intersection(
+            form
+            for one in self.triggers
+            for form in english.base_forms(one[0]) | english.participle_bases(one[0])
+        )
+        may_describe = self.describes_place and not puts
+        return bool(self.triggers) and names_object and leaves_nothing and not may_describe
+
+    def is_whole_without_verb(self, *, is_light: bool) -> bool:
+        """Check if the words need no verb to ask for the task.
+
+        Args:
+            is_light: True if a verb such as `do` stands for any other.
+
+        Returns:
+            True for an object and where it is to go, as in `red cup to the left`; after `do`, for an object
+            with its part or number, as in `do the left half`.
+        """
+        if not self.is_object_alone or not self.starts_with_object:
+            return False
+        if self.is_order and self.values.numbers:
+            return True
+        if is_light:
+            return self.values.names_part or bool(self.values.numbers)
+        is_where_to = self.values.names_place and not self.describes_place
+        return self.values.is_specific and is_where_to and (self.says_to or not self.is_definite)
+
+    @property
+    def is_object_alone(self) -> bool:
+        """True if the words name objects of the task and nothing else."""
+        is_more = self.triggers or self.unknown or self.counts or self.repetitions or self.values.fault
+        return bool(self.objects) and not is_more

@@ -1,0 +1,302 @@
+"""Covering of the words of a request by the phrases of one task, and by words that change nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Final
+
+from aeros.agent.instructions import english
+from aeros.agent.instructions.arguments import StatedValues, ValuePhrase, counted_parameter
+from aeros.agent.instructions.coverage import ONE, Coverage
+from aeros.agent.instructions.lexicon import TaskPhrases
+from aeros.agent.instructions.phrases import Words
+from aeros.spec.diagnostics.codes import quoted
+
+_ABOUT: Final = (("for",), ("on",))
+
+
+def cover(entry: TaskPhrases, words: Words, *, knows_pronoun: bool, is_perfect: bool = False) -> Coverage:
+    """Cover words with the longest declared phrases, from the left.
+
+    Args:
+        entry: the task.
+        words: of a request, without openers and closers.
+        knows_pronoun: True if `it` can only mean an object of this task.
+        is_perfect: True if the verb is a past participle, as after `once you have`.
+
+    Returns:
+        The coverage.
+    """
+    cover = _Cover(entry, words, knows_pronoun=knows_pronoun, is_perfect=is_perfect)
+    cover.run()
+    return cover.result()
+
+
+class _Cover:
+    """One pass over the words, from the left. Each step returns how many words it has covered."""
+
+    def __init__(self, entry: TaskPhrases, words: Words, *, knows_pronoun: bool, is_perfect: bool) -> None:
+        self._entry = entry
+        self._words = words
+        self._knows_pronoun = knows_pronoun
+        self._is_perfect = is_perfect
+        self._triggers: list[Words] = []
+        self._objects: list[Words] = []
+        self._unknown: list[str] = []
+        self._counts: list[str] = []
+        self._repetitions: list[str] = []
+        self._stated = StatedValues(entry.routed.task)
+        self._starts_with_object = False
+        self._prepositions: list[str] = []
+        self._is_order = False
+        self._describes_place = False
+        self._last: object = None
+        two_words = (phrase for phrase in entry.triggers if len(phrase) == 2)
+        self._particles = {phrase[-1] for phrase in two_words} & english.PARTICLES
+
+    def run(self) -> None:
+        """Cover all words."""
+        steps: tuple[Callable[[int], int], ...] = (
+            self._declared,
+            self._label,
+            self._possessive,
+            self._pronoun,
+            self._beneficiary,
+            self._number,
+            self._extent,
+            self._unstressed,
+            self._preposition,
+        )
+        at = 0
+        while at < len(self._words):
+            covered = next((covered for step in steps if (covered := step(at))), 0)
+            if not covered:
+                self._unknown.append(self._words[at])
+            at += covered or 1
+
+    def result(self) -> Coverage:
+        """Return the coverage after `run`."""
+        if not self._stated.names_part:
+            self._unknown += self._prepositions
+        return Coverage(
+            self._entry,
+            tuple(self._triggers),
+            tuple(self._objects),
+            tuple(self._unknown),
+            tuple(self._counts),
+            tuple(self._repetitions),
+            self._stated,
+            self._starts_with_object,
+            self._describes_place,
+            not english.DIRECTIONS.isdisjoint(self._words),
+            not english.DETERMINERS.isdisjoint(self._words),
+            self._is_order,
+        )
+
+    def _add_object(self, words: Words) -> None:
+        self._starts_with_object = self._starts_with_object or not self._triggers
+        self._objects.append(words)
+        self._last = self._objects
+
+    def _declared(self, at: int) -> int:
+        """Cover the longest phrase of the task, or of a value of its parameters."""
+        words = self._words
+        found, length = self._entry.longest(words, at, is_perfect=self._is_perfect)
+        value = self._entry.value_phrase(words, at, more_than=length - 1, is_perfect=self._is_perfect)
+        if value is not None:
+            self._stated.add(value)
+            length = len(value.words)
+            if value.names_object:
+                self._add_object(words[at : at + length])
+            if value.is_place:
+                # `the left spot`
+                length += at + length < len(words) and words[at + length] in english.PLACE_NOUNS
+                self._note_description(at, at + length, value)
+            return length
+        spoken = words[at : at + length]
+        if length and found is self._entry.triggers:
+            self._triggers.append(spoken)
+            # `the cleaning procedure`
+            is_named = at + length < len(words) and words[at + length] in english.ACT_NOUNS
+            length += is_named
+            is_for = is_named and words[at + length : at + length + 1] in _ABOUT
+            length += is_for  # `the cleaning procedure for the table`
+            self._last = self._triggers
+        elif length and found is self._entry.objects:
+            self._add_object(spoken)
+        elif length and self._wants_to_act(at):
+            return 0
+        elif length:
+            self._last = self._entry.extras
+        return length
+
+    def _wants_to_act(self, at: int) -> bool:
+        """Return True at the `to` of `i want to fetch it`: the speaker is who fetches."""
+        is_wish = (
+            self._last is self._triggers and bool(self._triggers) and self._triggers[-1][0] in ("i", "we")
+        )
+        follows = self._entry.longest(self._words, at + 1)[0] is self._entry.triggers
+        return self._words[at] == "to" and is_wish and follows
+
+    def _note_description(self, at: int, end: int, value: ValuePhrase) -> None:
+        """Note if a place may only say which object: `the left can`, `the can on the left`."""
+        words = self._words
+        default = self._stated.task.parameters[value.parameter].default
+        before = at - 1
+        while before >= 0 and words[before] in english.DETERMINERS:
+            before -= 1
+        following = self._entry.value_phrase(words, end)
+        is_of_object = following is not None and not following.is_place
+        is_of_object = is_of_object or self._entry.longest(words, end)[0] is self._entry.objects
+        if value.values == {default}:
+            return
+        if before < at - 1 and is_of_object:
+            self._stated.fault = f"{quoted(words[at])} may say which one, or where to"
+        elif before >= 0 and words[before] in english.POSITIONS and not value.names_object:
+            is_of_place = self._entry.longest(words, end)[0] is self._entry.extras
+            self._describes_place = self._describes_place or not is_of_place
+
+    def _label(self, at: int) -> int:
+        """Cover the name of a parameter before its value: `region left`, `quantity 2`."""
+        words = self._words
+        following = self._entry.value_phrase(words, at + 1)
+        if following is not None:
+            is_name = words[at] == following.parameter
+            return int(is_name or (following.is_place and words[at] in english.PLACE_NOUNS))
+        counted = counted_parameter(self._entry.routed.task)
+        nouns = english.COUNT_NOUNS | ({counted.name} if counted is not None else frozenset())
+        begin = at + (words[at] in ("with", "in", "a"))
+        begin += begin > at and words[begin : begin + 1] == ("a",)
+        if words[begin : begin + 1] and words[begin] in nouns:
+            at_number = begin + 1 + (words[begin + 1 : begin + 2] == ("of",))
+            number = english.number_of(words[at_number]) if at_number < len(words) else None
+            if number is not None and counted is not None:
+                self._stated.add_number(words[at_number], number)
+                return at_number + 1 - at
+        return 0
+
+    def _possessive(self, at: int) -> int:
+        """Cover `s` and `its` before a part of the object: `the table's left half`."""
+        following = self._entry.value_phrase(self._words, at + 1)
+        if following is None or not following.is_place:
+            return 0
+        if self._words[at] == "s" and self._last in (self._objects, self._entry.extras):
+            return 1
+        if self._words[at] in ("its", "their") and (self._knows_pronoun or self._objects):
+            return 1
+        return 0
+
+    def _stated_part(self, parameter: str) -> bool:
+        return StatedValues(self._stated.task, {parameter: frozenset()}).names_part
+
+    def _pronoun(self, at: int) -> int:
+        word = self._words[at]
+        # A task without objects acts on one thing only.
+        # In `the table, please clean it`, too, it can only mean that.
+        # `the left half of it` says of nothing that it is a half.
+        is_of_it = self._words[at - 1 : at] == ("of",) and self._stated.names_part and len(self._objects) == 1
+        is_known = self._knows_pronoun or (bool(self._objects) and not is_of_it)
+        if word in english.PRONOUNS and (is_known or not self._entry.objects):
+            self._add_object((word,))
+            return 1
+        if word == "there" and self._knows_pronoun:
+            return 1
+        if word in self._particles and self._triggers and self._objects:
+            # Apart from its verb, as in `tidy the table up`; `to the back` is a place.
+            verbs = {
+                form
+                for one in self._triggers
+                for form in english.base_forms(one[0]) | english.participle_bases(one[0])
+            }
+            is_of_verb = any((verb, word) in self._entry.triggers for verb in verbs)
+            return int(is_of_verb and self._words[at - 1] not in english.DETERMINERS)
+        return 0
+
+    def _beneficiary(self, at: int) -> int:
+        """Cover who gets it, directly behind the verb: `make him a tea`."""
+        found = english.BENEFICIARIES.starting(self._words, at)
+        is_behind_verb = self._last is self._triggers and bool(self._triggers)
+        return len(found) if is_behind_verb and at + len(found) < len(self._words) else 0
+
+    def _number(self, at: int) -> int:
+        """Cover numbers and words that ask for several times."""
+        words, entry = self._words, self._entry
+        if words[at] in english.REPETITIONS:
+            self._repetitions.append(words[at])
+            return 1
+        is_times = words[at][:1] == "x" and words[at][1:].isdigit()
+        self._is_order = self._is_order or is_times
+        number = english.number_of(words[at][1:] if is_times else words[at])
+        if number is None:
+            return 0
+        noun = at + 1
+        if words[noun : noun + 1] == ("of",):
+            noun += 1  # `two of those teas`
+        while noun < len(words) and words[noun] in english.DETERMINERS:
+            noun += 1
+        nouns = entry.objects or entry.triggers
+        is_of_noun = entry.longest(words, noun, is_perfect=self._is_perfect)[0] is nouns
+        following = entry.value_phrase(words, noun)
+        is_of_thing = is_of_noun or (following is not None and following.names_object)
+        is_behind = self._last is self._objects and bool(self._objects)
+        # `teas, two of them`
+        of_them = 2 if words[at + 1 : at + 3] == ("of", "them") and self._objects else 0
+        is_head = self._knows_pronoun and self._last is self._triggers and not self._objects
+        counted = counted_parameter(entry.routed.task)
+        if is_of_noun or is_behind or of_them or is_head:
+            if counted is not None:
+                self._stated.add_number(words[at].removeprefix("x"), number)
+            elif number != 1 or not (is_of_thing or is_head):
+                self._counts.append(words[at])
+            if is_head and not is_of_noun:
+                self._add_object(ONE)
+        elif number != 1 or not is_of_thing:
+            self._counts.append(words[at])
+        has_of = is_of_noun and words[at + 1 : at + 2] == ("of",)
+        return 1 + of_them + has_of
+
+    def _extent(self, at: int) -> int:
+        """Cover `all of` before one thing, and what a task changes before its object: `the dirty table`."""
+        words = self._words
+        found = english.EXTENTS.starting(words, at)
+        end = at + len(found)
+        while end < len(words) and words[end] in english.DETERMINERS:
+            end += 1
+        if found:
+            phrases, length = self._entry.longest(words, end)
+            is_one = phrases is self._entry.objects and words[end : end + length] in phrases
+            value = self._entry.value_phrase(words, end)
+            return len(found) if is_one or (value is not None and value.is_place) else 0
+        if words[at] in self._entry.states:
+            after = at + 1 + (words[at + 1 : at + 2] == ("and",))
+            phrases, _ = self._entry.longest(words, after)
+            return int(phrases is self._entry.objects or words[after : after + 1] in self._one_word_states())
+        return 0
+
+    def _one_word_states(self) -> tuple[Words, ...]:
+        return tuple((word,) for word in self._entry.states)
+
+    def _unstressed(self, at: int) -> int:
+        word = self._words[at]
+        if word in english.FILLERS or word in english.DETERMINERS:
+            return 1
+        if word == "to" and self._last is self._entry.extras:
+            # `use the brush to sweep it`
+            return int(self._entry.longest(self._words, at + 1)[0] is self._entry.triggers)
+        return 0
+
+    def _preposition(self, at: int) -> int:
+        """Cover a preposition before a part or before the whole of a part: `on the table, the left half`."""
+        words = self._words
+        if words[at] not in english.PART_PREPOSITIONS:
+            return 0
+        end = at + 1
+        while end < len(words) and words[end] in english.DETERMINERS | english.POSSESSIVES:
+            end += 1
+        value = self._entry.value_phrase(words, end)
+        if value is not None and self._stated_part(value.parameter):
+            return 1
+        if self._entry.longest(words, end)[0] is self._entry.objects:
+            self._prepositions.append(words[at])
+            return 1
+        return 0

@@ -1,0 +1,81 @@
+"""Merging of segments that are one request: `wipe and tidy the table`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import product
+from typing import Final
+
+from aeros.agent.instructions import english
+from aeros.agent.instructions.covering import cover
+from aeros.agent.instructions.lexicon import TaskPhrases
+from aeros.agent.instructions.meaning import Errand
+from aeros.agent.instructions.refusals import AmbiguousInstructionError, InstructionError
+from aeros.agent.instructions.requests import read_request
+from aeros.agent.instructions.segments import Link, Mood, Segment, Sentence
+
+_MAX_MERGES: Final = 6
+"""Limit on the joints of a sentence at which segments may be one request: all combinations are tried."""
+
+
+def merged_requests(sentence: Sentence, tasks: Sequence[TaskPhrases], before: Sequence[Errand]) -> Sentence:
+    """Merge segments that are one request: `wipe and tidy the table`, `the table and the bench`.
+
+    The fewest merges are made with which every request is understood; if none is, nothing is merged.
+
+    Args:
+        sentence: segments of a sentence.
+        tasks: all tasks.
+        before: requests that a pronoun may mean the object of.
+
+    Returns:
+        The segments, some of them merged.
+    """
+    joints = [
+        at
+        for at in range(1, len(sentence))
+        if sentence[at].link is Link.JOINED
+        and sentence[at].mood is Mood.REQUEST
+        and sentence[at - 1].mood is Mood.REQUEST
+    ]
+    if len(joints) > _MAX_MERGES:
+        return sentence
+    for choice in sorted(product((False, True), repeat=len(joints)), key=sum):
+        merged: list[Segment] = []
+        joined = {at for at, is_merged in zip(joints, choice, strict=True) if is_merged}
+        for at, segment in enumerate(sentence):
+            if at in joined:
+                merged[-1] = replace(
+                    merged[-1],
+                    words=merged[-1].words + segment.words,
+                    is_light=merged[-1].is_light or segment.is_light,
+                )
+            else:
+                merged.append(segment)
+        if any(_is_another_thing(sentence[at - 1], sentence[at], tasks) for at in joined):
+            continue
+        context = list(before)
+        try:
+            for segment in merged:
+                if segment.mood is Mood.REQUEST:
+                    context.append(read_request(segment, None, tasks, context).errand)
+        except AmbiguousInstructionError:
+            return sentence
+        except InstructionError:
+            continue
+        return tuple(merged)
+    return sentence
+
+
+def _is_another_thing(first: Segment, segment: Segment, tasks: Sequence[TaskPhrases]) -> bool:
+    """Return True if a segment only adds a thing or a number to one that has one: `make a tea and two`."""
+    if segment.joint not in ("and", "plus", "as well as"):
+        return False
+    if all(english.number_of(word) is not None for word in segment.words):
+        return True
+    return any(
+        cover(entry, segment.words, knows_pronoun=False).is_object_alone
+        and bool(cover(entry, first.words, knows_pronoun=False).objects)
+        for entry in tasks
+    )

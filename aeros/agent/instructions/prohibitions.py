@@ -1,0 +1,90 @@
+"""Meaning of a prohibition: every task that it may mean."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Final
+
+from aeros.agent.instructions import english
+from aeros.agent.instructions.covering import cover
+from aeros.agent.instructions.lexicon import TaskPhrases
+from aeros.agent.instructions.meaning import Errand
+from aeros.agent.instructions.phrases import Words
+from aeros.agent.instructions.refusals import InstructionError, not_covered
+from aeros.agent.instructions.segments import Segment
+from aeros.agent.planning.routing import RoutedTask
+from aeros.spec.diagnostics.codes import quoted
+
+_ALSO_NOT: Final = frozenset({"nor"})
+"""Words that go on with a prohibition, as in `do not … nor …`."""
+
+
+def prohibited_tasks(
+    segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence[Errand]
+) -> list[RoutedTask]:
+    """Find all tasks that a prohibition may mean: if it is not certain, all are prohibited.
+
+    Args:
+        segment: words of the prohibition.
+        tasks: all tasks.
+        before: requests that a pronoun may mean the object of.
+
+    Returns:
+        The tasks, with the arguments that the words say.
+
+    Raises:
+        InstructionError: it means none, or holds another negation.
+    """
+    for word in segment.words:
+        if word in english.NEGATIVES and word not in _ALSO_NOT:
+            raise InstructionError(f"{quoted(segment.text)} negates twice, which is not understood")
+    parts = list(_split(segment.words, english.CHOICES | _ALSO_NOT))
+    if not all(parts):
+        raise InstructionError(f"it is not clear what {quoted(segment.text)} prohibits")
+    last = before[-1].routed if before else None
+    found: list[RoutedTask] = []
+    for part in parts:
+        coverages = [
+            cover(entry, part, knows_pronoun=last is not None and entry.routed.covers(last), is_perfect=True)
+            for entry in tasks
+        ]
+        possible = [
+            one.prohibited
+            for one in coverages
+            if not (one.unknown or one.repetitions) and (one.triggers or one.objects)
+        ] or [
+            one.prohibited
+            for one in coverages
+            if one.triggers and all(word in english.UNIVERSAL for word in one.unknown)
+        ]
+        if not possible:
+            raise not_covered(replace(segment, words=part), coverages)
+        found += possible
+    return found
+
+
+def _split(words: Words, at: frozenset[str]) -> Iterator[Words]:
+    part: list[str] = []
+    for word in words:
+        if word in at:
+            yield tuple(part)
+            part = []
+        else:
+            part.append(word)
+    yield tuple(part)
+
+
+def is_universal(segment: Segment) -> bool:
+    """Check if a prohibition is of everything: `do not do anything`, `stop`.
+
+    Args:
+        segment: words of the prohibition.
+
+    Returns:
+        True if it is.
+    """
+    words = [word for word in segment.words if word not in english.FILLERS]
+    if not words:
+        return segment.marker in (("stop",), ("quit",), ("cease",))
+    return all(word in english.UNIVERSAL for word in words)

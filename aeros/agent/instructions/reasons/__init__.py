@@ -1,0 +1,1 @@
+"""Reasons and statements in instructions, which ask for nothing."""

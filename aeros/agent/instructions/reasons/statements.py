@@ -1,0 +1,60 @@
+"""Statements before a request, which ask for nothing: `we spilled some juice, please wipe the table`.
+
+A statement has a subject and a finite verb. It wishes for nothing, reports no words of others, and is not
+about words: after `my mother says` or `the plan is this`, a request may be somebody else's.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+from aeros.agent.instructions import english
+from aeros.agent.instructions.phrases import Words
+
+_SPEAKERS: Final = frozenset({"i", "we"})
+_PERSONS: Final = frozenset({"i", "we", "he", "she", "they", "everyone", "everybody", "someone", "somebody"})
+_THINGS: Final = frozenset({"it", "this", "that", "there", "these", "those"})
+_FUTURE: Final = frozenset({"will", "ll"})
+
+
+def is_statement(words: Words) -> bool:
+    """Check if some words state something and ask for nothing.
+
+    Args:
+        words: words up to a comma or the end of a sentence.
+
+    Returns:
+        True if they begin with a subject that has a finite verb.
+    """
+    if len(words) < 2 or not english.NO_STATEMENTS.isdisjoint(words):
+        return False
+    if english.PROHIBITIONS.starting(words) or english.WISHES.starting(words):
+        return False
+    if words[0] not in _PERSONS and not english.NEGATIVES.isdisjoint(words):
+        return False
+    first, second = words[0], words[1]
+    rest = frozenset(word for at, word in enumerate(words) if at and not _is_can(words, at))
+    if first in _SPEAKERS and not english.DESIRES.isdisjoint(words[1:4]):
+        return False
+    if rest & english.MODALS and not (first not in _SPEAKERS | _THINGS and rest & english.MODALS <= _FUTURE):
+        # `i can't reach it` states something
+        return first in _SPEAKERS and (second == "cannot" or words[1:3] in (("can", "t"), ("could", "t")))
+    if first in _PERSONS:
+        return second not in english.DETERMINERS
+    if first in _THINGS and (second in english.FINITE or first not in english.DETERMINERS):
+        return second in english.FINITE
+    if first in english.DETERMINERS | english.POSSESSIVES:
+        verbs = frozenset(words[2:])
+        is_past = any(len(word) > 4 and word.endswith("ed") for word in verbs)
+        acts = is_past or not english.FINITE_OF_PERSONS.isdisjoint(verbs)
+        is_person = not english.PERSONS.isdisjoint(words[1:3])
+        return not english.FINITE.isdisjoint(verbs) or (is_person and acts)
+    return first not in english.QUESTIONS and (
+        (second in english.FINITE and (second != "s" or first in english.PERSONS))
+        or (first in english.PERSONS and second in english.FINITE_OF_PERSONS)
+    )
+
+
+def _is_can(words: Words, at: int) -> bool:
+    """Return True for the noun `can`."""
+    return words[at] == "can" and (words[at + 1 :] == () or words[at + 1] in english.FINITE)

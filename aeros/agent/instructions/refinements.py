@@ -1,0 +1,117 @@
+"""Requests that go on with the one before: `fetch the can and put it on the right` is one request."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final
+
+from aeros.agent.instructions import english
+from aeros.agent.instructions.arguments import is_object
+from aeros.agent.instructions.conditions import find_condition
+from aeros.agent.instructions.lexicon import TaskPhrases
+from aeros.agent.instructions.refusals import InstructionError
+from aeros.agent.instructions.requests import Request
+from aeros.agent.instructions.segments import Link, Mood, Segment
+from aeros.spec.diagnostics.codes import quoted
+from aeros.spec.expr import terms as t
+
+_AND: Final = ("and", "as well as", "plus")
+
+
+def refined_request(before: Request, request: Request, segment: Segment, first: Segment) -> Request | None:
+    """Join a request with the one before if it only says more about that.
+
+    Args:
+        before: the request before.
+        request: the request.
+        segment: words of the request.
+        first: words of the request before.
+
+    Returns:
+        The one request that both are; None if they are two.
+
+    Raises:
+        InstructionError: it is not clear if it is one, as in `make a tea and two`.
+    """
+    if not request.only_refers or before.errand.routed.task is not request.errand.routed.task:
+        return None
+    if request.errand.condition is not None or request.stated & before.stated:
+        return None
+    is_more = segment.link in (Link.JOINED, Link.ADJUNCT) or "but" in segment.joint.split()
+    if not is_more and not _is_one_act(segment, first):
+        return None
+    if request.stated and not request.has_verb and segment.joint in _AND:
+        raise InstructionError(
+            f"is {quoted(segment.text)} wanted beside that, or instead? say it in two sentences"
+        )
+    new = {name: request.errand.routed.arguments[name] for name in request.stated}
+    routed = before.errand.routed
+    arguments = {**routed.arguments, **new}
+    errand = replace(before.errand, routed=replace(routed, arguments=arguments))
+    return Request(errand, before.stated | request.stated, before.only_refers)
+
+
+def with_shared_place(before: Request, request: Request, segment: Segment) -> Request | None:
+    """Give the place of `move the cup and the block to the left` to both.
+
+    Args:
+        before: the request before.
+        request: the request.
+        segment: words of the request.
+
+    Returns:
+        The request before, with the values that the request states, and that stand for both; None if there
+        are none.
+
+    Raises:
+        InstructionError: only the request before says a place, so that it is not clear where this one is to
+            go.
+    """
+    task = request.errand.routed.task
+    is_shared = not request.has_verb and segment.link is Link.JOINED
+    if not is_shared or before.errand.routed.task is not task:
+        return None
+    places = {name for name, one in task.parameters.items() if one.values and not is_object(one)}
+    if (before.stated - request.stated) & places:
+        name = min((before.stated - request.stated) & places)
+        raise InstructionError(f"{quoted(segment.text)} does not say `{name}`; say it of both")
+    missing = (request.stated - before.stated) & places
+    if not missing or not any(map(is_object, task.parameters.values())):
+        return None
+    if segment.joint not in _AND:
+        raise InstructionError(f"`{min(missing)}` in {quoted(segment.text)} may be of both; say it of each")
+    routed = before.errand.routed
+    values = {name: request.errand.routed.arguments[name] for name in missing}
+    errand = replace(before.errand, routed=replace(routed, arguments={**routed.arguments, **values}))
+    return replace(before, errand=errand, stated=before.stated | missing)
+
+
+def is_own_check(segment: Segment, before: Request, tasks: Sequence[TaskPhrases]) -> bool:
+    """Check if some words ask only to check what the goal of the request before says.
+
+    Args:
+        segment: the words.
+        before: the request before.
+        tasks: all tasks.
+
+    Returns:
+        True for `…, then check that it is clean`.
+    """
+    check = english.GOAL_CHECKS.starting(segment.words)
+    if not check or before.errand.condition is not None:
+        return False
+    routed = before.errand.routed
+    condition = replace(segment, mood=Mood.CONDITION, words=segment.words[len(check) :])
+    entry = next(one for one in tasks if one.routed.covers(routed))
+    found = find_condition(condition, entry, is_own=True)
+    goal = routed.task.goal
+    conjuncts = goal.operands if isinstance(goal, t.And) else (goal,)
+    return found is not None and found.term in conjuncts
+
+
+def _is_one_act(segment: Segment, first: Segment) -> bool:
+    """Return True for `take the can, then put it on the left`, and for `I love tea. Make one.`."""
+    is_of_kind = any(english.number_of(word) is not None for word in segment.words)
+    is_put = first.words[:1] and first.words[0] in english.GRASP_VERBS
+    return bool(is_put) or (segment.link is Link.START and is_of_kind)

@@ -1,0 +1,122 @@
+"""Refusals of instructions: the errors, and the texts that say which words are not understood."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping, Sequence
+
+from aeros.agent.errors import AgentError
+from aeros.agent.instructions.coverage import Coverage
+from aeros.agent.instructions.phrases import Words
+from aeros.agent.instructions.segments import Segment
+from aeros.agent.planning.routing import RoutedTask
+from aeros.spec.diagnostics.codes import quoted
+from aeros.spec.diagnostics.words import normalized_words
+
+
+class InstructionError(AgentError):
+    """An instruction that is not understood whole; `reason` says which words, and what can be said."""
+
+
+class NothingAskedError(InstructionError):
+    """An instruction that is understood and moves nothing: it only prohibits, or contradicts itself."""
+
+
+class AmbiguousInstructionError(InstructionError):
+    """An instruction of which a part may mean several tasks.
+
+    Args:
+        reason: text of the reason.
+        part: words of the part.
+        candidates: an unambiguous instruction for each meaning, by a name for it.
+    """
+
+    def __init__(self, reason: str, part: str, candidates: Mapping[str, str]) -> None:
+        super().__init__(reason)
+        self.part = part
+        self.candidates = candidates
+
+    def is_about_all(self, instruction: str) -> bool:
+        """Check if the part is the whole instruction, so that a candidate may be given in its place.
+
+        Args:
+            instruction: words of the user.
+
+        Returns:
+            True if their words are the same.
+        """
+        return normalized_words(self.part) == normalized_words(instruction)
+
+
+def ambiguous_tasks(text: str, candidates: Sequence[RoutedTask]) -> AmbiguousInstructionError:
+    """Name the tasks that some words may mean.
+
+    Args:
+        text: the words.
+        candidates: the tasks.
+
+    Returns:
+        The refusal.
+    """
+    named = ", ".join(f"`{routed}` ({', '.join(routed.task.trigger_phrases)})" for routed in candidates)
+    return AmbiguousInstructionError(
+        f"{quoted(text)} may mean several tasks: {named}",
+        text,
+        {str(routed): routed.instruction for routed in candidates},
+    )
+
+
+def not_covered(segment: Segment, coverages: Sequence[Coverage]) -> InstructionError:
+    """Say why no task covers a request, from the task that comes nearest.
+
+    Args:
+        segment: words of the request.
+        coverages: coverage by each task.
+
+    Returns:
+        The refusal.
+    """
+    text = quoted(segment.text)
+    near = [one for one in coverages if one.triggers or one.objects]
+    if not near:
+        return InstructionError(
+            f"no installed module provides {text}; {_suggestion(segment.words, coverages)}"
+        )
+    best = min(near, key=lambda one: (not one.triggers, len(one.unknown), not one.objects))
+    routed = best.entry.routed
+    if best.unknown:
+        unknown = ", ".join(quoted(word) for word in dict.fromkeys(best.unknown))
+        return InstructionError(f"in {text}, `{routed}` does not know {unknown}; {_known_phrases(best)}")
+    if best.values.fault:
+        return InstructionError(f"in {text}, {best.values.fault}")
+    if best.counts or best.repetitions:
+        counted = ", ".join(quoted(word) for word in best.counts + best.repetitions)
+        return InstructionError(
+            f"in {text}, {counted} is not understood: `{routed}` is done once for one goal"
+        )
+    if not best.triggers:
+        return InstructionError(f"{text} does not say what to do; {_known_phrases(best)}")
+    return InstructionError(f"{text} does not say with what; {_known_phrases(best)}")
+
+
+def _known_phrases(coverage: Coverage) -> str:
+    entry = coverage.entry
+    verbs = ", ".join(f"`{' '.join(one)}`" for one in reversed(entry.triggers[-8:]))
+    if not entry.objects:
+        return f"`{entry.routed}` knows {verbs}"
+    objects = ", ".join(f"`{' '.join(one)}`" for one in reversed(entry.objects[-8:]))
+    return f"`{entry.routed}` knows {verbs} with {objects}"
+
+
+def _suggestion(words: Words, coverages: Sequence[Coverage]) -> str:
+    declared = {
+        " ".join(phrase): one.entry.routed
+        for one in coverages
+        for phrase in (*one.entry.triggers, *one.entry.objects)
+    }
+    if not declared:
+        return "no task is installed"
+    # An instruction may be any text at all, and difflib is quadratic.
+    close = [near for word in words[:50] for near in difflib.get_close_matches(word[:64], declared, n=1)]
+    shown = dict.fromkeys(close or sorted(declared))
+    return "nearest: " + ", ".join(f"`{word}` ({declared[word]})" for word in list(shown)[:8])

@@ -1,0 +1,171 @@
+"""Meaning of one request: the one task whose phrases cover its words, with its arguments."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+from aeros.agent.instructions import english
+from aeros.agent.instructions.arguments import is_object
+from aeros.agent.instructions.conditions import find_condition
+from aeros.agent.instructions.coverage import Coverage
+from aeros.agent.instructions.covering import cover
+from aeros.agent.instructions.lexicon import TaskPhrases
+from aeros.agent.instructions.meaning import Errand
+from aeros.agent.instructions.refusals import (
+    AmbiguousInstructionError,
+    InstructionError,
+    ambiguous_tasks,
+    not_covered,
+)
+from aeros.agent.instructions.segments import Link, Segment
+from aeros.agent.instructions.wordings.forms import wordings
+from aeros.agent.planning.routing import RoutedTask
+from aeros.spec.diagnostics.codes import quoted
+
+_INDEFINITE: Final = (("a",), ("an",), ("one",), ("some",))
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """Meaning of one request.
+
+    Attributes:
+        errand: the task with its arguments, and the condition.
+        stated: parameters that its words say a value of.
+        only_refers: True if a pronoun stands for its object, or its words only name an object, as in
+            `…, the blue one`.
+        has_verb: True if its words have a verb of their own.
+    """
+
+    errand: Errand
+    stated: frozenset[str] = frozenset()
+    only_refers: bool = False
+    has_verb: bool = True
+
+
+def read_request(
+    segment: Segment, condition: Segment | None, tasks: Sequence[TaskPhrases], before: Sequence[Errand]
+) -> Request:
+    """Find the one task that covers a request, and the condition on which it is done.
+
+    Args:
+        segment: words of the request.
+        condition: words of its condition; None for always.
+        tasks: all tasks.
+        before: requests that a pronoun may mean the object of, the last one first of all.
+
+    Returns:
+        The request.
+
+    Raises:
+        AmbiguousInstructionError: several tasks cover it, or several values of a parameter are possible.
+        InstructionError: it, or its condition, is not understood.
+    """
+    if condition is None:
+        return _read(segment, tasks, before)
+    meanings = [(entry, found) for entry in tasks if (found := find_condition(condition, entry)) is not None]
+    # The condition names an object, so `it` in the request may stand for that.
+    request = _read(segment, tasks, [*before, *(Errand(entry.routed) for entry, _ in meanings[:1])])
+    routed = request.errand.routed
+    asked = next(entry for entry in tasks if entry.routed.covers(routed))
+    own = find_condition(condition, asked, is_own=True)
+    if own is None and not meanings:
+        declared = sorted({phrase for entry in tasks for phrase in entry.routed.task.condition_phrases})
+        known = ", ".join(f"`{one}`" for one in declared[:8]) or "none is declared"
+        raise InstructionError(f"the condition {quoted(condition.text)} is not understood; known: {known}")
+    # Another task may declare the condition, as in `bring tea if the table is clean`.
+    found = own or meanings[0][1]
+    if own is None and any(other.term != found.term for _, other in meanings):
+        raise InstructionError(f"several tasks declare the condition {quoted(condition.text)}")
+    if condition.marker[-1:] == ("unless",):
+        found = found.negated
+    return replace(request, errand=Errand(routed, found.term, found.text))
+
+
+def _read(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence[Errand]) -> Request:
+    """Find the one task that covers a request.
+
+    Raises:
+        AmbiguousInstructionError: several tasks cover it.
+        InstructionError: none does, or it holds a negation or a choice.
+    """
+    for word in segment.words:
+        if word in english.NEGATIVES:
+            raise InstructionError(f"the negation {quoted(word)} in {quoted(segment.text)} is not understood")
+        if word in english.CHOICES:
+            raise InstructionError(f"{quoted(segment.text)} leaves a choice; ask for one thing")
+    last = before[-1].routed if before else None
+    refusal: InstructionError | None = None
+    for number in range(len(segment.openers) + 1):
+        # The phrase of a task may begin with words that are openers elsewhere, as in `go on`.
+        words = segment.openers[len(segment.openers) - number :] + segment.words
+        # `clean the table, then the can, please` does not wish for the can.
+        may_wish = segment.link is Link.START or words[:1] in _INDEFINITE
+        for form in wordings(
+            words,
+            is_polite=segment.is_polite and may_wish,
+            is_perfect=segment.is_perfect,
+            carried=segment.carried,
+        ):
+            coverages = [
+                cover(
+                    entry,
+                    form.words,
+                    knows_pronoun=last is not None and entry.routed.covers(last),
+                    is_perfect=form.is_perfect,
+                )
+                for entry in tasks
+            ]
+            whole = [
+                one
+                for one in coverages
+                if (one.is_whole and (one.starts_with_object or not form.needs_object_first))
+                or one.repeats(last)
+            ] or [one for one in coverages if one.is_whole_without_verb(is_light=segment.is_light)]
+            if len(whole) == 1:
+                return _with_arguments(segment, whole[0], last)
+            if whole:
+                raise ambiguous_tasks(segment.text, [one.entry.routed for one in whole])
+            refusal = refusal or not_covered(segment, coverages)
+    assert refusal is not None  # noqa: S101 - the first round makes one
+    raise refusal
+
+
+def _with_arguments(segment: Segment, coverage: Coverage, last: RoutedTask | None) -> Request:
+    """Return the task with its arguments; a pronoun stands for the object of the request before.
+
+    Raises:
+        AmbiguousInstructionError: an argument may have several values.
+        InstructionError: an argument is missing that is a number.
+    """
+    routed = coverage.routed
+    stated = frozenset(coverage.values.stated)
+    if last is not None and coverage.names_pronoun and not coverage.values.is_specific:
+        parameters = routed.task.parameters
+        # `the left half is dirty, so clean it`: `it` is that half, if the words say no other part.
+        is_part = (
+            not any(map(is_object, parameters.values())) and not stated and segment.link is not Link.THEN
+        )
+        before = {name: one for name, one in last.arguments.items() if is_part or is_object(parameters[name])}
+        arguments = routed.task.complete_arguments({**routed.arguments, **before})
+        return Request(Errand(replace(routed, arguments=arguments)), stated, only_refers=True)
+    for name, values in coverage.values.open_parameters():
+        candidates = {
+            one: replace(routed, arguments={**routed.arguments, name: one}).instruction for one in values
+        }
+        listed = ", ".join(f"`{one}`" for one in values)
+        parameter = routed.task.parameters[name]
+        phrases = {one: ", ".join(parameter.phrases.get(one, ())) for one in values}
+        shown = ", ".join(f"`{one}` ({phrases[one]})" for one in values) if any(phrases.values()) else listed
+        if not values:
+            raise InstructionError(
+                f"{quoted(segment.text)} does not say `{name}` of `{routed}`; write "
+                f"`aeros run --task {routed} {name}=VALUE`"
+            )
+        raise AmbiguousInstructionError(
+            f"{quoted(segment.text)} leaves open `{name}` of `{routed}`: {shown}", segment.text, candidates
+        )
+    only_refers = coverage.names_pronoun or not coverage.triggers
+    return Request(Errand(routed), stated, only_refers, bool(coverage.triggers))

@@ -1,0 +1,1 @@
+"""Sentences of an instruction: their words, other words for the same, and their segments."""

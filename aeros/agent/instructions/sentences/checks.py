@@ -1,0 +1,91 @@
+"""Checks that a request depends on: `check whether the table is dirty. If so, clean it.`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+from aeros.agent.instructions import english
+from aeros.agent.instructions.phrases import PhraseSet, Words
+from aeros.agent.instructions.segments import COMMA
+
+SpokenSentence = tuple[Words, bool]
+"""Words and commas of a sentence, and True if it ends with a question mark."""
+
+_BE: Final = frozenset({"is", "are"})
+_IF: Final[Words] = ("if",)
+
+
+def without_checks(sentences: Sequence[SpokenSentence]) -> Iterator[SpokenSentence]:
+    """Write a check and what depends on it as a condition.
+
+    Args:
+        sentences: the sentences.
+
+    Yields:
+        The sentences; `is the table dirty? if so, clean it` and `check if the table is dirty, and clean it if
+        so` are `if the table is dirty, clean it`.
+    """
+    at = 0
+    while at < len(sentences):
+        tokens, is_question = sentences[at]
+        condition = _checked(tokens, is_question=is_question)
+        following = sentences[at + 1] if at + 1 < len(sentences) else ((), False)
+        affirmed = english.AFFIRMATIONS.starting(following[0])
+        if condition and affirmed:
+            rest = following[0][len(affirmed) :]
+            rest = rest[1:] if rest[:1] == (COMMA,) else rest
+            yield (*_IF, *condition, COMMA, *rest), following[1]
+            at += 2
+            continue
+        yield _without_own_check(tokens), is_question
+        at += 1
+
+
+def _checked(tokens: Words, *, is_question: bool) -> Words:
+    """Return the condition that a sentence asks about, or asks to check; empty if it does neither."""
+    if is_question and tokens[:1] and tokens[0] in _BE and COMMA not in tokens:
+        subject = next((at for at in range(1, len(tokens)) if tokens[at] not in english.DETERMINERS), 1)
+        return (*tokens[1 : subject + 1], tokens[0], *tokens[subject + 1 :])
+    check, asked = _after(english.CHECKS, tokens)
+    return asked if check and COMMA not in asked else ()
+
+
+def _after(phrases: PhraseSet, tokens: Words) -> tuple[Words, Words]:
+    """Return the phrase that follows the openers of a sentence, and the rest; none if there is none."""
+    at = 0
+    while not (found := phrases.starting(tokens, at)):
+        opener = english.OPENERS.starting(tokens, at)
+        if not opener:
+            return (), tokens
+        at += len(opener)
+    return found, tokens[at + len(found) :]
+
+
+def _without_own_check(tokens: Words) -> Words:
+    """Rewrite a check that stands in the sentence of its request."""
+    check, rest = _after(english.CHECKS, tokens)
+    look, seen = _after(english.LOOKS, tokens)
+    if check:
+        # `check if the table is dirty and clean it if so`, `check if the table is dirty, if so, clean it`
+        for at in range(2, len(rest)):
+            link = english.SEQUENCE.starting(rest, at) or rest[at : at + 1]
+            if link not in (("and",), (COMMA,)):
+                continue
+            request = rest[at + len(link) :]
+            affirmed = english.AFFIRMATIONS.starting(request)
+            ending = english.AFFIRMATIONS.ending(request)
+            if affirmed:
+                request = request[len(affirmed) :]
+                return (*_IF, *rest[:at], COMMA, *(request[1:] if request[:1] == (COMMA,) else request))
+            if ending:
+                return (*_IF, *rest[:at], COMMA, *request[: -len(ending)])
+    elif look:
+        # `look at the table and clean it if it is dirty`
+        end = next((at for at in range(len(seen)) if seen[at] in ("and", COMMA)), len(seen))
+        thing, rest = seen[:end], seen[end + 1 :]
+        rest = rest[1:] if rest[:1] in ((COMMA,), ("and",)) else rest
+        if "if" in rest and "it" in rest and 1 <= len(thing) <= 3:
+            it = rest.index("it")
+            return (*rest[:it], *thing, *rest[it + 1 :])
+    return tokens

@@ -1,0 +1,204 @@
+"""Splitting of a sentence into segments: requests, prohibitions and conditions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+from aeros.agent.instructions import english
+from aeros.agent.instructions.phrases import Words
+from aeros.agent.instructions.refusals import InstructionError
+from aeros.agent.instructions.segments import COMMA, Link, Mood, Segment
+from aeros.spec.diagnostics.codes import quoted
+
+
+def segments_of(tokens: Words) -> Iterator[Segment]:
+    """Split a sentence into segments.
+
+    Args:
+        tokens: words and commas.
+
+    Yields:
+        The segments in order.
+
+    Raises:
+        InstructionError: a link has nothing after it, or a condition is on time.
+    """
+    position, link, joint = 0, Link.START, ""
+    was_first = False
+    before: Mood | None = None
+    while position < len(tokens):
+        start, mood, marker = _begin_segment(tokens, position)
+        end, next_link, next_joint = _end_segment(tokens, start, mood)
+        whole = tokens[start:end]
+        words = strip_closers(whole)
+        is_replacement = before is Mood.PROHIBITION and words[-1:] == ("instead",)
+        words = words[:-1] if is_replacement else words
+        after = end + len(next_joint.split())
+        if not words and mood is Mood.REQUEST:
+            # As in `hello, …` or `please, …`: only openers.
+            position = after
+            if link is Link.START and position < len(tokens):
+                continue
+            link, joint = _stronger(link, joint, next_link, next_joint)
+            continue
+        is_new = is_replacement or bool(english.NEW_REQUEST.starting(tokens, position))
+        is_perfect = tuple(joint.replace(COMMA, " ").split()) in english.PERFECT
+        is_perfect = is_perfect or bool(english.PAST_OPENERS.starting(tokens, position))
+        if words[-1:] in _ORDINALS and was_first and link is not Link.START:
+            words = words[:-1]  # `the can first and the block second`
+        if words[-1:] == ("first",) and (link is Link.START or before is Mood.CONDITION):
+            words, was_first = words[:-1], True
+        elif words[-1:] == ("first",) and joint.endswith("but"):
+            words, link = words[:-1], Link.AFTER
+        before = mood
+        openers = tokens[position:start] if mood is Mood.REQUEST else ()
+        is_light = bool(english.LIGHT_VERBS.ending(openers))
+        yield Segment(mood, words, link, marker, joint, is_new, is_perfect, openers, is_light=is_light)
+        position, link, joint = after, next_link, next_joint
+    if link is not Link.START and joint not in ("", COMMA) and position >= len(tokens):
+        raise InstructionError(f"nothing follows after {quoted(joint)}")
+
+
+_ORDINALS: Final = (("second",), ("third",), ("last",), ("next",), ("afterwards",))
+
+
+def carried_words(segments: Sequence[Segment]) -> tuple[Words, ...]:
+    """Find the words of the first request that later ones of its sentence may go on with.
+
+    Args:
+        segments: segments of a sentence.
+
+    Returns:
+        `have` after `have the table cleaned and …`, `i want` after a wish, which may be a causative, too.
+    """
+    words = next((one.words for one in segments if one.mood is Mood.REQUEST), ())
+    carried: tuple[Words, ...] = ()
+    has_duty = any(english.DUTIES.starting(words, at) for at in range(1, len(words)))
+    causative = english.CAUSATIVES.starting(words)
+    if has_duty or causative:
+        carried += (("have",),)
+    if (causative and causative[0] in ("i", "we")) or words[:2] in _WANTS or english.WISHES.starting(words):
+        carried += (("i", "want"),)
+    return carried
+
+
+_WANTS: Final = (("i", "want"), ("we", "want"), ("i", "need"), ("we", "need"))
+
+
+def _stronger(link: Link, joint: str, other: Link, other_joint: str) -> tuple[Link, str]:
+    return (other, other_joint) if link in (Link.START, Link.JOINED) else (link, joint)
+
+
+def _begin_segment(tokens: Words, position: int) -> tuple[int, Mood, Words]:
+    """Skip openers, and read the words of a prohibition or condition; return where its words start.
+
+    Raises:
+        InstructionError: a condition on time begins here.
+    """
+    while True:
+        opener = english.OPENERS.starting(tokens, position)
+        prohibition = english.PROHIBITIONS.starting(tokens, position)
+        if prohibition and len(prohibition) >= len(opener):
+            start = position + len(prohibition)
+            while opener := english.OPENERS.starting(tokens, start):
+                start += len(opener)
+            return start, Mood.PROHIBITION, prohibition
+        is_side = opener == ("right",) and tokens[position + 1 : position + 2] != (COMMA,)
+        if opener and opener != tokens[position:] and not is_side:
+            position += len(opener)
+            continue
+        for phrases in (english.CONDITIONALS, english.TIME_CONDITIONALS):
+            if condition := phrases.starting(tokens, position):
+                if phrases is english.TIME_CONDITIONALS:
+                    raise InstructionError(
+                        f"{quoted(' '.join(condition))} is not understood: a request can have a condition "
+                        "with `if` or `unless`, which is measured before it starts"
+                    )
+                return position + len(condition), Mood.CONDITION, condition
+        return position, Mood.REQUEST, ()
+
+
+def _end_segment(tokens: Words, start: int, mood: Mood) -> tuple[int, Link, str]:
+    """Find where a segment ends; return that, and link and joint of the next."""
+    # `i feel like having tea`, `i would be glad if the table were clean`
+    wish = max(len(one.starting(tokens, start)) for one in (english.WISHES, english.CAUSATIVES))
+    begin = start + wish
+    for at in range(begin, len(tokens)):
+        if tokens[at] == COMMA:
+            following = english.SEQUENCE.starting(tokens, at + 1)
+            turned = english.REVERSED.starting(tokens, at + 1)
+            if len(turned) > len(following):
+                return at, Link.AFTER, " ".join((COMMA, *turned))
+            if following:
+                return at, _link_of(following), " ".join((COMMA, *following))
+            return at, Link.JOINED, COMMA
+        if at == start:
+            continue
+        if tokens[at : at + 2] in (("before", "anything"), ("next", "to")):
+            continue  # `before anything else`, `next to the cup`
+        if following := english.SEQUENCE.starting(tokens, at):
+            return at, _link_of(following), " ".join(following)
+        if mood is not Mood.CONDITION and (following := english.REVERSED.starting(tokens, at)):
+            return at, Link.AFTER, " ".join(following)
+        # `do the left half when cleaning`
+        is_last = at + 2 == len(tokens) or tokens[at + 2 : at + 3] == (COMMA,)
+        is_act = is_last and tokens[at] in english.ACT_MARKERS and tokens[at + 1].endswith("ing")
+        starts_adjunct = not is_act and (
+            english.PROHIBITIONS.starting(tokens, at)
+            or english.CONDITIONALS.starting(tokens, at)
+            or english.TIME_CONDITIONALS.starting(tokens, at)
+        )
+        if starts_adjunct and mood is not Mood.CONDITION:
+            return at, Link.ADJUNCT, ""
+    return len(tokens), Link.START, ""
+
+
+def _link_of(joint: Words) -> Link:
+    return Link.JOINED if joint in (("and",), ("plus",), ("as", "well", "as")) else Link.THEN
+
+
+def strip_ends(tokens: Words) -> Words:
+    """Remove what asks for nothing at the end, also after a comma, as in `…, will you?`.
+
+    Args:
+        tokens: words and commas.
+
+    Returns:
+        The rest.
+    """
+    while (shorter := strip_closers(tokens)) != tokens or tokens[-1:] == (COMMA,):
+        tokens = shorter if shorter[-1:] != (COMMA,) else shorter[:-1]
+    return tokens
+
+
+def strip_openers(tokens: Words) -> Words:
+    """Remove phrases that ask for nothing at the start.
+
+    Args:
+        tokens: words and commas.
+
+    Returns:
+        The rest.
+    """
+    position = 0
+    while opener := english.OPENERS.starting(tokens, position):
+        position += len(opener)
+    return tokens[position:]
+
+
+def strip_closers(words: Words) -> Words:
+    """Remove phrases that ask for nothing at the end.
+
+    Args:
+        words: words and commas.
+
+    Returns:
+        The rest.
+    """
+    while words:
+        closer = english.CLOSERS.ending(words)
+        if not closer:
+            return words
+        words = words[: -len(closer)]
+    return words

@@ -1,0 +1,102 @@
+"""Sentences in other words, before they are split: time clauses, passives that prohibit, inversions."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from aeros.agent.instructions import english
+from aeros.agent.instructions.phrases import Words
+from aeros.agent.instructions.segments import COMMA
+
+_TIMES: Final = frozenset({"once", "after", "when"})
+_SPEAKERS: Final = (("i",), ("we",), ("you",), ("they",))
+_DONE: Final = frozenset({"done", "finished", "complete", "completed", "over", "through"})
+_WANTED: Final = frozenset({"needed", "required", "necessary", "wanted"})
+_BE: Final = frozenset({"is", "are", "has", "have"})
+_PERFECT: Final[Words] = ("once", "you", "have")
+
+
+def rephrased(tokens: Words) -> Words:
+    """Write a sentence in the words that the grammar knows.
+
+    Args:
+        tokens: words and commas of a sentence.
+
+    Returns:
+        The sentence, without `both`; with `once you have` before an act that is to be over, and with `do not`
+        before one that is prohibited.
+    """
+    return _with_prohibitions(_with_perfect(_without_both(tokens)))
+
+
+def _without_both(tokens: Words) -> Words:
+    """Leave out `both` before two things: `bring both the can and the block`."""
+    for at, word in enumerate(tokens[:-1]):
+        if word == "both" and tokens[at + 1] in english.DETERMINERS and "and" in tokens[at:]:
+            return tokens[:at] + tokens[at + 1 :]
+    return tokens
+
+
+def _with_perfect(tokens: Words) -> Words:
+    """Rewrite `once the table is wiped`, `when the wiping of the table is done`, `when done with wiping`."""
+    for at, word in enumerate(tokens):
+        as_soon_as = tokens[at : at + 3] == ("as", "soon", "as")
+        if word not in _TIMES and not as_soon_as:
+            continue
+        begin = at + (3 if as_soon_as else 1)
+        end = next((to for to in range(begin, len(tokens)) if tokens[to] == COMMA), len(tokens))
+        clause = tokens[begin:end]
+        act = _finished_act(clause, is_state=word == "when")
+        if act:
+            return tokens[:at] + _PERFECT + act + tokens[end:]
+    return tokens
+
+
+def _finished_act(clause: Words, *, is_state: bool) -> Words:
+    """Return the words of the act that a clause says to be over; empty if it says nothing like that.
+
+    `is_state` is True after `when`: `when the table is wiped` may be about what somebody else does.
+    """
+    if clause[:2] in (("you", "are"), ("you", "re")) and clause[2:3] and clause[2] in _DONE:
+        rest = clause[3:]
+        return rest[1:] if rest[:1] == ("with",) else rest if rest[:1] and rest[0].endswith("ing") else ()
+    if clause[:1] and clause[0] in _DONE and clause[1:2] == ("with",):
+        return clause[2:]
+    for at in range(1, len(clause) - 1):
+        if clause[at] in _BE:
+            last = clause[-1]
+            act = clause[:at]
+            if last in _DONE and len(clause) <= at + 3:
+                return act if any(word.endswith("ing") for word in act) else ()
+            if english.participle_bases(last) and len(clause) <= at + 3 and not is_state:
+                return (*act, last)
+            return ()
+    return ()
+
+
+def _with_prohibitions(tokens: Words) -> Words:
+    """Rewrite `the table must not be cleaned` and `leave the table alone` as `do not the table cleaned`."""
+    found: Words = ()
+    begin = at = 0
+    while at < len(tokens):
+        link = english.SEQUENCE.starting(tokens, at) or (tokens[at : at + 1] if tokens[at] == COMMA else ())
+        if link:
+            found += _prohibition(tokens[begin:at]) + link
+            begin = at + len(link)
+        at += len(link) or 1
+    return found + _prohibition(tokens[begin:])
+
+
+def _prohibition(clause: Words) -> Words:
+    for at in range(1, len(clause) if clause[:1] not in _SPEAKERS else 0):
+        if duty := english.NEGATIVE_DUTIES.starting(clause, at):
+            return ("do", "not", *clause[:at], *clause[at + len(duty) :])
+    if clause[:1] == ("no",) and clause[-2:-1] in (("is",), ("are",)) and clause[-1] in _WANTED:
+        return clause[:-2]  # `no teas are needed`
+    opener: Words = ()
+    while found := english.OPENERS.starting(clause, len(opener)):
+        opener += found
+    rest = clause[len(opener) :]
+    if rest[:1] in (("leave",), ("let",)) and rest[-1:] in (("alone",), ("be",)) and len(rest) > 2:
+        return ("do", "not", *rest[1:-1])
+    return clause

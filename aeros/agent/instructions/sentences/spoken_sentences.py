@@ -1,0 +1,62 @@
+"""Splitting of an instruction into sentences of words and commas."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Final
+
+from aeros.agent.instructions import english
+from aeros.agent.instructions.phrases import Words
+from aeros.agent.instructions.refusals import InstructionError
+from aeros.agent.instructions.segments import COLON, COMMA
+from aeros.agent.instructions.sentences.clauses import strip_ends
+from aeros.spec.diagnostics.codes import quoted
+from aeros.spec.diagnostics.words import normalized_words
+
+_SENTENCE_END: Final = re.compile(r"(?:[.;!?:\n\r\u2026]|--+|\s[-\u2013\u2014]\s)+")
+_SIGNED_NUMBER: Final = re.compile(r"[-+\u2212\u00b1~<>=/.]\d+|\d+\s?[%/<>=]")
+"""A number that means another one than its digits alone."""
+
+
+_STARTS_LIST: Final = re.compile(r"(?s)(?:^|\s)\(?(?:1[.)]\s.*\s\(?2[.)]\s|a\)\s.*\s\(?b\)\s)")
+_INLINE_NUMBER: Final = re.compile(r"(?:^|(?<=\s))\(?(?:\d[.)]|[a-h]\))\s+")
+_LIST_NUMBER: Final = re.compile(r"(?m)^\s*(?:\d+[.)]|[-*\u2022])\s+")
+
+
+def spoken_sentences(instruction: str) -> Iterator[tuple[Words, bool]]:
+    """Split an instruction into sentences.
+
+    Args:
+        instruction: words of the user.
+
+    Yields:
+        Words and commas of each sentence, and True if it ends with a question mark.
+
+    Raises:
+        InstructionError: it holds a number with a sign, a fraction or the like.
+    """
+    if signed := _SIGNED_NUMBER.search(instruction):
+        raise InstructionError(f"the number {quoted(signed.group())} is not understood")
+    rest = _LIST_NUMBER.sub("\n", instruction)
+    if _STARTS_LIST.search(instruction):
+        rest = _INLINE_NUMBER.sub("\n", rest)
+    position = 0
+    tokens: list[str] = []
+    while position < len(rest):
+        end = _SENTENCE_END.search(rest, position)
+        text = rest[position : end.start() if end else len(rest)]
+        position = end.end() if end else len(rest)
+        for part in text.split(COMMA):
+            if words := english.respelt(normalized_words(part)):
+                pause = [] if not tokens or tokens[-1] == COLON else [COMMA]
+                tokens += [*pause, *words]
+        is_label = strip_ends(tuple(tokens)) in english.LABELS
+        if end and end.group().strip() == COLON and is_label:
+            tokens = []
+        elif end and end.group().strip() == COLON and position < len(rest):
+            tokens += [COLON] if tokens else []
+        elif tokens:
+            if not (is_label and end and COLON in end.group()):
+                yield tuple(tokens), bool(end and "?" in end.group())
+            tokens = []

@@ -1,0 +1,64 @@
+"""Causatives and duties: `have the table cleaned`, `the table needs a wipe`, `i want a clean table`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from aeros.agent.instructions import english
+from aeros.agent.instructions.wordings.wording import Wording, without_each
+
+
+def causatives(wording: Wording) -> Iterator[Wording]:
+    """Read `have the table cleaned` and `make the table clean` as `the table cleaned`, `the table clean`.
+
+    Args:
+        wording: words of a request.
+
+    Yields:
+        The other forms.
+    """
+    causative = english.CAUSATIVES.starting(wording.words)
+    if not causative:
+        return
+    rest = wording.words[len(causative) :]
+    for linked in (rest, *without_each(rest, english.COPULAS)):
+        if any(english.participle_bases(word) for word in linked):
+            yield wording.with_object_first(linked, is_perfect=True)
+        if any(word.endswith("ing") for word in linked):
+            yield wording.with_object_first(linked)
+        if linked and linked[-1] in english.ADJECTIVES:
+            yield wording.with_object_first(linked)
+    for act in without_each(rest, english.RECEIPTS):
+        # `see that the table gets a wipe`
+        yield wording.with_object_first(act)
+    adjective = next((word for word in rest if word not in english.DETERMINERS), "")
+    if causative[0] in ("i", "we") and adjective in english.ADJECTIVES:
+        # `i want a clean table`
+        yield wording.with_words(rest)
+
+
+def duties(wording: Wording) -> Iterator[Wording]:
+    """Read `the table should be wiped` as `the table wiped`.
+
+    Args:
+        wording: words of a request.
+
+    Yields:
+        The other forms.
+    """
+    for rest in without_each(wording.words, english.DUTIES):
+        yield wording.with_object_first(rest, is_perfect=True)
+
+
+def passives(wording: Wording) -> Iterator[Wording]:
+    """Read `after the table is wiped` as `after the table wiped`.
+
+    Args:
+        wording: words of a request.
+
+    Yields:
+        The other forms.
+    """
+    if wording.is_perfect and not wording.needs_object_first:
+        for linked in without_each(wording.words, english.COPULAS):
+            yield wording.with_object_first(linked)

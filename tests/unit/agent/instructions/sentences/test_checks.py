@@ -1,0 +1,25 @@
+from __future__ import annotations
+
+import pytest
+
+from aeros.agent.instructions.sentences.checks import without_checks
+
+IF_DIRTY = "if the table is dirty , clean it"
+
+
+@pytest.mark.parametrize(
+    ("sentences", "plain"),
+    [
+        (["is the table dirty ?", "if so , clean it"], [IF_DIRTY]),
+        (["is the table dirty ?", "then clean it"], [IF_DIRTY]),
+        (["please check whether the table is dirty", "if so , clean it"], [IF_DIRTY]),
+        (["check if the table is dirty and clean it if so"], [IF_DIRTY]),
+        (["look at the table and clean it if it is dirty"], ["clean the table if it is dirty"]),
+        (["is the table dirty ?", "clean it"], ["is the table dirty", "clean it"]),
+        (["check whether the table is dirty"], ["check whether the table is dirty"]),
+        (["look at the table"], ["look at the table"]),
+    ],
+)
+def test_a_check_with_what_depends_on_it_is_a_condition(sentences: list[str], plain: list[str]) -> None:
+    spoken = [(tuple(one.removesuffix(" ?").split()), one.endswith("?")) for one in sentences]
+    assert [" ".join(tokens) for tokens, _ in without_checks(spoken)] == plain

@@ -1,0 +1,23 @@
+from __future__ import annotations
+
+import pytest
+
+from aeros.agent.instructions.sentences.rephrasing import rephrased
+
+
+@pytest.mark.parametrize(
+    ("words", "plain"),
+    [
+        ("once the table is wiped , bring it", "once you have the table wiped , bring it"),
+        ("bring it when the table cleaning is done", "bring it once you have the table cleaning"),
+        ("when you are done with the cleaning , cook", "once you have the cleaning , cook"),
+        ("when the table is wiped , cook", "when the table is wiped , cook"),
+        ("once the guests are gone , cook", "once the guests are gone , cook"),
+        ("cook , the table must not be cleaned", "cook , do not the table cleaned"),
+        ("cook and leave the table alone", "cook and do not the table"),
+        ("bring both the can and the block", "bring the can and the block"),
+        ("clean both tables", "clean both tables"),
+    ],
+)
+def test_a_sentence_is_written_in_the_words_of_the_grammar(words: str, plain: str) -> None:
+    assert " ".join(rephrased(tuple(words.split()))) == plain

@@ -1,0 +1,28 @@
+from __future__ import annotations
+
+import pytest
+
+from aeros.agent.instructions.refusals import InstructionError
+from aeros.agent.instructions.sentences.spoken_sentences import spoken_sentences
+
+
+@pytest.mark.parametrize(
+    ("text", "sentences"),
+    [
+        ("Clean it, please. Cook!", ["clean it , please", "cook"]),
+        ("The table: clean it", ["the table : clean it"]),
+        ("One: clean it. Two: cook", ["clean it", "cook"]),
+        ("To do: 1. clean it 2. cook", ["clean it", "cook"]),
+        ("a) clean it b) cook", ["clean it", "cook"]),
+        ("(1) clean it (2) cook", ["clean it", "cook"]),
+        ("- clean it\n- cook", ["clean it", "cook"]),
+    ],
+)
+def test_a_text_is_split_into_sentences_without_labels(text: str, sentences: list[str]) -> None:
+    assert [" ".join(tokens) for tokens, _ in spoken_sentences(text)] == sentences
+
+
+@pytest.mark.parametrize("text", ["make -1 dumplings", "make 1/2 dumplings", "make ~2 dumplings"])
+def test_a_number_with_a_sign_is_refused(text: str) -> None:
+    with pytest.raises(InstructionError, match="the number"):
+        list(spoken_sentences(text))
