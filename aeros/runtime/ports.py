@@ -461,6 +461,22 @@ def newest_pictures(plant: Plant) -> Mapping[str, CameraPicture]:
     return {} if pictures is None else pictures()
 
 
+def plan_sequence(plant: Plant, actions: Sequence[Action]) -> Sequence[PlannedMotion] | None:
+    """Plan actions that follow each other, each from where the one before it ends; moves nothing.
+
+    Args:
+        plant: the plant.
+        actions: the actions, parameters in SI.
+
+    Returns:
+        A plan for each action, up to the first that cannot be made; None if the plant cannot plan ahead: it
+        has no method `plan_sequence`.
+    """
+    plan: Callable[[Sequence[Action]], Sequence[PlannedMotion] | None] | None
+    plan = getattr(plant, "plan_sequence", None)
+    return None if plan is None else plan(actions)
+
+
 def announce_parameters(plant: Plant, values: Mapping[str, Any]) -> None:
     """Say the parameters of the task to a plant that has use for them, as the symbolic one.
 

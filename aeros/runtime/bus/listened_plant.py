@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 from aeros.runtime.bus.message_publisher import RobotChain
@@ -18,6 +18,7 @@ from aeros.runtime.ports import (
     Readings,
     Trajectory,
     newest_pictures,
+    plan_sequence,
 )
 from aeros.skill import Action
 
@@ -101,6 +102,17 @@ class ListenedPlant:
     def runs_in_real_time(self) -> bool:
         """True if the plant does not wait for the monitor."""
         return bool(getattr(self._plant, "runs_in_real_time", False))
+
+    def plan_sequence(self, actions: Sequence[Action]) -> Sequence[PlannedMotion] | None:
+        """Plan actions one after the other; see `ports.plan_sequence`.
+
+        Args:
+            actions: the actions.
+
+        Returns:
+            A plan for each; None if the plant cannot plan ahead.
+        """
+        return plan_sequence(self._plant, actions)
 
     def pictures(self) -> Mapping[str, CameraPicture]:
         """Return the newest pictures of the plant; see `newest_pictures`.

@@ -36,6 +36,7 @@ from aeros.runtime.motion.kinematic_bounds import (
 )
 from aeros.runtime.motion.link_distance import find_link_contact
 from aeros.runtime.motion.merged import ConcurrentMotion, commanded_joint_position, merge_motions
+from aeros.runtime.motion.obstacles import OBSTACLES, obstacles_in
 from aeros.runtime.motion.surface_contact import SurfaceBreach, SurfaceLimits, find_surface_breach
 from aeros.runtime.motion.swept_volume import (
     BarrierBox,
@@ -61,6 +62,10 @@ from aeros.skill import Action
 from aeros.spec.model.motion import Barrier, MotionPolicy
 
 _RATES = ("speed", "acceleration", "jerk")
+
+
+OBSTRUCTED: Final = "AE766"
+"""Code of the reason that something which a picture shows is in the way."""
 
 
 class MotionDecider:
@@ -165,6 +170,8 @@ class MotionDecider:
         reasons += self._breaches(policy, action, plan if merged.is_single_motion else None, moving)
         if moves_joints(merged.joints.motion):
             reasons += _link_contacts(policy, moving)
+        if policy.obstacles is not None:
+            reasons += _obstacle_contacts(policy, moving, readings)
         return tuple(dict.fromkeys(reasons))
 
     # Form.
@@ -329,6 +336,24 @@ def _link_contacts(policy: MotionPolicy, moving: SweptMotion) -> list[Reason]:
         f"{100.0 * contact.path_parameter:.0f} % of the path; links keep {1000.0 * clearance:.3g} mm apart"
     )
     return [Reason("AE765", f"{contact.inner}-{contact.outer}", text)]
+
+
+def _obstacle_contacts(policy: MotionPolicy, moving: SweptMotion, readings: Readings) -> list[Reason]:
+    """Report an obstacle that a link, or what is held, may come too near to."""
+    try:
+        obstacles = obstacles_in(readings)
+    except ValueError as fault:
+        return [Reason(OBSTRUCTED, OBSTACLES, str(fault))]
+    clearance = float(policy.clearance)
+    breach = find_breach(moving, [one.as_barrier() for one in obstacles], clearance)
+    if breach is None:
+        return []
+    obstacle = next(one for one in obstacles if one.name == breach.barrier)
+    text = (
+        f"`{breach.link}` may come nearer than {1000.0 * clearance:.3g} mm to {obstacle} at "
+        f"{100.0 * breach.path_parameter:.0f} % of the path; `{obstacle.camera}` saw it"
+    )
+    return [Reason(OBSTRUCTED, obstacle.name, text)]
 
 
 def _hull_fault(body: RobotBody, joints: int) -> str | None:
