@@ -13,10 +13,12 @@ from aeros.runtime.ports import (
     MotionHandle,
     NoMotion,
     ObservedMonitor,
+    Obstacle,
     PlannedMotion,
     Plant,
     Readings,
     Trajectory,
+    known_obstacles,
     newest_pictures,
     plan_sequence,
 )
@@ -102,6 +104,14 @@ class ListenedPlant:
     def runs_in_real_time(self) -> bool:
         """True if the plant does not wait for the monitor."""
         return bool(getattr(self._plant, "runs_in_real_time", False))
+
+    def obstacles(self) -> tuple[Obstacle, ...]:
+        """Return the obstacles that pictures of the plant have shown; see `known_obstacles`.
+
+        Returns:
+            The obstacles, oldest first.
+        """
+        return known_obstacles(self._plant)
 
     def plan_sequence(self, actions: Sequence[Action]) -> Sequence[PlannedMotion] | None:
         """Plan actions one after the other; see `ports.plan_sequence`.

@@ -23,8 +23,9 @@ from aeros.runtime.gate.quotas import ClockError, QuotaUsageCounter, clock_denia
 from aeros.runtime.monitor.history import HistoryTracker
 from aeros.runtime.monitor.monitor import RuntimeMonitor
 from aeros.runtime.motion.merged import ConcurrentMotion, concurrent_motions
+from aeros.runtime.motion.obstacles import obstacles_to_json
 from aeros.runtime.motion.trajectory import MotionDecider
-from aeros.runtime.ports import PlannedMotion, Plant, Readings, Snapshot, Trajectory
+from aeros.runtime.ports import PlannedMotion, Plant, Readings, Snapshot, Trajectory, known_obstacles
 from aeros.runtime.records.encode_decisions import IncrementalDecisionEncoder
 from aeros.runtime.records.records import (
     DecisionRecord,
@@ -237,10 +238,13 @@ class DecisionPipeline:
         action = gated.action
         if action is None or not self._motions.covers_kind(action.kind):
             return gated, None, {}
-        plan = self._plant.plan(action)
-        decision = self._motions.decide(gated, plan, readings, concurrent_motions)
+        plan, obstacles = self._plant.plan(action), known_obstacles(self._plant)
+        decision = self._motions.decide(gated, plan, readings, concurrent_motions, obstacles)
         body = self._record_robot_body(plan.body) if type(plan) is Trajectory else ""
-        return decision, plan, self._encoder.encode_motion(plan, body, gated, decision)
+        details = self._encoder.encode_motion(plan, body, gated, decision)
+        if obstacles:
+            details = {**details, "obstacles": obstacles_to_json(obstacles)}
+        return decision, plan, details
 
     def _record_robot_body(self, body: object) -> str:
         """Record the robot's body unless the latest recorded one is the same, and return its digest."""

@@ -9,9 +9,9 @@ from aeros.runtime.gate.decision import Caller, Decision, DecisionKind
 from aeros.runtime.gate.port import Gate
 from aeros.runtime.motion.detour import find_detour
 from aeros.runtime.motion.kinematic_bounds import ForwardKinematics
-from aeros.runtime.motion.obstacles import obstacles_in
+from aeros.runtime.motion.obstacles import as_barrier
 from aeros.runtime.motion.trajectory import OBSTRUCTED, MotionDecider
-from aeros.runtime.ports import Plant, Reading, Readings, Trajectory, Vec3, plan_sequence
+from aeros.runtime.ports import Plant, Reading, Readings, Trajectory, Vec3, known_obstacles, plan_sequence
 from aeros.skill import Action
 from aeros.spec.model.motion import MotionPolicy
 
@@ -92,7 +92,7 @@ class DetourSearch:
         def failing_leg(targets: Sequence[Vec3]) -> int | None:
             return self._failing_leg(motion, caller, [leg(target) for target in targets])
 
-        boxes = [one.as_barrier() for one in obstacles_in(self._readings)]
+        boxes = [*map(as_barrier, known_obstacles(self._plant))]
         start, target = _tool_at_start(straight[0]), asked.parameters[name]
         targets = find_detour(start, target, straight[0].base, boxes, is_allowed, failing_leg)
         return None if targets is None else Detour(targets, [*map(leg, targets[:-1]), action])
@@ -102,7 +102,7 @@ class DetourSearch:
 
     def _failing_leg(self, motion: MotionPolicy, caller: Caller, legs: Sequence[Action]) -> int | None:
         """Return the index of the first leg that would not be allowed, or None."""
-        readings = dict(self._readings)
+        readings, obstacles = dict(self._readings), known_obstacles(self._plant)
         plans = plan_sequence(self._plant, legs) or ()
         for number, leg in enumerate(legs):
             plan = plans[number] if number < len(plans) else None
@@ -110,7 +110,7 @@ class DetourSearch:
                 return number
             readings[motion.start_variable] = Reading(plan.joint_paths[0][0][0], self._now)
             decided = self._decide(caller, readings, leg)
-            if self._motions.decide(decided, plan, readings).kind is not DecisionKind.ALLOW:
+            if self._motions.decide(decided, plan, readings, (), obstacles).kind is not DecisionKind.ALLOW:
                 return number
         return None
 

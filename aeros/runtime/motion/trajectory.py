@@ -36,7 +36,7 @@ from aeros.runtime.motion.kinematic_bounds import (
 )
 from aeros.runtime.motion.link_distance import find_link_contact
 from aeros.runtime.motion.merged import ConcurrentMotion, commanded_joint_position, merge_motions
-from aeros.runtime.motion.obstacles import OBSTACLES, obstacles_in
+from aeros.runtime.motion.obstacles import as_barrier
 from aeros.runtime.motion.surface_contact import SurfaceBreach, SurfaceLimits, find_surface_breach
 from aeros.runtime.motion.swept_volume import (
     BarrierBox,
@@ -51,6 +51,7 @@ from aeros.runtime.ports import (
     JointVector,
     MotionCompletion,
     NoMotion,
+    Obstacle,
     PlannedMotion,
     Readings,
     RobotBody,
@@ -101,6 +102,7 @@ class MotionDecider:
         plan: PlannedMotion,
         readings: Readings,
         concurrent_motions: Sequence[ConcurrentMotion] = (),
+        obstacles: Sequence[Obstacle] = (),
     ) -> Decision:
         """Decide the motion of an action that the gate has decided.
 
@@ -109,6 +111,7 @@ class MotionDecider:
             plan: the plant's plan for the action that the decision allows.
             readings: the readings of the decision.
             concurrent_motions: the motions under way, of kinds that the policy covers.
+            obstacles: what pictures show and nobody declared.
 
         Returns:
             `decision`, or a denial if the motion violates the policy.
@@ -121,7 +124,7 @@ class MotionDecider:
             or type(plan) is MotionCompletion
         ):
             return decision
-        reasons = self._objections(policy, action, plan, readings, concurrent_motions)
+        reasons = self._objections(policy, action, plan, readings, concurrent_motions, obstacles)
         return Decision(DecisionKind.DENY, None, reasons) if reasons else decision
 
     def _objections(
@@ -131,6 +134,7 @@ class MotionDecider:
         plan: object,
         readings: Readings,
         concurrent_motions: Sequence[ConcurrentMotion],
+        obstacles: Sequence[Obstacle],
     ) -> tuple[Reason, ...]:
         if type(plan) is NoMotion:
             return ()
@@ -170,8 +174,8 @@ class MotionDecider:
         reasons += self._breaches(policy, action, plan if merged.is_single_motion else None, moving)
         if moves_joints(merged.joints.motion):
             reasons += _link_contacts(policy, moving)
-        if policy.obstacles is not None:
-            reasons += _obstacle_contacts(policy, moving, readings)
+        if obstacles:
+            reasons += _obstacle_contacts(policy, moving, obstacles)
         return tuple(dict.fromkeys(reasons))
 
     # Form.
@@ -338,14 +342,12 @@ def _link_contacts(policy: MotionPolicy, moving: SweptMotion) -> list[Reason]:
     return [Reason("AE765", f"{contact.inner}-{contact.outer}", text)]
 
 
-def _obstacle_contacts(policy: MotionPolicy, moving: SweptMotion, readings: Readings) -> list[Reason]:
+def _obstacle_contacts(
+    policy: MotionPolicy, moving: SweptMotion, obstacles: Sequence[Obstacle]
+) -> list[Reason]:
     """Report an obstacle that a link, or what is held, may come too near to."""
-    try:
-        obstacles = obstacles_in(readings)
-    except ValueError as fault:
-        return [Reason(OBSTRUCTED, OBSTACLES, str(fault))]
     clearance = float(policy.clearance)
-    breach = find_breach(moving, [one.as_barrier() for one in obstacles], clearance)
+    breach = find_breach(moving, [*map(as_barrier, obstacles)], clearance)
     if breach is None:
         return []
     obstacle = next(one for one in obstacles if one.name == breach.barrier)

@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.motion.kinematic_bounds import ForwardKinematics
-from aeros.runtime.motion.obstacles import Obstacle
-from aeros.runtime.ports import CameraPicture, JointVector, Reading, Readings, RobotBody, Vec3
+from aeros.runtime.ports import CameraPicture, JointVector, Obstacle, Reading, Readings, RobotBody, Vec3
 from aeros.spec.expr.scope import AxisAlignedBox
 from aeros.spec.model.motion import MotionPolicy, ObstaclePolicy
 
@@ -88,13 +87,13 @@ class ObstacleMap:
                 )
                 self._update(camera, picture, sees, motion.obstacles, known)
 
-    def value(self) -> tuple[tuple[Any, ...], ...] | None:
-        """Return the obstacles as a reading has them.
+    def obstacles(self) -> tuple[Obstacle, ...]:
+        """Return the obstacles that are known.
 
         Returns:
-            The fields of each obstacle; None before the first picture.
+            The obstacles, oldest first.
         """
-        return tuple(map(tuple, self._known)) if self._looked_at else None
+        return tuple(self._known)
 
     def _update(
         self,

@@ -17,7 +17,6 @@ from typing import Any
 from aeros.runtime.execution.governor import Governor
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.isolation.isolated_run import MIN_RESPONSE_TIMEOUT_S
-from aeros.runtime.motion.obstacles import OBSTACLES
 from aeros.runtime.perception.active_definition import ActiveDefinition
 from aeros.runtime.perception.active_perceiver import ActivePerceiver
 from aeros.runtime.perception.needed_modules import needed_modules
@@ -28,6 +27,7 @@ from aeros.runtime.ports import (
     Monitor,
     MotionCompletion,
     MotionHandle,
+    Obstacle,
     PlannedMotion,
     Plant,
     Reading,
@@ -112,11 +112,9 @@ class PerceivingPlant:
             self._update(readings)
             self._look_for_obstacles(readings)
         self._evaluate_definitions(readings)
-        values, obstacles = self._values(), self._obstacles.value()
-        if obstacles is not None:
-            values = {**values, OBSTACLES: Reading(obstacles, self._plant.now())}
+        values = self._values()
         return (
-            {**readings, **self._parameter_readings(), **values} if values or self._parameters else readings
+            {**readings, **values, **self._parameter_readings()} if values or self._parameters else readings
         )
 
     def attend(self, modules: frozenset[str] | None) -> None:
@@ -148,6 +146,14 @@ class PerceivingPlant:
             The pictures by camera; empty if it has none.
         """
         return newest_pictures(self._plant)
+
+    def obstacles(self) -> tuple[Obstacle, ...]:
+        """Return what the pictures show and nobody declared, as of the latest `observe`.
+
+        Returns:
+            The obstacles, oldest first.
+        """
+        return self._obstacles.obstacles()
 
     def plan(self, action: Action) -> PlannedMotion:
         """Implements `Plant.plan`."""
