@@ -1,9 +1,9 @@
 """Put a box in the way of a task and count contacts: `python -m benchmarks.obstacles "make dumplings"`.
 
 Each run is `aeros run` on the physics plant, in a process of its own, with a box of another size at another
-place; a place where it would overlap with something is drawn again. Contacts of the robot with the box are
-counted in the simulator at every tick, and the goal is true or false there. What the agent says at the end
-is printed beside it: a task that is given up names the object that was in the way.
+place; a place where it would overlap with something, or touch the robot, is drawn again. Contacts of the
+robot with the box are counted in the simulator at every tick, and the goal is true or false there. What the
+agent says at the end is printed beside it: a task that is given up names the object that was in the way.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import sys
 import tempfile
 from pathlib import Path
 from typing import Any, Final
+from unittest.mock import patch
 
 from benchmarks.command import build_parser, print_json
 from benchmarks.starts import read_run
@@ -49,7 +50,9 @@ def main() -> None:
         return
     runs = [
         _run(arguments.instruction, arguments.on, seed)
-        for seed in range(arguments.first_seed, arguments.first_seed + (1 if arguments.quick else arguments.runs))
+        for seed in range(
+            arguments.first_seed, arguments.first_seed + (1 if arguments.quick else arguments.runs)
+        )
     ]
     totals = {
         "runs": len(runs),
@@ -66,7 +69,7 @@ def main() -> None:
 
 
 def _run(instruction: str, where: str, seed: int) -> dict[str, Any]:
-    chance = random.Random(f"{where}-{seed}")
+    chance = random.Random(f"{where}-{seed}")  # noqa: S311  draws a scene
     for _ in range(20):
         box, scene = _draw(chance, where)
         with tempfile.TemporaryDirectory() as folder:
@@ -76,9 +79,10 @@ def _run(instruction: str, where: str, seed: int) -> dict[str, Any]:
             command += ["--first-seed", str(seed)]
             done = subprocess.run(command, cwd=_ROOT, capture_output=True, text=True, check=False)
         last = done.stdout.strip().rpartition("\n")[2]
-        if last.startswith("{"):
-            return {"seed": seed, "box_mm": box, **json.loads(last)}
-        if "overlap" not in done.stderr + done.stdout:
+        run = json.loads(last) if last.startswith("{") else None
+        if run is not None and run["contact_at"][:1] != [run["first_tick"]]:
+            return {"seed": seed, "box_mm": box, **run}
+        if run is None and "overlap" not in done.stderr + done.stdout:
             raise SystemExit(done.stdout + done.stderr)
     raise SystemExit(f"seed {seed}: no free place for the box")
 
@@ -100,31 +104,34 @@ def _run_here(instruction: str, scene: str, seed: int) -> None:
     from aeros.cli.main import main as run_aeros
     from aeros.sim.physics import PhysicsPlant
 
+    ticks: list[float] = []
     touched: list[float] = []
     step = PhysicsPlant._step_world
 
     def step_and_count(plant: PhysicsPlant) -> None:
         step(plant)
+        ticks[:] = ticks[:1] or [plant.now()]
         box = plant._scene.body("box_in_the_way")
         if plant._world.contacts(box, plant._panda.body):
             touched.append(plant.now())
 
-    PhysicsPlant._step_world = step_and_count
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "out"
-        command = ["run", instruction, "--seed", str(seed), "--scene", scene, "--no-video", "--out", str(out)]
-        try:
+        command = ["run", instruction, "--seed", str(seed), "--scene", scene, "--no-video"]
+        command += ["--out", str(out)]
+        with patch.object(PhysicsPlant, "_step_world", step_and_count):
             run_aeros([*command, "--state", str(Path(folder) / "state")])
-        except SystemExit:
-            pass
         if not (out / "audit.jsonl").exists():
             return
         records = [json.loads(line) for line in (out / "audit.jsonl").open(encoding="utf-8")]
         events = [json.loads(line) for line in (out / "trace.jsonl").open(encoding="utf-8")]
     run = read_run(events, records, "")
-    shown = {name: run[name] for name in ("reached", "believed", "reason", "denied", "replans", "simulated_s")}
+    shown = {
+        name: run[name] for name in ("reached", "believed", "reason", "denied", "replans", "simulated_s")
+    }
     detours = sum(one["event"] == "detour" for one in records)
-    print(json.dumps({**shown, "detours": detours, "contact_ticks": len(touched), "contact_at": touched[:1]}))
+    counted = {"contact_ticks": len(touched), "contact_at": touched[:1], "first_tick": ticks[0]}
+    print(json.dumps({**shown, "detours": detours, **counted}))
 
 
 if __name__ == "__main__":

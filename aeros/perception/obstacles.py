@@ -100,14 +100,12 @@ class KnownThings(NamedTuple):
 
     Attributes:
         boxes: spaces that known things take up.
-        centres: centres of balls that enclose the robot (n, 3), m.
-        radii: their radii (n,), m.
+        balls: centre and radius of balls that enclose the robot, m.
         within: distance from a box or a ball within which a point belongs to it, m.
     """
 
     boxes: Sequence[Box]
-    centres: Points
-    radii: NDArray[np.float64]
+    balls: Sequence[tuple[Vector3, float]]
     within: float
 
 
@@ -141,6 +139,24 @@ class DepthPicture(NamedTuple):
     target: Vector3
     up: Vector3
     field_of_view: float
+
+
+def depth_picture(
+    depth: bytes,
+    size: tuple[int, int],
+    place: tuple[Vector3, Vector3, Vector3, float],
+) -> DepthPicture:
+    """Read a depth picture.
+
+    Args:
+        depth: of each pixel, row by row, m, as float32 in the machine's byte order.
+        size: number of columns and rows, pixels.
+        place: eye, target, up and field of view of the camera.
+
+    Returns:
+        The picture.
+    """
+    return DepthPicture(np.frombuffer(depth, np.float32).reshape(size[1], size[0]), *place)
 
 
 def find_obstacles(picture: DepthPicture, spaces: Sequence[WatchedSpace], known: KnownThings) -> list[Box]:
@@ -221,8 +237,8 @@ def _is_known(points: Points, known: KnownThings) -> Mask:
     for box in known.boxes:
         lower, upper = box.grown(known.within)
         found |= ((points >= lower) & (points <= upper)).all(axis=1)
-    for centre, radius in zip(known.centres, known.radii, strict=True):
-        off = points - centre
+    for centre, radius in known.balls:
+        off = points - np.array(centre)
         found |= np.einsum("ij,ij->i", off, off) <= (radius + known.within) ** 2
     return found
 

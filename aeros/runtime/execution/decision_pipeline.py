@@ -23,10 +23,10 @@ from aeros.runtime.gate.quotas import ClockError, QuotaUsageCounter, clock_denia
 from aeros.runtime.monitor.history import HistoryTracker
 from aeros.runtime.monitor.monitor import RuntimeMonitor
 from aeros.runtime.motion.merged import ConcurrentMotion, concurrent_motions
-from aeros.runtime.motion.obstacles import obstacles_to_json
 from aeros.runtime.motion.trajectory import MotionDecider
 from aeros.runtime.ports import PlannedMotion, Plant, Readings, Snapshot, Trajectory, known_obstacles
 from aeros.runtime.records.encode_decisions import IncrementalDecisionEncoder
+from aeros.runtime.records.obstacle_json import obstacles_to_json
 from aeros.runtime.records.records import (
     DecisionRecord,
     body_to_json,

@@ -9,7 +9,7 @@ from aeros.runtime.gate.decision import Caller, Decision, DecisionKind
 from aeros.runtime.gate.port import Gate
 from aeros.runtime.motion.detour import find_detour
 from aeros.runtime.motion.kinematic_bounds import ForwardKinematics
-from aeros.runtime.motion.obstacles import as_barrier
+from aeros.runtime.motion.obstacle_contact import as_barrier
 from aeros.runtime.motion.trajectory import OBSTRUCTED, MotionDecider
 from aeros.runtime.ports import Plant, Reading, Readings, Trajectory, Vec3, known_obstacles, plan_sequence
 from aeros.skill import Action

@@ -36,7 +36,7 @@ from aeros.runtime.motion.kinematic_bounds import (
 )
 from aeros.runtime.motion.link_distance import find_link_contact
 from aeros.runtime.motion.merged import ConcurrentMotion, commanded_joint_position, merge_motions
-from aeros.runtime.motion.obstacles import as_barrier
+from aeros.runtime.motion.obstacle_contact import find_obstacle_contact
 from aeros.runtime.motion.surface_contact import SurfaceBreach, SurfaceLimits, find_surface_breach
 from aeros.runtime.motion.swept_volume import (
     BarrierBox,
@@ -347,7 +347,7 @@ def _obstacle_contacts(
 ) -> list[Reason]:
     """Report an obstacle that a link, or what is held, may come too near to."""
     clearance = float(policy.clearance)
-    breach = find_breach(moving, [*map(as_barrier, obstacles)], clearance)
+    breach = find_obstacle_contact(moving, obstacles, clearance)
     if breach is None:
         return []
     obstacle = next(one for one in obstacles if one.name == breach.barrier)

@@ -20,7 +20,7 @@ from aeros.spec.expr.scope import AxisAlignedBox
 from aeros.spec.model.motion import MotionPolicy, ObstaclePolicy
 
 if TYPE_CHECKING:
-    from aeros.perception.obstacles import Box, DepthPicture, KnownThings
+    from aeros.perception.obstacles import Box, KnownThings
 
 _POSTURE_TICKS: Final = 240
 """Number of control ticks whose postures are kept: a picture arrives after exposure, read-out and delay."""
@@ -104,9 +104,16 @@ class ObstacleMap:
         known: KnownThings,
     ) -> None:
         # NumPy, which the runtime does without where nothing is perceived.
-        from aeros.perception.obstacles import Box, WatchedSpace, find_obstacles, share_seen_free
+        from aeros.perception.obstacles import (
+            Box,
+            WatchedSpace,
+            depth_picture,
+            find_obstacles,
+            share_seen_free,
+        )
 
-        seen = _depth_picture(picture)
+        size = (picture.width, picture.height)
+        seen = depth_picture(picture.depth or b"", size, picture.view)
         margin = float(policy.margin)
         kept = self._known
         for volume in policy.volumes:
@@ -154,16 +161,15 @@ class ObstacleMap:
         body: RobotBody,
     ) -> KnownThings:
         """Return what may be in a picture of that time and is no obstacle."""
-        import numpy as np
-
         from aeros.perception.obstacles import KnownThings
 
         boxes = list(_explained(configuration, readings, time))
+        within = float(policy.explained_within)
         if not self._postures:
-            return KnownThings(boxes, np.empty((0, 3)), np.empty(0), float(policy.explained_within))
+            return KnownThings(boxes, (), within)
         _, joints, base = min(self._postures, key=lambda one: abs(one[0] - time))
         frames = ForwardKinematics(body, joints).frames
-        centres = [_add(frames[ball.joint].to_base(ball.centre), base) for ball in body.balls]
+        balls = [(_add(frames[ball.joint].to_base(ball.centre), base), ball.radius) for ball in body.balls]
         own = (one for one in motion.barriers if one.is_in_base_frame and not one.keep_inside)
         boxes += [_moved(barrier.box, base) for barrier in own]
         if motion.held is not None and _value_of(readings.get(motion.held.variable)) is not False:
@@ -173,8 +179,7 @@ class ObstacleMap:
                 for x, y, z in corners
             ]
             boxes.append(_around(places))
-        radii = np.array([ball.radius for ball in body.balls])
-        return KnownThings(boxes, np.array(centres), radii, float(policy.explained_within))
+        return KnownThings(boxes, balls, within)
 
 
 def _explained(configuration: Configuration, readings: Readings, time: float) -> Iterator[Box]:
@@ -186,15 +191,6 @@ def _explained(configuration: Configuration, readings: Readings, time: float) ->
                 continue
             if time - reading.time <= float(declared.max_age):
                 yield _moved(declared.occupies, reading.value)
-
-
-def _depth_picture(picture: CameraPicture) -> DepthPicture:
-    import numpy as np
-
-    from aeros.perception.obstacles import DepthPicture
-
-    depth = np.frombuffer(picture.depth or b"", np.float32).reshape(picture.height, picture.width)
-    return DepthPicture(depth, *picture.view)
 
 
 def _value_of(measured: Any) -> Any:

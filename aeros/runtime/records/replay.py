@@ -30,9 +30,9 @@ from aeros.runtime.gate.gate import CompiledGate, GateDisagreementError, GateMod
 from aeros.runtime.gate.joint_rules import ActiveAction
 from aeros.runtime.gate.quotas import ClockError, clock_denial
 from aeros.runtime.motion.merged import ConcurrentMotion, concurrent_motions
-from aeros.runtime.motion.obstacles import obstacles_from_json
 from aeros.runtime.motion.trajectory import MotionDecider
 from aeros.runtime.ports import Readings
+from aeros.runtime.records.obstacle_json import obstacles_from_json
 from aeros.runtime.records.records import decision_outcome, motion_from_json, session_details
 from aeros.runtime.records.recount import QuotaUsage, SessionState, parse_readings
 from aeros.skill import Action

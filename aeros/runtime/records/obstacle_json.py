@@ -1,4 +1,4 @@
-"""Obstacles in the forms that decisions and their records need."""
+"""Encoding of obstacles for the record of a decision."""
 
 from __future__ import annotations
 
@@ -6,20 +6,7 @@ from collections.abc import Sequence
 from math import isfinite
 from typing import Any
 
-from aeros.runtime.motion.swept_volume import BarrierBox
 from aeros.runtime.ports import Obstacle, Vec3
-
-
-def as_barrier(obstacle: Obstacle) -> BarrierBox:
-    """Return the space that every link, and what is held, keeps out of.
-
-    Args:
-        obstacle: the obstacle.
-
-    Returns:
-        A barrier in W.
-    """
-    return BarrierBox(obstacle.name, obstacle.lower, obstacle.upper, False, False, None)
 
 
 def obstacles_to_json(obstacles: Sequence[Obstacle]) -> list[dict[str, Any]]:
