@@ -48,23 +48,26 @@ def main() -> None:
     if arguments.one is not None:
         _run_here(arguments.instruction, arguments.one, arguments.first_seed)
         return
-    runs = [
-        _run(arguments.instruction, arguments.on, seed)
-        for seed in range(
-            arguments.first_seed, arguments.first_seed + (1 if arguments.quick else arguments.runs)
-        )
-    ]
+    runs = []
+    for number in range(1 if arguments.quick else arguments.runs):
+        runs.append(_run(arguments.instruction, arguments.on, arguments.first_seed + number))
+        if arguments.format == "text":
+            print(json.dumps(runs[-1]), flush=True)
     totals = {
         "runs": len(runs),
         "reached": sum(one["reached"] for one in runs),
         "false_claims": sum(one["believed"] and not one["reached"] for one in runs),
+        "given_up_as_the_target_is_obstructed": sum(
+            not one["reached"] and "at its target" in (one["reason"] or "") for one in runs
+        ),
+        "given_up_otherwise": [
+            one["seed"] for one in runs if not one["reached"] and "at its target" not in (one["reason"] or "")
+        ],
         "runs_with_contact": sum(one["contact_ticks"] > 0 for one in runs),
     }
     if arguments.format == "json":
         print_json({"instruction": arguments.instruction, **totals, "each": runs})
         return
-    for one in runs:
-        print(json.dumps(one))
     print(json.dumps(totals))
 
 

@@ -9,7 +9,8 @@ from aeros.runtime.gate.decision import Caller, Decision, DecisionKind
 from aeros.runtime.gate.port import Gate
 from aeros.runtime.motion.detour import find_detour
 from aeros.runtime.motion.kinematic_bounds import ForwardKinematics
-from aeros.runtime.motion.obstacle_contact import as_barrier
+from aeros.runtime.motion.obstacle_contact import as_barrier, ends_at_obstacle
+from aeros.runtime.motion.swept_volume import MergedMotion, RemainingMotion
 from aeros.runtime.motion.trajectory import OBSTRUCTED, MotionDecider
 from aeros.runtime.ports import Plant, Reading, Readings, Trajectory, Vec3, known_obstacles, plan_sequence
 from aeros.skill import Action
@@ -81,6 +82,10 @@ class DetourSearch:
         straight = None if asked is None else plan_sequence(self._plant, [asked])
         if parameter is None or asked is None or not straight or type(straight[0]) is not Trajectory:
             return None
+        obstacles = known_obstacles(self._plant)
+        moving = MergedMotion(RemainingMotion(straight[0]), RemainingMotion(straight[0])).swept_motion()
+        if ends_at_obstacle(moving, obstacles, float(motion.clearance)):
+            return None
         name, kind = parameter, asked.kind
 
         def leg(target: Vec3) -> Action:
@@ -92,7 +97,7 @@ class DetourSearch:
         def failing_leg(targets: Sequence[Vec3]) -> int | None:
             return self._failing_leg(motion, caller, [leg(target) for target in targets])
 
-        boxes = [*map(as_barrier, known_obstacles(self._plant))]
+        boxes = [*map(as_barrier, obstacles)]
         start, target = _tool_at_start(straight[0]), asked.parameters[name]
         targets = find_detour(start, target, straight[0].base, boxes, is_allowed, failing_leg)
         return None if targets is None else Detour(targets, [*map(leg, targets[:-1]), action])

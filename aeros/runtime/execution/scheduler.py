@@ -26,6 +26,7 @@ from aeros.runtime.execution.step import (
 from aeros.runtime.gate.causes import stop_cause
 from aeros.runtime.gate.transient import is_transient_denial
 from aeros.runtime.monitor.late_ticks import LATE_TICKS, LateTickCounter
+from aeros.runtime.motion.trajectory import OBSTRUCTED
 from aeros.runtime.ports import MotionCompletion, MotionHandle, Plant, StepHandle, StepStatus
 from aeros.runtime.records.records import caller_details, format_reasons
 from aeros.runtime.skills.in_process_run import SkillRunResult
@@ -184,6 +185,8 @@ class StepControl:
             site = self._followed.configuration.site
             step.is_transient = is_transient_denial(decided.decision.reasons, action.kind, site)
             why = format_reasons(decided.decision.reasons)
+            if any(reason.code == OBSTRUCTED for reason in decided.decision.reasons):
+                why = f"{why}; no way round was found"
             return SkillRunResult(StepStatus.DENIED, why, causes=decided.causes)
         if decided.is_protective_stop:
             self._clean_up.stop_all(f"stopped for `{step.name}`, which asked for a protective stop")

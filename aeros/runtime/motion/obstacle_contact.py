@@ -49,6 +49,23 @@ def find_obstacle_contact(
     return None if contact is None else BarrierBreach(contact.inner, contact.outer, contact.path_parameter)
 
 
+def ends_at_obstacle(moving: SweptMotion, obstacles: Sequence[Obstacle], clearance: float) -> bool:
+    """Check the end of a motion: if an obstacle is there, no other way leads to it.
+
+    Args:
+        moving: the motion.
+        obstacles: the obstacles.
+        clearance: distance to keep from each, m.
+
+    Returns:
+        True if the robot may come near an obstacle in its last position.
+    """
+    end = moving.paths[0][-1][3]
+    x, y, z = (a + b for a, b in zip(moving.base, moving.base_path, strict=True))
+    resting = moving._replace(paths=([(end, end, end, end)],), base=(x, y, z), base_path=(0.0, 0.0, 0.0))
+    return find_obstacle_contact(resting, obstacles, clearance) is not None
+
+
 def as_barrier(obstacle: Obstacle) -> BarrierBox:
     """Return the space that every link, and what is held, keeps out of.
 

@@ -36,7 +36,7 @@ from aeros.runtime.motion.kinematic_bounds import (
 )
 from aeros.runtime.motion.link_distance import find_link_contact
 from aeros.runtime.motion.merged import ConcurrentMotion, commanded_joint_position, merge_motions
-from aeros.runtime.motion.obstacle_contact import find_obstacle_contact
+from aeros.runtime.motion.obstacle_contact import ends_at_obstacle, find_obstacle_contact
 from aeros.runtime.motion.surface_contact import SurfaceBreach, SurfaceLimits, find_surface_breach
 from aeros.runtime.motion.swept_volume import (
     BarrierBox,
@@ -351,9 +351,10 @@ def _obstacle_contacts(
     if breach is None:
         return []
     obstacle = next(one for one in obstacles if one.name == breach.barrier)
+    target = ", and at its target" if ends_at_obstacle(moving, obstacles, clearance) else ""
     text = (
         f"`{breach.link}` may come nearer than {1000.0 * clearance:.3g} mm to {obstacle} at "
-        f"{100.0 * breach.path_parameter:.0f} % of the path; `{obstacle.camera}` saw it"
+        f"{100.0 * breach.path_parameter:.0f} % of the path{target}; `{obstacle.camera}` saw it"
     )
     return [Reason(OBSTRUCTED, obstacle.name, text)]
 
