@@ -12,6 +12,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from aeros.perception.components import connected_components
 from aeros.perception.planes import Plane
 from aeros.perception.points import Mask, Points, Vector3, point_cloud
 from aeros.perception.standing import erode, find_ground, heights_above, separate_parts
@@ -99,12 +100,14 @@ class KnownThings(NamedTuple):
     """What a picture may show, and is no obstacle.
 
     Attributes:
-        boxes: spaces that known things take up.
-        balls: centre and radius of balls that enclose the robot, m.
+        objects: spaces that known objects take up.
+        own: spaces that the robot, and what it holds, takes up.
+        balls: centre and radius of balls that enclose its links, m.
         within: distance from a box or a ball within which a point belongs to it, m.
     """
 
-    boxes: Sequence[Box]
+    objects: Sequence[Box]
+    own: Sequence[Box]
     balls: Sequence[tuple[Vector3, float]]
     within: float
 
@@ -215,13 +218,27 @@ def _find_in(points: Points, steps: Mask, space: WatchedSpace, known: KnownThing
     plane = _find_surface(points[over & (np.abs(z - space.surface) <= _SURFACE_WITHIN)], space.surface)
     heights = heights_above(points, plane)
     mask = over & (heights > _OFF_SURFACE) & (z <= space.box.upper[2])
-    mask[mask] = ~_is_known(points[mask], known)
-    for part in separate_parts(erode(mask & ~steps), _LEAST_PIXELS):
-        if float(heights[part].max()) < space.least_height:
+    mask[mask] = ~_is_own(points[mask], known)
+    mask &= ~steps
+    unknown = mask.copy()
+    unknown[mask] = ~_is_in_any(points[mask], known.objects, known.within)
+    for core in separate_parts(erode(unknown), _LEAST_PIXELS):
+        top = float(heights[core].max())
+        if top < space.least_height:
             continue
+        part = _whole(core, mask & (heights >= max(top / 2.0, float(heights[core].min()))))
         of_part = points[part]
         (ax, ay, _), (bx, by, bz) = of_part.min(axis=0).tolist(), of_part.max(axis=0).tolist()
         yield Box((ax, ay, min(space.surface, plane.height_at((ax + bx) / 2, (ay + by) / 2))), (bx, by, bz))
+
+
+def _whole(core: Mask, high: Mask) -> Mask:
+    """Add to the unknown part of a thing what is connected with it and about as high.
+
+    A known object beside it is smaller than its declared space, and must hide nothing of the thing.
+    """
+    labels, _ = connected_components(core | high)
+    return np.isin(labels, np.unique(labels[core]))
 
 
 def _find_surface(near: Points, height: float) -> Plane:
@@ -231,15 +248,21 @@ def _find_surface(near: Points, height: float) -> Plane:
     return declared if found is None or found.normal[2] < _LEAST_LEVEL else found
 
 
-def _is_known(points: Points, known: KnownThings) -> Mask:
-    """Return the mask (n,) of the points that are of known things."""
-    found = np.zeros(len(points), np.bool_)
-    for box in known.boxes:
-        lower, upper = box.grown(known.within)
-        found |= ((points >= lower) & (points <= upper)).all(axis=1)
+def _is_own(points: Points, known: KnownThings) -> Mask:
+    """Return the mask (n,) of the points that are of the robot."""
+    found = _is_in_any(points, known.own, known.within)
     for centre, radius in known.balls:
         off = points - np.array(centre)
         found |= np.einsum("ij,ij->i", off, off) <= (radius + known.within) ** 2
+    return found
+
+
+def _is_in_any(points: Points, boxes: Sequence[Box], within: float) -> Mask:
+    """Return the mask (n,) of the points that are near one of the boxes."""
+    found = np.zeros(len(points), np.bool_)
+    for box in boxes:
+        lower, upper = box.grown(within)
+        found |= ((points >= lower) & (points <= upper)).all(axis=1)
     return found
 
 

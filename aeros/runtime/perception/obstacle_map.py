@@ -163,23 +163,22 @@ class ObstacleMap:
         """Return what may be in a picture of that time and is no obstacle."""
         from aeros.perception.obstacles import KnownThings
 
-        boxes = list(_explained(configuration, readings, time))
-        within = float(policy.explained_within)
+        objects, within = list(_explained(configuration, readings, time)), float(policy.explained_within)
         if not self._postures:
-            return KnownThings(boxes, (), within)
+            return KnownThings(objects, (), (), within)
         _, joints, base = min(self._postures, key=lambda one: abs(one[0] - time))
         frames = ForwardKinematics(body, joints).frames
         balls = [(_add(frames[ball.joint].to_base(ball.centre), base), ball.radius) for ball in body.balls]
-        own = (one for one in motion.barriers if one.is_in_base_frame and not one.keep_inside)
-        boxes += [_moved(barrier.box, base) for barrier in own]
+        moving = (one for one in motion.barriers if one.is_in_base_frame and not one.keep_inside)
+        own = [_moved(barrier.box, base) for barrier in moving]
         if motion.held is not None and _value_of(readings.get(motion.held.variable)) is not False:
             corners = product(*zip(motion.held.box.lower, motion.held.box.upper, strict=True))
             places = [
                 _add(frames[-1].to_base(_add(body.tool_offset, (float(x), float(y), float(z)))), base)
                 for x, y, z in corners
             ]
-            boxes.append(_around(places))
-        return KnownThings(boxes, balls, within)
+            own.append(_around(places))
+        return KnownThings(objects, own, balls, within)
 
 
 def _explained(configuration: Configuration, readings: Readings, time: float) -> Iterator[Box]:
@@ -227,7 +226,7 @@ def _is_explained(old: Obstacle, known: KnownThings) -> bool:
     """Check if the middle of an obstacle's top is in a space that is known now."""
     x, y, z = ((a + b) / 2.0 for a, b in zip(old.lower, old.upper, strict=True))
     top = max(z, old.upper[2] - known.within)
-    places = (box.grown(known.within) for box in known.boxes)
+    places = (box.grown(known.within) for box in known.objects)
     return any(
         all(a <= p <= b for a, p, b in zip(box.lower, (x, y, top), box.upper, strict=True)) for box in places
     )
