@@ -42,7 +42,10 @@ _BEHIND: Final = 0.03
 """Distance behind a place from which what a picture shows is not at that place, m."""
 
 _SHARES: Final = np.array([0.1, 0.3, 0.5, 0.7, 0.9])
-"""Places inside a box along each axis, as shares of its edge."""
+"""Places inside a box along x and y, as shares of its edge."""
+
+_UPPER_SHARES: Final = np.array([0.5, 0.7, 0.9])
+"""Places along z: lower ones are as near to the surface as depth is uncertain."""
 
 
 class Box(NamedTuple):
@@ -193,7 +196,8 @@ def share_seen_free(picture: DepthPicture, box: Box) -> tuple[float, float]:
         Share of the space that the picture shows, and share of that in which nothing is: the picture shows
         something behind it.
     """
-    axes = [a + (b - a) * _SHARES for a, b in zip(box.lower, box.upper, strict=True)]
+    shares = (_SHARES, _SHARES, _UPPER_SHARES)
+    axes = [a + (b - a) * one for a, b, one in zip(box.lower, box.upper, shares, strict=True)]
     places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     rows, columns, distance = _project(picture, places)
     height, width = picture.depth.shape
