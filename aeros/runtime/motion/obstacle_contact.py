@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import chain, combinations, product
+from typing import Final
 
 from aeros.runtime.motion.link_distance import find_link_contact
 from aeros.runtime.motion.swept_volume import BarrierBox, BarrierBreach, SweptMotion, find_breach
@@ -35,18 +36,64 @@ def find_obstacle_contact(
     # While the base drives, the foot moves, too, and hulls that stand with it are not compared with it.
     if breach is None or not moving.body.hulls or any(moving.base_path):
         return breach
-    links = [hull.link for hull in moving.body.hulls]
-    if moving.held is not None:
-        links.append(moving.held.link)
     standing = [obstacle_hull(one, moving.base) for one in obstacles]
-    # Links are compared with each other elsewhere, and obstacles stand.
-    body = replace(
-        moving.body,
-        hulls=(*moving.body.hulls, *standing),
-        exempt_pairs=tuple(chain(combinations(links, 2), combinations([one.link for one in standing], 2))),
-    )
-    contact = find_link_contact(moving._replace(body=body), clearance)
+    held = None if moving.held is None else held_beside(moving, moving.held, standing, clearance)
+    contact = find_link_contact(_against(moving, moving.body.hulls, held, standing), clearance)
     return None if contact is None else BarrierBreach(contact.inner, contact.outer, contact.path_parameter)
+
+
+def held_beside(moving: SweptMotion, held: Hull, standing: Sequence[Hull], clearance: float) -> Hull:
+    """Return the space of what is held, less what obstacles at the motion's start leave of it.
+
+    The site declares the space of the largest object. Where an obstacle is in that space, the object that is
+    held is smaller: it was gripped there, and two things are not at one place. One side of the space, or else
+    all of it, is drawn in towards the tool until it is clear at the start.
+
+    Args:
+        moving: the motion.
+        held: the declared space.
+        standing: the obstacles, as hulls in the base's frame.
+        clearance: distance to keep from each, m.
+
+    Returns:
+        The space; the declared one if it is clear, or if a quarter of it is not.
+    """
+    start = moving.paths[0][0][0]
+    resting = moving._replace(paths=([(start, start, start, start)],))
+    corners = [*zip(*held.corners, strict=True)]
+    lower, upper = [min(one) for one in corners], [max(one) for one in corners]
+    tool = moving.body.tool_offset
+    for share in _SHARES:
+        low = [at + share * (one - at) for at, one in zip(tool, lower, strict=True)]
+        high = [at + share * (one - at) for at, one in zip(tool, upper, strict=True)]
+        for side in range(7):
+            # Sides 0 to 2 are the lower ones, 3 to 5 the upper ones, 6 stands for all.
+            edges = [
+                (
+                    low[axis] if side in (axis, 6) else lower[axis],
+                    high[axis] if side in (axis + 3, 6) else upper[axis],
+                )
+                for axis in range(3)
+            ]
+            space = Hull(held.link, held.joint, tuple(product(edges[0], edges[1], edges[2])), held.radius)
+            if find_link_contact(_against(resting, (), space, standing), clearance) is None:
+                return space
+    return held
+
+
+_SHARES: Final = (1.0, 0.75, 0.5, 0.25)
+"""Shares of its declared size that what is held may have."""
+
+
+def _against(
+    moving: SweptMotion, links: Sequence[Hull], held: Hull | None, standing: Sequence[Hull]
+) -> SweptMotion:
+    """Return a motion in which only links and what is held are compared with obstacles that stand."""
+    names = [one.link for one in links] + ([] if held is None else [held.link])
+    # Links are compared with each other elsewhere, and obstacles stand.
+    exempt = chain(combinations(names, 2), combinations([one.link for one in standing], 2))
+    body = replace(moving.body, hulls=(*links, *standing), exempt_pairs=tuple(exempt))
+    return moving._replace(body=body, held=held)
 
 
 def ends_at_obstacle(moving: SweptMotion, obstacles: Sequence[Obstacle], clearance: float) -> bool:
