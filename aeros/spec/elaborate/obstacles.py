@@ -68,12 +68,12 @@ def elaborate_occupied_space(
         return None
     edges = [b - a for a, b in zip(lower, upper, strict=True)]
     if min(edges) <= 0:
-        diagnostics.error("AE112", "`lower` is below `upper` along every axis", declaration.span)
+        diagnostics.error("AE208", "`lower` is below `upper` along every axis", declaration.span)
         return None
     if largest is not None and any(edge > most for edge, most in zip(edges, largest, strict=True)):
         sizes, most = (" x ".join(f"{float(1000 * one):g}" for one in each) for each in (edges, largest))
         diagnostics.error(
-            "AE112",
+            "AE208",
             f"`occupies` is {sizes} mm large; the site lets a module explain {most} mm",
             declaration.span,
             help=("declare the space of the object alone, or several variables with a space each",),
@@ -85,7 +85,7 @@ def elaborate_occupied_space(
 def _positive(text: TextField, name: str, diagnostics: Diagnostics) -> Fraction | None:
     found = elaborate_quantity(text, LENGTH, diagnostics)
     if found is not None and found <= 0:
-        diagnostics.error("AE112", f"`{name}` is above 0", text.span)
+        diagnostics.error("AE208", f"`{name}` is above 0", text.span)
         return None
     return found
 

@@ -226,3 +226,49 @@ def test_reduced_speed_keeps_every_contact_below_its_transient_force() -> None:
     assert numbers["reduced_tool_speed"] < numbers["reduced_speed"] < numbers["contact_speed"]
     assert numbers["contact_speed"] ** 2 <= least < (numbers["contact_speed"] + Fraction(1, 1000)) ** 2
     assert numbers["collision_force"] < min(quasi_static) / 2 + 1
+
+
+def test_obstacles_are_looked_for_in_volumes_with_a_surface(tmp_path: Path) -> None:
+    site, message = _loaded(tmp_path)
+    assert message == []
+    assert site is not None
+    assert site.motion is not None
+    policy = site.motion.obstacles
+    assert policy is not None
+    assert [one.name for one in policy.volumes] == ["over_bench", "over_table", "stands"]
+    stands = policy.volumes[2]
+    assert (stands.surface, stands.least_height) == (Fraction(-3, 10), Fraction(7, 100))
+    assert stands.box == site.volumes["stands"]
+    assert (policy.margin, policy.explained_within) == (Fraction(15, 1000), Fraction(30, 1000))
+    assert policy.largest_explained == (Fraction(2, 5), Fraction(3, 5), Fraction(1, 2))
+
+
+@pytest.mark.parametrize(
+    ("edit", "message"),
+    [
+        (
+            ("over_table: {surface: 0 mm,", "over_shelf: {surface: 0 mm,"),
+            "error[AE122] unknown-reference: `over_shelf` is not a volume",
+        ),
+        (
+            (
+                "stands: {surface: -300 mm, least_height: 70 mm}",
+                "stands: {surface: -300 mm, least_height: 0 mm}",
+            ),
+            "error[AE208] malformed-declaration: `least_height` is above 0",
+        ),
+        (("margin: 15 mm #", "margin: -1 mm #"), "error[AE208] malformed-declaration: `margin` is above 0"),
+        (
+            ("explained_within: 30 mm", "explained_within: 30 s"),
+            "error[AE204] unit-mismatch: ",
+        ),
+        (
+            ("largest_explained: [40 cm, 60 cm, 50 cm]", "largest_explained: [40 cm, 60 cm]"),
+            "error[AE112] wrong-length: `largest_explained` has three lengths, along x, y and z",
+        ),
+    ],
+)
+def test_obstacles_with_a_fault_are_refused(edit: tuple[str, str], message: str, tmp_path: Path) -> None:
+    site, found = _loaded(tmp_path, edit)
+    assert site is None
+    assert [one.startswith(message) for one in found] == [True], found

@@ -14,6 +14,8 @@ from aeros.spec.expr import terms as t
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.perception import PictureRequest, SiteCamera
 from aeros.spec.model.site import Site
+from aeros.spec.text.discovery import reference_site_path
+from tests.repo.tree import ROOT
 from tests.unit.spec.elaborate.faults import CORPUS, TABLE, messages_of_module, messages_of_site
 
 OWN = "measures_its_own_predicate"
@@ -194,3 +196,71 @@ def test_names_that_would_have_two_meanings_are_refused(tmp_path: Path) -> None:
     # The site shares what the module no longer declares, so there is a second message of another file.
     messages = messages_of_module(tmp_path / "again", *edits, case="reads_what_another_shares/gauge")
     assert any("`gauge` is already the name of this module" in message for message in messages)
+
+
+PLACED = "cup: {{type: vec3, unit: m, range: [-1, 1], max_age: 1 s, uncertainty: 1 mm{more}}}"
+LEVEL = "  level: {type: real, unit: mm, range: [0, 100], max_age: 1 s, uncertainty: 1 mm"
+
+
+def _with_cup(more: str) -> tuple[tuple[str, str], ...]:
+    return (
+        (LEVEL, f"  {PLACED.format(more=more)}\n{LEVEL}"),
+        ("provides: [clean, level]", "provides: [clean, level, cup]"),
+    )
+
+
+def test_a_position_may_have_the_space_of_the_thing_there(tmp_path: Path) -> None:
+    shutil.copytree(CORPUS / "accepted" / OWN, tmp_path / OWN)
+    manifest = tmp_path / OWN / "ecm.yaml"
+    text = manifest.read_text()
+    for old, new in _with_cup(", occupies: {lower: [-3 cm, -3 cm, -5 cm], upper: [3 cm, 3 cm, 50 mm]}"):
+        text = text.replace(old, new)
+    manifest.write_text(text)
+    found = load_ecm(tmp_path / OWN, site(), Diagnostics())
+    assert found is not None
+    box = found.ecm.state[f"{OWN}.cup"].occupies
+    assert box is not None
+    assert box.upper == (Fraction(3, 100), Fraction(3, 100), Fraction(1, 20))
+    assert found.ecm.state[f"{OWN}.level"].occupies is None
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        (", occupies: {lower: [0 cm, 0 cm], upper: [1 cm, 1 cm, 1 cm]}", "`lower` has three lengths"),
+        (
+            ", occupies: {lower: [0 cm, 0 cm, 1 cm], upper: [1 cm, 1 cm, 1 cm]}",
+            "`lower` is below `upper` along every axis",
+        ),
+        (", occupies: {lower: [0 s, 0 cm, 0 cm], upper: [1 cm, 1 cm, 1 cm]}", ""),
+    ],
+)
+def test_a_space_with_a_fault_is_refused(more: str, message: str, tmp_path: Path) -> None:
+    found = messages_of_module(tmp_path, *_with_cup(more), case=OWN)
+    assert len(found) == 1
+    assert message in found[0]
+
+
+def test_only_a_position_has_a_space(tmp_path: Path) -> None:
+    space = ", occupies: {lower: [0 cm, 0 cm, 0 cm], upper: [1 cm, 1 cm, 1 cm]}"
+    (found,) = messages_of_module(tmp_path, (LEVEL, LEVEL + space), case=OWN)
+    assert "only a position" in found
+
+
+def test_a_space_is_no_larger_than_the_site_lets_a_module_explain(tmp_path: Path) -> None:
+    reference = load_site(reference_site_path(), Diagnostics())
+    assert reference is not None
+    folder = Path(shutil.copytree(ROOT / "ecms" / "fetch_object", tmp_path / "fetch_object"))
+    manifest = folder / "ecm.yaml"
+    text = manifest.read_text()
+    fits = "occupies: {lower: [-6 cm, -6 cm, -5 cm], upper: [6 cm, 6 cm, 5 cm]}"
+    assert fits in text
+    manifest.write_text(
+        text.replace(fits, "occupies: {lower: [-6 cm, -6 cm, -50 cm], upper: [6 cm, 6 cm, 5 cm]}")
+    )
+    sink = Diagnostics()
+    assert load_ecm(folder, reference, sink) is None
+    (message,) = [one.headline for one in sink]
+    assert (
+        message == "`occupies` is 120 x 120 x 550 mm large; the site lets a module explain 400 x 600 x 500 mm"
+    )
