@@ -11,7 +11,7 @@ from aeros.runtime.motion.detour import find_detour
 from aeros.runtime.motion.kinematic_bounds import ForwardKinematics
 from aeros.runtime.motion.obstacle_contact import as_barrier, ends_at_obstacle
 from aeros.runtime.motion.swept_volume import MergedMotion, RemainingMotion
-from aeros.runtime.motion.trajectory import OBSTRUCTED, MotionDecider
+from aeros.runtime.motion.trajectory import OBSTRUCTED, MotionDecider, held_object
 from aeros.runtime.ports import Plant, Reading, Readings, Trajectory, Vec3, known_obstacles, plan_sequence
 from aeros.skill import Action
 from aeros.spec.model.motion import MotionPolicy
@@ -83,7 +83,8 @@ class DetourSearch:
         if parameter is None or asked is None or not straight or type(straight[0]) is not Trajectory:
             return None
         obstacles = known_obstacles(self._plant)
-        moving = MergedMotion(RemainingMotion(straight[0]), RemainingMotion(straight[0])).swept_motion()
+        held = held_object(motion, straight[0].body, self._readings)
+        moving = MergedMotion(RemainingMotion(straight[0]), RemainingMotion(straight[0])).swept_motion(held)
         if ends_at_obstacle(moving, obstacles, float(motion.clearance)):
             return None
         name, kind = parameter, asked.kind

@@ -36,6 +36,9 @@ _TURNS: Final = tuple(pi * step / 6.0 for step in range(-4, 5))
 MOST_TRIES: Final = 60
 """Greatest number of ways that are checked: some two seconds of computation."""
 
+_APART: Final = 0.04
+"""Least distance of two columns, or of two heights, of via points, m: ways beside a failing one fail, too."""
+
 _ROOM: Final = 0.03
 """Distance that the tool point itself keeps from obstacles in the graph, m; the links are checked later."""
 
@@ -81,8 +84,8 @@ def find_detour(
 
 
 def _via_points(start: Vec3, target: Vec3, base: Vec3, obstacles: Sequence[BarrierBox]) -> list[Vec3]:
-    heights = {start[2], target[2], base[2] + 0.36, base[2] + 0.45}
-    heights |= {box.upper[2] + rise for box in obstacles for rise in _RISES}
+    heights = [start[2], target[2], base[2] + 0.36, base[2] + 0.45]
+    heights += [box.upper[2] + rise for box in obstacles for rise in _RISES]
     columns = [start[:2], target[:2]]
     for box in obstacles:
         (ax, ay, _), (bx, by, _) = box.lower, box.upper
@@ -92,7 +95,17 @@ def _via_points(start: Vec3, target: Vec3, base: Vec3, obstacles: Sequence[Barri
     columns += [
         (base[0] + far * cos(turn), base[1] + far * sin(turn)) for far in _DRAWN_IN for turn in _TURNS
     ]
-    return [(x, y, z) for z in sorted(heights) for x, y in columns]
+    apart = _apart([(x, y, 0.0) for x, y in columns])
+    return [(x, y, z) for _, _, z in _apart([(0.0, 0.0, z) for z in heights]) for x, y, _ in apart]
+
+
+def _apart(places: Sequence[Vec3]) -> list[Vec3]:
+    """Leave out places that are near one that comes before them."""
+    kept: list[Vec3] = []
+    for place in places:
+        if all(dist(place, other) >= _APART for other in kept):
+            kept.append(place)
+    return kept
 
 
 class _Graph:

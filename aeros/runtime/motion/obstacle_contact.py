@@ -32,12 +32,36 @@ def find_obstacle_contact(
         The first contact found, with the name of the obstacle as that of the barrier; None if every link is
         clear of every obstacle throughout.
     """
+    return _find_contact(moving, moving, obstacles, clearance)
+
+
+def ends_at_obstacle(moving: SweptMotion, obstacles: Sequence[Obstacle], clearance: float) -> bool:
+    """Check the end of a motion: if an obstacle is there, no other way leads to it.
+
+    Args:
+        moving: the motion.
+        obstacles: the obstacles.
+        clearance: distance to keep from each, m.
+
+    Returns:
+        True if the robot may come near an obstacle in its last position.
+    """
+    end = moving.paths[0][-1][3]
+    x, y, z = (a + b for a, b in zip(moving.base, moving.base_path, strict=True))
+    resting = moving._replace(paths=([(end, end, end, end)],), base=(x, y, z), base_path=(0.0, 0.0, 0.0))
+    return _find_contact(resting, moving, obstacles, clearance) is not None
+
+
+def _find_contact(
+    moving: SweptMotion, begun: SweptMotion, obstacles: Sequence[Obstacle], clearance: float
+) -> BarrierBreach | None:
+    """Search a motion; what is held is as large as obstacles leave it at the start of `begun`."""
     breach = find_breach(moving, [*map(as_barrier, obstacles)], clearance)
     # While the base drives, the foot moves, too, and hulls that stand with it are not compared with it.
     if breach is None or not moving.body.hulls or any(moving.base_path):
         return breach
     standing = [obstacle_hull(one, moving.base) for one in obstacles]
-    held = None if moving.held is None else held_beside(moving, moving.held, standing, clearance)
+    held = None if moving.held is None else held_beside(begun, moving.held, standing, clearance)
     contact = find_link_contact(_against(moving, moving.body.hulls, held, standing), clearance)
     return None if contact is None else BarrierBreach(contact.inner, contact.outer, contact.path_parameter)
 
@@ -76,10 +100,13 @@ def held_beside(moving: SweptMotion, held: Hull, standing: Sequence[Hull], clear
                 for axis in range(3)
             ]
             space = Hull(held.link, held.joint, tuple(product(edges[0], edges[1], edges[2])), held.radius)
-            if find_link_contact(_against(resting, (), space, standing), clearance) is None:
+            if find_link_contact(_against(resting, (), space, standing), clearance + _SWAY) is None:
                 return space
     return held
 
+
+_SWAY: Final = 0.005
+"""Distance by which it has to be clearer at the start: on a straight line the tool sways by less."""
 
 _SHARES: Final = (1.0, 0.75, 0.5, 0.25)
 """Shares of its declared size that what is held may have."""
@@ -94,23 +121,6 @@ def _against(
     exempt = chain(combinations(names, 2), combinations([one.link for one in standing], 2))
     body = replace(moving.body, hulls=(*links, *standing), exempt_pairs=tuple(exempt))
     return moving._replace(body=body, held=held)
-
-
-def ends_at_obstacle(moving: SweptMotion, obstacles: Sequence[Obstacle], clearance: float) -> bool:
-    """Check the end of a motion: if an obstacle is there, no other way leads to it.
-
-    Args:
-        moving: the motion.
-        obstacles: the obstacles.
-        clearance: distance to keep from each, m.
-
-    Returns:
-        True if the robot may come near an obstacle in its last position.
-    """
-    end = moving.paths[0][-1][3]
-    x, y, z = (a + b for a, b in zip(moving.base, moving.base_path, strict=True))
-    resting = moving._replace(paths=([(end, end, end, end)],), base=(x, y, z), base_path=(0.0, 0.0, 0.0))
-    return find_obstacle_contact(resting, obstacles, clearance) is not None
 
 
 def as_barrier(obstacle: Obstacle) -> BarrierBox:

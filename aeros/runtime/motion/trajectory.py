@@ -155,7 +155,7 @@ class MotionDecider:
         )
         if isinstance(merged, str):
             return (Reason("AE764", action.kind, merged),)
-        moving = merged.swept_motion(_held_object(policy, merged.joints.motion.body, readings))
+        moving = merged.swept_motion(held_object(policy, merged.joints.motion.body, readings))
         reasons = [
             *_start_mismatch(policy, plan.joint_paths[0][0][0], readings, "the motion starts"),
             *_base_mismatch(policy, moving.base, readings),
@@ -314,8 +314,17 @@ HELD: Final = "held"
 """Name by which barriers and reasons call a held object."""
 
 
-def _held_object(policy: MotionPolicy, body: RobotBody, readings: Readings) -> Hull | None:
-    """Return the space of a held object; None if the site has none, or it is measured that none is held."""
+def held_object(policy: MotionPolicy, body: RobotBody, readings: Readings) -> Hull | None:
+    """Return the space of what the robot holds.
+
+    Args:
+        policy: the site's motion policy.
+        body: the robot.
+        readings: readings of now.
+
+    Returns:
+        The space; None if the site has none, or it is measured that nothing is held.
+    """
     if policy.held is None:
         return None
     measured = readings.get(policy.held.variable)

@@ -458,7 +458,8 @@ def test_planning_moves_nothing() -> None:
 
 def test_lines_are_planned_one_after_the_other() -> None:
     of = robot()
-    first, second = {"target": AT, "yaw": 0.3, "speed": 0.2}, {"target": BASE_HIGH, "yaw": -0.2, "speed": 0.2}
+    first: dict[str, Any] = {"target": AT, "yaw": 0.3, "speed": 0.2}
+    second: dict[str, Any] = {"target": BASE_HIGH, "yaw": -0.2, "speed": 0.2}
     one, other = plan_tool_lines(of, [ActionParameters(first), ActionParameters(second)])
     assert isinstance(one, Trajectory)
     assert isinstance(other, Trajectory)
@@ -475,4 +476,4 @@ def test_what_follows_a_line_that_is_refused_is_not_planned() -> None:
     one, refusal = plan_tool_lines(robot(), [ActionParameters(each) for each in (near, far, near)])
     assert isinstance(one, Trajectory)
     assert isinstance(refusal, MotionCompletion)
-    assert refusal.reason.startswith("unreachable: ")
+    assert (refusal.reason or "").startswith("unreachable: ")
