@@ -686,6 +686,13 @@ class Runtime(Protocol):
             The readings (SI), each with its own time.
         """
 
+    def obstacles(self) -> Sequence[Obstacle]:
+        """Return what pictures show in the cell, and neither the robot nor a module explains.
+
+        Returns:
+            The obstacles as of the latest `observe`, oldest first.
+        """
+
     def start(self, request: StepRequest) -> StepHandle | StepResult:
         """Start one skill in addition to those under way.
 
