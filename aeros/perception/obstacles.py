@@ -48,7 +48,7 @@ _UPPER_SHARES: Final = np.array([0.5, 0.7, 0.9])
 """Places along z: lower ones are as near to the surface as depth is uncertain."""
 
 
-class Box(NamedTuple):
+class SpaceBox(NamedTuple):
     """A box along the axes of W.
 
     Attributes:
@@ -59,7 +59,7 @@ class Box(NamedTuple):
     lower: Vector3
     upper: Vector3
 
-    def grown(self, by: float) -> Box:
+    def grown(self, by: float) -> SpaceBox:
         """Enlarge the box.
 
         Args:
@@ -69,9 +69,9 @@ class Box(NamedTuple):
             The larger box.
         """
         (ax, ay, az), (bx, by_, bz) = self.lower, self.upper
-        return Box((ax - by, ay - by, az - by), (bx + by, by_ + by, bz + by))
+        return SpaceBox((ax - by, ay - by, az - by), (bx + by, by_ + by, bz + by))
 
-    def meets(self, other: Box) -> bool:
+    def meets(self, other: SpaceBox) -> bool:
         """Compare with another box.
 
         Args:
@@ -85,7 +85,7 @@ class Box(NamedTuple):
             for a, b, c, d in zip(self.lower, self.upper, other.lower, other.upper, strict=True)
         )
 
-    def joined(self, other: Box) -> Box:
+    def joined(self, other: SpaceBox) -> SpaceBox:
         """Enclose two boxes.
 
         Args:
@@ -96,11 +96,11 @@ class Box(NamedTuple):
         """
         (ax, ay, az), (bx, by, bz) = self.lower, self.upper
         (cx, cy, cz), (dx, dy, dz) = other.lower, other.upper
-        return Box((min(ax, cx), min(ay, cy), min(az, cz)), (max(bx, dx), max(by, dy), max(bz, dz)))
+        return SpaceBox((min(ax, cx), min(ay, cy), min(az, cz)), (max(bx, dx), max(by, dy), max(bz, dz)))
 
 
 class KnownThings(NamedTuple):
-    """What a picture may show, and is no obstacle.
+    """Known things, which a picture may show and which are no obstacles.
 
     Attributes:
         objects: spaces that known objects take up.
@@ -109,8 +109,8 @@ class KnownThings(NamedTuple):
         within: distance from a box or a ball within which a point belongs to it, m.
     """
 
-    objects: Sequence[Box]
-    own: Sequence[Box]
+    objects: Sequence[SpaceBox]
+    own: Sequence[SpaceBox]
     balls: Sequence[tuple[Vector3, float]]
     within: float
 
@@ -124,7 +124,7 @@ class WatchedSpace(NamedTuple):
         least_height: height over the surface below which things are no obstacles, m.
     """
 
-    box: Box
+    box: SpaceBox
     surface: float
     least_height: float
 
@@ -165,7 +165,9 @@ def depth_picture(
     return DepthPicture(np.frombuffer(depth, np.float32).reshape(size[1], size[0]), *place)
 
 
-def find_obstacles(picture: DepthPicture, spaces: Sequence[WatchedSpace], known: KnownThings) -> list[Box]:
+def find_obstacles(
+    picture: DepthPicture, spaces: Sequence[WatchedSpace], known: KnownThings
+) -> list[SpaceBox]:
     """Find what stands in volumes and is not known.
 
     A box encloses each connected part of the picture, from its highest point down to the surface, as nobody
@@ -185,7 +187,7 @@ def find_obstacles(picture: DepthPicture, spaces: Sequence[WatchedSpace], known:
     return [box for space in spaces for box in _find_in(points, steps, space, known)]
 
 
-def share_seen_free(picture: DepthPicture, box: Box) -> tuple[float, float]:
+def share_seen_free(picture: DepthPicture, box: SpaceBox) -> tuple[float, float]:
     """Look at the space of a box that held something before.
 
     Args:
@@ -213,7 +215,7 @@ def share_seen_free(picture: DepthPicture, box: Box) -> tuple[float, float]:
     return float(shown.sum()) / len(places), float((beyond[shown] > _BEHIND).mean())
 
 
-def _find_in(points: Points, steps: Mask, space: WatchedSpace, known: KnownThings) -> Iterator[Box]:
+def _find_in(points: Points, steps: Mask, space: WatchedSpace, known: KnownThings) -> Iterator[SpaceBox]:
     z = points[:, :, 2]
     over = np.ones(z.shape, np.bool_)
     for axis in (0, 1):
@@ -233,7 +235,9 @@ def _find_in(points: Points, steps: Mask, space: WatchedSpace, known: KnownThing
         part = _whole(core, mask & (heights >= max(top / 2.0, float(heights[core].min()))))
         of_part = points[part]
         (ax, ay, _), (bx, by, bz) = of_part.min(axis=0).tolist(), of_part.max(axis=0).tolist()
-        yield Box((ax, ay, min(space.surface, plane.height_at((ax + bx) / 2, (ay + by) / 2))), (bx, by, bz))
+        yield SpaceBox(
+            (ax, ay, min(space.surface, plane.height_at((ax + bx) / 2, (ay + by) / 2))), (bx, by, bz)
+        )
 
 
 def _whole(core: Mask, high: Mask) -> Mask:
@@ -261,7 +265,7 @@ def _is_own(points: Points, known: KnownThings) -> Mask:
     return found
 
 
-def _is_in_any(points: Points, boxes: Sequence[Box], within: float) -> Mask:
+def _is_in_any(points: Points, boxes: Sequence[SpaceBox], within: float) -> Mask:
     """Return the mask (n,) of the points that are near one of the boxes."""
     found = np.zeros(len(points), np.bool_)
     for box in boxes:

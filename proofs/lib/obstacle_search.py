@@ -66,7 +66,7 @@ def _contact_obligation(code: ModuleSource) -> TheoremObligation:
             find_link_contact=contact,
             as_barrier=lambda one: f"barrier {one}",
             obstacle_hull=lambda one, _: f"hull {one}",
-            held_beside=lambda *_: "left",
+            trim_held_space=lambda *_: "left",
             _against=lambda _, *compared: compared,
         )
         moving = SimpleNamespace(

@@ -61,12 +61,12 @@ def _find_contact(
     if breach is None or not moving.body.hulls or any(moving.base_path):
         return breach
     standing = [obstacle_hull(one, moving.base) for one in obstacles]
-    held = None if moving.held is None else held_beside(begun, moving.held, standing, clearance)
+    held = None if moving.held is None else trim_held_space(begun, moving.held, standing, clearance)
     contact = find_link_contact(_against(moving, moving.body.hulls, held, standing), clearance)
     return None if contact is None else BarrierBreach(contact.inner, contact.outer, contact.path_parameter)
 
 
-def held_beside(moving: SweptMotion, held: Hull, standing: Sequence[Hull], clearance: float) -> Hull:
+def trim_held_space(moving: SweptMotion, held: Hull, standing: Sequence[Hull], clearance: float) -> Hull:
     """Return the space of what is held, less what obstacles at the motion's start leave of it.
 
     The site declares the space of the largest object. Where an obstacle is in that space, the object that is

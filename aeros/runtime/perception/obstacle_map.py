@@ -20,7 +20,7 @@ from aeros.spec.expr.scope import AxisAlignedBox
 from aeros.spec.model.motion import MotionPolicy, ObstaclePolicy
 
 if TYPE_CHECKING:
-    from aeros.perception.obstacles import Box, KnownThings
+    from aeros.perception.obstacles import KnownThings, SpaceBox
 
 _POSTURE_TICKS: Final = 240
 """Number of control ticks whose postures are kept: a picture arrives after exposure, read-out and delay."""
@@ -105,7 +105,7 @@ class ObstacleMap:
     ) -> None:
         # NumPy, which the runtime does without where nothing is perceived.
         from aeros.perception.obstacles import (
-            Box,
+            SpaceBox,
             WatchedSpace,
             depth_picture,
             find_obstacles,
@@ -121,7 +121,7 @@ class ObstacleMap:
                 continue
             space = WatchedSpace(_as_box(volume.box), float(volume.surface), float(volume.least_height))
             found = [
-                Box(_lowered(one.grown(margin).lower, one.lower), one.grown(margin).upper)
+                SpaceBox(_lowered(one.grown(margin).lower, one.lower), one.grown(margin).upper)
                 for one in find_obstacles(seen, [space], known)
             ]
             others = [one for one in kept if one.volume != volume.name]
@@ -129,17 +129,17 @@ class ObstacleMap:
             for old in kept:
                 if old.volume != volume.name:
                     continue
-                same = [box for box in found if box.meets(Box(old.lower, old.upper))]
-                shown, free = share_seen_free(seen, Box(old.lower, old.upper).grown(-margin))
+                same = [box for box in found if box.meets(SpaceBox(old.lower, old.upper))]
+                shown, free = share_seen_free(seen, SpaceBox(old.lower, old.upper).grown(-margin))
                 if same:
                     found = [box for box in found if box not in same]
                     new = same[0]
                     for box in same[1:]:
                         new = new.joined(box)
                     if shown < 1.0 - _SHOWN:
-                        new = new.joined(Box(old.lower, old.upper))
+                        new = new.joined(SpaceBox(old.lower, old.upper))
                     if _is_same(new, old):
-                        new = Box(old.lower, old.upper)
+                        new = SpaceBox(old.lower, old.upper)
                     stayed.append(Obstacle(old.name, *new, picture.time, camera, volume.name))
                 elif shown < _SHOWN or not (free >= _FREE or _is_explained(old, known)):
                     stayed.append(old)
@@ -147,7 +147,7 @@ class ObstacleMap:
             kept = [*others, *stayed]
         self._known = kept
 
-    def _new(self, box: Box, seen: float, camera: str, volume: str) -> Obstacle:
+    def _new(self, box: SpaceBox, seen: float, camera: str, volume: str) -> Obstacle:
         self._count += 1
         return Obstacle(f"unknown-object-{self._count}", box.lower, box.upper, seen, camera, volume)
 
@@ -181,7 +181,7 @@ class ObstacleMap:
         return KnownThings(objects, own, balls, within)
 
 
-def _explained(configuration: Configuration, readings: Readings, time: float) -> Iterator[Box]:
+def _explained(configuration: Configuration, readings: Readings, time: float) -> Iterator[SpaceBox]:
     """Yield the spaces of objects that modules measure."""
     for ecm in configuration.modules.values():
         for name, declared in ecm.state.items():
@@ -196,25 +196,25 @@ def _value_of(measured: Any) -> Any:
     return measured.value if isinstance(measured, Reading) else measured
 
 
-def _moved(box: AxisAlignedBox, by: Vec3) -> Box:
-    from aeros.perception.obstacles import Box
+def _moved(box: AxisAlignedBox, by: Vec3) -> SpaceBox:
+    from aeros.perception.obstacles import SpaceBox
 
     lower, upper = _as_box(box)
-    return Box(_add(lower, by), _add(upper, by))
+    return SpaceBox(_add(lower, by), _add(upper, by))
 
 
-def _as_box(box: AxisAlignedBox) -> Box:
-    from aeros.perception.obstacles import Box
+def _as_box(box: AxisAlignedBox) -> SpaceBox:
+    from aeros.perception.obstacles import SpaceBox
 
     (ax, ay, az), (bx, by, bz) = box.lower, box.upper
-    return Box((float(ax), float(ay), float(az)), (float(bx), float(by), float(bz)))
+    return SpaceBox((float(ax), float(ay), float(az)), (float(bx), float(by), float(bz)))
 
 
-def _around(places: list[Vec3]) -> Box:
-    from aeros.perception.obstacles import Box
+def _around(places: list[Vec3]) -> SpaceBox:
+    from aeros.perception.obstacles import SpaceBox
 
     xs, ys, zs = zip(*places, strict=True)
-    return Box((min(xs), min(ys), min(zs)), (max(xs), max(ys), max(zs)))
+    return SpaceBox((min(xs), min(ys), min(zs)), (max(xs), max(ys), max(zs)))
 
 
 def _lowered(grown: Vec3, lower: Vec3) -> Vec3:
@@ -232,7 +232,7 @@ def _is_explained(old: Obstacle, known: KnownThings) -> bool:
     )
 
 
-def _is_same(new: Box, old: Obstacle) -> bool:
+def _is_same(new: SpaceBox, old: Obstacle) -> bool:
     corners = zip((*new.lower, *new.upper), (*old.lower, *old.upper), strict=True)
     return all(abs(a - b) <= _SAME_PLACE for a, b in corners)
 

@@ -243,7 +243,11 @@ class _ToolLine(NamedTuple):
 def _tool_line_profile(
     q: Vector, pose: tuple[Vector, float], line: _ToolLine, base: Vector3, speed: float
 ) -> JointProfile:
-    """Plan the profile of a line from a joint position and the tool's pose there, in B."""
+    """Plan the profile of a line from a joint position and the tool's pose there, in B.
+
+    Raises:
+        ActionRejectedError: the line is unreachable.
+    """
     p_BT, yaw_now = pose
     yaw_now += 2.0 * pi * round((line.yaw - yaw_now) / (2.0 * pi))
     target = np.array(line.target) - np.array(base)

@@ -87,7 +87,7 @@ def test_an_obstacle_is_where_it_is_from_a_base_that_stands_elsewhere() -> None:
     assert obstacle_hull(moved, base).joint == 0
 
 
-def test_what_is_held_keeps_the_clearance_too_and_touches_the_arm() -> None:
+def test_a_held_object_keeps_the_clearance_too_and_touches_the_arm() -> None:
     held = Hull("held", 1, ((0.45, 0.0, 0.0), (0.45, 0.2, 0.0)), 0.0)
     aside = thing("aside", (0.44, 0.10, -0.1), (0.6, 0.3, 0.1))
     assert find_obstacle_contact(turning(0.0, 0.0), [aside], 0.07) is None

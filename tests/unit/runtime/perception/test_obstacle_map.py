@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from aeros.perception.obstacles import Box, DepthPicture
+from aeros.perception.obstacles import DepthPicture, SpaceBox
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.perception.obstacle_map import ObstacleMap
 from aeros.runtime.ports import Ball, CameraPicture, CameraView, Obstacle, Reading, RobotBody
@@ -81,40 +81,40 @@ def test_an_unknown_thing_is_named_and_placed_and_keeps_its_name() -> None:
     assert found.upper == pytest.approx((0.55 + margin, 0.15 + margin, 0.1 + margin), abs=0.012)
     (again,) = one.look(seen(CUBE, noise=0.002))
     assert again == found._replace(seen=2.0), "it stands still, whatever the noise"
-    second = Box((0.6, -0.3, 0.0), (0.7, -0.2, 0.3))
+    second = SpaceBox((0.6, -0.3, 0.0), (0.7, -0.2, 0.3))
     assert [each.name for each in one.look(seen(CUBE, second))] == ["unknown-object-1", "unknown-object-2"]
 
 
-def test_what_is_moved_is_where_it_is_seen_and_what_is_seen_free_is_gone() -> None:
+def test_a_moved_thing_is_where_it_is_seen_and_a_place_seen_free_has_none() -> None:
     one = Map()
     (found,) = one.look(seen(CUBE))
-    shifted = Box((0.50, 0.05, 0.0), (0.60, 0.15, 0.1))
+    shifted = SpaceBox((0.50, 0.05, 0.0), (0.60, 0.15, 0.1))
     (moved,) = one.look(seen(shifted))
     assert moved.name == found.name
     assert moved.lower[0] == pytest.approx(0.485, abs=0.012)
     assert one.look(seen()) == []
 
 
-def test_what_something_hides_stays() -> None:
+def test_a_hidden_thing_stays() -> None:
     one = Map()
     (found,) = one.look(seen(CUBE))
-    hand = Box((0.40, 0.0, 0.6), (0.62, 0.2, 0.8))
+    hand = SpaceBox((0.40, 0.0, 0.6), (0.62, 0.2, 0.8))
     one.body = replace(NO_BODY, balls=(Ball("arm", 0, (0.5, 0.1, 0.7), 0.25),))
     assert one.look(seen(CUBE, hand)) == [found]
 
 
-def test_the_robot_at_its_joints_and_what_it_holds_are_no_obstacles() -> None:
+def test_the_robot_at_its_joints_and_a_held_object_are_no_obstacles() -> None:
     assert len(Map().look(seen(CUBE))) == 1
     assert Map(BODY).look(seen(CUBE)) == []
-    held = Box((-0.05, -0.05, 0.05), (0.05, 0.05, 0.15))
-    raised = Box((0.25, -0.05, 0.0), (0.30, 0.05, 0.12))
+    held = SpaceBox((-0.05, -0.05, 0.05), (0.05, 0.05, 0.15))
+    raised = SpaceBox((0.25, -0.05, 0.0), (0.30, 0.05, 0.12))
     tool = replace(NO_BODY, tool_offset=(0.28, 0.0, 0.08))
     assert len(Map(tool).look(seen(raised), readings={"holding": Reading(False, 0.0)})) == 1
     assert Map(tool).look(seen(raised), readings={"holding": Reading(True, 0.0)}) == []
     assert Map(tool).look(seen(raised), readings={"joint_position": Reading(JOINTS, 0.0)}) == [], held
 
 
-def test_what_a_module_measures_explains_a_thing_of_its_size() -> None:
+def test_a_measured_object_explains_a_thing_of_its_size() -> None:
     half = Fraction(6, 100)
     space = AxisAlignedBox((-half, -half, -half), (half, half, half))
     one = Map(configuration=configured(space))
@@ -123,7 +123,7 @@ def test_what_a_module_measures_explains_a_thing_of_its_size() -> None:
     assert len(one.look(seen(CUBE))) == 1
     assert one.look(seen(CUBE), readings=middle) == [], "measured later, it is no obstacle any more"
     assert len(one.look(seen(CUBE), readings={**FAR, name: Reading((0.5, 0.1, 0.05), -1e4)})) == 1, "too old"
-    tall = Box(CUBE.lower, (0.55, 0.15, 0.4))
+    tall = SpaceBox(CUBE.lower, (0.55, 0.15, 0.4))
     assert len(one.look(seen(tall), readings=middle)) == 1, "it is larger than what is measured"
 
 

@@ -13,7 +13,7 @@ from aeros.runtime.records.obstacle_json import obstacles_from_json, obstacles_t
 BOX = Obstacle("unknown-object-1", (0.3, -0.1, 0.0), (0.4, 0.1, 0.25), 3.5, "overhead", "bench")
 
 
-def test_what_is_written_is_read_again() -> None:
+def test_an_encoding_is_read_again() -> None:
     assert obstacles_from_json(json.loads(json.dumps(obstacles_to_json([BOX, BOX])))) == (BOX, BOX)
     assert obstacles_from_json(()) == ()
 
@@ -22,7 +22,7 @@ def test_what_is_written_is_read_again() -> None:
     "change",
     [{"lower": [0.3, -0.1]}, {"upper": [0.3, -0.1, float("nan")]}, {"lower": None}, {"colour": "red"}],
 )
-def test_nothing_else_is_read(change: dict[str, Any]) -> None:
+def test_other_encodings_are_refused(change: dict[str, Any]) -> None:
     (encoded,) = obstacles_to_json([BOX])
     with pytest.raises((TypeError, ValueError)):
         obstacles_from_json([{**encoded, **change}])

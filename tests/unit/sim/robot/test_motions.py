@@ -470,7 +470,7 @@ def test_lines_are_planned_one_after_the_other() -> None:
     assert begun.joint_paths[0][-1][3] == pytest.approx(other.joint_paths[0][-1][3], abs=1e-6)
 
 
-def test_what_follows_a_line_that_is_refused_is_not_planned() -> None:
+def test_lines_after_a_refused_one_are_not_planned() -> None:
     far = {"target": (9.0, 2.0, 0.8), "yaw": 0.0, "speed": 0.2}
     near = {"target": AT, "yaw": 0.0, "speed": 0.2}
     one, refusal = plan_tool_lines(robot(), [ActionParameters(each) for each in (near, far, near)])

@@ -14,8 +14,6 @@ from aeros.spec.expr import terms as t
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.perception import PictureRequest, SiteCamera
 from aeros.spec.model.site import Site
-from aeros.spec.text.discovery import reference_site_path
-from tests.repo.tree import ROOT
 from tests.unit.spec.elaborate.faults import CORPUS, TABLE, messages_of_module, messages_of_site
 
 OWN = "measures_its_own_predicate"
@@ -245,22 +243,3 @@ def test_only_a_position_has_a_space(tmp_path: Path) -> None:
     space = ", occupies: {lower: [0 cm, 0 cm, 0 cm], upper: [1 cm, 1 cm, 1 cm]}"
     (found,) = messages_of_module(tmp_path, (LEVEL, LEVEL + space), case=OWN)
     assert "only a position" in found
-
-
-def test_a_space_is_no_larger_than_the_site_lets_a_module_explain(tmp_path: Path) -> None:
-    reference = load_site(reference_site_path(), Diagnostics())
-    assert reference is not None
-    folder = Path(shutil.copytree(ROOT / "ecms" / "fetch_object", tmp_path / "fetch_object"))
-    manifest = folder / "ecm.yaml"
-    text = manifest.read_text()
-    fits = "occupies: {lower: [-6 cm, -6 cm, -5 cm], upper: [6 cm, 6 cm, 5 cm]}"
-    assert fits in text
-    manifest.write_text(
-        text.replace(fits, "occupies: {lower: [-6 cm, -6 cm, -50 cm], upper: [6 cm, 6 cm, 5 cm]}")
-    )
-    sink = Diagnostics()
-    assert load_ecm(folder, reference, sink) is None
-    (message,) = [one.headline for one in sink]
-    assert (
-        message == "`occupies` is 120 x 120 x 550 mm large; the site lets a module explain 400 x 600 x 500 mm"
-    )
