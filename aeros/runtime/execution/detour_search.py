@@ -79,12 +79,14 @@ class DetourSearch:
             return None
         parameter = motion.kinds[action.kind].tool_target
         asked = self._decide(caller, self._readings, action).action
-        straight = None if asked is None else plan_sequence(self._plant, [asked])
-        if parameter is None or asked is None or not straight or type(straight[0]) is not Trajectory:
+        direct_plans = None if asked is None else plan_sequence(self._plant, [asked])
+        if parameter is None or asked is None or not direct_plans or type(direct_plans[0]) is not Trajectory:
             return None
         obstacles = known_obstacles(self._plant)
-        held = held_object(motion, straight[0].body, self._readings)
-        moving = MergedMotion(RemainingMotion(straight[0]), RemainingMotion(straight[0])).swept_motion(held)
+        held = held_object(motion, direct_plans[0].body, self._readings)
+        moving = MergedMotion(
+            RemainingMotion(direct_plans[0]), RemainingMotion(direct_plans[0])
+        ).swept_motion(held)
         if ends_at_obstacle(moving, obstacles, float(motion.clearance)):
             return None
         name, kind = parameter, asked.kind
@@ -99,8 +101,8 @@ class DetourSearch:
             return self._failing_leg(motion, caller, [leg(target) for target in targets])
 
         boxes = [*map(as_barrier, obstacles)]
-        start, target = _tool_at_start(straight[0]), asked.parameters[name]
-        targets = find_detour(start, target, straight[0].base, boxes, is_allowed, failing_leg)
+        start, target = _tool_at_start(direct_plans[0]), asked.parameters[name]
+        targets = find_detour(start, target, direct_plans[0].base, boxes, is_allowed, failing_leg)
         return None if targets is None else Detour(targets, [*map(leg, targets[:-1]), action])
 
     def _decide(self, caller: Caller, readings: Readings, action: Action) -> Decision:

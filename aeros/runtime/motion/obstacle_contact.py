@@ -53,15 +53,15 @@ def ends_at_obstacle(moving: SweptMotion, obstacles: Sequence[Obstacle], clearan
 
 
 def _find_contact(
-    moving: SweptMotion, begun: SweptMotion, obstacles: Sequence[Obstacle], clearance: float
+    moving: SweptMotion, whole: SweptMotion, obstacles: Sequence[Obstacle], clearance: float
 ) -> BarrierBreach | None:
-    """Search a motion; what is held is as large as obstacles leave it at the start of `begun`."""
+    """Search a motion; what is held is as large as obstacles leave it at the start of `whole`."""
     breach = find_breach(moving, [*map(as_barrier, obstacles)], clearance)
     # While the base drives, the foot moves, too, and hulls that stand with it are not compared with it.
     if breach is None or not moving.body.hulls or any(moving.base_path):
         return breach
     standing = [obstacle_hull(one, moving.base) for one in obstacles]
-    held = None if moving.held is None else trim_held_space(begun, moving.held, standing, clearance)
+    held = None if moving.held is None else trim_held_space(whole, moving.held, standing, clearance)
     contact = find_link_contact(_against(moving, moving.body.hulls, held, standing), clearance)
     return None if contact is None else BarrierBreach(contact.inner, contact.outer, contact.path_parameter)
 
