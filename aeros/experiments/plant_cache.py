@@ -8,7 +8,7 @@ give the same answers; what follows becomes the next trace.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass, field
 from math import inf
@@ -23,6 +23,7 @@ from aeros.runtime.ports import (
     AuditEvent,
     EndedStep,
     LogHead,
+    Obstacle,
     Readings,
     Runtime,
     StepHandle,
@@ -210,6 +211,10 @@ class ReplayingRuntime:
     def is_live(self) -> bool:
         """True once a plant of its own has been opened."""
         return self._live is not None
+
+    def obstacles(self) -> Sequence[Obstacle]:
+        """Implement `Runtime.obstacles`: what a recorded plant saw is not kept."""
+        return ()
 
     @property
     def site(self) -> Site:

@@ -461,6 +461,61 @@ def newest_pictures(plant: Plant) -> Mapping[str, CameraPicture]:
     return {} if pictures is None else pictures()
 
 
+class Obstacle(NamedTuple):
+    """Something that pictures show, and neither the robot nor a module explains.
+
+    Attributes:
+        name: stays the same while it is seen at the same place, as in `unknown-object-1`.
+        lower: corner with the least coordinates in W, m; with the uncertainty of the pictures.
+        upper: corner with the greatest coordinates, m.
+        seen: plant time of the latest picture that shows it, s.
+        camera: camera that took it.
+        volume: volume of the site that it is in.
+    """
+
+    name: str
+    lower: Vec3
+    upper: Vec3
+    seen: float
+    camera: str
+    volume: str
+
+    def __str__(self) -> str:
+        """As in `unknown-object-1 at (0.45, -0.10) m in bench_area, 60 x 80 x 120 mm`."""
+        x, y, _ = ((a + b) / 2.0 for a, b in zip(self.lower, self.upper, strict=True))
+        edges = [round(1000.0 * (b - a)) for a, b in zip(self.lower, self.upper, strict=True)]
+        return f"{self.name} at ({x:.2f}, {y:.2f}) m in {self.volume}, {' x '.join(map(str, edges))} mm"
+
+
+def known_obstacles(plant: Plant) -> tuple[Obstacle, ...]:
+    """Return the obstacles that the pictures of a plant have shown.
+
+    Args:
+        plant: the plant.
+
+    Returns:
+        The obstacles, oldest first; empty if the plant has no method `obstacles`.
+    """
+    obstacles: Callable[[], tuple[Obstacle, ...]] | None = getattr(plant, "obstacles", None)
+    return () if obstacles is None else obstacles()
+
+
+def plan_sequence(plant: Plant, actions: Sequence[Action]) -> Sequence[PlannedMotion] | None:
+    """Plan actions that follow each other, each from where the one before it ends; moves nothing.
+
+    Args:
+        plant: the plant.
+        actions: the actions, parameters in SI.
+
+    Returns:
+        A plan for each action, up to the first that cannot be made; None if the plant cannot plan ahead: it
+        has no method `plan_sequence`.
+    """
+    plan: Callable[[Sequence[Action]], Sequence[PlannedMotion] | None] | None
+    plan = getattr(plant, "plan_sequence", None)
+    return None if plan is None else plan(actions)
+
+
 def announce_parameters(plant: Plant, values: Mapping[str, Any]) -> None:
     """Say the parameters of the task to a plant that has use for them, as the symbolic one.
 
@@ -629,6 +684,13 @@ class Runtime(Protocol):
 
         Returns:
             The readings (SI), each with its own time.
+        """
+
+    def obstacles(self) -> Sequence[Obstacle]:
+        """Return what pictures show in the cell, and neither the robot nor a module explains.
+
+        Returns:
+            The obstacles as of the latest `observe`, oldest first.
         """
 
     def start(self, request: StepRequest) -> StepHandle | StepResult:

@@ -36,6 +36,7 @@ from aeros.sim.robot.motions import (
     plan_move_joints,
     plan_move_tool,
     plan_stop,
+    plan_tool_lines,
     plan_wait,
 )
 from aeros.sim.robot.robot import BRAKED_PARTS, Robot, RobotState, braking_link_speed
@@ -166,6 +167,19 @@ class FixedStepPlant(ABC):
             return MotionCompletion(False, str(refusal))
         self._planned = (self.now(), planned)
         return planned.plan
+
+    def plan_sequence(self, actions: Sequence[Action]) -> Sequence[PlannedMotion] | None:
+        """Plan `move_tool` actions one after the other; see `ports.plan_sequence`.
+
+        Args:
+            actions: the actions.
+
+        Returns:
+            A plan for each; None if one is of another kind, or something moves.
+        """
+        if self._under_way or any(action.kind != "move_tool" for action in actions):
+            return None
+        return plan_tool_lines(self._robot, [ActionParameters(action.parameters) for action in actions])
 
     def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
         """Implement `Plant.begin`; refuses a plan that is not the latest one or was not made at this time."""

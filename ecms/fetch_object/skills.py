@@ -21,8 +21,9 @@ NEAR_SPEED = 0.10
 BASE_SPEED = 0.48
 """Peak speed of the base, m/s."""
 
-CARRY = (0.42, 0.0, 0.36)
-"""Tool position while the base drives, relative to the arm's base, m: over the stands, near the body."""
+CARRY = (0.30, 0.0, 0.36)
+"""Tool position while the base drives, relative to the arm's base, m: higher than the stands, and not over
+them, as something may stand there that no picture has shown yet."""
 
 ASIDE = (0.30, -0.40, 0.40)
 """Tool position that does not hide the stand from the mast camera, relative to the arm's base, m."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Mapping
 from types import SimpleNamespace
 from typing import Any, Final, NamedTuple
@@ -125,7 +126,12 @@ def motions_match_plant(code: ModuleSource) -> TheoremObligation:
             plant,
             audit=SimpleNamespace(append=lambda *_: 0),
             resources=SimpleNamespace(release=lambda _: None),
-            pipeline=SimpleNamespace(decide=decide, count_execution=lambda _: None, monitors=monitors),
+            pipeline=SimpleNamespace(
+                decide=decide,
+                find_detour=lambda *_: ("leg", "last") if ask("way-round") else None,
+                count_execution=lambda _: None,
+                monitors=monitors,
+            ),
             governor=SimpleNamespace(command=OperatorCommand.RUN),
             followed=SimpleNamespace(configuration=SimpleNamespace(site=None), release=lambda: None),
         )
@@ -141,9 +147,10 @@ def motions_match_plant(code: ModuleSource) -> TheoremObligation:
         *(
             f"{name}.{what}"
             for name in (*_NAMES, "new")
-            for what in ("moves", "halts", "finished", "late", "ends", "completes")
+            for what in ("moves", "halts", "finished", "late", "ends", "completes", "goes-round")
         ),
         "allowed",
+        "way-round",
         "plant-can",
         "plant-begins",
         "ends-others",
@@ -178,6 +185,7 @@ def _step(steps: Any, name: str, moves: bool, ask: DecideBranch) -> Any:
         caller=None,
         name=name,
         requested_action=None,
+        pending_legs=deque(("leg",) if ask(f"{name}.goes-round") else ()),
         is_running=True,
         is_finished=not moves and ask(f"{name}.finished"),
         deadline=0.0 if ask(f"{name}.late") else 1.0,

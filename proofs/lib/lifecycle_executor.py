@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import SimpleNamespace
@@ -54,7 +55,11 @@ def _begin_obligation(code: ModuleSource) -> TheoremObligation:
         one._check_hold_condition = lambda _: "ending" if ask(next(looks)) else None
         one.actions_are_paused = lambda: ask("held-back")
         one._decide_and_begin = lambda *_: began.append("begins")
-        step = SimpleNamespace(ecm=ecm, requested_action="action" if ask("asked-before") else None)
+        step = SimpleNamespace(
+            ecm=ecm,
+            requested_action="action" if ask("asked-before") else None,
+            pending_legs=deque(("leg",) if ask("goes-round") else ()),
+        )
 
         def resume(_: Any) -> Any:
             step.requested_action = "action"
@@ -70,6 +75,7 @@ def _begin_obligation(code: ModuleSource) -> TheoremObligation:
         "held-back",
         "moving",
         "asked-before",
+        "goes-round",
         "unheld",
         "unheld-now",
     )

@@ -9,6 +9,7 @@
 (declare-const held-back Bool)
 (declare-const moving Bool)
 (declare-const asked-before Bool)
+(declare-const goes-round Bool)
 (declare-const unheld Bool)
 (declare-const unheld-now Bool)
 (declare-const latest Int)

@@ -7,11 +7,12 @@ from aeros.spec.theorems.theorem import Theorem
 from proofs.lib import kinematic_chain
 from proofs.lib.ball_enclosures import BEZIER, LINKS, SWEEP, ball_obligations
 from proofs.lib.link_search import link_obligations as pair_obligations
+from proofs.lib.obstacle_search import OBSTACLES, obstacle_obligations
 from proofs.lib.sweep_search import search_obligations
 
 THEOREM = Theorem(
     "if the sweep finds nothing, neither the body nor what it holds meets a barrier, and no link another",
-    {**ball_obligations(), **search_obligations(), **pair_obligations()},
+    {**ball_obligations(), **search_obligations(), **pair_obligations(), **obstacle_obligations()},
     (
         Mutant(
             "turns-one-axis-the-other-way",
@@ -170,6 +171,27 @@ THEOREM = Theorem(
             LINKS,
             "hull_pairs(moving.body, moving.held)",
             "hull_pairs(moving.body, None)",
+        ),
+        Mutant(
+            "has-an-obstacle-where-it-is-from-the-origin",
+            "obstacle",
+            OBSTACLES,
+            "(ax - x, bx - x)",
+            "(ax, bx)",
+        ),
+        Mutant(
+            "takes-an-obstacle-to-stand-while-the-base-drives",
+            "obstacles",
+            OBSTACLES,
+            " or any(moving.base_path)",
+            "",
+        ),
+        Mutant(
+            "forgets-the-clearance-of-obstacles",
+            "obstacles",
+            OBSTACLES,
+            "held, standing), clearance)\n    return None if contact",
+            "held, standing), 0.0)\n    return None if contact",
         ),
     ),
 )

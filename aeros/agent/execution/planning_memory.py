@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from aeros.agent.memory.experience import ExperiencedModules
-from aeros.agent.memory.sightings import sightings_of
+from aeros.agent.memory.sightings import sighting_of_free_space, sighting_of_obstacle, sightings_of
 from aeros.agent.memory.store import Memory
 from aeros.agent.world.world import WorldModel
 from aeros.runtime.ports import Runtime
@@ -25,14 +25,24 @@ class PlanningMemory:
     def __init__(self, runtime: Runtime, memory: Memory) -> None:
         self._runtime = runtime
         self._memory = memory
+        self._obstacles: frozenset[str] = frozenset()
 
     def note(self, world: WorldModel) -> None:
-        """Remember what is known in a world.
+        """Remember what is known in a world, and the obstacles of now.
 
         Args:
             world: the world.
         """
-        self._memory.note_sightings(sightings_of(world, self._runtime.site.state))
+        obstacles = self._runtime.obstacles()
+        names = frozenset(one.name for one in obstacles)
+        self._memory.note_sightings(
+            (
+                *sightings_of(world, self._runtime.site.state),
+                *map(sighting_of_obstacle, obstacles),
+                *(sighting_of_free_space(name, world.time) for name in sorted(self._obstacles - names)),
+            )
+        )
+        self._obstacles = names
 
     def view(self, world: WorldModel, failures: Sequence[Cause]) -> WorldModel:
         """Add memories to a world, for a planner.

@@ -17,6 +17,7 @@ from typing import Any, Final, TypeGuard
 
 from aeros.agent.world.values import to_json_value
 from aeros.agent.world.world import WorldModel
+from aeros.runtime.ports import Obstacle
 from aeros.spec.model.variables import Declared
 
 SAME_PLACE_M: Final = 0.15
@@ -151,6 +152,32 @@ def sightings_of(world: WorldModel, state: Mapping[str, Declared]) -> Iterator[S
         uncertainty = None if declared.uncertainty is None else float(declared.uncertainty)
         source = stamp.source or (module if dot else None)
         yield Sighting(name, to_json_value(value), stamp.time, source, uncertainty)
+
+
+def sighting_of_obstacle(obstacle: Obstacle) -> Sighting:
+    """Return an obstacle as a sighting, under its own name.
+
+    Args:
+        obstacle: the obstacle.
+
+    Returns:
+        The sighting; its value says place and size.
+    """
+    _, _, value = str(obstacle).partition(" ")
+    return Sighting(obstacle.name, value, obstacle.seen, f"camera {obstacle.camera}", None)
+
+
+def sighting_of_free_space(name: str, time: float) -> Sighting:
+    """Return as a sighting that an obstacle is gone.
+
+    Args:
+        name: name of the obstacle.
+        time: plant time, s.
+
+    Returns:
+        The sighting.
+    """
+    return Sighting(name, "gone: its place was seen free", time, None, None)
 
 
 def read_remembered(database: sqlite3.Connection, plant: str) -> list[RememberedValue]:

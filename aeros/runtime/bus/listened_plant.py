@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 from aeros.runtime.bus.message_publisher import RobotChain
@@ -13,11 +13,14 @@ from aeros.runtime.ports import (
     MotionHandle,
     NoMotion,
     ObservedMonitor,
+    Obstacle,
     PlannedMotion,
     Plant,
     Readings,
     Trajectory,
+    known_obstacles,
     newest_pictures,
+    plan_sequence,
 )
 from aeros.skill import Action
 
@@ -101,6 +104,25 @@ class ListenedPlant:
     def runs_in_real_time(self) -> bool:
         """True if the plant does not wait for the monitor."""
         return bool(getattr(self._plant, "runs_in_real_time", False))
+
+    def obstacles(self) -> tuple[Obstacle, ...]:
+        """Return the obstacles that pictures of the plant have shown; see `known_obstacles`.
+
+        Returns:
+            The obstacles, oldest first.
+        """
+        return known_obstacles(self._plant)
+
+    def plan_sequence(self, actions: Sequence[Action]) -> Sequence[PlannedMotion] | None:
+        """Plan actions one after the other; see `ports.plan_sequence`.
+
+        Args:
+            actions: the actions.
+
+        Returns:
+            A plan for each; None if the plant cannot plan ahead.
+        """
+        return plan_sequence(self._plant, actions)
 
     def pictures(self) -> Mapping[str, CameraPicture]:
         """Return the newest pictures of the plant; see `newest_pictures`.

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 from aeros.runtime.audit.log import AuditLog
 from aeros.runtime.canonical_json import digest_of
+from aeros.runtime.execution.detour_search import DetourSearch
 from aeros.runtime.execution.step import ActiveMotion
 from aeros.runtime.gate.causes import denial_causes
 from aeros.runtime.gate.configuration import Configuration
@@ -23,9 +24,15 @@ from aeros.runtime.monitor.history import HistoryTracker
 from aeros.runtime.monitor.monitor import RuntimeMonitor
 from aeros.runtime.motion.merged import ConcurrentMotion, concurrent_motions
 from aeros.runtime.motion.trajectory import MotionDecider
-from aeros.runtime.ports import PlannedMotion, Plant, Readings, Snapshot, Trajectory
+from aeros.runtime.ports import PlannedMotion, Plant, Readings, Snapshot, Trajectory, known_obstacles
 from aeros.runtime.records.encode_decisions import IncrementalDecisionEncoder
-from aeros.runtime.records.records import DecisionRecord, body_to_json, disagreement_details
+from aeros.runtime.records.obstacle_json import obstacles_to_json
+from aeros.runtime.records.records import (
+    DecisionRecord,
+    body_to_json,
+    caller_details,
+    disagreement_details,
+)
 from aeros.runtime.records.recount import SessionState
 from aeros.skill import Action
 from aeros.spec.diagnostics.errors import InternalError
@@ -69,6 +76,8 @@ class DecisionPipeline:
         self.monitors = RuntimeMonitor(gate.monitor_rules, self._histories)
         self._encoder = IncrementalDecisionEncoder()
         self._body: tuple[object, str] | None = None  # the latest recorded body, and its digest
+        # Readings, plant time and use of quotas of the latest decision.
+        self._latest: tuple[Readings, float, Mapping[str, int] | None] = ({}, 0.0, None)
 
     def switch_configuration(self, configuration: Configuration) -> None:
         """Decide under another configuration from now on. No motion may be active.
@@ -120,6 +129,7 @@ class DecisionPipeline:
         readings = self._histories.update(measured, now) if self._histories.names else _kept(measured)
         try:
             gated, usage = self._decide_alone(caller, readings, requested_action, now)
+            self._latest = readings, now, usage
             is_protective_stop = self._is_protective(gated)
             others = () if is_protective_stop else active_motions
             active_actions = [other.active_action for other in others]
@@ -165,6 +175,39 @@ class DecisionPipeline:
             decision, ActiveAction(decision.action, readings, now, record_number), plan, is_protective_stop
         )
 
+    def find_detour(self, caller: Caller, denied: Decision, action: Action) -> list[Action] | None:
+        """Find a way round what was in the way of the motion that was decided last; nothing has moved since.
+
+        Each leg is an action like the one that was denied, with another target. The gate and the check of
+        whole motions decide it here as they will when it is its turn.
+
+        Args:
+            caller: module, skill and inputs of the request.
+            denied: the decision.
+            action: the action that it denied.
+
+        Returns:
+            The actions in order, the denied one last; None if obstacles are not the only reason, or no way
+            was found.
+        """
+        readings, now, usage = self._latest
+        if usage is None:
+            return None
+        search = DetourSearch(
+            self._configuration.site.motion, self._gate, self._motions, self._plant, readings, now, usage
+        )
+        found = search.find(caller, denied, action)
+        if found is not None:
+            details = {
+                "time": now,
+                **caller_details(caller),
+                "asked": {"kind": action.kind, "parameters": dict(action.parameters)},
+                "round": list(dict.fromkeys(reason.rule for reason in denied.reasons)),
+                "targets": found.targets,
+            }
+            self._audit.append("detour", details)
+        return None if found is None else found.legs
+
     def count_execution(self, active_action: ActiveAction) -> None:
         """Count an action against its quotas, just before it begins.
 
@@ -195,10 +238,13 @@ class DecisionPipeline:
         action = gated.action
         if action is None or not self._motions.covers_kind(action.kind):
             return gated, None, {}
-        plan = self._plant.plan(action)
-        decision = self._motions.decide(gated, plan, readings, concurrent_motions)
+        plan, obstacles = self._plant.plan(action), known_obstacles(self._plant)
+        decision = self._motions.decide(gated, plan, readings, concurrent_motions, obstacles)
         body = self._record_robot_body(plan.body) if type(plan) is Trajectory else ""
-        return decision, plan, self._encoder.encode_motion(plan, body, gated, decision)
+        details = self._encoder.encode_motion(plan, body, gated, decision)
+        if obstacles:
+            details = {**details, "obstacles": obstacles_to_json(obstacles)}
+        return decision, plan, details
 
     def _record_robot_body(self, body: object) -> str:
         """Record the robot's body unless the latest recorded one is the same, and return its digest."""

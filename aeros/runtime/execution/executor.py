@@ -46,12 +46,14 @@ from aeros.runtime.ports import (
     AuditEvent,
     EndedStep,
     LogHead,
+    Obstacle,
     Plant,
     Readings,
     StepHandle,
     StepRequest,
     StepResult,
     StepStatus,
+    known_obstacles,
 )
 from aeros.runtime.records.records import session_details
 from aeros.runtime.records.recount import SessionState, recount_records
@@ -178,6 +180,10 @@ class Executor:
     def observe(self) -> Readings:
         """Implement `Runtime.observe`."""
         return self._plant.observe()
+
+    def obstacles(self) -> Sequence[Obstacle]:
+        """Implement `Runtime.obstacles`."""
+        return known_obstacles(self._plant)
 
     def note(self, event: str, details: Mapping[str, Any]) -> None:
         """Record an event of the agent as a note, so that it cannot be mistaken for an event of the runtime.

@@ -26,6 +26,7 @@ from aeros.runtime.execution.step import (
 from aeros.runtime.gate.causes import stop_cause
 from aeros.runtime.gate.transient import is_transient_denial
 from aeros.runtime.monitor.late_ticks import LATE_TICKS, LateTickCounter
+from aeros.runtime.motion.trajectory import OBSTRUCTED
 from aeros.runtime.ports import MotionCompletion, MotionHandle, Plant, StepHandle, StepStatus
 from aeros.runtime.records.records import caller_details, format_reasons
 from aeros.runtime.skills.in_process_run import SkillRunResult
@@ -92,6 +93,10 @@ class StepControl:
             return lost
         if not self._followed.is_active(step.ecm):
             return _revoked(step)  # before its code sees a world that lacks what its module measured
+        if step.requested_action is None and step.pending_legs:
+            step.requested_action = step.pending_legs.popleft()
+            if self.actions_are_paused():
+                return None
         if step.requested_action is None:
             ending = self._resume_skill(step)
             if ending is not None or self.actions_are_paused():
@@ -166,13 +171,22 @@ class StepControl:
 
     def _decide_and_begin(self, step: ActiveStep, action: Action) -> SkillRunResult | None:
         """Decide, record and begin an action; return how the step ends, or None if the action has begun."""
-        decided = self._pipeline.decide(step.caller, action, self._table.active_motions())
+        others = self._table.active_motions()
+        decided = self._pipeline.decide(step.caller, action, others)
         step.decision_counts[decided.decision.kind] += 1
         active_action, plan = decided.active_action, decided.plan
         if active_action is None:
+            detour = None
+            if not others and not step.pending_legs:
+                detour = self._pipeline.find_detour(step.caller, decided.decision, action)
+            if detour is not None:
+                step.pending_legs.extend(detour)
+                return None
             site = self._followed.configuration.site
             step.is_transient = is_transient_denial(decided.decision.reasons, action.kind, site)
             why = format_reasons(decided.decision.reasons)
+            if any(reason.code == OBSTRUCTED for reason in decided.decision.reasons):
+                why = f"{why}; no way round was found"
             return SkillRunResult(StepStatus.DENIED, why, causes=decided.causes)
         if decided.is_protective_stop:
             self._clean_up.stop_all(f"stopped for `{step.name}`, which asked for a protective stop")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -144,6 +144,7 @@ class ActiveStep:
         observation_filter: selects the values that its skill may sense, by the site at its last
             observation.
         requested_action: action that it asked for and that is not decided yet.
+        pending_legs: actions that lead round an obstacle to where the skill asked for; it goes on after them.
         active_motion: its motion on the plant.
         is_transient: its latest denial may turn into an allowance later.
         result: its ending; None until that is known.  Its motion may still have to come to rest.
@@ -161,6 +162,7 @@ class ActiveStep:
     answer_time: float = 0.0
     observation_filter: ObservationFilter | None = None
     requested_action: Action | None = None
+    pending_legs: deque[Action] = field(default_factory=deque)
     active_motion: ActiveMotion | None = None
     is_transient: bool = False
     result: SkillRunResult | None = None

@@ -257,6 +257,11 @@ def search_separation(
             break
         share = min(share, 1.0)
         x, y, z = x + share * dx, y + share * dy, z + share * dz
+    else:
+        # Between long sides the search goes to and fro. Those of obstacles are along the axes of B.
+        for direction in ((x, y, 0.0), (x, 0.0, 0.0), (0.0, y, 0.0), (0.0, 0.0, z)):
+            if 0.0 < reach * norm(direction) <= separation(inner, outer, direction):
+                return Separation(direction, norm((x, y, z)))
     return Separation(None, norm((x, y, z)))
 
 

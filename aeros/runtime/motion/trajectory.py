@@ -36,6 +36,7 @@ from aeros.runtime.motion.kinematic_bounds import (
 )
 from aeros.runtime.motion.link_distance import find_link_contact
 from aeros.runtime.motion.merged import ConcurrentMotion, commanded_joint_position, merge_motions
+from aeros.runtime.motion.obstacle_contact import ends_at_obstacle, find_obstacle_contact
 from aeros.runtime.motion.surface_contact import SurfaceBreach, SurfaceLimits, find_surface_breach
 from aeros.runtime.motion.swept_volume import (
     BarrierBox,
@@ -50,6 +51,7 @@ from aeros.runtime.ports import (
     JointVector,
     MotionCompletion,
     NoMotion,
+    Obstacle,
     PlannedMotion,
     Readings,
     RobotBody,
@@ -61,6 +63,10 @@ from aeros.skill import Action
 from aeros.spec.model.motion import Barrier, MotionPolicy
 
 _RATES = ("speed", "acceleration", "jerk")
+
+
+OBSTRUCTED: Final = "AE766"
+"""Code of the reason that something which a picture shows is in the way."""
 
 
 class MotionDecider:
@@ -96,6 +102,7 @@ class MotionDecider:
         plan: PlannedMotion,
         readings: Readings,
         concurrent_motions: Sequence[ConcurrentMotion] = (),
+        obstacles: Sequence[Obstacle] = (),
     ) -> Decision:
         """Decide the motion of an action that the gate has decided.
 
@@ -104,6 +111,7 @@ class MotionDecider:
             plan: the plant's plan for the action that the decision allows.
             readings: the readings of the decision.
             concurrent_motions: the motions under way, of kinds that the policy covers.
+            obstacles: what pictures show and nobody declared.
 
         Returns:
             `decision`, or a denial if the motion violates the policy.
@@ -116,7 +124,7 @@ class MotionDecider:
             or type(plan) is MotionCompletion
         ):
             return decision
-        reasons = self._objections(policy, action, plan, readings, concurrent_motions)
+        reasons = self._objections(policy, action, plan, readings, concurrent_motions, obstacles)
         return Decision(DecisionKind.DENY, None, reasons) if reasons else decision
 
     def _objections(
@@ -126,6 +134,7 @@ class MotionDecider:
         plan: object,
         readings: Readings,
         concurrent_motions: Sequence[ConcurrentMotion],
+        obstacles: Sequence[Obstacle],
     ) -> tuple[Reason, ...]:
         if type(plan) is NoMotion:
             return ()
@@ -146,7 +155,7 @@ class MotionDecider:
         )
         if isinstance(merged, str):
             return (Reason("AE764", action.kind, merged),)
-        moving = merged.swept_motion(_held_object(policy, merged.joints.motion.body, readings))
+        moving = merged.swept_motion(held_object(policy, merged.joints.motion.body, readings))
         reasons = [
             *_start_mismatch(policy, plan.joint_paths[0][0][0], readings, "the motion starts"),
             *_base_mismatch(policy, moving.base, readings),
@@ -165,6 +174,8 @@ class MotionDecider:
         reasons += self._breaches(policy, action, plan if merged.is_single_motion else None, moving)
         if moves_joints(merged.joints.motion):
             reasons += _link_contacts(policy, moving)
+        if obstacles:
+            reasons += _obstacle_contacts(policy, moving, obstacles)
         return tuple(dict.fromkeys(reasons))
 
     # Form.
@@ -303,8 +314,17 @@ HELD: Final = "held"
 """Name by which barriers and reasons call a held object."""
 
 
-def _held_object(policy: MotionPolicy, body: RobotBody, readings: Readings) -> Hull | None:
-    """Return the space of a held object; None if the site has none, or it is measured that none is held."""
+def held_object(policy: MotionPolicy, body: RobotBody, readings: Readings) -> Hull | None:
+    """Return the space of what the robot holds.
+
+    Args:
+        policy: the site's motion policy.
+        body: the robot.
+        readings: readings of now.
+
+    Returns:
+        The space; None if the site has none, or it is measured that nothing is held.
+    """
     if policy.held is None:
         return None
     measured = readings.get(policy.held.variable)
@@ -329,6 +349,23 @@ def _link_contacts(policy: MotionPolicy, moving: SweptMotion) -> list[Reason]:
         f"{100.0 * contact.path_parameter:.0f} % of the path; links keep {1000.0 * clearance:.3g} mm apart"
     )
     return [Reason("AE765", f"{contact.inner}-{contact.outer}", text)]
+
+
+def _obstacle_contacts(
+    policy: MotionPolicy, moving: SweptMotion, obstacles: Sequence[Obstacle]
+) -> list[Reason]:
+    """Report an obstacle that a link, or what is held, may come too near to."""
+    clearance = float(policy.clearance)
+    breach = find_obstacle_contact(moving, obstacles, clearance)
+    if breach is None:
+        return []
+    obstacle = next(one for one in obstacles if one.name == breach.barrier)
+    target = ", and at its target" if ends_at_obstacle(moving, obstacles, clearance) else ""
+    text = (
+        f"`{breach.link}` may come nearer than {1000.0 * clearance:.3g} mm to {obstacle} at "
+        f"{100.0 * breach.path_parameter:.0f} % of the path{target}; `{obstacle.camera}` saw it"
+    )
+    return [Reason(OBSTRUCTED, obstacle.name, text)]
 
 
 def _hull_fault(body: RobotBody, joints: int) -> str | None:

@@ -3,11 +3,14 @@
 Perceivers run in `observe`, never inside `advance`: no control tick waits for one. On a simulator the clock
 stands still meanwhile, so that the same run gives the same values. On a plant that runs in real time they
 run only while nothing is under way; until then their values age. Each `observe` evaluates the definitions.
+
+Where the site looks for obstacles, the runtime itself looks at every new picture, after the perceivers: no
+module provides that reading, and none can take it away.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -17,27 +20,36 @@ from aeros.runtime.isolation.isolated_run import MIN_RESPONSE_TIMEOUT_S
 from aeros.runtime.perception.active_definition import ActiveDefinition
 from aeros.runtime.perception.active_perceiver import ActivePerceiver
 from aeros.runtime.perception.needed_modules import needed_modules
+from aeros.runtime.perception.obstacle_map import ObstacleMap
 from aeros.runtime.perception.perceiver_run import OpenPerceiver
 from aeros.runtime.ports import (
     CameraPicture,
     Monitor,
     MotionCompletion,
     MotionHandle,
+    Obstacle,
     PlannedMotion,
     Plant,
     Reading,
     Readings,
+    RobotBody,
+    Trajectory,
     announce_parameters,
     announce_stop,
     newest_pictures,
+    plan_sequence,
 )
 from aeros.runtime.records.failed_measurements import RecordEvent
 from aeros.skill import Action
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.expr.doubles import to_doubles
+from aeros.spec.model.motion import MotionPolicy
 from aeros.spec.model.task_parameters import parameters_behind_variables
 
 _PerceiverKey = tuple[str, ...]
+
+_SLOW = 0.1
+"""Speed of a motion that is planned and never made, m/s."""
 
 
 class PerceivingPlant:
@@ -77,6 +89,9 @@ class PerceivingPlant:
         self._definitions: dict[str, ActiveDefinition] = {}
         self._defined: dict[str, Reading] = {}
         self._in_invariants: frozenset[str] = frozenset()
+        self._configuration: Configuration | None = None
+        self._obstacles = ObstacleMap()
+        self._body: RobotBody | None = None
         self._is_advancing = False
         self._under_way: set[MotionHandle] = set()
         self._perceived: set[str] = set()
@@ -95,6 +110,7 @@ class PerceivingPlant:
             self._follow_configuration()
             self._modelled.update(name.partition(".")[0] for name in readings.keys() & self._perceived)
             self._update(readings)
+            self._look_for_obstacles(readings)
         self._evaluate_definitions(readings)
         values = self._values()
         return (
@@ -131,9 +147,31 @@ class PerceivingPlant:
         """
         return newest_pictures(self._plant)
 
+    def obstacles(self) -> tuple[Obstacle, ...]:
+        """Return what the pictures show and nobody declared, as of the latest `observe`.
+
+        Returns:
+            The obstacles, oldest first.
+        """
+        return self._obstacles.obstacles()
+
     def plan(self, action: Action) -> PlannedMotion:
         """Implements `Plant.plan`."""
-        return self._plant.plan(action)
+        plan = self._plant.plan(action)
+        if type(plan) is Trajectory:
+            self._body = plan.body
+        return plan
+
+    def plan_sequence(self, actions: Sequence[Action]) -> Sequence[PlannedMotion] | None:
+        """Plan actions one after the other; see `ports.plan_sequence`.
+
+        Args:
+            actions: the actions.
+
+        Returns:
+            A plan for each; None if the plant cannot plan ahead.
+        """
+        return plan_sequence(self._plant, actions)
 
     def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
         """Implements `Plant.begin`."""
@@ -145,9 +183,12 @@ class PerceivingPlant:
     def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
         """Implements `Plant.advance`; the monitor sees the values that the site lets its invariants read."""
         watched = [one for one in self._active() if one.needs_sampling]
+        motion = self._motion_with_obstacles()
         shown = {name: one for name, one in self._values().items() if name in self._in_invariants}
         if watched or shown:
             monitor = _PerceivingMonitor(monitor, self._plant, watched, shown)
+        if motion is not None:
+            monitor = _PostureMonitor(monitor, self._obstacles, motion)
         self._is_advancing = True
         try:
             ended = self._plant.advance(monitor, until)
@@ -196,6 +237,35 @@ class PerceivingPlant:
             known = {**readings, **self._values(), **self._parameter_readings()}
             perceiver.update(now, known, pictures, least_timeout)
 
+    def _motion_with_obstacles(self) -> MotionPolicy | None:
+        """Return the motion policy in force if it looks for obstacles."""
+        motion = None if self._configuration is None else self._configuration.site.motion
+        return None if motion is None or motion.obstacles is None else motion
+
+    def _look_for_obstacles(self, readings: Readings) -> None:
+        motion = self._motion_with_obstacles()
+        if motion is None or self._configuration is None:
+            return
+        pictures = self.pictures()
+        if not pictures:
+            return
+        now = self._plant.now()
+        self._obstacles.note_posture(motion, now, readings)
+        body = self._robot_body(motion, readings)
+        if body is not None:
+            known = {**readings, **self._values()}
+            self._obstacles.look(self._configuration, pictures, known, body)
+
+    def _robot_body(self, motion: MotionPolicy, readings: Readings) -> RobotBody | None:
+        """Return the robot's body, which the plant states with every motion: asked for one that is none."""
+        joints = readings.get(motion.start_variable)
+        if self._body is None and joints is not None:
+            for name, kind in motion.kinds.items():
+                if kind.joint_target is not None and kind.peak_speed is not None:
+                    stay = dict(zip(kind.joint_target, joints.value, strict=True))
+                    self.plan(Action(name, {**stay, kind.peak_speed: _SLOW}))
+        return self._body
+
     def _evaluate_definitions(self, readings: Readings) -> None:
         self._defined = {}
         pending = {
@@ -229,6 +299,7 @@ class PerceivingPlant:
         with suppress(UserError):
             self._generation, configuration = self._governor.configuration()
             site = configuration.site
+            self._configuration = configuration
             self._in_invariants = site.perception.in_invariants
             needed = needed_modules(configuration, self._attended)
             parameters = self._values_of_parameters(configuration)
@@ -295,6 +366,21 @@ class _PerceivingMonitor:
         answer = self._monitor(now, {**measured, **self._shown} if self._shown else measured)
         for perceiver in self._watched:
             perceiver.sample(now, measured, self._plant.observe)
+        return answer
+
+    def begin_stop(self, reason: str, now: float) -> None:
+        announce_stop(self._monitor, reason, now)
+
+
+class _PostureMonitor:
+    """A monitor that also notes at every tick where the robot is."""
+
+    def __init__(self, monitor: Monitor, obstacles: ObstacleMap, motion: MotionPolicy) -> None:
+        self._monitor, self._obstacles, self._motion = monitor, obstacles, motion
+
+    def __call__(self, now: float, measured: Mapping[str, Any]) -> str | None:
+        answer = self._monitor(now, measured)
+        self._obstacles.note_posture(self._motion, now, measured)
         return answer
 
     def begin_stop(self, reason: str, now: float) -> None:

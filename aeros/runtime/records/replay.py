@@ -32,6 +32,7 @@ from aeros.runtime.gate.quotas import ClockError, clock_denial
 from aeros.runtime.motion.merged import ConcurrentMotion, concurrent_motions
 from aeros.runtime.motion.trajectory import MotionDecider
 from aeros.runtime.ports import Readings
+from aeros.runtime.records.obstacle_json import obstacles_from_json
 from aeros.runtime.records.records import decision_outcome, motion_from_json, session_details
 from aeros.runtime.records.recount import QuotaUsage, SessionState, parse_readings
 from aeros.skill import Action
@@ -273,7 +274,15 @@ class LogReplay:
         if governed != ("motion" in details):
             raise _IncompleteRecordError("a motion must be recorded exactly if one was to be decided")
         return (
-            motions.decide(gated, self._motion(details), readings, concurrent_motions) if governed else gated
+            motions.decide(
+                gated,
+                self._motion(details),
+                readings,
+                concurrent_motions,
+                obstacles_from_json(details.get("obstacles", ())),
+            )
+            if governed
+            else gated
         )
 
     def _motion(self, details: Mapping[str, Any]) -> Any:

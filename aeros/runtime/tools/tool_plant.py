@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any, Final
@@ -30,6 +30,7 @@ from aeros.runtime.ports import (
     announce_parameters,
     announce_stop,
     newest_pictures,
+    plan_sequence,
 )
 from aeros.runtime.records.failed_measurements import RecordEvent
 from aeros.runtime.tools.answer import check_answer
@@ -103,6 +104,17 @@ class ToolPlant:
         """Implements `Plant.observe`; adds the newest answers."""
         readings = self._plant.observe()
         return {**readings, **self._values} if self._values else readings
+
+    def plan_sequence(self, actions: Sequence[Action]) -> Sequence[PlannedMotion] | None:
+        """Plan actions one after the other; see `ports.plan_sequence`.
+
+        Args:
+            actions: the actions.
+
+        Returns:
+            A plan for each; None if the plant cannot plan ahead.
+        """
+        return plan_sequence(self._plant, actions)
 
     def pictures(self) -> Mapping[str, CameraPicture]:
         """Return the newest pictures of the plant; see `newest_pictures`.

@@ -29,6 +29,7 @@ from aeros.runtime.ports import (
     Trajectory,
     announce_parameters,
     newest_pictures,
+    plan_sequence,
 )
 from aeros.sim.hosting.wire import (
     ConnectionLostError,
@@ -182,6 +183,15 @@ class PlantHost:
             reply["body"] = encode_body(plan.body)
         return reply
 
+    def _plan_sequence(self, message: Mapping[str, Any]) -> Any:
+        plans = plan_sequence(self._plant, [_decode_action(one) for one in message["actions"]])
+        reply: dict[str, Any] = {"plans": None if plans is None else [encode_plan(one) for one in plans]}
+        bodies = [plan.body for plan in plans or () if isinstance(plan, Trajectory)]
+        if bodies and bodies[0] is not self._body:
+            self._body = bodies[0]
+            reply["body"] = encode_body(bodies[0])
+        return reply
+
     def _begin(self, message: Mapping[str, Any]) -> Any:
         number, plan = self._plans
         decided = plan if message["plan"] is not None and message["plan"] == number else None
@@ -270,6 +280,7 @@ _HANDLERS: Final[Mapping[str, Callable[[PlantHost, Mapping[str, Any]], Any]]] = 
     "observe": PlantHost._observe,
     "pictures": PlantHost._pictures,
     "plan": PlantHost._plan,
+    "plan-sequence": PlantHost._plan_sequence,
     "begin": PlantHost._begin,
     "advance": PlantHost._advance,
     "runs-in-real-time": PlantHost._runs_in_real_time,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import socket
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from math import inf
 from pathlib import Path
@@ -84,6 +84,22 @@ class RemotePlant:
         plan = decode_plan(reply["plan"], self._body)
         self._planned = (reply["number"], plan)
         return plan
+
+    def plan_sequence(self, actions: Sequence[Action]) -> Sequence[PlannedMotion] | None:
+        """Plan actions one after the other; see `ports.plan_sequence`.
+
+        Args:
+            actions: the actions.
+
+        Returns:
+            A plan for each; None if the hosted plant cannot plan ahead.
+        """
+        if any(_encoding_problem(action) is not None for action in actions):
+            return None
+        reply = self._call("plan-sequence", actions=[_encode_action(action) for action in actions])
+        if "body" in reply:
+            self._body = decode_body(reply["body"])
+        return None if reply["plans"] is None else [decode_plan(one, self._body) for one in reply["plans"]]
 
     def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
         """Implement `Plant.begin`."""

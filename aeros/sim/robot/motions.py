@@ -10,13 +10,13 @@ comes to rest, and keeps its speed limit in W.
 # ruff: noqa: N803, N806
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from math import ceil, hypot, pi
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from aeros.runtime.ports import NoMotion, PlannedMotion, Trajectory
+from aeros.runtime.ports import MotionCompletion, NoMotion, PlannedMotion, Trajectory
 from aeros.sim.clock import TICK
 from aeros.sim.geometry import Vector3
 from aeros.sim.robot.body import PANDA_BODY
@@ -213,22 +213,72 @@ def plan_move_tool(
         ActionRejectedError: a parameter is missing, unknown or out of range, the base alone is too fast, or
             the line is unreachable.
     """
-    p_WT = parameters.position("target")
-    yaw = parameters.number("yaw", -pi, pi)
-    speed = parameters.number("speed", _MIN_SPEED, TOOL_SPEED_MAX)
-    parameters.reject_unread()
-    p_BT, yaw_now = robot.tool_command()
-    yaw_now += 2.0 * pi * round((yaw - yaw_now) / (2.0 * pi))
+    line = _ToolLine.read(parameters)
     base = robot.read_sensors().base_position
-    target = np.array(p_WT) - np.array(base if base_motion is None else _base_destination(base_motion))
-    try:
-        profile = line_profile(
-            robot.q_command, (p_BT, yaw_now), (target, yaw), _relative_speed(speed, base_motion)
+    target = base if base_motion is None else _base_destination(base_motion)
+    speed = _relative_speed(line.speed, base_motion)
+    profile = _tool_line_profile(robot.q_command, robot.tool_command(), line, target, speed)
+    trajectory = Trajectory(PANDA_BODY, (profile.path,), base, NO_TRAVEL, profile.ticks * TICK)
+    return PreparedMotion(trajectory, _move_tool(robot, profile, line.target), ARM)
+
+
+class _ToolLine(NamedTuple):
+    """Parameters of `move_tool`: target in W (m), yaw there (rad) and peak speed (m/s)."""
+
+    target: Vector3
+    yaw: float
+    speed: float
+
+    @classmethod
+    def read(cls, parameters: ActionParameters) -> _ToolLine:
+        line = cls(
+            parameters.position("target"),
+            parameters.number("yaw", -pi, pi),
+            parameters.number("speed", _MIN_SPEED, TOOL_SPEED_MAX),
         )
+        parameters.reject_unread()
+        return line
+
+
+def _tool_line_profile(
+    q: Vector, pose: tuple[Vector, float], line: _ToolLine, base: Vector3, speed: float
+) -> JointProfile:
+    """Plan the profile of a line from a joint position and the tool's pose there, in B.
+
+    Raises:
+        ActionRejectedError: the line is unreachable.
+    """
+    p_BT, yaw_now = pose
+    yaw_now += 2.0 * pi * round((line.yaw - yaw_now) / (2.0 * pi))
+    target = np.array(line.target) - np.array(base)
+    try:
+        return line_profile(q, (p_BT, yaw_now), (target, line.yaw), speed)
     except UnreachableError as reason:
         raise ActionRejectedError(f"unreachable: {reason}") from reason
-    trajectory = Trajectory(PANDA_BODY, (profile.path,), base, NO_TRAVEL, profile.ticks * TICK)
-    return PreparedMotion(trajectory, _move_tool(robot, profile, p_WT), ARM)
+
+
+def plan_tool_lines(robot: Robot, lines: Sequence[ActionParameters]) -> list[PlannedMotion]:
+    """Plan `move_tool` actions one after the other, each from where the one before it ends.
+
+    Args:
+        robot: the robot; its base stands.
+        lines: the parameters of each.
+
+    Returns:
+        The trajectories; in place of the first that is refused, the reason, and none after it.
+    """
+    base = robot.read_sensors().base_position
+    q, pose = robot.q_command, robot.tool_command()
+    plans: list[PlannedMotion] = []
+    for parameters in lines:
+        try:
+            line = _ToolLine.read(parameters)
+            profile = _tool_line_profile(q, pose, line, base, line.speed)
+        except ActionRejectedError as refusal:
+            return [*plans, MotionCompletion(False, str(refusal))]
+        plans.append(Trajectory(PANDA_BODY, (profile.path,), base, NO_TRAVEL, profile.ticks * TICK))
+        q, pose = np.array(profile.path[-1][3]), (np.array(line.target) - np.array(base), line.yaw)
+    return plans
 
 
 def _relative_speed(speed: float, base_motion: Trajectory | None) -> float:

@@ -259,6 +259,49 @@ class LateTicks:
 
 
 @dataclass(frozen=True)
+class WatchedVolume:
+    """A volume in which pictures with depth show what nobody declared.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    surface: TextField = field(metadata={"doc": "height in W on which things stand there, as in `0 mm`"})
+    least_height: TextField = field(
+        metadata={"doc": "what is lower over the surface is no obstacle: the objects of tasks, as in `70 mm`"}
+    )
+
+
+@dataclass(frozen=True)
+class Obstacles:
+    """Obstacles: what the pictures of the site's cameras show, and neither robot nor module explains.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    within: Named[WatchedVolume] = field(
+        metadata={"doc": "volumes of the site that cameras see, with the surface in each"}
+    )
+    margin: TextField = field(
+        metadata={"doc": "uncertainty of the pictures: every obstacle is larger by it, as in `15 mm`"}
+    )
+    explained_within: TextField = field(
+        metadata={
+            "doc": "distance from the robot, or from an object that a module measures, within which points "
+            "belong to it, as in `30 mm`"
+        }
+    )
+    largest_explained: tuple[TextField, ...] = field(
+        metadata={
+            "doc": "greatest edges of the space that a module may explain, as in `[40 cm, 60 cm, 50 cm]`"
+        }
+    )
+
+
+@dataclass(frozen=True)
 class MotionPolicy:
     """Limits that the gate checks on the whole trajectory of an action before it starts.
 
@@ -294,4 +337,7 @@ class MotionPolicy:
     )
     late_ticks: LateTicks | None = field(
         default=None, metadata={"doc": "limits of late ticks; plants that run in real time need them"}
+    )
+    obstacles: Obstacles | None = field(
+        default=None, metadata={"doc": "obstacles in pictures; none are looked for if absent"}
     )

@@ -40,6 +40,23 @@ class ModuleVariable(Quantity):
 
 
 @dataclass(frozen=True)
+class OccupiedSpace:
+    """Space that an object takes up around its measured position, along the axes of W.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    lower: tuple[TextField, ...] = field(
+        metadata={"doc": "lower corner from the position, as in `lower: [-3 cm, -3 cm, -5 cm]`"}
+    )
+    upper: tuple[TextField, ...] = field(
+        metadata={"doc": "upper corner from the position, as in `upper: [3 cm, 3 cm, 5 cm]`"}
+    )
+
+
+@dataclass(frozen=True)
 class OwnVariable(ModuleVariable):
     """A variable as its module declares it.
 
@@ -58,6 +75,13 @@ class OwnVariable(ModuleVariable):
         metadata={
             "doc": "the sensor of the site that measures it, in place of a perceiver, as in "
             "`sensor: load_cell`"
+        },
+    )
+    occupies: OccupiedSpace | None = field(
+        default=None,
+        metadata={
+            "doc": "of a position: the space that the thing there takes up, which is then no obstacle, as in "
+            "`occupies: {lower: [-3 cm, -3 cm, -5 cm], upper: [3 cm, 3 cm, 5 cm]}`"
         },
     )
     public: BooleanField | None = field(

@@ -331,6 +331,12 @@ _TABLE: Final = (
     DiagnosticCode(
         "AE765", "links-meet", "decision", "a link may come too near to another link of the robot"
     ),
+    DiagnosticCode(
+        "AE766",
+        "obstacle-in-the-way",
+        "decision",
+        "a link may come too near to something that a picture shows and nobody declared",
+    ),
     DiagnosticCode("AE790", "undecided", "decision", "the solver could not decide"),
     # AE8xx: the closed loop
     DiagnosticCode(

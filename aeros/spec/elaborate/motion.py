@@ -13,6 +13,7 @@ from aeros.spec.diagnostics.codes import Diagnostics, SpanLabel
 from aeros.spec.elaborate.contact import elaborate_contact
 from aeros.spec.elaborate.expressions import elaborate_quantity
 from aeros.spec.elaborate.names import resolve_name
+from aeros.spec.elaborate.obstacles import elaborate_obstacles
 from aeros.spec.elaborate.vocabulary import SiteVocabulary
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BoolType, FamilyType, RealType, Type, VectorType
@@ -187,6 +188,7 @@ class _MotionElaborator:
             self._back_off(motion.back_off)
         touch = motion.contact
         late_ticks = elaborate_late_ticks(motion.late_ticks, self._diagnostics)
+        obstacles = elaborate_obstacles(motion.obstacles, self._vocabulary, self._diagnostics)
         contact = None
         if touch is not None:
             drives = motion.base is not None
@@ -221,6 +223,7 @@ class _MotionElaborator:
             tracking=tracking,
             contact=contact,
             late_ticks=late_ticks,
+            obstacles=obstacles,
             back_off=None if motion.back_off is None else motion.back_off.value,
         )
 

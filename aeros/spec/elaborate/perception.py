@@ -23,6 +23,7 @@ from aeros.spec.elaborate.names import (
     resolve_name,
     resolve_need,
 )
+from aeros.spec.elaborate.obstacles import elaborate_occupied_space
 from aeros.spec.elaborate.quantities import (
     elaborate_memory,
     elaborate_module_variable,
@@ -32,9 +33,10 @@ from aeros.spec.elaborate.scopes import state_scope
 from aeros.spec.elaborate.task_parameters import TaskParameters
 from aeros.spec.elaborate.vocabulary import SiteVocabulary
 from aeros.spec.expr.doubles import to_doubles
+from aeros.spec.expr.scope import AxisAlignedBox
 from aeros.spec.expr.semantics import evaluate
-from aeros.spec.expr.types import BoolType
-from aeros.spec.expr.units import TIME, format_number, format_quantity
+from aeros.spec.expr.types import BoolType, VectorType
+from aeros.spec.expr.units import LENGTH, TIME, format_number, format_quantity
 from aeros.spec.model.configured import BoundNames
 from aeros.spec.model.models import ModuleModel
 from aeros.spec.model.perception import Definition, Perceiver, PerceptionPolicy, PictureRequest, SiteCamera
@@ -222,8 +224,24 @@ class ModulePerception:
             variable = elaborate_module_variable(full, quantity, site.enums, self._diagnostics, sensor)
             if is_free and variable is not None:
                 is_public = quantity.public is not None and quantity.public.value
-                own[name.value] = replace(variable, span=name.span, is_public=is_public)
+                space = self._occupied_space(quantity, variable, site)
+                own[name.value] = replace(variable, span=name.span, is_public=is_public, occupies=space)
         return own
+
+    def _occupied_space(
+        self, quantity: declared.OwnVariable, variable: Declared, site: Site
+    ) -> AxisAlignedBox | None:
+        """Return the space that the thing at a measured position takes up; None if none is stated."""
+        if quantity.occupies is None:
+            return None
+        if variable.variable.type != VectorType(LENGTH):
+            self._diagnostics.error(
+                "AE203", "only a position, a `vec3` in m, has a space around it", quantity.occupies.span
+            )
+            return None
+        policy = None if site.motion is None else site.motion.obstacles
+        largest = None if policy is None else policy.largest_explained
+        return elaborate_occupied_space(quantity.occupies, largest, self._diagnostics)
 
     def _sensor(self, quantity: declared.OwnVariable, site: Site) -> str | None:
         """Return the site's name of the sensor that measures a variable; None if a perceiver does."""

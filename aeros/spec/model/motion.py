@@ -157,6 +157,41 @@ class LateTicks:
 
 
 @dataclass(frozen=True)
+class WatchedVolume:
+    """Volume in which pictures with depth show what nobody declared.
+
+    Attributes:
+        name: name of the site's volume.
+        box: corners of the volume in W, m.
+        surface: height in W on which things stand there, m.
+        least_height: height over the surface below which things are no obstacles, m.
+    """
+
+    name: str
+    box: AxisAlignedBox
+    surface: Fraction
+    least_height: Fraction
+
+
+@dataclass(frozen=True)
+class ObstaclePolicy:
+    """Obstacles: what pictures show, and neither the robot nor what a module measures explains.
+
+    Attributes:
+        volumes: the volumes to look in.
+        margin: uncertainty of the pictures, by which every obstacle is enlarged on each side, m.
+        explained_within: distance from the robot, or from a measured object, within which points belong to
+            it, m.
+        largest_explained: greatest edges of a space that a module may explain, m.
+    """
+
+    volumes: tuple[WatchedVolume, ...]
+    margin: Fraction
+    explained_within: Fraction
+    largest_explained: tuple[Fraction, Fraction, Fraction]
+
+
+@dataclass(frozen=True)
 class MotionPolicy:
     """Limits by which the whole trajectory of an action is decided, in SI.
 
@@ -180,6 +215,7 @@ class MotionPolicy:
         back_off: action kind whose rules govern a robot that backs off from a contact after a stop.
         contact: limits of a contact with a person; None if the site has none.
         late_ticks: limits of ticks that come late; None if the site has none.
+        obstacles: obstacles to look for in pictures; None if the site looks for none.
     """
 
     kinds: Mapping[str, MotionKind]
@@ -200,3 +236,4 @@ class MotionPolicy:
     tracking: Tracking | None = None
     contact: ContactLimits | None = None
     late_ticks: LateTicks | None = None
+    obstacles: ObstaclePolicy | None = None

@@ -16,6 +16,7 @@ from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.doubles import adjacent_doubles
 from aeros.spec.expr.lower import scalar_variables
+from aeros.spec.expr.scope import AxisAlignedBox
 from aeros.spec.expr.types import RealType
 from aeros.spec.expr.units import DIMENSIONLESS, Unit
 
@@ -40,6 +41,7 @@ class Declared:
         uncertainty: greatest standard uncertainty (SI) of a value that a perceiver measured; a less certain
             value is unknown. None if values have none, and for variables of a site.
         is_public: its module lets those that require it read it.
+        occupies: space around the position that the thing there takes up, m; None if the module states none.
     """
 
     variable: t.Variable
@@ -53,6 +55,7 @@ class Declared:
     known_facts: tuple[t.Term, ...] = ()
     uncertainty: Fraction | None = None
     is_public: bool = False
+    occupies: AxisAlignedBox | None = None
 
     @property
     def name(self) -> str:

@@ -10,6 +10,7 @@ from aeros.runtime.ports import (
     AuditEvent,
     EndedStep,
     LogHead,
+    Obstacle,
     Reading,
     Readings,
     StepHandle,
@@ -60,6 +61,7 @@ class FakeRuntime:
         self.certificates: dict[str, Certificate] = {}
         self.attended: list[frozenset[str] | None] = []
         self.parameters: list[dict[str, Any]] = []
+        self.obstructing: list[Obstacle] = []
         self._site = at or site()
 
     @property
@@ -75,6 +77,9 @@ class FakeRuntime:
 
     def certificate(self, module: str) -> Certificate | None:
         return self.certificates.get(module)
+
+    def obstacles(self) -> list[Obstacle]:
+        return self.obstructing
 
     def attend(self, modules: frozenset[str] | None) -> None:
         self.attended.append(modules)

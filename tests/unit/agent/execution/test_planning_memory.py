@@ -12,6 +12,7 @@ from aeros.agent.execution.planning_memory import PlanningMemory
 from aeros.agent.execution.step_attempt import StepRunner
 from aeros.agent.identity import Identity
 from aeros.agent.memory.store import EpisodeEnd, EpisodeStart, open_memory
+from aeros.runtime.ports import Obstacle
 from tests.unit.agent.dumplings import DUMPLING, term
 from tests.unit.agent.fake_runtime import FakeRuntime
 
@@ -45,3 +46,21 @@ def test_a_module_that_is_not_active_is_not_recalled(tmp_path: Path) -> None:
         modules = PlanningMemory(FakeRuntime(), memory).recall({"dumpling": DUMPLING})
         with pytest.raises(KeyError):
             modules["fetch"]
+
+
+def test_obstacles_are_remembered_until_their_place_is_seen_free(tmp_path: Path) -> None:
+    with open_memory(tmp_path / "memory.sqlite3", Identity(uuid4(), "chef", "", 1)) as memory:
+        runtime = FakeRuntime()
+        planning, runner = (
+            PlanningMemory(runtime, memory),
+            StepRunner(runtime, memory, Journal(runtime, memory, None), "dumpling.make_dumplings"),
+        )
+        box = Obstacle("unknown-object-1", (0.3, -0.1, 0.0), (0.4, 0.1, 0.25), 3.5, "overhead", "bench")
+        runtime.obstructing = [box]
+        planning.note(runner.observe())
+        seen = memory.remembered_values()["unknown-object-1"]
+        assert seen.value == "at (0.35, 0.00) m in bench, 100 x 200 x 250 mm"
+        assert seen.source == "camera overhead"
+        runtime.obstructing = []
+        planning.note(runner.observe())
+        assert memory.remembered_values()["unknown-object-1"].value == "gone: its place was seen free"

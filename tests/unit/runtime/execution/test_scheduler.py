@@ -17,7 +17,7 @@ import pytest
 from aeros.runtime.audit.log import AuditError
 from aeros.runtime.execution import scheduler as module
 from aeros.runtime.execution.governor import OperatorCommand
-from aeros.runtime.gate.decision import Decision, DecisionKind
+from aeros.runtime.gate.decision import Decision, DecisionKind, Reason
 from aeros.runtime.monitor.late_ticks import LateTickCounter
 from aeros.runtime.ports import (
     EndedStep,
@@ -470,3 +470,53 @@ def test_late_ticks_of_a_plant_in_real_time_are_counted_and_stop_it(
 def test_a_plant_in_real_time_needs_a_site_that_bounds_late_ticks(tmp_path: Path) -> None:
     with pytest.raises(MisuseError, match=r"motion\.late_ticks"):
         Cart(tmp_path / "log", {}, plant=_RealTime(VALUES))
+
+
+# Ways round obstacles.
+
+OBSTRUCTION = Decision(DecisionKind.DENY, None, (Reason("AE766", "box", "in the way"),))
+
+
+def test_the_legs_round_an_obstacle_come_before_what_the_skill_asks_next(
+    make_bench: MakeBench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    one = make_bench(asking_twice)
+    one.gate.answers = [OBSTRUCTION]
+    leg, found = act("move", speed=0.05), []
+
+    def find(caller: Any, denied: Decision, action: Action) -> list[Action]:
+        found.append((denied, action))
+        return [leg, action]
+
+    monkeypatch.setattr(one.executor._pipeline, "find_detour", find)
+    result = one.submit()
+    assert (result.status, result.allowed, result.denied) == (FINISHED, 3, 1)
+    assert [action.parameters["speed"] for action in one.plant.executed] == [0.05, 0.1, 0.2]
+    assert found == [(OBSTRUCTION, act("move", speed=0.1))]
+
+
+def test_a_leg_that_is_denied_ends_the_step(make_bench: MakeBench, monkeypatch: pytest.MonkeyPatch) -> None:
+    one = make_bench(asking_twice)
+    one.gate.answers = [OBSTRUCTION, DENIAL]
+    monkeypatch.setattr(
+        one.executor._pipeline,
+        "find_detour",
+        lambda caller, denied, action: [act("move", speed=0.05), action],
+    )
+    result = one.submit()
+    assert (result.status, result.denied) == (StepStatus.DENIED, 2)
+    assert one.plant.executed == []
+
+
+def test_without_a_way_round_the_step_is_denied_and_the_obstacle_named(make_bench: MakeBench) -> None:
+    one = make_bench(asking_twice)
+    one.gate.answers = [OBSTRUCTION]
+    result = one.submit()
+    assert result.status is StepStatus.DENIED
+    assert result.reason == "AE766 box: in the way; no way round was found"
+    assert not result.is_transient
+
+
+def asking_twice(observed: Observation, inputs: Inputs) -> SkillBody:
+    yield act("move", speed=0.1)
+    yield act("move", speed=0.2)

@@ -17,6 +17,7 @@ from aeros.runtime.ports import (
     Hull,
     MotionCompletion,
     NoMotion,
+    Obstacle,
     Reading,
     RobotBody,
     ServoBounds,
@@ -612,3 +613,29 @@ def test_a_motion_that_moves_nothing_may_run_with_any() -> None:
         == []
     )
     assert beside(here, still, driving()) == [("AE761", "x")]
+
+
+def test_an_obstacle_on_the_way_is_named_with_its_place_and_size() -> None:
+    box = Obstacle("unknown-object-1", (0.35, 0.15, 0.4), (0.45, 0.25, 0.6), 1.0, "overhead", "bench")
+    far = box._replace(name="unknown-object-2", lower=(-0.9, 0.0, 0.0), upper=(-0.8, 0.1, 0.1))
+    target = (0.438791280945, 0.239712769302, 0.5)
+    allowed = Decision(DecisionKind.ALLOW, act("move", target=target, speed=0.25), ())
+    readings = {"joint_angle": Reading((0.0,), 0.0)}
+    decider = MotionDecider(POLICY)
+    assert decider.decide(allowed, motion(), readings, (), (far,)) is allowed
+    found = decider.decide(allowed, motion(), readings, (), (far, box))
+    assert found.kind is DecisionKind.DENY
+    (reason,) = found.reasons
+    assert (reason.code, reason.rule) == ("AE766", "unknown-object-1")
+    assert reason.text == (
+        "`arm` may come nearer than 10 mm to unknown-object-1 at (0.40, 0.20) m in bench, 100 x 100 x 200 mm "
+        "at 41 % of the path, and at its target; `overhead` saw it"
+    )
+
+
+def test_an_obstacle_is_passed_on_the_way_to_a_target_that_is_clear_of_it() -> None:
+    box = Obstacle("unknown-object-1", (0.45, 0.0, 0.4), (0.5, 0.05, 0.6), 1.0, "overhead", "bench")
+    target = (0.438791280945, 0.239712769302, 0.5)
+    allowed = Decision(DecisionKind.ALLOW, act("move", target=target, speed=0.25), ())
+    found = MotionDecider(POLICY).decide(allowed, motion(), {"joint_angle": Reading((0.0,), 0.0)}, (), (box,))
+    assert [reason.text.count("at its target") for reason in found.reasons] == [0]

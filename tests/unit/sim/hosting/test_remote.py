@@ -21,12 +21,13 @@ from aeros.runtime.ports import (
     Reading,
     RobotBody,
     Trajectory,
+    plan_sequence,
 )
 from aeros.sim.fake import FakePlant
 from aeros.sim.hosting.remote import RemotePlant
 from aeros.sim.hosting.wire import ConnectionLostError
 from aeros.sim.kinematic.plant import make_plant
-from aeros.skill import act
+from aeros.skill import Action, act
 from tests.shipped_scenes import shipped_scene
 from tests.unit.sim.hosting.hosted import Hosting
 
@@ -59,6 +60,17 @@ def test_a_plan_arrives_as_it_was_stated() -> None:
     assert isinstance(received, Trajectory)
     assert received == stated
     assert plant.plan(REACH) == stated
+    plant.shut_down_host()
+
+
+def test_plans_of_a_sequence_arrive_as_they_were_stated() -> None:
+    hosting, beside = Hosting(kinematic()), kinematic()
+    plant = hosting.join()
+    low = Action(REACH.kind, {**REACH.parameters, "target": (0.45, 0.1, 0.3)})
+    assert plant.plan_sequence([REACH, low]) == plan_sequence(beside, [REACH, low])
+    assert plant.plan_sequence([act("wait", duration=1.0)]) is None
+    assert plant.plan_sequence([act("wait", duration=None)]) is None
+    assert plant.plan(REACH) == beside.plan(REACH), "the body is known"
     plant.shut_down_host()
 
 

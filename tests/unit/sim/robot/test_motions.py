@@ -18,12 +18,14 @@ from aeros.sim.kinematic.robot import KinematicRobot
 from aeros.sim.robot.body import PANDA_BODY
 from aeros.sim.robot.errors import ActionRejectedError, BlockedError
 from aeros.sim.robot.limits import Q_MAX, QD_MAX, Vector
-from aeros.sim.robot.motions import ActionParameters, PreparedMotion
+from aeros.sim.robot.motions import ActionParameters, PreparedMotion, plan_tool_lines
 from aeros.sim.robot.robot import BRAKED_PARTS, RobotOptions, RobotState
 
 BASE: Vector3 = (1.0, 2.0, 0.5)
 AT = (1.5, 2.1, 0.8)
 """Half a metre ahead of the base, a little to the left, 0.3 m high."""
+
+BASE_HIGH = (1.4, 1.8, 0.9)
 
 JOINTS: dict[str, Any] = {"q1": 0.2, "q2": -0.5, "q3": 0.1, "q4": -2.0, "q5": 0.2, "q6": 1.8, "q7": 0.6}
 
@@ -452,3 +454,26 @@ def test_planning_moves_nothing() -> None:
         assert not isinstance(planned(one, kind, **values).plan, MotionCompletion)
     assert one.read_sensors() == before[0]
     assert one.q_command is before[1]
+
+
+def test_lines_are_planned_one_after_the_other() -> None:
+    of = robot()
+    first: dict[str, Any] = {"target": AT, "yaw": 0.3, "speed": 0.2}
+    second: dict[str, Any] = {"target": BASE_HIGH, "yaw": -0.2, "speed": 0.2}
+    one, other = plan_tool_lines(of, [ActionParameters(first), ActionParameters(second)])
+    assert isinstance(one, Trajectory)
+    assert isinstance(other, Trajectory)
+    assert one == trajectory(planned(of, "move_tool", **first))
+    assert other.joint_paths[0][0][0] == one.joint_paths[0][-1][3]
+    run(of, planned(of, "move_tool", **first))
+    begun = trajectory(planned(of, "move_tool", **second))
+    assert begun.joint_paths[0][-1][3] == pytest.approx(other.joint_paths[0][-1][3], abs=1e-6)
+
+
+def test_lines_after_a_refused_one_are_not_planned() -> None:
+    far = {"target": (9.0, 2.0, 0.8), "yaw": 0.0, "speed": 0.2}
+    near = {"target": AT, "yaw": 0.0, "speed": 0.2}
+    one, refusal = plan_tool_lines(robot(), [ActionParameters(each) for each in (near, far, near)])
+    assert isinstance(one, Trajectory)
+    assert isinstance(refusal, MotionCompletion)
+    assert (refusal.reason or "").startswith("unreachable: ")

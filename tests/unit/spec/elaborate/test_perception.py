@@ -203,3 +203,52 @@ def test_names_that_would_have_two_meanings_are_refused(tmp_path: Path) -> None:
     # The site shares what the module no longer declares, so there is a second message of another file.
     messages = messages_of_module(tmp_path / "again", *edits, case="reads_what_another_shares/gauge")
     assert any("`gauge` is already the name of this module" in message for message in messages)
+
+
+PLACED = "cup: {{type: vec3, unit: m, range: [-1, 1], max_age: 1 s, uncertainty: 1 mm{more}}}"
+LEVEL = "  level: {type: real, unit: mm, range: [0, 100], max_age: 1 s, uncertainty: 1 mm"
+
+
+def _with_cup(more: str) -> tuple[tuple[str, str], ...]:
+    return (
+        (LEVEL, f"  {PLACED.format(more=more)}\n{LEVEL}"),
+        ("provides: [clean, level]", "provides: [clean, level, cup]"),
+    )
+
+
+def test_a_position_may_have_the_space_of_the_thing_there(tmp_path: Path) -> None:
+    shutil.copytree(CORPUS / "accepted" / OWN, tmp_path / OWN)
+    manifest = tmp_path / OWN / "ecm.yaml"
+    text = manifest.read_text()
+    for old, new in _with_cup(", occupies: {lower: [-3 cm, -3 cm, -5 cm], upper: [3 cm, 3 cm, 50 mm]}"):
+        text = text.replace(old, new)
+    manifest.write_text(text)
+    found = load_ecm(tmp_path / OWN, site(), Diagnostics())
+    assert found is not None
+    box = found.ecm.state[f"{OWN}.cup"].occupies
+    assert box is not None
+    assert box.upper == (Fraction(3, 100), Fraction(3, 100), Fraction(1, 20))
+    assert found.ecm.state[f"{OWN}.level"].occupies is None
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        (", occupies: {lower: [0 cm, 0 cm], upper: [1 cm, 1 cm, 1 cm]}", "`lower` has three lengths"),
+        (
+            ", occupies: {lower: [0 cm, 0 cm, 1 cm], upper: [1 cm, 1 cm, 1 cm]}",
+            "`lower` is below `upper` along every axis",
+        ),
+        (", occupies: {lower: [0 s, 0 cm, 0 cm], upper: [1 cm, 1 cm, 1 cm]}", ""),
+    ],
+)
+def test_a_space_with_a_fault_is_refused(more: str, message: str, tmp_path: Path) -> None:
+    found = messages_of_module(tmp_path, *_with_cup(more), case=OWN)
+    assert len(found) == 1
+    assert message in found[0]
+
+
+def test_only_a_position_has_a_space(tmp_path: Path) -> None:
+    space = ", occupies: {lower: [0 cm, 0 cm, 0 cm], upper: [1 cm, 1 cm, 1 cm]}"
+    (found,) = messages_of_module(tmp_path, (LEVEL, LEVEL + space), case=OWN)
+    assert "only a position" in found

@@ -1,0 +1,129 @@
+"""Search for a way round obstacles, on the state in which a straight motion was denied."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from aeros.runtime.gate.decision import Caller, Decision, DecisionKind
+from aeros.runtime.gate.port import Gate
+from aeros.runtime.motion.detour import find_detour
+from aeros.runtime.motion.kinematic_bounds import ForwardKinematics
+from aeros.runtime.motion.obstacle_contact import as_barrier, ends_at_obstacle
+from aeros.runtime.motion.swept_volume import MergedMotion, RemainingMotion
+from aeros.runtime.motion.trajectory import OBSTRUCTED, MotionDecider, held_object
+from aeros.runtime.ports import Plant, Reading, Readings, Trajectory, Vec3, known_obstacles, plan_sequence
+from aeros.skill import Action
+from aeros.spec.model.motion import MotionPolicy
+
+
+class Detour(NamedTuple):
+    """A way round obstacles.
+
+    Attributes:
+        targets: where the tool is at the end of each leg, m; the target that was asked for is the last.
+        legs: an action for each; the one that was asked for is the last.
+    """
+
+    targets: list[Vec3]
+    legs: list[Action]
+
+
+class DetourSearch:
+    """Search on one state, in which nothing moves.
+
+    The gate and the check of whole motions decide each leg as they will when it is its turn.
+
+    Args:
+        motion: the motion policy; None if the site has none.
+        gate: decides actions.
+        motions: decides their motions.
+        plant: plans them.
+        readings: readings of now.
+        now: plant time, s.
+        usage: use of quotas.
+    """
+
+    def __init__(
+        self,
+        motion: MotionPolicy | None,
+        gate: Gate,
+        motions: MotionDecider,
+        plant: Plant,
+        readings: Readings,
+        now: float,
+        usage: Mapping[str, int],
+    ) -> None:
+        self._motion = motion
+        self._gate = gate
+        self._motions = motions
+        self._plant = plant
+        self._readings = readings
+        self._now = now
+        self._usage = usage
+
+    def find(self, caller: Caller, denied: Decision, action: Action) -> Detour | None:
+        """Find a way round what is in the way of a straight motion of the tool.
+
+        Args:
+            caller: module, skill and inputs of the request.
+            denied: the decision on it.
+            action: the action that it denied.
+
+        Returns:
+            The way; None if obstacles are not the only reason, or none was found.
+        """
+        motion = self._motion
+        is_obstructed = all(reason.code == OBSTRUCTED for reason in denied.reasons)
+        if motion is None or not denied.reasons or not is_obstructed:
+            return None
+        parameter = motion.kinds[action.kind].tool_target
+        asked = self._decide(caller, self._readings, action).action
+        direct_plans = None if asked is None else plan_sequence(self._plant, [asked])
+        if parameter is None or asked is None or not direct_plans or type(direct_plans[0]) is not Trajectory:
+            return None
+        obstacles = known_obstacles(self._plant)
+        held = held_object(motion, direct_plans[0].body, self._readings)
+        moving = MergedMotion(
+            RemainingMotion(direct_plans[0]), RemainingMotion(direct_plans[0])
+        ).swept_motion(held)
+        if ends_at_obstacle(moving, obstacles, float(motion.clearance)):
+            return None
+        name, kind = parameter, asked.kind
+
+        def leg(target: Vec3) -> Action:
+            return Action(kind, {**asked.parameters, name: target})
+
+        def is_allowed(target: Vec3) -> bool:
+            return self._decide(caller, self._readings, leg(target)).kind is DecisionKind.ALLOW
+
+        def failing_leg(targets: Sequence[Vec3]) -> int | None:
+            return self._failing_leg(motion, caller, [leg(target) for target in targets])
+
+        boxes = [*map(as_barrier, obstacles)]
+        start, target = _tool_at_start(direct_plans[0]), asked.parameters[name]
+        targets = find_detour(start, target, direct_plans[0].base, boxes, is_allowed, failing_leg)
+        return None if targets is None else Detour(targets, [*map(leg, targets[:-1]), action])
+
+    def _decide(self, caller: Caller, readings: Readings, action: Action) -> Decision:
+        return self._gate.decide(caller, readings, action, self._now, self._usage)
+
+    def _failing_leg(self, motion: MotionPolicy, caller: Caller, legs: Sequence[Action]) -> int | None:
+        """Return the index of the first leg that would not be allowed, or None."""
+        readings, obstacles = dict(self._readings), known_obstacles(self._plant)
+        plans = plan_sequence(self._plant, legs) or ()
+        for number, leg in enumerate(legs):
+            plan = plans[number] if number < len(plans) else None
+            if type(plan) is not Trajectory:
+                return number
+            readings[motion.start_variable] = Reading(plan.joint_paths[0][0][0], self._now)
+            decided = self._decide(caller, readings, leg)
+            if self._motions.decide(decided, plan, readings, (), obstacles).kind is not DecisionKind.ALLOW:
+                return number
+        return None
+
+
+def _tool_at_start(plan: Trajectory) -> Vec3:
+    frame = ForwardKinematics(plan.body, plan.joint_paths[0][0][0]).frames[-1]
+    x, y, z = (a + b for a, b in zip(frame.to_base(plan.body.tool_offset), plan.base, strict=True))
+    return (x, y, z)

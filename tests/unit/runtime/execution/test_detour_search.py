@@ -1,0 +1,105 @@
+"""Ways round an obstacle for the reference robot, planned without physics, decided by the site's policy."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, cast
+
+import pytest
+
+from aeros.runtime.execution.detour_search import DetourSearch
+from aeros.runtime.gate.decision import Caller, Decision, DecisionKind, Reason
+from aeros.runtime.gate.port import Gate
+from aeros.runtime.motion.trajectory import OBSTRUCTED, MotionDecider
+from aeros.runtime.ports import Obstacle, Plant, Trajectory, plan_sequence
+from aeros.sim.kinematic.plant import make_plant
+from aeros.skill import Action, act
+from aeros.spec.scenes.load import load_scene
+from tests.unit.runtime.one_step import FakeGate
+from tests.unit.runtime.perception.kettle import site
+
+CALLER = Caller("handling", "lift", {})
+OBSTRUCTION = Decision(DecisionKind.DENY, None, (Reason(OBSTRUCTED, "box", "in the way"),))
+
+
+class Obstructed:
+    """A plant with an obstacle, in front of whose wall the arm is."""
+
+    def __init__(self, plant: Any, box: Obstacle) -> None:
+        self._plant, self._box = plant, box
+
+    def obstacles(self) -> tuple[Obstacle, ...]:
+        return (self._box,)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._plant, name)
+
+
+@pytest.fixture(scope="module")
+def robot() -> Iterator[Any]:
+    plant = make_plant(load_scene("bare"), 0)
+    yield plant
+    plant.close()
+
+
+def box(*place: float) -> Obstacle:
+    x, y, height = place
+    return Obstacle("box", (x - 0.05, y - 0.05, 0.0), (x + 0.05, y + 0.05, height), 0.0, "overhead", "bench")
+
+
+def to(x: float, y: float, z: float) -> Action:
+    return act("move_tool", target=(x, y, z), yaw=0.0, speed=0.2)
+
+
+def searching(
+    robot: Any, obstacle: Obstacle, *answers: Decision
+) -> tuple[DetourSearch, Plant, MotionDecider]:
+    plant = cast("Plant", Obstructed(robot, obstacle))
+    gate, motions = FakeGate(site()), MotionDecider(site().motion)
+    gate.answers += answers
+    readings = plant.observe()
+    search = DetourSearch(site().motion, cast("Gate", gate), motions, plant, readings, plant.now(), {})
+    return search, plant, motions
+
+
+def test_a_way_leads_round_a_box_and_every_leg_of_it_is_allowed(robot: Any) -> None:
+    obstacle, target = box(0.45, -0.2, 0.4), to(0.45, -0.45, 0.3)
+    search, plant, motions = searching(robot, obstacle)
+    straight = plant.plan(target)
+    allowed = Decision(DecisionKind.ALLOW, target, ())
+    denied = motions.decide(allowed, straight, plant.observe(), (), (obstacle,))
+    assert [reason.code for reason in denied.reasons] == [OBSTRUCTED]
+    found = search.find(CALLER, denied, target)
+    assert found is not None
+    assert found.legs[-1] is target
+    assert [leg.parameters["target"] for leg in found.legs] == found.targets
+    readings = dict(plant.observe())
+    for leg, plan in zip(found.legs, plan_sequence(plant, found.legs) or (), strict=True):
+        assert isinstance(plan, Trajectory)
+        readings["joint_position"] = readings["joint_position"]._replace(value=plan.joint_paths[0][0][0])
+        decided = Decision(DecisionKind.ALLOW, leg, ())
+        assert motions.decide(decided, plan, readings, (), (obstacle,)) is decided
+    again = search.find(CALLER, denied, target)
+    assert again == found, "equal worlds give equal ways"
+
+
+def test_there_is_no_way_to_a_target_at_the_obstacle(robot: Any) -> None:
+    search, *_ = searching(robot, box(0.45, -0.2, 0.4))
+    assert search.find(CALLER, OBSTRUCTION, to(0.45, -0.2, 0.2)) is None
+
+
+def test_only_an_obstacle_is_gone_round(robot: Any) -> None:
+    other = Decision(DecisionKind.DENY, None, (*OBSTRUCTION.reasons, Reason("AE762", "tool", "too fast")))
+    obstacle, target = box(0.45, -0.2, 0.4), to(0.45, -0.45, 0.3)
+    assert searching(robot, obstacle)[0].find(CALLER, other, target) is None
+    assert searching(robot, obstacle)[0].find(CALLER, Decision(DecisionKind.DENY, None, ()), target) is None
+    denial = Decision(DecisionKind.DENY, None, (Reason("AE750", "workspace", "outside"),))
+    assert searching(robot, obstacle, denial)[0].find(CALLER, OBSTRUCTION, target) is None
+    drive = act("move_base", x=0.0, y=0.1, speed=0.1)
+    assert searching(robot, obstacle)[0].find(CALLER, OBSTRUCTION, drive) is None
+
+
+def test_a_plant_that_cannot_plan_ahead_is_led_round_nothing(robot: Any) -> None:
+    search, plant, _ = searching(robot, box(0.45, -0.2, 0.4))
+    cast("Any", plant).plan_sequence = lambda actions: None
+    assert search.find(CALLER, OBSTRUCTION, to(0.45, -0.45, 0.3)) is None

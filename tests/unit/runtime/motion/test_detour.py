@@ -1,0 +1,94 @@
+"""Ways round obstacles, each checked as a whole by a stand-in for the decision of motions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from aeros.runtime.motion.detour import MOST_TRIES, find_detour
+from aeros.runtime.motion.swept_volume import BarrierBox
+from aeros.runtime.ports import Vec3
+
+START, TARGET, BASE = (0.4, -0.3, 0.25), (0.4, 0.3, 0.25), (0.0, 0.0, 0.0)
+WALL = BarrierBox("wall", (0.3, -0.1, 0.0), (0.5, 0.1, 0.4), False, False, None)
+
+
+def anywhere(_: Vec3) -> bool:
+    return True
+
+
+def clear(way: Sequence[Vec3]) -> int | None:
+    return None
+
+
+def found(
+    check: Callable[[Sequence[Vec3]], int | None] = clear,
+    is_allowed: Callable[[Vec3], bool] = anywhere,
+    target: Vec3 = TARGET,
+) -> list[Vec3] | None:
+    return find_detour(START, target, BASE, [WALL], is_allowed, check)
+
+
+def test_a_way_leads_to_the_target_and_round_the_obstacle() -> None:
+    way = found()
+    assert way is not None
+    assert len(way) > 1
+    assert way[-1] == TARGET
+    for one, other in zip([START, *way], way, strict=False):
+        for step in range(101):
+            p = [a + (b - a) * step / 100.0 for a, b in zip(one, other, strict=True)]
+            assert not all(low < x < high for low, x, high in zip(WALL.lower, p, WALL.upper, strict=True))
+
+
+def test_a_way_that_fails_its_check_is_not_returned_and_the_failing_leg_is_not_used_again() -> None:
+    tried: list[list[Vec3]] = []
+
+    def over_it(way: Sequence[Vec3]) -> int | None:
+        tried.append([START, *way])
+        low = [number for number, place in enumerate(way[:-1]) if place[2] < 0.6]
+        return low[0] if low else None
+
+    way = found(over_it)
+    assert way is not None
+    assert all(place[2] >= 0.6 for place in way[:-1])
+    first = [(one[number], one[number + 1]) for one in tried[:-1] for number in (0,) if one[1][2] < 0.6]
+    assert len(first) == len(set(first))
+
+
+def test_no_leg_ends_where_none_may() -> None:
+    way = found(is_allowed=lambda place: place[0] >= 0.4)
+    assert way is not None
+    assert all(x >= 0.4 for x, _, _ in way)
+
+
+def test_the_search_ends_without_a_way() -> None:
+    tries = 0
+
+    def never(way: Sequence[Vec3]) -> int:
+        nonlocal tries
+        tries += 1
+        return 0
+
+    assert found(never) is None
+    assert tries <= MOST_TRIES
+    assert found(is_allowed=lambda place: False) is None
+    assert found(target=(0.4, 0.0, 0.2)) is None, "the target is inside the obstacle"
+
+
+def test_the_straight_way_is_not_tried() -> None:
+    far = (0.4, -0.3, 0.8)
+    way = find_detour(START, far, BASE, [WALL], anywhere, clear)
+    assert way is not None
+    assert len(way) > 1
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.lists(st.booleans(), min_size=8, max_size=8))
+def test_equal_worlds_give_equal_ways(answers: list[bool]) -> None:
+    def check() -> Callable[[Sequence[Vec3]], int | None]:
+        left = list(answers)
+        return lambda way: 0 if left and left.pop() else None
+
+    assert found(check()) == found(check())

@@ -1,0 +1,116 @@
+"""Obstacles against links: distances worked out by hand."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import pi
+
+import pytest
+
+from aeros.runtime.motion.obstacle_contact import (
+    as_barrier,
+    ends_at_obstacle,
+    find_obstacle_contact,
+    obstacle_hull,
+)
+from aeros.runtime.motion.swept_volume import BarrierBox, SweptMotion
+from aeros.runtime.ports import Ball, Hull, Obstacle, RobotBody, Vec3
+
+ORIGIN = (0.0, 0.0, 0.0)
+ARM = RobotBody(
+    ((0.0, 0.0, 0.0),),
+    (0.5, 0.0, 0.0),
+    # Coarse: one ball around the whole arm, which is a thin rod.
+    (Ball("arm", 1, (0.25, 0.0, 0.0), 0.3), Ball("foot", 0, ORIGIN, 0.05)),
+    (Hull("foot", 0, (ORIGIN,), 0.05), Hull("arm", 1, (ORIGIN, (0.5, 0.0, 0.0)), 0.02)),
+    (("foot", "arm"),),
+)
+"""A rod of 0.5 m that turns about z."""
+
+BALLS_ALONE = replace(ARM, hulls=(), exempt_pairs=())
+
+
+def thing(name: str, lower: Vec3, upper: Vec3) -> Obstacle:
+    return Obstacle(name, lower, upper, 1.0, "overhead", "bench")
+
+
+def turning(
+    start: float,
+    end: float,
+    body: RobotBody = ARM,
+    base: Vec3 = ORIGIN,
+    way: Vec3 = ORIGIN,
+    held: Hull | None = None,
+) -> SweptMotion:
+    a, b, c, d = ((start + (end - start) * third / 3.0,) for third in range(4))
+    return SweptMotion(body, ([(a, b, c, d)],), (0.0,), base, way, True, held)
+
+
+ASIDE = thing("aside", (0.20, 0.10, -0.1), (0.40, 0.30, 0.1))
+
+
+def test_a_link_keeps_the_clearance_from_an_obstacle() -> None:
+    assert find_obstacle_contact(turning(0.0, 0.0), [ASIDE], 0.07) is None
+    breach = find_obstacle_contact(turning(0.0, 0.0), [ASIDE], 0.09)
+    assert breach is not None
+    assert (breach.barrier, breach.link) == ("aside", "arm")
+
+
+def test_an_obstacle_on_the_way_is_found_and_the_one_beyond_it_is_not() -> None:
+    ahead, beyond = (
+        thing("ahead", (-0.1, 0.3, -0.1), (0.1, 0.4, 0.1)),
+        thing("beyond", (-0.5, -0.1, 0), (-0.4, 0.1, 0.1)),
+    )
+    breach = find_obstacle_contact(turning(0.0, pi / 2.0), [beyond, ahead], 0.01)
+    assert breach is not None
+    assert (breach.barrier, breach.link) == ("ahead", "arm")
+    assert breach.path_parameter > 0.5
+    assert find_obstacle_contact(turning(0.0, pi / 4.0), [beyond, ahead], 0.01) is None
+
+
+def test_without_hulls_and_while_the_base_drives_the_balls_decide() -> None:
+    assert find_obstacle_contact(turning(0.0, 0.0, BALLS_ALONE), [ASIDE], 0.07) is not None
+    assert find_obstacle_contact(turning(0.0, 0.0, way=(0.0, -0.1, 0.0)), [ASIDE], 0.07) is not None
+    # Both are clear of what is farther away.
+    far = thing("far", (0.2, 0.5, -0.1), (0.4, 0.6, 0.1))
+    assert find_obstacle_contact(turning(0.0, 0.0, BALLS_ALONE), [far], 0.07) is None
+
+
+def test_an_obstacle_is_where_it_is_from_a_base_that_stands_elsewhere() -> None:
+    moved = thing("moved", (1.20, 2.10, 0.4), (1.40, 2.30, 0.6))
+    base = (1.0, 2.0, 0.5)
+    assert find_obstacle_contact(turning(0.0, 0.0, base=base), [moved], 0.07) is None
+    assert find_obstacle_contact(turning(0.0, 0.0, base=base), [moved], 0.09) is not None
+    lower, *_, upper = obstacle_hull(moved, base).corners
+    assert lower == pytest.approx(ASIDE.lower)
+    assert upper == pytest.approx(ASIDE.upper)
+    assert obstacle_hull(moved, base).joint == 0
+
+
+def test_a_held_object_keeps_the_clearance_too_and_touches_the_arm() -> None:
+    held = Hull("held", 1, ((0.45, 0.0, 0.0), (0.45, 0.2, 0.0)), 0.0)
+    aside = thing("aside", (0.44, 0.10, -0.1), (0.6, 0.3, 0.1))
+    assert find_obstacle_contact(turning(0.0, 0.0), [aside], 0.07) is None
+    breach = find_obstacle_contact(turning(0.0, 0.0, held=held), [aside], 0.07)
+    assert breach is not None
+    assert breach.link == "held"
+
+
+def test_obstacles_may_touch_each_other_and_links_are_compared_elsewhere() -> None:
+    folded = replace(ARM, hulls=(*ARM.hulls, Hull("tip", 1, ((0.1, 0.0, 0.0),), 0.05)))
+    near = thing("near", (0.20, 0.09, -0.1), (0.40, 0.30, 0.1))
+    assert find_obstacle_contact(turning(0.0, 0.0, folded), [ASIDE, near, ASIDE], 0.03) is None
+
+
+def test_the_end_of_a_motion_is_looked_at_alone() -> None:
+    ahead = thing("ahead", (-0.1, 0.3, -0.1), (0.1, 0.4, 0.1))
+    assert ends_at_obstacle(turning(0.0, pi / 2.0), [ahead], 0.01)
+    assert not ends_at_obstacle(turning(0.0, pi), [ahead], 0.01)
+    assert find_obstacle_contact(turning(0.0, pi), [ahead], 0.01) is not None
+    driven = turning(0.0, 0.0, way=(0.0, 0.5, 0.0))
+    assert not ends_at_obstacle(driven, [ASIDE], 0.02)
+    assert ends_at_obstacle(turning(0.0, 0.0, way=(0.0, 0.2, 0.0)), [ASIDE], 0.02)
+
+
+def test_an_obstacle_is_a_barrier_for_every_link() -> None:
+    assert as_barrier(ASIDE) == BarrierBox("aside", ASIDE.lower, ASIDE.upper, False, False, None)
