@@ -36,7 +36,8 @@ def opened(yaw: float) -> list[Top]:
 
 def seen(*tops: Top) -> tuple[Any, Vector3 | None]:
     """Wrapper and filling in a drawn picture."""
-    found: tuple[Any, Vector3 | None] = CODE._look_from_above(draw(CAMERA, tops))
+    picture = draw(CAMERA, tops)
+    found: tuple[Any, Vector3 | None] = CODE._look_from_above(picture, CODE._level(picture)[0])
     return found
 
 
