@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from aeros.perception.coverage import heap_volume, largest_gap, seen_cells
 
 LOW, HIGH = (0.0, -0.1), (0.2, 0.1)
 
 
-def grid(step: float = 0.004) -> np.ndarray:  # type: ignore[type-arg]
+def grid(step: float = 0.004) -> NDArray[np.float64]:
     x, y = np.meshgrid(np.arange(-0.1, 0.3, step), np.arange(-0.2, 0.2, step))
     return np.stack((x.ravel(), y.ravel(), np.zeros(x.size)), axis=1)
 

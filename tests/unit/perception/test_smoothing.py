@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from hypothesis import given
+from numpy.typing import NDArray
 
 from aeros.perception.smoothing import smooth_colours, without_specks
 from tests.unit.perception.test_components import MASKS, drawn
@@ -25,6 +26,6 @@ def test_specks_are_removed() -> None:
 
 
 @given(MASKS)
-def test_no_pixel_is_added(mask: np.ndarray) -> None:  # type: ignore[type-arg]
+def test_no_pixel_is_added(mask: NDArray[np.bool_]) -> None:
     assert not (without_specks(mask, 3) & ~mask).any()
     assert (without_specks(mask, 1) == mask).all()
