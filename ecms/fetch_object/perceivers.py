@@ -64,9 +64,11 @@ GRIP_HEADINGS = (0.0, pi / 2.0)
 DELIVERED_WITHIN = 0.03
 """Greatest distance of a delivered object from its place, m."""
 
-GRIPPED_WITHIN = 0.22
-"""Greatest difference of the fingers' gap from the width of the object that they hold, as a share of that:
-one of a kind may be 15 % smaller or 20 % larger."""
+GRIPPED_WITHIN = 0.003
+"""Greatest difference of the fingers' gap from the width of the object that they hold, m."""
+
+SAME_SIZE = 0.08
+"""Difference of an object's height from that of its kind, as a share of it, that the picture makes."""
 
 SIZES = (0.75, 1.3)
 """Least and greatest height of an object over that of its kind."""
@@ -229,7 +231,9 @@ def _is_held(given: Mapping[str, Any]) -> bool | None:
     kind = _kind(given)
     if kind is None or "holding" not in given or "finger_gap" not in given:
         return None
-    fits = any(abs(given["finger_gap"] - width) < GRIPPED_WITHIN * width for width in kind.widths)
+    # One of a kind may be smaller or larger: as its height was seen to be.
+    scale = given.get("object_scale", 1.0)
+    fits = any(abs(given["finger_gap"] - scale * width) < GRIPPED_WITHIN for width in kind.widths)
     return bool(given["holding"]) and fits
 
 
@@ -263,6 +267,10 @@ def _look(
     if int(mask.sum()) < MIN_PIXELS:
         return values | {"object_seen": (False,), **({"object_delivered": (False,)} if is_mast else {})}
     found, support = _locate(points[mask], points[~mask], kind)
+    if support is not None and is_mast:
+        height = kind.lying_height if found.is_lying else kind.height
+        scale = (found.top - support) / height
+        values["object_scale"] = (1.0 if abs(scale - 1.0) < SAME_SIZE else scale, 0.05)
     values |= {
         "object_seen": (True,),
         "object_seen_time": (picture.time, 1e-3),

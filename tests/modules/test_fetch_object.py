@@ -251,7 +251,7 @@ def tracked(time: float, **readings: Any) -> dict[str, Any]:
 
 @pytest.mark.parametrize(
     ("holding", "gap", "is_held"),
-    [(True, 0.044, True), (True, 0.033, False), (True, 0.055, False), (False, 0.044, False)],
+    [(True, 0.044, True), (True, 0.040, False), (True, 0.049, False), (False, 0.044, False)],
 )
 def test_a_can_is_held_between_fingers_as_far_apart_as_it_is_wide(
     holding: bool, gap: float, is_held: bool
