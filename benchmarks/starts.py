@@ -2,7 +2,8 @@
 
 Each run is `aeros run` in a process and with a memory of its own, on the physics plant unless --plant names
 another, without video; seeds are 0, 1, and so on from --first-seed, and each gives another start
-(docs/starts.md).  With --faults or --people things go wrong or a person walks about.  A run counts as reached
+(docs/starts.md).  With --faults or --people things go wrong or a person walks about; with --deviation the
+cell is not as the robot takes it to be (benchmarks/deviations.py).  A run counts as reached
 if the goal is true in the simulator, which the agent does not see; what the agent believes is counted beside
 it.  Processor time is of the whole process, its start included.
 """
@@ -39,12 +40,13 @@ def wilson(reached: int, runs: int) -> tuple[float, float]:
     return max(0.0, middle - half), min(1.0, middle + half)
 
 
-def run_once(instruction: str, options: Sequence[str], seed: int) -> dict[str, Any]:
+def run_once(instruction: str, options: Sequence[str], deviation: str | None, seed: int) -> dict[str, Any]:
     """Run once, and return the figures of the run."""
+    program = ["aeros"] if deviation is None else ["benchmarks.deviations", deviation]
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "out"
         where = ("--out", str(out), "--state", str(Path(folder) / "state"))
-        command = [sys.executable, "-m", "aeros", "run", instruction, "--seed", str(seed), *options, *where]
+        command = [sys.executable, "-m", *program, "run", instruction, "--seed", str(seed), *options, *where]
         began = time.perf_counter()
         with (Path(folder) / "said").open("w+", encoding="utf-8") as output:
             process = subprocess.Popen(command, cwd=_ROOT, stdout=output, stderr=output)
@@ -156,6 +158,7 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=1, help="runs at the same time")
     for option in ("plant", "faults", "people"):
         parser.add_argument(f"--{option}", help="as of `aeros run`")
+    parser.add_argument("--deviation", help="of the cell, by name (benchmarks/deviations.py)")
     arguments = parser.parse_args()
     options = ["--no-video"]
     for option in ("plant", "faults", "people"):
@@ -164,7 +167,7 @@ def main() -> None:
     seeds = range(arguments.first_seed, arguments.first_seed + (1 if arguments.quick else arguments.runs))
     runs = []
     with ThreadPoolExecutor(arguments.jobs) as threads:
-        for run in threads.map(partial(run_once, arguments.instruction, options), seeds):
+        for run in threads.map(partial(run_once, arguments.instruction, options, arguments.deviation), seeds):
             runs.append(run)
             if arguments.format == "text":
                 print(format_run(run), flush=True)

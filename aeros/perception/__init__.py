@@ -10,8 +10,11 @@ from aeros.perception.colours import (
     to_hsv,
 )
 from aeros.perception.components import connected_components, largest_component
+from aeros.perception.coverage import heap_volume, largest_gap, seen_cells
 from aeros.perception.cylinders import CylinderPose, locate_cylinder
+from aeros.perception.level_ground import Level, believe_height, level_ground
 from aeros.perception.outliers import inlier_mask
+from aeros.perception.own_hand import CameraError, correct_points, find_level_disc, fit_camera_error
 from aeros.perception.planes import Plane, find_plane, fit_plane, trim_to_plane
 from aeros.perception.points import Mask, Points, point_cloud
 from aeros.perception.rectangles import (
@@ -22,14 +25,17 @@ from aeros.perception.rectangles import (
     top_points,
     wrap_heading,
 )
+from aeros.perception.smoothing import smooth_colours, without_specks
 from aeros.perception.standing import erode, find_ground, heights_above, separate_parts
 from aeros.perception.view import Estimate, Perception, Picture, Sample, View, estimate
 
 __all__ = [
     "BoxPose",
+    "CameraError",
     "Circle",
     "CylinderPose",
     "Estimate",
+    "Level",
     "Mask",
     "Perception",
     "Picture",
@@ -38,11 +44,15 @@ __all__ = [
     "Rectangle",
     "Sample",
     "View",
+    "believe_height",
     "connected_components",
+    "correct_points",
     "erode",
     "estimate",
     "find_ground",
+    "find_level_disc",
     "find_plane",
+    "fit_camera_error",
     "fit_circle",
     "fit_plane",
     "has_colour_of",
@@ -50,17 +60,23 @@ __all__ = [
     "has_hsv_colour",
     "has_red_ratios",
     "has_size",
+    "heap_volume",
     "heights_above",
     "inlier_mask",
     "largest_component",
+    "largest_gap",
+    "level_ground",
     "locate_box",
     "locate_cylinder",
     "min_area_rectangle",
     "point_cloud",
+    "seen_cells",
     "separate_parts",
+    "smooth_colours",
     "to_hsv",
     "top_face",
     "top_points",
     "trim_to_plane",
+    "without_specks",
     "wrap_heading",
 ]

@@ -165,6 +165,44 @@ def to_frame(frame: Pose, point: Vector3) -> Vector3:
     return _rotated((-x, -y, -z, w), subtract(point, frame.position))
 
 
+def camera_axes(camera: Camera) -> tuple[Vector3, Vector3, Vector3]:
+    """Return the unit axes of a camera in W.
+
+    Args:
+        camera: the camera.
+
+    Returns:
+        The directions that are right and up in its picture, and the one that it looks in.
+    """
+    ahead = _unit(subtract(camera.target, camera.eye))
+    right = _unit(cross(ahead, camera.up))
+    return right, cross(right, ahead), ahead
+
+
+def seen_with(camera: Camera, believed: Camera, point: Vector3) -> Vector3:
+    """Locate what a camera sees, from where the camera is taken to be.
+
+    Args:
+        camera: where it is.
+        believed: where it is taken to be.
+        point: a point in W, m.
+
+    Returns:
+        The point in W at which `believed` sees what `camera` sees at `point`, m.
+    """
+    away = subtract(point, camera.eye)
+    x, y, z = believed.eye
+    for axis, moved in zip(camera_axes(camera), camera_axes(believed), strict=True):
+        along = sum(a * b for a, b in zip(axis, away, strict=True))
+        x, y, z = x + along * moved[0], y + along * moved[1], z + along * moved[2]
+    return (x, y, z)
+
+
+def _unit(v: Vector3) -> Vector3:
+    length = math.sqrt(sum(part * part for part in v))
+    return (v[0] / length, v[1] / length, v[2] / length)
+
+
 def _rotated(q: Quaternion, point: Vector3) -> Vector3:
     """Rotate `point` by the unit quaternion q = (r, w): v + 2·w·(r × v) + 2·r × (r × v)."""
     r, w = q[:3], q[3]

@@ -19,7 +19,7 @@ from aeros.sim.bullet.people import People, Person
 from aeros.sim.bullet.scanned_cell import PhysicsCell
 from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.fixed_step_plant import CAMERA_TICKS, FixedStepPlant, PictureSource
-from aeros.sim.geometry import Camera, Vector3, add
+from aeros.sim.geometry import Camera, Vector3
 from aeros.sim.layouts.survey import NO_SURVEY_ERRORS
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.errors import BlockedError
@@ -245,7 +245,7 @@ class PhysicsPlant(FixedStepPlant):
             self._publish(picture)
 
     def _picture(self, name: str) -> CameraPicture:
-        camera, drift = self._scene.camera(name), self._scene.drift(name)
+        camera, believed = self._scene.camera(name), self._scene.believed_camera(name)
         image = self._world.renderer.render(camera)
         return CameraPicture(
             name,
@@ -254,7 +254,7 @@ class PhysicsPlant(FixedStepPlant):
             camera.height,
             image.rgb.tobytes(),
             image.depth.astype(np.float32).tobytes(),
-            CameraView(add(camera.eye, drift), add(camera.target, drift), camera.up, camera.field_of_view),
+            CameraView(believed.eye, believed.target, believed.up, believed.field_of_view),
         )
 
     def _publish(self, picture: CameraPicture) -> None:

@@ -1,31 +1,39 @@
 """Perceivers of a table: the sponge by colour and size, what else stands there by depth, dirt by brightness.
 
-All lengths in metres, in the world frame. The table's top is z = 0; in a picture it is the plane that is
-fitted to it, from which heights count, but for the sponge's. An object lies on its largest face: the
-rectangle of least area around its upper half gives its middle and heading, as its sides are straight.
+All lengths in metres, in the world frame; but heights in a picture count from the table's top, which is the
+plane that is fitted to it. A table is level, so a picture in which it slopes is of a tilted camera, and is
+levelled first. An object lies on its largest face: the rectangle of least area around its upper half gives
+its middle and heading, as its sides are straight.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from math import cos, dist, inf, pi, sin
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from aeros.perception import (
+    CameraError,
+    Level,
     Mask,
     Perception,
     Picture,
     Points,
     Rectangle,
     View,
+    believe_height,
+    correct_points,
     erode,
     estimate,
-    find_ground,
+    find_level_disc,
+    fit_camera_error,
     has_red_ratios,
-    heights_above,
+    heap_volume,
+    largest_gap,
+    level_ground,
     min_area_rectangle,
+    seen_cells,
     separate_parts,
-    top_face,
     top_points,
     wrap_heading,
 )
@@ -54,8 +62,42 @@ WAY_AROUND = 0.04
 FLAT = 0.012
 """Greatest height of the table's own points, m: depth is some millimetres off."""
 
-OFF_TABLE = 0.003
-"""Greatest distance from its plane of a point that the table is fitted to, m: the bin's floor is 5 mm up."""
+NEAR_TABLE = 0.06
+"""Greatest height over the surveyed table of a point that the table is fitted to, m: a camera that is tilted
+by 1° has it 10 mm off at the ends, and the table may be some 20 mm higher or lower."""
+
+OFF_TABLE = 0.004
+"""Greatest distance from its plane of such a point, m: the bin's floor is 5 mm up."""
+
+WRIST_DISC, WRIST_RADIUS = (-0.0075, 0.0, 0.287), 0.035
+"""Middle of the level cap of the wrist, from the tool point of a hand that points down at yaw 0, and its
+radius, m: it shows from above where the robot's own hand is."""
+
+WRIST_WITHIN = 0.05
+"""Greatest distance of that cap in a picture from where it is, m."""
+
+OWN_HAND_OFF = 0.010
+"""Distance of the robot's own hand in a picture from where it is above which the camera is off, m: 3 mm are
+of the picture."""
+
+TILTED = 0.005
+"""Tilt of a camera above which it is off, rad: pixels and noise make 0.0015 rad."""
+
+CALIBRATED_WITHIN = 0.005
+"""Greatest error of the table's height in a picture whose camera's error is known, m."""
+
+NEW_PLACE = 0.05
+"""Distance of two places of the hand that tell more than one, m."""
+
+PLACES = 12
+"""Number of places of the hand that are remembered; the oldest is forgotten first."""
+
+TRUSTED_RESIDUAL = 0.005
+"""Greatest residual of a camera's error, m: one with more is not applied."""
+
+UNNOTICED = 0.012
+"""Greatest displacement of a camera that nobody notices, m: a table that is seen higher or lower by more
+is."""
 
 FOAM_TOPS = (FLAT, 0.12)
 """Height range of the sponge's foam, m, however it lies."""
@@ -63,9 +105,28 @@ FOAM_TOPS = (FLAT, 0.12)
 STANDING = (FLAT, 0.30)
 """Height range of anything that stands on the table, m: above is the arm."""
 
-INSPECTED = ((-0.28, -0.62), (0.25, 0.50))
+INSPECTED = ((-0.20, -0.62), (0.25, 0.50))
 """Lowest and highest corner (x, y) of the inspected area, from the middle of the area to wipe, m: all of the
 table that the arm works on."""
+
+COVERED = ((-0.18, -0.62), (0.25, 0.50))
+"""The part of it that is surely table, and not its front edge."""
+
+SEEN_CELL, HIDING_CELLS = 0.02, 4
+"""Edge of a cell that a picture shows or not, m, and the number of cells in which a piece can hide."""
+
+BIN_SHADOW = 0.06
+"""What the bin's walls hide around it, m."""
+
+VOLUME_CELL = 0.005
+"""Edge of a cell in which the height of clutter is taken, m: a pixel is 4 mm."""
+
+MISSING_SHARE = 0.6
+"""Share of the smallest piece's volume by which clutter must have become less for a piece to be missing:
+volumes are seen to a quarter, and walls hide some."""
+
+LEAST_LACK = 0.2
+"""The same as a share of all clutter, so that a speck that was once seen is not missed."""
 
 NEEDED = ("area_position", "bin_position", "sponge_rest_position", "region")
 """Readings that a verdict needs."""
@@ -86,8 +147,12 @@ YELLOW = (0.6, 0.5)
 """Colour of the sponge: least green over red, greatest blue over red."""
 
 SPONGE_LENGTHS = (0.0625, 0.13)
-"""Bounds on the longer side of the sponge's top, m: it is 100 mm, and
-70 mm where it stands on its end."""
+"""Bounds on the longer side of the sponge's top, m: it is 100 mm, and 70 mm where it stands on its end; a
+smaller sponge (15 %) or a larger one (20 %) is as good."""
+
+FOAM_TOP_SHARE, FOAM_TOP_WITHIN = 80.0, 0.008
+"""Percentile of the heights of foam that is on its upper side, as seen from above, and the noise of that
+height, m."""
 
 SPONGE_HEIGHT = 0.03
 """Height of the sponge's foam, m."""
@@ -130,6 +195,34 @@ HEADING_UNCERTAINTY = 0.05
 """Standard uncertainty of a heading, rad."""
 
 
+class OwnHand(NamedTuple):
+    """The robot's own hand in pictures: seen and known places, and the camera's error that they show.
+
+    `base` is the arm's base meanwhile. `is_off` if the last picture shows the hand where it is not, and so
+    all else, too.
+    """
+
+    base: Place | None
+    places: list[tuple[Place, Place]]
+    error: CameraError | None
+    is_off: bool
+
+
+class Clutter(NamedTuple):
+    """All clutter: volumes of it that were seen, m³, and where pieces were.
+
+    `most` is the greatest volume that two pictures in a row have shown, `last` that of the last picture, or
+    0, and `smallest` the smallest piece's. `places` are those of the last picture that showed loose pieces.
+    `is_missing` if a piece has vanished; None if one picture alone says so.
+    """
+
+    most: float
+    last: float
+    smallest: float
+    places: tuple[Place, ...]
+    is_missing: bool | None
+
+
 class Piece(NamedTuple):
     """A thing on the table that is neither the sponge nor the hand.
 
@@ -147,63 +240,103 @@ class Piece(NamedTuple):
 
 
 def see_table(view: View) -> Perception:
-    """Find sponge, clutter and dirt in a picture from above; without the table in it, clutter is unknown."""
+    """Find sponge, clutter and dirt in a picture from above; without the table in it, clutter is unknown.
+
+    The robot's own hand shows in the pictures how far off the camera is: what is seen is corrected by that.
+    """
+    hand = OwnHand(None, [], None, is_off=False)
+    clutter = Clutter(0.0, 0.0, 0.0, (), is_missing=False)
     while True:
         picture, readings = view.pictures["overhead"], view.readings
         if "area_position" not in readings or "region" not in readings:
             view = yield {}
             continue
         area, region = readings["area_position"], readings["region"]
-        points, has_table = _level(picture, area)
+        level = _level(picture, area)
+        if level is not None:
+            hand = _watch(hand, level, readings)
+        points, table = _above_table(picture, level, area, hand.error)
         rgb = picture.rgb.astype(np.float64)
-        # Where the sponge is, is compared with its surveyed rest, so it is measured in the world frame.
-        sponge = _find_sponge(picture.points(), rgb)
-        values: dict[str, Any] = {"sponge_seen": sponge is not None}
+        sponge = _find_sponge(points, rgb)
+        values: dict[str, Any] = {"sponge_seen": sponge is not None, **_camera_values(hand)}
+        if table is not None:
+            values["table_lift"] = estimate(table - area[2], UNCERTAINTY)
+        top = area[2] if table is None else table
         if sponge is not None:
-            values["sponge_position"] = estimate(_middle(sponge), UNCERTAINTY)
+            values["sponge_position"] = estimate(_lifted(_middle(sponge), top), UNCERTAINTY)
             values["sponge_yaw"] = estimate(wrap_heading(sponge[0].longer_heading, pi), HEADING_UNCERTAINTY)
-        clean = _clean_share(points, rgb, area, region)
+        clean, unseen = _clean_share(points, rgb, area, region)
         values["wiped_fraction"] = estimate(clean, 0.01)
-        values["table_wiped"] = clean >= WIPED_SHARE
-        if has_table and "bin_position" in readings:
+        values["table_wiped"] = _is_wiped(clean, unseen)
+        if table is not None and "bin_position" in readings:
+            opening = _lifted(readings["bin_position"], -area[2])
             other = _in_rectangle(points, *_around(area, INSPECTED)) & _stands(points)
-            other &= ~_is_bin(points, readings["bin_position"], BIN_EDGE)
+            other &= ~_is_bin(points, opening, BIN_EDGE)
             other &= ~_is_hand(points, readings.get("tool_position"))
             if sponge is not None:
                 other &= ~_is_of_sponge(points, *sponge)
-            loose = [
-                one
-                for one in _pieces(points, erode(other), other)
-                if _reaches(one.points, _around(area, _part(INSPECTED, region)))
-                and not _is_in_bin(one.place, readings["bin_position"])
+            else:
+                # It may be the sponge, although the picture does not show that; then nothing is tidy.
+                other &= ~_is_yellow(rgb)
+            pieces = [
+                one for one in _pieces(points, erode(other), other) if not _is_in_bin(one.place, opening)
             ]
-            values["clutter_on_table"] = bool(loose)
-            values["wiping_area_clear"] = not any(
+            inspected = _around(area, _part(INSPECTED, region))
+            loose = [one for one in pieces if _reaches(one.points, inspected)]
+            # Another answer than "yes, there is something" needs a look at all of the region.
+            shown = points[_stands_or_lies(points) & ~_is_hand(points, readings.get("tool_position"))]
+            surroundings = [_bin_surroundings(opening)]
+            covered = _is_covered(shown, area, _part(COVERED, region), surroundings)
+            values["clutter_on_table"] = True if loose else (False if covered else None)
+            is_blocked = any(
                 _is_in_the_way(points[part], area, region) for part in separate_parts(other, MIN_PIXELS)
             )
-            values |= _next_piece(loose, area, region)
+            is_way_seen = _is_covered(shown, area, _passed(region), [])
+            values["wiping_area_clear"] = False if is_blocked else (True if is_way_seen else None)
+            values |= _next_piece(loose, area, region, top)
+            # A piece can have gone from one half to the other, so all of the table counts.
+            is_all_seen = covered and _is_covered(shown, area, COVERED, surroundings)
+            if is_all_seen and sponge is not None and readings.get("holding") is False:
+                inside = points[_is_bin(points, opening, -BIN_EDGE) & _stands(points)]
+                clutter = _count(clutter, pieces, inside, top)
+                values |= _missing_values(clutter)
+            else:
+                clutter = Clutter(clutter.most, 0.0, clutter.smallest, clutter.places, clutter.is_missing)
             if "sponge_rest_position" in readings:
-                rest = readings["sponge_rest_position"]
+                rest = _lifted(readings["sponge_rest_position"], -area[2])
                 is_back = sponge is not None and dist(_middle(sponge), rest) < RETURNED_WITHIN
-                values["table_organized"] = not loose and is_back
+                is_tidy = not loose and is_back and clutter.is_missing is not True
+                is_known = covered and clutter.is_missing is not None
+                values["table_organized"] = is_tidy if is_known or not is_tidy else None
         view = yield values
 
 
 def check_table(view: View) -> Perception:
     """Judge a picture from the mast: the region is clean, the sponge at its rest, and nothing else is there.
 
-    It is a second opinion: what other pictures showed is not used.
+    It is a second opinion: what other pictures showed is not used, but those of the robot's own hand.
     """
+    hand = OwnHand(None, [], None, is_off=False)
     while True:
-        readings = view.readings
-        is_clean = None
+        picture, readings = view.pictures["mast"], view.readings
+        is_clean: bool | None = None
         if all(name in readings for name in NEEDED):
-            is_clean = _is_clean(view.pictures["mast"], *(readings[name] for name in NEEDED))
+            area, opening, rest, region = (readings[name] for name in NEEDED)
+            level = _level(picture, area)
+            if level is not None:
+                hand = _watch(hand, level, readings)
+            points, _ = _above_table(picture, level, area, hand.error)
+            opening, rest = _lifted(opening, -area[2]), _lifted(rest, -area[2])
+            is_clean = _is_clean(points, picture.rgb.astype(np.float64), (area, opening, rest), region)
         view = yield {"table_verified": is_clean}
 
 
-def _is_clean(picture: Picture, area: Place, opening: Place, rest: Place, region: str) -> bool:
-    points, rgb = _level(picture, area)[0], picture.rgb.astype(np.float64)
+def _is_clean(points: Points, rgb: Points, places: tuple[Place, Place, Place], region: str) -> bool | None:
+    """Judge a picture whose heights count from the table.
+
+    It is None if all that the picture shows of the region is clean, and that is not all of it.
+    """
+    area, opening, rest = places
     standing = _in_rectangle(points, *_around(area, INSPECTED)) & _stands(points)
     foam = points[standing & _is_yellow(rgb)]
     if len(foam) < MIN_PIXELS:
@@ -216,7 +349,77 @@ def _is_clean(picture: Picture, area: Place, opening: Place, rest: Place, region
     other &= ~_is_bin(points, opening, BIN_MARGIN) & ~is_of_sponge
     is_empty = int(other.sum()) < MIN_PIXELS
     is_back = dist(sponge, rest) < RETURNED_WITHIN
-    return is_empty and is_back and _clean_share(points, rgb, area, region) >= WIPED_SHARE
+    wiped = _is_wiped(*_clean_share(points, rgb, area, region))
+    if not (is_empty and is_back) or wiped is False:
+        return False
+    around = ((u - SPONGE_RADIUS, v - SPONGE_RADIUS), (u + SPONGE_RADIUS, v + SPONGE_RADIUS))
+    shown = points[_stands_or_lies(points)]
+    is_covered = _is_covered(shown, area, _part(COVERED, region), [_bin_surroundings(opening), around])
+    return wiped if is_covered else None
+
+
+def _is_wiped(clean: float, unseen: float) -> bool | None:
+    """Judge the shares of clean and of unseen cells; None if it depends on the unseen ones."""
+    if clean >= WIPED_SHARE:
+        return True
+    return None if clean + unseen >= WIPED_SHARE else False
+
+
+def _stands_or_lies(points: Points) -> Mask:
+    """Find the points that show what is on the table at a place, or that nothing is."""
+    z = points[:, :, 2]
+    tells: Mask = (z > -FLAT) & (z < STANDING[1])
+    return tells
+
+
+def _is_covered(shown: Points, area: Place, corners: Corners, known: list[Corners]) -> bool:
+    """Return True if no object fits in what is not shown of a rectangle, but for places that are known."""
+    low, high = _around(area, corners)
+    seen = seen_cells(shown, low, high, SEEN_CELL)
+    columns, rows = seen.shape
+    x = low[0] + (np.arange(columns) + 0.5) * SEEN_CELL
+    y = low[1] + (np.arange(rows) + 0.5) * SEEN_CELL
+    for (left, near), (right, far) in known:
+        seen |= ((x > left) & (x < right))[:, None] & ((y > near) & (y < far))[None, :]
+    return largest_gap(seen) < HIDING_CELLS
+
+
+def _passed(region: str) -> Corners:
+    """Return the corners of where sponge and fingers pass, from the middle of the area."""
+    (left, near), (right, far) = _part(AREA, region)
+    return (left - WAY_AROUND, near - WAY_AROUND), (right + WAY_AROUND, far + WAY_AROUND)
+
+
+def _bin_surroundings(opening: Place) -> Corners:
+    """Return the corners of the bin, and of what its walls hide."""
+    x, y, _ = opening
+    u, v = BIN_HALF[0] + BIN_SHADOW, BIN_HALF[1] + BIN_SHADOW
+    return (x - u, y - v), (x + u, y + v)
+
+
+def _count(before: Clutter, loose: list[Piece], inside: Points, table: float) -> Clutter:
+    """Compare the volume of all clutter, loose and in the bin, with the most that there was.
+
+    Pieces in the bin lie on each other, so they are counted by volume.
+    """
+    volumes = [heap_volume(one.points, VOLUME_CELL) for one in loose]
+    now = sum(volumes) + heap_volume(inside, VOLUME_CELL)
+    most = max(before.most, min(before.last, now))
+    smallest = min([before.smallest or inf, *volumes])
+    places = tuple(_lifted(one.place, table) for one in loose)
+    lack = 0.0 if smallest == inf else max(MISSING_SHARE * smallest, LEAST_LACK * most)
+    is_less: bool | None = smallest < inf and now < most - lack
+    if is_less and before.is_missing is False:
+        is_less = None
+    return Clutter(most, now, 0.0 if smallest == inf else smallest, places or before.places, is_less)
+
+
+def _missing_values(clutter: Clutter) -> dict[str, Any]:
+    """Return whether a piece has vanished, and where the last one was seen."""
+    values: dict[str, Any] = {"clutter_missing": clutter.is_missing}
+    if clutter.is_missing and clutter.places:
+        values["clutter_last_seen"] = estimate(clutter.places[0], UNCERTAINTY)
+    return values
 
 
 def _part(corners: Corners, region: str) -> Corners:
@@ -237,17 +440,74 @@ def _around(area: Place, corners: Corners) -> Corners:
     return (x + left, y + near), (x + right, y + far)
 
 
-def _level(picture: Picture, area: Place) -> tuple[Points, bool]:
-    """Return the points of a picture, whose z counts from the table, and True if it shows the table.
+def _lifted(place: Place, height: float) -> Place:
+    return (place[0], place[1], place[2] + height)
 
-    The table is the plane that most points near z = 0 are on: a camera may be tilted a little.
-    """
+
+def _level(picture: Picture, area: Place) -> Level | None:
+    """Turn the camera until the table is level; None if the picture shows no table."""
     points = picture.points()
-    near = points[_in_rectangle(points, *_around(area, INSPECTED)) & (np.abs(points[:, :, 2]) < FLAT)]
-    ground = find_ground(near, OFF_TABLE, MIN_TABLE)
-    if ground is not None:
-        points[:, :, 2] = heights_above(points, ground)
-    return points, ground is not None
+    near = _in_rectangle(points, *_around(area, INSPECTED))
+    return level_ground(
+        picture, near & (np.abs(points[:, :, 2] - area[2]) < NEAR_TABLE), OFF_TABLE, MIN_TABLE
+    )
+
+
+def _above_table(
+    picture: Picture, level: Level | None, area: Place, error: CameraError | None
+) -> tuple[Points, float | None]:
+    """Return the points of a picture, whose z counts from the table, and the table's height in the world.
+
+    The height is None if the picture shows no table. A camera's known error is corrected.
+    """
+    if level is None:
+        return picture.points() - np.array((0.0, 0.0, area[2])), None
+    points, height, unnoticed = level.points, level.height, UNNOTICED
+    if error is not None:
+        points, height = correct_points(points, error.turn, error.shift), height + error.shift[2]
+        unnoticed = CALIBRATED_WITHIN
+    return points - np.array((0.0, 0.0, height)), believe_height(height, area[2], unnoticed)
+
+
+def _watch(hand: OwnHand, level: Level, readings: Mapping[str, Any]) -> OwnHand:
+    """Note where a level picture shows the robot's own hand, and where it is.
+
+    What was seen before the base drove no longer holds. An error of the camera is fitted whenever the hand
+    was seen at places enough. A camera is off, too, if it is tilted and no error of it is known: what has
+    tilted it may have moved it.
+    """
+    if "tool_position" not in readings or "base_position" not in readings:
+        return hand
+    base, known = readings["base_position"], _moved(readings["tool_position"], WRIST_DISC)
+    if hand.base is None or dist(hand.base, base) > NEW_PLACE:
+        hand = OwnHand(base, [], None, is_off=False)
+    is_tilted = level.tilt > TILTED and hand.error is None
+    seen = find_level_disc(level.points, known, WRIST_RADIUS, WRIST_WITHIN)
+    if seen is None:
+        return OwnHand(base, hand.places, hand.error, is_off=hand.is_off or is_tilted)
+    others = [one for one in hand.places if dist(one[1], known) > NEW_PLACE]
+    places = [*others, (seen, known)][-PLACES:]
+    error = fit_camera_error([one[0] for one in places], [one[1] for one in places])
+    if error is not None and error.residual > TRUSTED_RESIDUAL:
+        error = None
+    if error is None:
+        return OwnHand(base, places, None, is_off=is_tilted or dist(seen, known) > OWN_HAND_OFF)
+    x, y, z = correct_points(np.array(seen), error.turn, error.shift).tolist()
+    return OwnHand(base, places, error, is_off=dist((x, y, z), known) > OWN_HAND_OFF)
+
+
+def _moved(place: Place, by: Place) -> Place:
+    return (place[0] + by[0], place[1] + by[1], place[2] + by[2])
+
+
+def _camera_values(hand: OwnHand) -> dict[str, Any]:
+    """Return what is known of the camera's error."""
+    values: dict[str, Any] = {"overhead_off": hand.is_off}
+    if hand.error is not None:
+        values["overhead_turn"] = estimate(hand.error.turn, 0.01)
+        values["overhead_shift"] = estimate(hand.error.shift, hand.error.residual)
+        values["overhead_residual"] = estimate(hand.error.residual, 0.001)
+    return values
 
 
 def _find_sponge(points: Points, rgb: Points) -> tuple[Rectangle, float] | None:
@@ -259,10 +519,17 @@ def _find_sponge(points: Points, rgb: Points) -> tuple[Rectangle, float] | None:
     yellow = (z > FOAM_TOPS[0]) & (z < FOAM_TOPS[1]) & _is_yellow(rgb)
     for part in (*separate_parts(yellow, MIN_PIXELS), yellow):
         if int(part.sum()) >= MIN_PIXELS:
-            face, top = top_face(points[part])
+            face, top = _foam_face(points[part])
             if SPONGE_LENGTHS[0] < max(face.length, face.width) < SPONGE_LENGTHS[1]:
                 return face, top
     return None
+
+
+def _foam_face(points: Points) -> tuple[Rectangle, float]:
+    """Return the rectangle around the foam's upper side, and its height, whatever single points are."""
+    top = float(np.percentile(points[:, 2], FOAM_TOP_SHARE))
+    face = points[np.abs(points[:, 2] - top) < FOAM_TOP_WITHIN]
+    return min_area_rectangle(face[:, :2]), float(np.median(face[:, 2]))
 
 
 def _middle(sponge: tuple[Rectangle, float]) -> Place:
@@ -282,7 +549,7 @@ def _pieces(points: Points, cores: Mask, mask: Mask) -> Iterator[Piece]:
         yield Piece(piece, (box.x, box.y, top / 2.0), box.longer_heading, (shorter, longer, top))
 
 
-def _next_piece(loose: list[Piece], area: Place, region: str) -> dict[str, Any]:
+def _next_piece(loose: list[Piece], area: Place, region: str, table: float) -> dict[str, Any]:
     """Choose the piece to grip next: one in the way, else the nearest to the arm; none that is too large."""
     fitting = [
         one for one in loose if all(side < most for side, most in zip(one.sides, GRASPABLE, strict=True))
@@ -293,7 +560,7 @@ def _next_piece(loose: list[Piece], area: Place, region: str) -> dict[str, Any]:
     # It is gripped across; where both sides fit, along as well.
     period = pi / 2.0 if piece.sides[1] < GRASPABLE[0] else pi
     return {
-        "clutter_position": estimate(piece.place, UNCERTAINTY),
+        "clutter_position": estimate(_lifted(piece.place, table), UNCERTAINTY),
         "clutter_yaw": estimate(wrap_heading(piece.heading, period), HEADING_UNCERTAINTY),
         "clutter_length": estimate(piece.sides[1], UNCERTAINTY),
     }
@@ -355,10 +622,10 @@ def _in_rectangle(points: Points, low: tuple[float, float], high: tuple[float, f
     return (low[0] < x) & (x < high[0]) & (low[1] < y) & (y < high[1])
 
 
-def _clean_share(points: Points, rgb: Points, area: Place, region: str) -> float:
-    """Return the share of the region's cells that most of their pixels show as bright as the table around.
+def _clean_share(points: Points, rgb: Points, area: Place, region: str) -> tuple[float, float]:
+    """Return the shares of the region's cells that are clean, and that the picture does not show.
 
-    The table around is outside of the whole area. Cells that the picture does not show do not count as clean.
+    Most pixels of a clean cell are as bright as the table around the whole area.
     """
     low, high = _around(area, _part(AREA, region))
     red = rgb[:, :, 0]
@@ -366,11 +633,11 @@ def _clean_share(points: Points, rgb: Points, area: Place, region: str) -> float
     inside = top & _in_rectangle(points, low, high)
     outside = top & ~_in_rectangle(points, *_around(area, AREA))
     if not outside.any():
-        return 0.0
+        return 0.0, 1.0
     bright = red > DIRT_BRIGHTNESS * np.median(red[outside])
     columns, rows = (round((b - a) / CELL) for a, b in zip(low, high, strict=True))
     cells = ((points[inside][:, :2] - np.array(low)) / CELL).astype(np.intp)
     cell = np.clip(cells[:, 1], 0, rows - 1) * columns + np.clip(cells[:, 0], 0, columns - 1)
     seen = np.bincount(cell, minlength=rows * columns)
     bright_ones = np.bincount(cell, weights=bright[inside], minlength=rows * columns)
-    return float((bright_ones * 2.0 > seen).mean())
+    return float((bright_ones * 2.0 > seen).mean()), float((seen == 0).mean())

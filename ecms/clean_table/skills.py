@@ -58,8 +58,15 @@ STROKE_ENDS = {"whole": (0.13, -0.13), "left": (0.13, 0.025), "right": (-0.13, -
 """From the middle of the area to the ends of a stroke along y, m, for each region: the sponge is 70 mm wide,
 so strokes cover ±0.165, and of a half 10 mm beyond the middle, as the sponge is a few millimetres off."""
 
+LOWEST_SLIDE = 0.045
+"""Height of the tool from which a stroke may begin to look for the table, m: 20 mm below, the hand is as near
+to where the site lets only fingers be as it may come."""
+
 HOVER = 0.008
 """Height of the sponge over the table between strokes, m: a slide begins off the surface."""
+
+LOWEST = 0.0125
+"""Height of the lowest grasp in the world frame, m: the site's `table_area` begins at 12 mm."""
 
 CLUTTER_GRASP = 0.004
 """Height of the grasp above the middle of clutter, m: fingertips stay clear of the table."""
@@ -98,6 +105,17 @@ everything that stands in the cell, while it is driven."""
 BASE_SPEED = 0.48
 """Peak speed of the base, m/s."""
 
+SHOWN_AT = (
+    (-0.08, 0.25, 0.30),
+    (0.10, 0.22, 0.22),
+    (0.12, 0.00, 0.28),
+    (0.10, -0.22, 0.22),
+    (-0.08, -0.25, 0.30),
+    (-0.12, 0.00, 0.25),
+)
+"""From the middle of the area to where the hand is shown to the camera, m: spread over the picture, at two
+heights."""
+
 LOOKS = 5
 """Largest number of looks for a sponge or clutter that is not seen."""
 
@@ -125,6 +143,22 @@ def dock(observed: Observation, inputs: Inputs) -> SkillBody:
     yield act("move_base", x=x, y=y, speed=BASE_SPEED)
 
 
+def calibrate(observed: Observation, inputs: Inputs) -> SkillBody:
+    """Show the hand to both cameras at several places, so that their errors show.
+
+    All of them are above what stands there.
+    """
+    pace = inputs["hand_speed"]
+    observed = yield from _draw_in(observed, pace)
+    observed = yield from _sense(observed, "area_position")
+    x, y, z = _lifted(observed, "area_position")
+    for dx, dy, dz in SHOWN_AT:
+        yield act("move_tool", target=(x + dx, y + dy, z + dz), yaw=0.0, speed=_free(observed, pace))
+        yield act("look", camera="mast")
+        observed = yield act("look", camera="overhead")
+    yield from _overlook(observed, pace)
+
+
 def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
     """Take the sponge, sweep it over the region in overlapping strokes, put it back and look."""
     pace = inputs["hand_speed"]
@@ -135,8 +169,8 @@ def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
             return
         observed = yield from _take_sponge(observed, pace)
     observed = yield from _sense(observed, "area_position", "region")
-    middle_x, middle_y, top = observed["area_position"]
-    height = top + SPONGE_GRASP + FOAM_HALF_HEIGHT
+    middle_x, middle_y, top = _lifted(observed, "area_position")
+    height = max(top + SPONGE_GRASP + FOAM_HALF_HEIGHT, LOWEST_SLIDE)
     start, end = (middle_y + offset for offset in STROKE_ENDS[observed["region"]])
     strokes = [middle_x + offset for offset in STROKES]
     yield from _approach(observed, pace, (strokes[0], start, height + HOVER), 0.0)
@@ -202,6 +236,17 @@ def _sense(observed: Observation, *names: str) -> Task:
     return observed
 
 
+def _lift(observed: Observation) -> float:
+    """How much higher the table is than it was surveyed, m; 0 while no picture has shown it."""
+    return float(observed.get("table_lift", 0.0))
+
+
+def _lifted(observed: Observation, name: str) -> Place:
+    """A surveyed place, as much higher as the table is."""
+    x, y, z = observed[name]
+    return (x, y, z + _lift(observed))
+
+
 def _free(observed: Observation, pace: float) -> float:
     """Peak speed of free motion: of a hand that is not known to be empty, the lesser."""
     return pace if observed.get("holding") is False else min(CARRY_SPEED, pace)
@@ -238,7 +283,9 @@ def _shows_all(observed: Observation) -> bool:
     """Check that the poses of the sponge and of any clutter are known."""
     sponge = observed["holding"] or _are_known(observed, SPONGE)
     clutter = _are_known(observed, CLUTTER) or not observed.get("clutter_on_table")
-    return bool(sponge and clutter and _are_known(observed, ("clutter_on_table", "sponge_seen")))
+    counted = observed["holding"] or "clutter_missing" in observed
+    known = _are_known(observed, ("clutter_on_table", "sponge_seen"))
+    return bool(sponge and clutter and counted and known)
 
 
 def _is_clutter_seen(observed: Observation) -> bool:
@@ -260,7 +307,7 @@ def _take_sponge(observed: Observation, pace: float) -> Task:
 def _return_sponge(observed: Observation, pace: float) -> Task:
     """Set the held sponge down on its rest, let go and rise."""
     observed = yield from _sense(observed, "sponge_rest_position")
-    x, y, z = observed["sponge_rest_position"]
+    x, y, z = _lifted(observed, "sponge_rest_position")
     observed = yield from _approach(observed, pace, (x, y, z + SPONGE_GRASP + 0.001), 0.0)
     return (yield from _release(observed, pace))
 
@@ -288,7 +335,8 @@ def _bin_clutter(observed: Observation, pace: float, offset: float) -> Task:
     room = max(0.0, DROP_ROOM - observed["clutter_length"] / 2.0)
     offset = min(max(offset, -room), room)
     yaw = _along_the_bin(observed)
-    observed = yield from _grasp(observed, pace, (x, y, z + CLUTTER_GRASP), yaw, 0.02)
+    grasp = (x, y, max(z + CLUTTER_GRASP, LOWEST))
+    observed = yield from _grasp(observed, pace, grasp, yaw, 0.02)
     observed = yield from _rise(observed, pace, yaw)
     observed = yield from _sense(observed, "holding")
     return (yield from _drop_in_bin(observed, pace, offset)) if observed["holding"] else observed
@@ -297,7 +345,7 @@ def _bin_clutter(observed: Observation, pace: float, offset: float) -> Task:
 def _drop_in_bin(observed: Observation, pace: float, offset: float) -> Task:
     """Let what is held go over the bin, `offset` along x from its middle."""
     observed = yield from _sense(observed, "bin_position")
-    x, y, z = observed["bin_position"]
+    x, y, z = _lifted(observed, "bin_position")
     observed = yield from _approach(observed, pace, (x + offset, y, z + DROP_HEIGHT), 0.0)
     return (yield from _release(observed, pace))
 
@@ -325,7 +373,7 @@ def _drag_from_the_bin(observed: Observation, pace: float) -> Task:
     else:
         away, yaw = (1.0 if x > middle[0] else -1.0, 0.0), 0.0
     way = _room_missing(observed) + 0.02
-    x, y, top = x + DRAG_OFFSET * away[0], y + DRAG_OFFSET * away[1], 2.0 * z + PAD
+    x, y, top = x + DRAG_OFFSET * away[0], y + DRAG_OFFSET * away[1], 2.0 * z - _lift(observed) + PAD
     yield act("grip", width=CLOSED, force=GRIP_FORCE)
     yield from _approach(observed, pace, (x, y, top + 0.006), yaw)
     place = (x + way * away[0], y + way * away[1], top)

@@ -17,10 +17,13 @@ from aeros.perception import (
     Picture,
     Points,
     View,
+    believe_height,
     estimate,
     has_colour_of,
+    largest_component,
     locate_box,
     locate_cylinder,
+    top_points,
 )
 
 Place = tuple[float, float, float]
@@ -63,6 +66,32 @@ DELIVERED_WITHIN = 0.03
 
 GRIPPED_WITHIN = 0.003
 """Greatest difference of the fingers' gap from the width of the object that they hold, m."""
+
+SAME_SIZE = 0.08
+"""Difference of an object's height from that of its kind, as a share of it, that the picture makes."""
+
+SIZES = (0.75, 1.3)
+"""Least and greatest height of an object over that of its kind."""
+
+SUPPORT_AROUND = (0.03, 0.11)
+"""Distances from an object's middle of what it stands on, m."""
+
+SUPPORT_DEPTH = 0.02
+"""Least depth of what an object stands on below its top, m."""
+
+SUPPORT_SHARE, SUPPORT_BIN = 0.2, 0.01
+"""Least share of the points around an object that are at the height of what it stands on, and the tolerance
+of that height, m."""
+
+STAND_HALF = (0.12, 0.22)
+"""Half of a stand's length and width that is looked at for its height, m."""
+
+STAND_WITHIN = 0.04
+"""Greatest difference of a stand's height from the surveyed one, m."""
+
+UNNOTICED = 0.012
+"""Greatest error of a height in a picture that a tilted camera makes, m: a stand that is seen higher or lower
+by more is."""
 
 SURVEYED_FOR = 0.04
 """Height of the middle of the object for which the place to deliver was surveyed, over its stand, m."""
@@ -144,7 +173,7 @@ def find_object(view: View) -> Perception:
                 picture = view.pictures.get(name)
                 if picture is None or picture.time <= newest:
                     continue
-                found = _look(picture, kind, name == "mast", stands, _place(view.readings))
+                found = _look(picture, kind, name == "mast", stands, view.readings)
                 for variable, value in found.items():
                     known[variable] = None if value is None else estimate(*value, time=picture.time)
             newest = max(picture.time for picture in view.pictures.values())
@@ -172,6 +201,7 @@ def track(view: View) -> Perception:
         if kind is not None and place is not None:
             height = kind.lying_height if given.get("object_lying") is True else kind.height
             x, y, z = place
+            z += given.get("stand_lift", 0.0)
             values["object_place"] = estimate((x, y, z + height / 2.0), UNCERTAINTY)
         if "station_survey" in given and "base_position" in given:
             seen = given.get("object_position") if is_fresh else None
@@ -201,7 +231,9 @@ def _is_held(given: Mapping[str, Any]) -> bool | None:
     kind = _kind(given)
     if kind is None or "holding" not in given or "finger_gap" not in given:
         return None
-    fits = any(abs(given["finger_gap"] - width) < GRIPPED_WITHIN for width in kind.widths)
+    # One of a kind may be smaller or larger: as its height was seen to be.
+    scale = given.get("object_scale", 1.0)
+    fits = any(abs(given["finger_gap"] - scale * width) < GRIPPED_WITHIN for width in kind.widths)
     return bool(given["holding"]) and fits
 
 
@@ -222,18 +254,24 @@ def _station_for(surveyed: Place, seen: Place | None) -> Place:
 
 
 def _look(
-    picture: Picture, kind: Kind, is_mast: bool, stands: Points, belongs: Place | None
+    picture: Picture, kind: Kind, is_mast: bool, stands: Points, given: Mapping[str, Any]
 ) -> dict[str, tuple[Any, ...] | None]:
     """Return value and uncertainty of what a picture shows; None for a value that is no longer known.
 
     Only the mast's camera sees if there is room for a hand around it, and if it is where it belongs.
     """
-    points = picture.points()
-    mask = has_colour_of(picture.rgb, kind.colour) & _is_around(points, stands)
+    points, belongs = picture.points(), _place(given)
+    mask = largest_component(has_colour_of(picture.rgb, kind.colour) & _is_around(points, stands))
+    lift = None if belongs is None or not is_mast else _stand_lift(points[~mask], belongs)
+    values: dict[str, tuple[Any, ...] | None] = {} if lift is None else {"stand_lift": (lift, UNCERTAINTY)}
     if int(mask.sum()) < MIN_PIXELS:
-        return {"object_seen": (False,), **({"object_delivered": (False,)} if is_mast else {})}
-    found = _locate(points[mask], kind)
-    values: dict[str, tuple[Any, ...] | None] = {
+        return values | {"object_seen": (False,), **({"object_delivered": (False,)} if is_mast else {})}
+    found, support = _locate(points[mask], points[~mask], kind)
+    if support is not None and is_mast:
+        height = kind.lying_height if found.is_lying else kind.height
+        scale = (found.top - support) / height
+        values["object_scale"] = (1.0 if abs(scale - 1.0) < SAME_SIZE else scale, 0.05)
+    values |= {
         "object_seen": (True,),
         "object_seen_time": (picture.time, 1e-3),
         "object_position": (found.position, UNCERTAINTY),
@@ -254,20 +292,58 @@ def _look(
     values["object_push_start"] = None if push is None else (push[0], UNCERTAINTY)
     values["object_push_way"] = None if push is None else (push[1], UNCERTAINTY)
     if belongs is not None:
-        dx, dy, dz = (a - b for a, b in zip(found.position, belongs, strict=True))
-        is_there = hypot(dx, dy) < DELIVERED_WITHIN and abs(dz - (found.top - found.position[2])) < 0.01
-        values["object_delivered"] = (is_there,)
+        dx, dy, _ = (a - b for a, b in zip(found.position, belongs, strict=True))
+        stands_there = support is not None and abs(support - belongs[2]) < STAND_WITHIN
+        values["object_delivered"] = (stands_there and hypot(dx, dy) < DELIVERED_WITHIN,)
     return values
 
 
-def _locate(points: Points, kind: Kind) -> Seen:
+def _locate(points: Points, around: Points, kind: Kind) -> tuple[Seen, float | None]:
+    """Locate the object, and the height of what it stands on: its own height need not be that of its kind.
+
+    The latter is None if nothing is seen below it, or not as far below its top as it is high.
+    """
     if kind.shape == "cylinder":
         radius, height = kind.size
         can = locate_cylinder(points, radius, height)
         headings = GRIP_HEADINGS if can.axis is None else (can.axis,)
-        return Seen(can.position, can.top, can.axis is not None, can.heading, headings)
-    box = locate_box(points, kind.size)
-    return Seen(box.position, box.top, False, None, box.headings)
+        seen = Seen(can.position, can.top, can.axis is not None, can.heading, headings)
+    else:
+        box = locate_box(points, kind.size)
+        seen = Seen(box.position, box.top, False, None, box.headings)
+    x, y, z = seen.position
+    half = float(np.median(top_points(points)[:, 2])) - z
+    support = _support(around, seen.position, z + half)
+    if support is None or not SIZES[0] < (z + half - support) / (2.0 * half) < SIZES[1]:
+        return seen, None
+    middle = (x, y, (z + half + support) / 2.0)
+    return Seen(middle, seen.top, seen.is_lying, seen.axis, seen.headings), support
+
+
+def _support(points: Points, place: Place, top: float) -> float | None:
+    """Return the height of what an object at a place stands on: the highest level around it."""
+    away = np.hypot(points[:, 0] - place[0], points[:, 1] - place[1])
+    near = (away > SUPPORT_AROUND[0]) & (away < SUPPORT_AROUND[1]) & (points[:, 2] < top - SUPPORT_DEPTH)
+    heights = np.sort(points[near][:, 2])
+    if len(heights) < MIN_PIXELS:
+        return None
+    # Number of points at most `SUPPORT_BIN` below each one.
+    level = np.arange(1, len(heights) + 1) - np.searchsorted(heights, heights - SUPPORT_BIN)
+    highest = np.nonzero(level >= SUPPORT_SHARE * len(heights))[0]
+    if len(highest) == 0:
+        return None
+    last = heights[highest[-1]]
+    return float(np.median(heights[(heights <= last) & (heights >= last - SUPPORT_BIN)]))
+
+
+def _stand_lift(points: Points, belongs: Place) -> float | None:
+    """Return how much higher than surveyed the stand is where the object belongs; None if it is not seen."""
+    x, y, z = belongs
+    on_stand = (np.abs(points[:, 0] - x) < STAND_HALF[0]) & (np.abs(points[:, 1] - y) < STAND_HALF[1])
+    heights = points[on_stand & (np.abs(points[:, 2] - z) < STAND_WITHIN)][:, 2]
+    if len(heights) < 4 * MIN_PIXELS:
+        return None
+    return believe_height(float(np.median(heights)), z, UNNOTICED) - z
 
 
 def _is_around(points: Points, places: Points) -> Mask:

@@ -138,7 +138,9 @@ def deliver(observed: Observation, inputs: Inputs) -> SkillBody:
     observed = yield act("move_base", x=x - REACH, y=y, speed=BASE_SPEED)
     if observed.get("object_grasped") is False:
         return
-    # From here the mast sees the stand: the place relative to the base, not as far as wheels have slipped.
+    # From here the mast sees the stand: the place relative to the base, not as far as wheels have slipped,
+    # and how high it is.
+    observed = yield act("look", camera="mast")
     if "object_place" not in observed:
         return
     x, y, z = observed["object_place"]

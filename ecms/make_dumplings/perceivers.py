@@ -5,7 +5,8 @@ Cooked dumplings stay in the pot and are counted.
 
 A plate of the wrapper is the plane through its points and the rectangle around them: plates are told apart
 by their colour, and the fold is the angle of their planes. From the side, what shows between the plates is in
-the dumpling. All lengths in metres, angles in radians, in the world frame.
+the dumpling. All lengths in metres, angles in radians, in the world frame; the bench is level, so a picture
+in which it slopes is of a tilted camera, and is levelled first.
 """
 
 from math import acos, atan2, cos, dist, pi, sin
@@ -20,13 +21,17 @@ from aeros.perception import (
     Points,
     Rectangle,
     View,
+    believe_height,
     estimate,
     has_dominant_colour,
     has_red_ratios,
+    level_ground,
     min_area_rectangle,
     separate_parts,
+    smooth_colours,
     top_face,
     trim_to_plane,
+    without_specks,
     wrap_heading,
 )
 
@@ -43,6 +48,13 @@ PLATE_HALF = (0.021, 0.028, 0.003)
 
 CLOSED_HEIGHT = 0.025
 """Height of the outside of plate B above the middle of plate A when closed, m."""
+
+CLOSED_MIDDLE, CLOSED_ROOM = (HINGE_TO_PLATE, 0.0, 0.011), (0.05, 0.05, 0.04)
+"""Middle of a closed wrapper from its hinge, along, across and up, and half of the room that it is looked for
+in, m."""
+
+OFF_SIDE = 0.02
+"""Greatest distance of a wrapper in a picture from the side from where it was seen from above, m."""
 
 CLOSED_FOLD = 160.0 * pi / 180.0
 """Least fold of a closed wrapper, rad."""
@@ -75,11 +87,30 @@ SEALING_LOAD = 3.0
 MAX_HEIGHT = 0.20
 """Greatest height of an object on the bench, m: above it is the arm."""
 
+NEAR_BENCH = 0.045
+"""Greatest height of a point that the bench is fitted to, m: stands are 50 mm high."""
+
+OFF_BENCH = 0.004
+"""Greatest distance from its plane of such a point, m: the pot's floor is 5 mm up."""
+
+MIN_BENCH = 1000
+"""Least number of pixels of the bench: a picture with fewer shows no bench."""
+
+UNNOTICED = 0.012
+"""Greatest displacement of a camera that nobody notices, m: a bench that is seen higher or lower by more
+is."""
+
 MIN_PIXELS = 25
 """Least number of pixels of an object: fewer are noise, or an object that is mostly hidden."""
 
 MIN_FILLING_PIXELS = 6
 """Least number of pixels of the filling between the plates of a filled wrapper."""
+
+MIN_PATCH = 4
+"""Least number of pixels of a patch of one colour: fewer are noise."""
+
+MIN_GREEN = 30
+"""Least green of a pixel of the filling (of 255): darker ones have no colour that noise leaves."""
 
 MIN_BRIGHTNESS = 60
 """Least red of a pixel of a plate (of 255)."""
@@ -194,6 +225,7 @@ def see_dumpling(view: View) -> Perception:
     then the work on the next wrapper begins.
     """
     wrapper: Wrapper | None = None
+    lift = 0.0
     known: dict[str, Any] = {}
     pressed = wrapped = False
     in_pot_since: float | None = None
@@ -212,12 +244,19 @@ def see_dumpling(view: View) -> Perception:
                 wrapped = filled and pressed
                 known["dumpling_wrapped"] = estimate(wrapped, time=picture.time)
                 continue
-            press, pot = view.readings.get("press_position"), view.readings.get("pot_position")
-            shown = _look_from_above(picture, settled, pot)
+            points, seen_lift = _level(picture)
+            if seen_lift is not None:
+                lift = seen_lift
+            press, pot = (
+                _raised(view.readings.get(name), lift) for name in ("press_position", "pot_position")
+            )
+            shown = _look_from_above(picture, points, settled, pot)
             most_fillings = max(most_fillings, len(settled) + len(shown.fillings))
             wrapper = _in_work(shown.wrappers, wrapper, press, pot)
             filling = _filling_of(shown.fillings, wrapper, pot)
             known |= dict.fromkeys(UNSEEN)
+            if seen_lift is not None:
+                known["bench_lift"] = estimate(lift, UNCERTAINTY, time=picture.time)
             if wrapper is not None and not wrapper.is_closed:
                 pressed = wrapped = False
             if wrapper is None or not _is_whole_in_pot(wrapper, filling, pot):
@@ -228,7 +267,7 @@ def see_dumpling(view: View) -> Perception:
                 settled.append(wrapper.middle)
                 pressed = wrapped = False
                 in_pot_since = None
-                shown = _look_from_above(picture, settled, pot)
+                shown = _look_from_above(picture, points, settled, pot)
                 wrapper = _in_work(shown.wrappers, None, press, pot)
                 filling = _filling_of(shown.fillings, wrapper, pot)
                 if wrapper is None:
@@ -300,6 +339,23 @@ def _values(
     return values
 
 
+def _raised(place: Place | None, lift: float) -> Place | None:
+    return None if place is None else (place[0], place[1], place[2] + lift)
+
+
+def _level(picture: Picture) -> tuple[Points, float | None]:
+    """Return the points of a level picture from above, and the height of the bench, surveyed as 0.
+
+    The height is None if the picture shows no bench.
+    """
+    points = picture.points()
+    level = level_ground(picture, np.abs(points[:, :, 2]) < NEAR_BENCH, OFF_BENCH, MIN_BENCH)
+    if level is None:
+        return points, None
+    height = believe_height(level.height, 0.0, UNNOTICED)
+    return level.points + np.array((0.0, 0.0, height - level.height)), height
+
+
 def _is_in_pot(place: Place, opening: Place | None) -> bool:
     if opening is None:
         return False
@@ -320,15 +376,16 @@ def _is_whole_in_pot(wrapper: Wrapper, filling: Place | None, opening: Place | N
     return _is_in_pot(wrapper.middle, opening) and not is_spilt
 
 
-def _look_from_above(picture: Picture, settled: list[Place], pot: Place | None) -> Shown:
+def _look_from_above(picture: Picture, seen: Points, settled: list[Place], pot: Place | None) -> Shown:
     """Find wrappers and fillings in a picture in which the arm hides nothing.
 
     Args:
         picture: from above.
+        seen: its points, levelled by the bench.
         settled: middles of the cooked dumplings in the pot, whose points are left out.
         pot: the middle of the pot's opening.
     """
-    points, dough, glazed, green = _coloured(picture)
+    points, dough, glazed, green = _coloured(picture, seen)
     is_settled = np.zeros(len(points), np.bool_)
     for x, y, _ in settled:
         is_settled |= np.hypot(points[:, 0] - x, points[:, 1] - y) < SETTLED_WITHIN
@@ -365,24 +422,40 @@ def _apart(points: Points, mask: Mask, shape: tuple[int, ...]) -> list[Mask]:
 
 def _shows_filling(picture: Picture, wrapper: Wrapper) -> bool:
     """Return True if a picture from the side shows filling between the plates, and none outside."""
-    points, _, _, green = _coloured(picture)
-    away = points[green] - np.array(wrapper.hinge)
-    along = away[:, 0] * cos(wrapper.yaw) + away[:, 1] * sin(wrapper.yaw)
-    across = away[:, 1] * cos(wrapper.yaw) - away[:, 0] * sin(wrapper.yaw)
+    points, dough, glazed, green = _coloured(picture, picture.points())
+    c, s = cos(wrapper.yaw), sin(wrapper.yaw)
+    away = (points - np.array(wrapper.hinge)) @ np.array(((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)))
+    # Both cameras are a little off: its plates are where the other one has seen the wrapper.
+    plates = away[
+        (dough | glazed) & (np.abs(away - np.array(CLOSED_MIDDLE)) < np.array(CLOSED_ROOM)).all(axis=1)
+    ]
+    off = np.zeros(3)
+    if len(plates) >= MIN_PIXELS:
+        low, high = np.percentile(plates, (1.0, 99.0), axis=0)
+        off = (low + high) / 2.0 - np.array(CLOSED_MIDDLE)
+    if float(np.abs(off).max()) > OFF_SIDE:
+        return False
+    along, across, above = (away[green] - off).T
     near = (along > -0.01) & (along < 2.0 * HINGE_TO_PLATE + 0.01) & (np.abs(across) < PLATE_HALF[1] + 0.01)
-    between = near & (away[:, 2] > 0.0) & (away[:, 2] < CLOSED_HEIGHT)
+    between = near & (above > 0.0) & (above < CLOSED_HEIGHT)
     inside = (along < HINGE_TO_PLATE + PLATE_HALF[0]) & (np.abs(across) < PLATE_HALF[1])
     return int((between & inside).sum()) >= MIN_FILLING_PIXELS and not bool((between & ~inside).any())
 
 
-def _coloured(picture: Picture) -> tuple[Points, Mask, Mask, Mask]:
-    """Return the points of a picture, and masks of those on plate A, on plate B and on the filling."""
-    points, rgb = picture.points().reshape(-1, 3), picture.rgb.reshape(-1, 3)
-    low = points[:, 2] < MAX_HEIGHT
-    dough, glazed = (
+def _coloured(picture: Picture, seen: Points) -> tuple[Points, Mask, Mask, Mask]:
+    """Return the points of a picture, and masks of those on plate A, on plate B and on the filling.
+
+    What is too small is noise.
+    """
+    # Between a plate and what lies on it, a median has the colour of neither.
+    rgb, smooth = picture.rgb, smooth_colours(picture.rgb)
+    low = seen[:, :, 2] < MAX_HEIGHT
+    colours = [
         low & has_red_ratios(rgb, green, (None, bluest), MIN_BRIGHTNESS) for green, bluest in PLATE_COLOURS
-    )
-    return points, dough, glazed, low & has_dominant_colour(rgb, 1, GREEN_DOMINANCE, 0.0)
+    ]
+    colours.append(low & has_dominant_colour(smooth, 1, GREEN_DOMINANCE, MIN_GREEN))
+    dough, glazed, green = (without_specks(mask, MIN_PATCH).reshape(-1) for mask in colours)
+    return seen.reshape(-1, 3), dough, glazed, green
 
 
 def _plate(points: Points) -> Plate | None:

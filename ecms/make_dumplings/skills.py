@@ -202,7 +202,7 @@ def boil(observed: Observation, inputs: Inputs) -> SkillBody:
     pace = inputs["hand_speed"]
     observed = yield from _open_press(observed, pace)
     observed = yield from _look(observed, pace)
-    x, y, z = observed["pot_position"]
+    x, y, z = _fixture(observed, "pot_position")
     if not (_holds(observed, WRAPPER_GAP) or _are_known(observed, WRAPPER)):
         return
     if _holds(observed, WRAPPER_GAP) or not _is_in_pot(observed):
@@ -222,6 +222,12 @@ def _do(observed: Observation, leg: Leg) -> Task:
     for action in leg:
         observed = yield action
     return observed
+
+
+def _fixture(observed: Observation, name: str) -> Place:
+    """A surveyed place, as much higher as a picture shows the bench to be than it was surveyed."""
+    x, y, z = observed[name]
+    return (x, y, z + float(observed.get("bench_lift", 0.0)))
 
 
 def _are_known(observed: Observation, names: Iterable[str]) -> bool:
@@ -269,7 +275,7 @@ def _take(
 
 def _lay_wrapper(observed: Observation, pace: float) -> Task:
     """Grip the wrapper across its hinge, wherever it lies, and set it down on the press; if it is seen."""
-    press = observed["press_position"]
+    press = _fixture(observed, "press_position")
     if not _holds(observed, WRAPPER_GAP):
         if not _are_known(observed, WRAPPER):
             return observed
@@ -295,7 +301,7 @@ def _lay_wrapper(observed: Observation, pace: float) -> Task:
 
 def _realign_wrapper(observed: Observation, pace: float) -> Task:
     """Grip the wrapper that lies on the press, and move it to where it belongs; if it is seen."""
-    press = observed["press_position"]
+    press = _fixture(observed, "press_position")
     if _holds(observed, WRAPPER_GAP):
         return (yield from _do(observed, _put(pace, press, OPEN)))
     if not _are_known(observed, WRAPPER):
@@ -315,7 +321,7 @@ def _realign_wrapper(observed: Observation, pace: float) -> Task:
 
 def _nudge(observed: Observation, pace: float, thing: Place) -> Leg:
     """Push a wrapper that hangs over the press's side back by its outer edge: a finger would hit the bed."""
-    _, y, z = observed["press_position"]
+    _, y, z = _fixture(observed, "press_position")
     edge = copysign(HALF_WIDTH + FINGERS_HALF, thing[1] - y)
     begin, end = (thing[0], thing[1] + 1.5 * edge, z), (thing[0], y + edge, z)
     return (
@@ -327,7 +333,7 @@ def _nudge(observed: Observation, pace: float, thing: Place) -> Leg:
 
 def _lay_filling(observed: Observation, pace: float) -> Task:
     """Grip the filling, if it is seen, and set it down on the wrapper; where there is none, put it back."""
-    x, y, _ = observed["press_position"]
+    x, y, _ = _fixture(observed, "press_position")
     back = (x + SPOT[0], y + SPOT[1], SPOT[2])
     if not _holds(observed, FILLING_GAP):
         if "filling_position" not in observed:
@@ -348,7 +354,7 @@ def _lay_filling(observed: Observation, pace: float) -> Task:
 
 def _is_crowded(observed: Observation, place: Place, yaw: float) -> bool:
     """Check whether the hand would hit the press in a grasp at `place`."""
-    x, y, z = observed["press_position"]
+    x, y, z = _fixture(observed, "press_position")
     if place[2] > z - HAND_HEIGHT:
         return False
     for step in range(13):
@@ -363,7 +369,7 @@ def _is_crowded(observed: Observation, place: Place, yaw: float) -> bool:
 
 def _push_along(observed: Observation, pace: float, thing: Place) -> Leg:
     """Push a wrapper that lies or leans beside the press past its end, where the hand has room to grip it."""
-    press = observed["press_position"]
+    press = _fixture(observed, "press_position")
     aside = thing[1] - press[1]
     y = press[1] + copysign(max(abs(aside), PUSH_AT), aside)
     begin = (max(thing[0] - PUSH_FROM, press[0] - PUSH_FROM - PRESS_FRONT), y, LOWEST)
@@ -377,7 +383,7 @@ def _push_along(observed: Observation, pace: float, thing: Place) -> Leg:
 
 def _topple(observed: Observation, pace: float, thing: Place) -> Leg:
     """Push over a wrapper that stands on its edge, towards the press that it fell from: right side up."""
-    press = observed["press_position"]
+    press = _fixture(observed, "press_position")
     x = max(thing[0], press[0] + TOPPLE_FROM)
     out = copysign(TOPPLE_WAY, thing[1] - press[1])
     return (
@@ -406,7 +412,7 @@ def _reach_closed(observed: Observation, pace: float, place: Place, yaw: float) 
 def _is_in_pot(observed: Observation) -> bool:
     """Check that the dumpling's hinge is seen below the pot's rim and above its floor."""
     x, y, z = observed["wrapper_position"]
-    rim = observed["pot_position"]
+    rim = _fixture(observed, "pot_position")
     within: bool = z < rim[2] and abs(x - rim[0]) < POT_REACH and abs(y - rim[1]) < POT_REACH
     return within
 
@@ -431,27 +437,27 @@ def _take_handle(observed: Observation, pace: float) -> Task:
     """Grip the lid's handle, unless it is held already."""
     if _holds(observed, HANDLE_GAP):
         return observed
-    handle = observed["press_handle_position"]
+    handle = _fixture(observed, "press_handle_position")
     return (yield from _do(observed, _grasp(observed, pace, handle, 0.0, 0.036, HANDLE_FORCE)))
 
 
 def _hinge(observed: Observation) -> Place:
     """The middle of the press's hinge."""
-    x, y, z = observed["press_position"]
+    x, y, z = _fixture(observed, "press_position")
     return (x, y, z + HINGE_HEIGHT)
 
 
 def _lid_angle(observed: Observation) -> float:
     """Angle of the lid from its handle: 0 open, towards -x; π closed."""
     x, _, z = _hinge(observed)
-    handle = observed["press_handle_position"]
+    handle = _fixture(observed, "press_handle_position")
     return atan2(handle[2] - z, x - handle[0])
 
 
 def _handle_at(observed: Observation, angle: float) -> Place:
     """Compute the handle's position at a lid angle, m."""
     x, y, z = _hinge(observed)
-    handle = observed["press_handle_position"]
+    handle = _fixture(observed, "press_handle_position")
     radius = hypot(handle[0] - x, handle[2] - z)
     return (x - radius * cos(angle), y, z + radius * sin(angle))
 

@@ -197,14 +197,15 @@ def test_a_few_red_pixels_are_not_an_object() -> None:
         ((0.0, 0.0, 0.0), False, True),
         ((0.018, 0.018, 0.0), False, True),
         ((0.025, 0.025, 0.0), False, False),
-        ((0.0, 0.0, 0.006), False, True),
-        ((0.0, 0.0, 0.014), False, False),
+        # The stand may be 20 mm higher than it was surveyed; what is much higher is no stand.
+        ((0.0, 0.0, 0.02), False, True),
+        ((0.0, 0.0, 0.045), False, False),
         # A can that lies is 18 mm lower: its radius is 22 mm, half its height 40 mm.
         ((0.0, 0.0, 0.0), True, True),
-        ((0.0, 0.0, 0.014), True, False),
+        ((0.0, 0.0, 0.045), True, False),
     ],
 )
-def test_a_can_is_delivered_within_3_cm_and_at_its_height(
+def test_a_can_is_delivered_within_3_cm_on_what_may_be_the_stand(
     off: Vector3, is_lying: bool, is_delivered: bool
 ) -> None:
     delivery = (0.6 - off[0], 0.2 - off[1], 0.04 - off[2])

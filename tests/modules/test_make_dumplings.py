@@ -36,7 +36,8 @@ def opened(yaw: float) -> list[Top]:
 
 def seen(*tops: Top) -> tuple[Any, Vector3 | None]:
     """Wrapper and filling in a drawn picture."""
-    shown = CODE._look_from_above(draw(CAMERA, tops), [], None)
+    picture = draw(CAMERA, tops)
+    shown = CODE._look_from_above(picture, CODE._level(picture)[0], [], None)
     assert max(len(shown.wrappers), len(shown.fillings)) <= 1
     return next(iter(shown.wrappers), None), next(iter(shown.fillings), None)
 

@@ -10,16 +10,20 @@ Not modelled: what hides a marker, on the kinematic plant.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from math import dist, radians, sqrt, tan
+from math import dist, radians, tan
 from typing import Final, NamedTuple
 
-from aeros.sim.geometry import Camera, Pose, Vector3, add, cross, subtract
+from aeros.sim.geometry import Camera, Pose, Vector3, add, camera_axes, seen_with, subtract
 from aeros.sim.randomness import RandomSource
 from aeros.spec.model.scene import Scene
 from aeros.spec.model.sensor_errors import SurveyErrors
 
 _HEIGHT_SHARE: Final = 0.2
 """Error of a height at setup as a share of that of x and y: 0.3 mm for 1.5 mm; chosen."""
+
+_MOVED: Final = 0.01
+"""Distance of a marker from where the setup has it from which a fixed camera is not believed, m: fixtures do
+not move, so the camera has. It is many times the errors of both."""
 
 _NEAREST, _FARTHEST = 0.15, 2.5
 """Distances from which a detector sees a marker of 50 mm in 320 x 240 pixels, m."""
@@ -34,12 +38,14 @@ class SeeingCamera(NamedTuple):
     Attributes:
         name: its name.
         camera: where it is, in W.
-        drift: displacement in W of where the robot takes it to be, m.
+        believed: where the robot takes it to be.
+        is_fixed: True if it is put up in the cell, and so does not drift with the robot.
     """
 
     name: str
     camera: Camera
-    drift: Vector3
+    believed: Camera
+    is_fixed: bool
 
 
 class Marker(NamedTuple):
@@ -154,7 +160,10 @@ class Survey:
         distance, nearest = min(views, key=lambda view: view[0])
         calibration = self._draw(f"calibration {nearest.name}", 0, errors.calibration * distance)
         noise = self._draw(f"marker {name}", tick, errors.noise * distance * distance)
-        x, y, _ = add(add(place, nearest.drift), add(calibration, noise))
+        displaced = subtract(seen_with(nearest.camera, nearest.believed, marker.position), marker.position)
+        if nearest.is_fixed and dist(displaced, (0.0, 0.0, 0.0)) > _MOVED:
+            return (place[0] + x, place[1] + y, height)
+        x, y, _ = add(add(place, displaced), add(calibration, noise))
         return (x, y, height)
 
     def _draw(self, channel: str, tick: int, size: float) -> Vector3:
@@ -172,17 +181,10 @@ def is_in_view(camera: Camera, point: Vector3) -> bool:
     Returns:
         True if it is.
     """
-    ahead = _unit(subtract(camera.target, camera.eye))
-    right = _unit(cross(ahead, camera.up))
-    above = cross(right, ahead)
+    right, above, ahead = camera_axes(camera)
     away = subtract(point, camera.eye)
     depth, x, y = (sum(a * b for a, b in zip(axis, away, strict=True)) for axis in (ahead, right, above))
     if not _NEAREST <= depth <= _FARTHEST:
         return False
     half = 0.95 * depth * tan(radians(camera.field_of_view) / 2.0)
     return abs(y) <= half and abs(x) <= half * camera.width / camera.height
-
-
-def _unit(v: Vector3) -> Vector3:
-    length = sqrt(sum(part * part for part in v))
-    return (v[0] / length, v[1] / length, v[2] / length)

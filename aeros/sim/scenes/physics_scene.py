@@ -82,7 +82,15 @@ class PhysicsScene:
 
     def measure(self) -> Mapping[str, Any]:
         """Implement `PhysicalScene.measure`: surveyed places and instruments."""
-        cameras = [SeeingCamera(name, self.camera(name), self.drift(name)) for name in self.cameras]
+        cameras = [
+            SeeingCamera(
+                name,
+                self.camera(name),
+                self.believed_camera(name),
+                self.scene.cameras[name].frame == "cell",
+            )
+            for name in self.cameras
+        ]
         surveyed = self._survey.measure(self._world.ticks, cameras, self._is_hidden)
         return {
             variable: surveyed[name] if name in surveyed else self._instrument(name, surveyed)
@@ -123,15 +131,17 @@ class PhysicsScene:
         base, tool = self._robot.true_points()
         return camera_in_world(self.scene.cameras[name], base, tool, self._robot.tool_command()[1])
 
-    def drift(self, name: str) -> Vector3:
-        """Implement `PhysicalScene.drift`.
+    def believed_camera(self, name: str) -> Camera:
+        """Implement `PhysicalScene.believed_camera`.
 
         Raises:
             KeyError: there is no such camera.
         """
-        if self.scene.cameras[name].frame == "cell":
-            return (0.0, 0.0, 0.0)
-        return (*self._robot.odometry.drift, 0.0)
+        declared, (base, tool) = self.scene.cameras[name], self._robot.true_points()
+        if declared.frame != "cell":
+            drift = (*self._robot.odometry.drift, 0.0)
+            base, tool = add(base, drift), add(tool, drift)
+        return camera_in_world(declared, base, tool, self._robot.tool_command()[1])
 
     def truth(self) -> Mapping[str, int]:
         """Implement `PhysicalScene.truth`."""

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 
 from aeros.sim.bullet.panda import Panda
 from aeros.sim.bullet.world import PhysicsWorld
-from aeros.sim.geometry import Camera, Vector3
+from aeros.sim.geometry import Camera
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.robot import RobotOptions
 
@@ -77,14 +77,14 @@ class PhysicalScene(Protocol):
             KeyError: there is no such camera.
         """
 
-    def drift(self, name: str) -> Vector3:
-        """Return how far off the robot takes a camera to be: one that it carries drifts with its odometry.
+    def believed_camera(self, name: str) -> Camera:
+        """Return where the robot takes a camera to be: one that it carries drifts with its odometry.
 
         Args:
             name: one of `cameras`.
 
         Returns:
-            Displacement in W from where the camera is to where the robot takes it to be, m.
+            The camera, in W as the robot takes it to be.
 
         Raises:
             KeyError: there is no such camera.

@@ -7,7 +7,7 @@ from typing import Any
 
 from aeros.sim.bullet.panda import Panda
 from aeros.sim.bullet.world import PhysicsWorld
-from aeros.sim.geometry import Camera, Vector3
+from aeros.sim.geometry import Camera
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.robot import RobotOptions
 
@@ -48,8 +48,8 @@ class BareScene:
         """
         raise KeyError(name)
 
-    def drift(self, name: str) -> Vector3:
-        """Implement `PhysicalScene.drift`: there is no camera.
+    def believed_camera(self, name: str) -> Camera:
+        """Implement `PhysicalScene.believed_camera`: there is none.
 
         Raises:
             KeyError: always, as there is no camera.

@@ -113,9 +113,10 @@ class DeclaredScene:
     def measure(self) -> Mapping[str, Any]:
         """Implement `KinematicScene.measure`: surveyed places and instruments."""
         cameras = [
-            SeeingCamera(name, camera_in_world(one, *self._robot_points, 0.0), (0.0, 0.0, 0.0))
+            SeeingCamera(name, placed, placed, one.frame == "cell")
             for name, one in self.scene.cameras.items()
             if one.frame != "hand"
+            for placed in (camera_in_world(one, *self._robot_points, 0.0),)
         ]
         surveyed = self._survey.measure(self._ticks, cameras, lambda eye, marker: False)
         return {

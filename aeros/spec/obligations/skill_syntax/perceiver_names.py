@@ -21,12 +21,13 @@ from aeros.spec.obligations.skill_syntax.allowed_names import (
 PERCEPTION_INTERFACE: Final = "aeros.perception"
 
 INTERFACE_MEMBERS: Final = split_names(
-    "BoxPose Circle CylinderPose Estimate Mask Perception Picture Plane Points "
-    "Rectangle Sample View connected_components erode estimate find_ground find_plane "
-    "fit_circle fit_plane has_colour_of has_dominant_colour has_hsv_colour "
-    "has_red_ratios has_size heights_above inlier_mask largest_component "
-    "locate_box locate_cylinder min_area_rectangle point_cloud separate_parts to_hsv "
-    "top_face top_points trim_to_plane wrap_heading"
+    "BoxPose CameraError Circle CylinderPose Estimate Level Mask Perception Picture Plane "
+    "Points Rectangle Sample View believe_height connected_components correct_points erode "
+    "estimate find_ground find_level_disc find_plane fit_camera_error fit_circle fit_plane "
+    "has_colour_of has_dominant_colour has_hsv_colour has_red_ratios has_size heap_volume "
+    "heights_above inlier_mask largest_component largest_gap level_ground locate_box "
+    "locate_cylinder min_area_rectangle point_cloud seen_cells separate_parts smooth_colours "
+    "to_hsv top_face top_points trim_to_plane without_specks wrap_heading"
 )
 """Members of the interface of perceivers, with its toolkit."""
 
@@ -92,8 +93,8 @@ _VIEW_ATTRIBUTES: Final = split_names(
     "points readings rgb samples target time uncertainty "
     "up width "
     # what the toolkit finds
-    "axis heading height_at length longer_heading middle "
-    "normal position radius shorter_heading spread top x y"
+    "above_ground axis heading height_at length longer_heading middle "
+    "normal places position radius residual rotation shift shorter_heading spread tilt top turn x y"
 )
 
 PERCEIVER_NAMES: Final = AllowedNames(

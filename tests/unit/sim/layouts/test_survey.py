@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from math import dist
+from dataclasses import replace
+from math import dist, radians, sin
 
 import numpy as np
 import pytest
@@ -31,8 +32,11 @@ def measured(
     return survey.measure(tick, cameras, lambda eye, marker: hidden)["spot"]
 
 
-def seeing(drift: Vector3 = (0.0, 0.0, 0.0), name: str = "mast") -> tuple[SeeingCamera, ...]:
-    return (SeeingCamera(name, CAMERA, drift),)
+def seeing(
+    drift: Vector3 = (0.0, 0.0, 0.0), name: str = "mast", *, is_fixed: bool = False
+) -> tuple[SeeingCamera, ...]:
+    believed = replace(CAMERA, eye=add(CAMERA.eye, drift), target=add(CAMERA.target, drift))
+    return (SeeingCamera(name, CAMERA, believed, is_fixed),)
 
 
 def test_without_errors_it_is_the_truth() -> None:
@@ -60,6 +64,19 @@ def test_a_marker_in_a_carried_camera_drifts_with_the_robot() -> None:
     """So a place is right relative to a base that is not where it takes itself to be."""
     still, drifted = measured(1, cameras=seeing()), measured(1, cameras=seeing(DRIFT))
     assert drifted == pytest.approx(add(still, DRIFT))
+
+
+def test_a_marker_in_a_turned_camera_is_as_far_off_as_all_that_it_shows() -> None:
+    turned = replace(CAMERA, target=add(CAMERA.target, (0.0, sin(radians(1.0)), 0.0)))
+    off = np.subtract(
+        measured(1, cameras=(SeeingCamera("mast", turned, CAMERA, False),)), measured(1, cameras=seeing())
+    )
+    assert off == pytest.approx((0.0, -sin(radians(1.0)), 0.0), abs=1e-3)
+
+
+def test_a_fixed_camera_that_sees_a_fixture_elsewhere_has_moved() -> None:
+    assert measured(1, cameras=seeing(DRIFT, is_fixed=True)) == measured(1)
+    assert measured(1, cameras=seeing((0.004, 0.0, 0.0), is_fixed=True)) != measured(1)
 
 
 @pytest.mark.parametrize("cameras", [(), seeing()])
