@@ -81,6 +81,8 @@ def site_with_other_names(folder: Path, *, plant_words: bool = False) -> Path:
     names = {**VOLUMES, **CAMERAS, **(PLANT_WORDS if plant_words else {})}
     names |= {old: new for old, new in SENSORS.items() if old not in ("gripper", "press")}
     site = _renamed(_reference_site(), names, "")
+    scanners = site["area_scanners"]
+    scanners["floor"] = scanners.pop(VOLUMES["floor"])  # a field, which no site names
     for rule in (*site["invariants"], *site["joint"]):
         rule["id"] = f"rule-on-{rule['id']}"
     return _write(folder / "other_names.yaml", site)
