@@ -111,7 +111,7 @@ def surroundings_of(configuration: Configuration, scene: Scene) -> FaultContext:
     files = {
         name: path for ecm in configuration.modules.values() for name, path in faults_in(ecm.folder).items()
     }
-    return FaultContext(measured, skills, scene.movable, tuple(scene.cameras), files)
+    return FaultContext(measured, skills, scene.movable, tuple(scene.cameras), files, tuple(scene.bodies))
 
 
 def load_run_scene(

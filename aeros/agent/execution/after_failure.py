@@ -75,15 +75,17 @@ class FailureRules:
         times = self._count_failures(pending, result, judgement, after)
         is_repeated = times >= MOST_OF_A_KIND
         repeatable = record.failed and record.status in RAN_STATUSES and is_known and not raised
+        repeatable = repeatable and not judgement.is_verdict
         hopeless = self._no_retry_reason(dispatch) if repeatable else ""
         if times > 1:
             hopeless = f"it failed {times} times in the same way"
         is_repeated = is_repeated or bool(useless)
         hopeless = useless or hopeless
-        if raised or is_repeated or (result.status is StepStatus.DENIED and not result.is_transient):
+        is_hopeless = raised or is_repeated or judgement.is_verdict
+        if is_hopeless or (result.status is StepStatus.DENIED and not result.is_transient):
             self._dispatcher.avoid(dispatch.request.module, dispatch.request.skill)
         # What chance does not explain is not tried again: another provider may be, the same may not.
-        stops = stops or ((raised or is_repeated) and not self._dispatcher.has_another(dispatch))
+        stops = stops or (is_hopeless and not self._dispatcher.has_another(dispatch))
         if useless:
             self.streak.reset()
         return AttemptResult(
@@ -95,6 +97,7 @@ class FailureRules:
             hopeless,
             stops,
             is_repeated=is_repeated,
+            is_verdict=judgement.is_verdict,
             pause_s=LOOK_AGAIN_PAUSE_S if times > 1 else 0.0,
             wait=wait_after_denial(result.causes, self._runtime.site) if result.is_transient else None,
         )
@@ -126,6 +129,12 @@ class FailureRules:
         named = (step[0], step[1], {name: to_json_value(value) for name, value in step[2].items()})
         again = self.repeats.count(named, None, causes, planned_state) >= MOST_NOT_STARTED
         return AttemptResult(failed=True, reason=reason, ends_run=again, is_repeated=again)
+
+    def forget(self) -> None:
+        """Begin anew, as somebody has changed something: what failed before may succeed now."""
+        self.repeats = RepeatedFailures()
+        self.streak.reset()
+        self._dispatcher.denied.clear()
 
     def _count_failures(
         self, pending: PendingAttempt, result: StepResult, judgement: StepAssessment, after: WorldModel

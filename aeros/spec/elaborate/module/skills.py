@@ -17,7 +17,7 @@ from aeros.spec.elaborate.module.action_conditions import (
 from aeros.spec.elaborate.module.interfaces import elaborate_inputs, elaborate_outputs
 from aeros.spec.elaborate.names import resolve_name, resolve_need
 from aeros.spec.elaborate.scopes import state_scope
-from aeros.spec.elaborate.values import elaborate_state_values
+from aeros.spec.elaborate.values import elaborate_state_values, elaborate_verdict
 from aeros.spec.expr.types import FamilyType, VectorType
 from aeros.spec.expr.units import TIME, format_number, parse_quantity
 from aeros.spec.model.configured import BoundNames, site_names
@@ -190,7 +190,15 @@ class _SkillElaborator:
                 headline = f"no skill changes `{variable.value}`: it is what an instruction says"
                 self._diagnostics.error("AE203", headline, variable.span)
         failure = outcome.failure is not None and outcome.failure.value
-        return Outcome(name, effects, failure, self._probability(outcome), self._duration(outcome))
+        verdict = "" if outcome.verdict is None else self._verdict(outcome.verdict, is_failure=failure)
+        probability, duration = self._probability(outcome), self._duration(outcome)
+        return Outcome(name, effects, failure, probability, duration, verdict)
+
+    def _verdict(self, text: TextField, *, is_failure: bool) -> str:
+        if not is_failure:
+            headline = "an outcome with a verdict ends the task, so it must be a failure"
+            self._diagnostics.error("AE208", headline, text.span)
+        return elaborate_verdict(text, self._site, self._diagnostics)
 
     def _probability(self, outcome: declared.Outcome) -> Fraction | None:
         if outcome.probability is None:
