@@ -12,12 +12,12 @@
 4.  A plan does not count as a re-plan if it failed because of what may change by itself: a person nearby, a
     silent sensor, a quantity that a condition reads, a quota whose window will free it. The agent waits
     `RETRY_INTERVAL_S`, or a tenth of a long wait, and plans again, at most as long as `waiting.py` says.
-5.  The agent gives up at once when a skill ends with a verdict, which says why no other try can succeed, when
-    the gate denies the same request a second time for any other reason, when a step fails again and again in
-    the same state as only something in its way explains (`repeats.py`) and nothing else provides the same,
-    when two plans in a row are rejected for the same reasons, when the time limit of the task has passed, or
-    when the operator has stopped everything. Before it gives up for any reason but the last two, it asks a
-    person for help, if there is one to ask. After that, all that failed may be tried again.
+5.  The agent gives up at once when a skill ends twice with the same verdict, which says why no other try can
+    succeed; when the gate denies the same request a second time for any other reason; when a step fails again
+    and again in the same state as only something in its way explains (`repeats.py`), and nothing else
+    provides the same; when two plans in a row are rejected for the same reasons; when the time limit of the
+    task has passed, or the operator has stopped everything. Before it gives up for any but the last two, it
+    asks a person for help, if there is one to ask. After that, all that failed may be tried again.
 6.  A checkpoint is written at every step boundary, before the step begins and after it has ended, and with
     every plan. A resumed run verifies that plan again and continues where it was. The end is kept, too.
 

@@ -89,6 +89,12 @@ SPONGE_LENGTHS = (0.0625, 0.13)
 SPONGE_HEIGHT = 0.03
 """Height of the sponge's foam, m."""
 
+UPSIDE_DOWN = 0.055
+"""Height of the foam's top above which it is not on the table, m: on its block it is 64 mm high."""
+
+FACE_WIDTH = 0.05
+"""Least width of the face of foam that does not stand on its side, m: it is 70 mm."""
+
 SPONGE_RADIUS = 0.08
 """Radius around the sponge's middle that belongs to the sponge, m."""
 
@@ -110,6 +116,25 @@ pixel off."""
 
 BIN_EDGE = 0.010
 """The same of a picture from above, m, where a piece may be at the wall."""
+
+BIN_CELL = 0.006
+"""Edge of the squares by which the area of what is in the bin is measured, m: a pixel is 4 mm."""
+
+SAME_PLACE = 0.04
+"""Distance within which a piece in two pictures is the same, m: about its width."""
+
+BINNED_SHARE = 0.3
+"""Least share of the volume that left the table by which the volume in the bin grows: the bin's wall and
+other pieces may hide a part."""
+
+BINNED_OF_MANY = 0.6
+"""The same share where several pieces left the table since the last picture."""
+
+LEAST_VOLUME = 2e-5
+"""Change of a volume below which nothing has come or gone, m³: a third of a small piece."""
+
+MISSING_SHARE = 0.6
+"""Share of the smallest piece's volume above which what has left the table is a piece."""
 
 HAND_ROOM = (0.15, 0.05)
 """Radius around the tool, and depth below it, of the hand and of what it holds, m."""
@@ -144,7 +169,13 @@ class Piece(NamedTuple):
 
 
 def see_table(view: View) -> Perception:
-    """Find sponge, clutter and dirt in a picture from above; without the table in it, clutter is unknown."""
+    """Find sponge, clutter and dirt in a picture from above; without the table in it, clutter is unknown.
+
+    Clutter does not vanish: what has left the table without more in the bin is missing.
+    """
+    filled, missing, smallest, looked = 0.0, 0.0, inf, -1.0
+    seen: list[tuple[Piece, int]] = []
+    last_seen: Place | None = None
     while True:
         picture, readings = view.pictures["overhead"], view.readings
         if "area_position" not in readings:
@@ -155,9 +186,10 @@ def see_table(view: View) -> Perception:
         rgb = picture.rgb.astype(np.float64)
         # Where the sponge is, is compared with its surveyed rest, so it is measured in the world frame.
         sponge = _find_sponge(picture.points(), rgb)
-        values: dict[str, Any] = {"sponge_seen": sponge is not None}
+        values: dict[str, Any] = {"sponge_seen": sponge is not None, "sponge_upside_down": None}
         if sponge is not None:
             values["sponge_position"] = estimate(_middle(sponge), UNCERTAINTY)
+            values["sponge_upside_down"] = _is_upside_down(*sponge)
             values["sponge_yaw"] = estimate(wrap_heading(sponge[0].longer_heading, pi), HEADING_UNCERTAINTY)
         clean = _clean_share(points, rgb, area)
         values["wiped_fraction"] = estimate(clean, 0.01)
@@ -173,6 +205,22 @@ def see_table(view: View) -> Perception:
                 for one in _pieces(points, erode(other), other)
                 if not _is_in_bin(one.place, readings["bin_position"])
             ]
+            in_bin = _volume_in_bin(points, readings["bin_position"])
+            if picture.time > looked:
+                gone, seen = _compare(seen, loose)
+                came = sum(_volume(one) for one, times in seen if times == 1)
+                lost = sum(map(_volume, gone)) - came
+                # The hand carries one piece at a time into the bin.
+                share = BINNED_SHARE if len(gone) < 2 else BINNED_OF_MANY
+                missing = _missing_volume(missing, lost, in_bin - filled, share)
+                smallest = min([smallest, *(_volume(one) for one, times in seen if times > 1)])
+                filled, looked = in_bin, picture.time
+                if gone:
+                    last_seen = gone[0].place
+            is_missing = missing > MISSING_SHARE * smallest
+            if is_missing and last_seen is not None:
+                values["clutter_last_seen"] = estimate(last_seen, UNCERTAINTY)
+            values["clutter_missing"] = is_missing
             values["clutter_on_table"] = bool(loose)
             values["wiping_area_clear"] = not any(
                 _is_in_the_way(points[part], area) for part in separate_parts(other, MIN_PIXELS)
@@ -181,7 +229,7 @@ def see_table(view: View) -> Perception:
             if "sponge_rest_position" in readings:
                 rest = readings["sponge_rest_position"]
                 is_back = sponge is not None and dist(_middle(sponge), rest) < RETURNED_WITHIN
-                values["table_organized"] = not loose and is_back
+                values["table_organized"] = not loose and is_back and not is_missing
         view = yield values
 
 
@@ -253,6 +301,11 @@ def _middle(sponge: tuple[Rectangle, float]) -> Place:
     return (face.x, face.y, top / 2.0)
 
 
+def _is_upside_down(face: Rectangle, top: float) -> bool:
+    """Return True if a sponge lies on its block: its whole face is up, and higher than foam."""
+    return top > UPSIDE_DOWN and min(face.length, face.width) > FACE_WIDTH
+
+
 def _pieces(points: Points, cores: Mask, mask: Mask) -> Iterator[Piece]:
     """Locate each piece of a mask, whose core has neither its outermost pixels nor what is very thin."""
     for core in separate_parts(cores, MIN_CORE):
@@ -263,6 +316,56 @@ def _pieces(points: Points, cores: Mask, mask: Mask) -> Iterator[Piece]:
         box = min_area_rectangle(top_points(piece, top / 2.0)[:, :2])
         shorter, longer = sorted((box.length, box.width))
         yield Piece(piece, (box.x, box.y, top / 2.0), box.longer_heading, (shorter, longer, top))
+
+
+def _volume(piece: Piece) -> float:
+    """Return the volume of the box around a piece, m³."""
+    return piece.sides[0] * piece.sides[1] * piece.sides[2]
+
+
+def _compare(
+    seen: list[tuple[Piece, int]], loose: list[Piece]
+) -> tuple[list[Piece], list[tuple[Piece, int]]]:
+    """Compare the pieces of a picture with those of earlier ones, each with the number of pictures of it.
+
+    Returns the pieces that are gone, of those that more than one picture showed, and the pieces as seen now.
+    """
+    now = []
+    for one in loose:
+        times = [number for other, number in seen if dist(one.place, other.place) < SAME_PLACE]
+        now.append((one, 1 + max(times, default=0)))
+    gone = [
+        one
+        for one, number in seen
+        if number > 1 and all(dist(one.place, other.place) >= SAME_PLACE for other in loose)
+    ]
+    return gone, now
+
+
+def _missing_volume(missing: float, lost: float, binned: float, share: float) -> float:
+    """Return the volume that is neither on the table nor in the bin.
+
+    It grows by what leaves the table and does not come into the bin; it shrinks by what comes back to the
+    table, or comes into the bin otherwise, as from the hand.
+    """
+    if lost > LEAST_VOLUME:
+        return missing if binned > share * lost else missing + lost
+    back = max(0.0, -lost) + (binned / share if binned > LEAST_VOLUME else 0.0)
+    return max(0.0, missing - back)
+
+
+def _volume_in_bin(points: Points, opening: Place) -> float:
+    """Return the volume below what a picture shows in the bin, m³."""
+    floor = opening[2] - BIN_DEPTH
+    half = (BIN_HALF[0] - BIN_CELL, BIN_HALF[1] - BIN_CELL)
+    low, high = ((opening[0] + s * half[0], opening[1] + s * half[1]) for s in (-1.0, 1.0))
+    inside = points[_in_rectangle(points, low, high)]
+    heights = inside[:, 2] - floor
+    there = inside[(heights > FLAT) & (heights < BIN_DEPTH + GRASPABLE[2])]
+    if not len(there):
+        return 0.0
+    cells = np.unique((there[:, :2] / BIN_CELL).astype(np.intp), axis=0)
+    return float(len(cells) * BIN_CELL**2 * np.mean(there[:, 2] - floor))
 
 
 def _next_piece(loose: list[Piece], area: Place) -> dict[str, Any]:

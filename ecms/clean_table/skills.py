@@ -5,7 +5,7 @@ whether a step succeeded: what is measured afterwards does.
 """
 
 from collections.abc import Generator, Iterable
-from math import cos, hypot, pi, sin
+from math import atan2, cos, hypot, pi, sin
 
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
 
@@ -131,7 +131,7 @@ def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
     observed = yield from _overlook(observed, pace)
     observed = yield from _bin_what_is_held(observed, pace)
     if not observed["holding"]:
-        if not _are_known(observed, SPONGE):
+        if not _are_known(observed, SPONGE) or observed.get("sponge_upside_down") is True:
             return
         observed = yield from _take_sponge(observed, pace)
     observed = yield from _sense(observed, "area_position")
@@ -182,7 +182,7 @@ def recover(observed: Observation, inputs: Inputs) -> SkillBody:
     observed = yield from _overlook(observed, pace)
     observed = yield from _bin_what_is_held(observed, pace)
     if not observed["holding"]:
-        if not _are_known(observed, SPONGE):
+        if not _are_known(observed, SPONGE) or observed.get("sponge_upside_down") is True:
             return
         observed = yield from _take_sponge(observed, pace)
     observed = yield from _return_sponge(observed, pace)
@@ -253,7 +253,8 @@ def _sponge_at_rest(observed: Observation) -> bool:
 def _take_sponge(observed: Observation, pace: float) -> Task:
     """Grip the sponge across and lift it."""
     x, y, z = observed["sponge_position"]
-    observed = yield from _grasp(observed, pace, (x, y, z + SPONGE_GRASP), observed["sponge_yaw"], 0.02)
+    yaw = _within_reach(observed, (x, y, z), observed["sponge_yaw"])
+    observed = yield from _grasp(observed, pace, (x, y, z + SPONGE_GRASP), yaw, 0.02)
     return (yield from _rise(observed, pace, 0.0))
 
 
@@ -339,11 +340,18 @@ def _along_the_bin(observed: Observation) -> float:
     Where both sides of a piece fit, a quarter of a turn leaves it as good a grip.
     """
     outside = _outside(observed)
-    yaw: float = observed["clutter_yaw"]
+    yaw = _within_reach(observed, observed["clutter_position"], observed["clutter_yaw"])
     near = max(outside) < HAND_REACH
     across = outside[1] > outside[0]
     can_turn = observed["clutter_length"] < BOTH_SIDES_FIT
     return yaw - pi / 2 if near and across and can_turn else yaw
+
+
+def _within_reach(observed: Observation, place: Place, yaw: float) -> float:
+    """Turn a grasp by half a turn, the same to the fingers, where that is nearer to the arm's direction."""
+    x, y, _ = observed["base_position"]
+    away = yaw - atan2(place[1] - y, place[0] - x)
+    return yaw - pi * round(away / pi)
 
 
 def _grasp(observed: Observation, pace: float, place: Place, yaw: float, width: float) -> Task:

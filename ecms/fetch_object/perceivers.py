@@ -96,7 +96,7 @@ AROUND_STANDS = 0.55
 """Margin around these places, along x and y, within which the can is looked for, m."""
 
 SEARCH_CELL = 0.08
-"""Edge of the squares of floor and stands that are looked over, m: an object that stands there hides no other."""
+"""Edge of the squares of floor and stands that are looked over, m: about as large as an object."""
 
 SEARCH_WIDE = ((-0.10, -0.30), (0.25, 0.45))
 """Margins of the searched area around the stands' places, along x and y, m."""

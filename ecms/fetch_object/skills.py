@@ -95,7 +95,7 @@ def detect(observed: Observation, inputs: Inputs) -> SkillBody:
     observed = yield from _look(observed, pace)
     if observed.get("object_detected") is not True:
         observed = yield act("look", camera="mast")
-    if observed.get("object_detected") is not True:
+    if observed.get("object_detected") is not True and observed.get("object_absent") is not True:
         observed = yield from _carry(observed, pace)
         yield from _search(observed)
 

@@ -71,6 +71,24 @@ SEALING_LOAD = 3.0
 MAX_HEIGHT = 0.20
 """Greatest height of an object on the bench, m: above it is the arm."""
 
+HAND_HALF, HAND_HEIGHT = (0.037, 0.107), 0.045
+"""Half the thickness and half the width of the hand, and its height over what it grips, m."""
+
+FINGER, FINGERTIP = (0.012, 0.016), 0.016
+"""Half the width and the thickness of a finger, and the height below which the bench itself is, m."""
+
+WIDE_OPEN, HALF_OPEN = 0.08, 0.05
+"""Gap of the fingers around the wrapper and around the filling, m."""
+
+FILLING_YAWS = (0.0, pi / 2.0, pi / 4.0, -pi / 4.0)
+"""Headings of a hand that grips the filling, which is square and turns in the fingers, rad."""
+
+MIN_OBSTACLE = 4
+"""Least number of pixels of something in the way: fewer are noise."""
+
+BENCH_WITHIN, MIN_BENCH = 0.012, 5000
+"""Greatest height of a point of the bench, m, and least number of its pixels in a picture that shows it."""
+
 MIN_PIXELS = 25
 """Least number of pixels of an object: fewer are noise, or an object that is mostly hidden."""
 
@@ -102,6 +120,9 @@ ANGLE_UNCERTAINTY = 0.06
 """Standard uncertainty of a heading and of the fold, rad."""
 
 UNSEEN = (
+    "filling_yaw",
+    "filling_free",
+    "wrapper_free",
     "filling_position",
     "wrapper_position",
     "wrapper_yaw",
@@ -188,12 +209,20 @@ def see_dumpling(view: View) -> Perception:
                 continue
             wrapper, filling = _look_from_above(picture)
             known |= dict.fromkeys(UNSEEN)
+            known |= {
+                name: None if value is None else estimate(value, time=picture.time)
+                for name, value in _sightings(picture, wrapper, filling).items()
+            }
+            known |= {
+                name: estimate(*value, time=picture.time)
+                for name, value in _room_to_grip(picture, wrapper, filling).items()
+            }
             if filling is not None:
                 known["filling_position"] = estimate(filling, UNCERTAINTY, time=picture.time)
             if wrapper is None:
                 in_pot_since = None
                 continue
-            if not wrapper.is_closed:
+            if not wrapper.is_closed or (filling is not None and not _is_near(filling, wrapper)):
                 pressed = wrapped = False
             pot = view.readings.get("pot_position")
             if not _is_in_pot(wrapper.middle, pot) or not (filling is None or _is_in_pot(filling, pot)):
@@ -208,14 +237,61 @@ def see_dumpling(view: View) -> Perception:
         view = yield known.copy()
 
 
+def _sightings(picture: Picture, wrapper: Wrapper | None, filling: Place | None) -> dict[str, bool | None]:
+    """Say if a picture shows the wrapper, the filling, and a wrapper that is closed without the filling.
+
+    A picture that does not show the bench, as one that is dazzled, says nothing.
+    """
+    if int((np.abs(picture.points()[:, :, 2]) < BENCH_WITHIN).sum()) < MIN_BENCH:
+        return dict.fromkeys(("wrapper_seen", "filling_seen", "wrapper_shut"))
+    is_closed = wrapper is not None and wrapper.is_closed
+    return {
+        "wrapper_seen": wrapper is not None,
+        "filling_seen": filling is not None or is_closed,
+        "wrapper_shut": is_closed and filling is not None and not _is_near(filling, wrapper),
+    }
+
+
+def _room_to_grip(picture: Picture, wrapper: Wrapper | None, filling: Place | None) -> Values:
+    """Say if a hand has room to grip what a picture shows, and at which heading it has at the filling."""
+    points = picture.points().reshape(-1, 3)
+    points = points[points[:, 2] < MAX_HEIGHT]
+    values: Values = {}
+    if wrapper is not None:
+        values["wrapper_free"] = (_has_room(points, wrapper.hinge, wrapper.yaw, WIDE_OPEN),)
+    if filling is not None:
+        free = [yaw for yaw in FILLING_YAWS if _has_room(points, filling, yaw, HALF_OPEN)]
+        values["filling_free"] = (bool(free),)
+        if free:
+            values["filling_yaw"] = (free[0], ANGLE_UNCERTAINTY)
+    return values
+
+
+def _has_room(points: Points, place: Place, yaw: float, opened: float) -> bool:
+    """Return True if neither the hand nor its open fingers would hit points in a grasp at a place."""
+    away = points - np.array(place)
+    along = np.abs(away[:, 0] * cos(yaw) + away[:, 1] * sin(yaw))
+    across = np.abs(away[:, 1] * cos(yaw) - away[:, 0] * sin(yaw))
+    hand = (along < HAND_HALF[0]) & (across < HAND_HALF[1]) & (away[:, 2] > HAND_HEIGHT)
+    finger = (across > opened / 2.0) & (across < opened / 2.0 + FINGER[1]) & (along < FINGER[0])
+    tips = max(0.0, FINGERTIP - place[2])
+    return int((hand | (finger & (away[:, 2] > tips))).sum()) < MIN_OBSTACLE
+
+
+def _is_near(filling: Place, wrapper: Wrapper | None) -> bool:
+    """Return True if a filling may be between the plates of a wrapper."""
+    return wrapper is not None and dist(filling, wrapper.middle) < 2.0 * PLATE_HALF[1]
+
+
 def _values(wrapper: Wrapper, filling: Place | None, press: Place | None, wrapped: bool) -> Values:
     """Return value and uncertainty of what a picture from above says of a wrapper and of a filling.
 
     Dough and filling stay "on the workspace" as parts of the dumpling, and so does a filling that a closed
-    wrapper hides. A wrapper on its edge may be open: it counts as filled only if it was seen wrapped before.
+    wrapper hides. A wrapper on its edge may be open, and may show what is in it: it counts as filled only if it
+    was seen wrapped before.
     """
     fold = wrapper.fold
-    is_hidden = filling is None and wrapper.is_closed and (fold is not None or wrapped)
+    is_hidden = wrapped or (filling is None and wrapper.is_closed and fold is not None)
     values: Values = {
         "wrapper_position": (wrapper.hinge, UNCERTAINTY),
         "wrapper_yaw": (wrapper.yaw, ANGLE_UNCERTAINTY),

@@ -270,7 +270,10 @@ def _lay_wrapper(observed: Observation, pace: float) -> Task:
         place, yaw = observed["wrapper_position"], observed["wrapper_yaw"]
         if dist(place, press) < ON_PRESS:
             return (yield from _realign_wrapper(observed, pace))
-        if _is_crowded(observed, place, yaw):
+        is_crowded = _is_crowded(observed, place, yaw)
+        if not is_crowded and observed.get("wrapper_free") is False:
+            return observed
+        if is_crowded:
             if place[2] > STANDING:
                 observed = yield from _do(observed, _topple(observed, pace, place))
                 observed = yield from _look(observed, pace)
@@ -330,8 +333,10 @@ def _lay_filling(observed: Observation, pace: float) -> Task:
             return observed
         x, y, z = observed["filling_position"]
         back = grasp = (x, y, z + FILLING_GRASP)
-        # It is square: where the press is in the way of the hand, it is gripped by its other sides.
-        yaw = pi / 2.0 if _is_crowded(observed, grasp, 0.0) else 0.0
+        if "filling_yaw" not in observed:
+            return observed
+        # It is square: where something is in the way of the hand, it is gripped at another heading.
+        yaw = observed["filling_yaw"]
         observed = yield from _take(observed, pace, grasp, yaw, 0.012, HALF_OPEN)
         # The wrapper may have been moved while the filling was fetched, or knocked off.
         observed = yield from _look(observed, pace)

@@ -12,6 +12,7 @@ from aeros.agent.execution.repeats import (
     LOOK_AGAIN_PAUSE_S,
     MOST_NOT_STARTED,
     MOST_OF_A_KIND,
+    SECOND_LOOK_PAUSE_S,
     RepeatedFailures,
     is_explained_by_chance,
 )
@@ -44,6 +45,7 @@ class FailureRules:
         self._dispatcher = dispatcher
         self.repeats = RepeatedFailures()
         self.streak = FailureStreak()
+        self._verdicts: set[tuple[str, str, str | None]] = set()
 
     def after_step(
         self,
@@ -81,7 +83,8 @@ class FailureRules:
             hopeless = f"it failed {times} times in the same way"
         is_repeated = is_repeated or bool(useless)
         hopeless = useless or hopeless
-        is_hopeless = raised or is_repeated or judgement.is_verdict
+        is_final = judgement.is_verdict and self._is_confirmed(pending, judgement)
+        is_hopeless = raised or is_repeated or is_final
         if is_hopeless or (result.status is StepStatus.DENIED and not result.is_transient):
             self._dispatcher.avoid(dispatch.request.module, dispatch.request.skill)
         # What chance does not explain is not tried again: another provider may be, the same may not.
@@ -97,8 +100,8 @@ class FailureRules:
             hopeless,
             stops,
             is_repeated=is_repeated,
-            is_verdict=judgement.is_verdict,
-            pause_s=LOOK_AGAIN_PAUSE_S if times > 1 else 0.0,
+            is_verdict=is_final,
+            pause_s=LOOK_AGAIN_PAUSE_S if times > 1 else SECOND_LOOK_PAUSE_S if judgement.is_verdict else 0.0,
             wait=wait_after_denial(result.causes, self._runtime.site) if result.is_transient else None,
         )
 
@@ -134,7 +137,16 @@ class FailureRules:
         """Begin anew, as somebody has changed something: what failed before may succeed now."""
         self.repeats = RepeatedFailures()
         self.streak.reset()
+        self._verdicts.clear()
         self._dispatcher.denied.clear()
+
+    def _is_confirmed(self, pending: PendingAttempt, judgement: StepAssessment) -> bool:
+        """Note a verdict; return True for the second one: what was seen first may have been on the move."""
+        request = pending.dispatch.request
+        verdict = (request.module, request.skill, judgement.outcome)
+        is_confirmed = verdict in self._verdicts
+        self._verdicts.add(verdict)
+        return is_confirmed
 
     def _count_failures(
         self, pending: PendingAttempt, result: StepResult, judgement: StepAssessment, after: WorldModel

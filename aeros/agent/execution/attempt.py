@@ -59,7 +59,7 @@ class AttemptResult:
         is_composed: it was a run of a composition, whose steps have records of their own.
         is_repeated: it failed as it did before in the same state, which chance does not explain, and is not
             tried again.
-        is_verdict: its outcome says why no other try can succeed.
+        is_verdict: its outcome says, for the second time, why no other try can succeed.
         pause_s: time that is to pass before another plan, plant seconds.
         wait: what may allow it later, after a denial or where it could not start; None if nothing may.
     """
