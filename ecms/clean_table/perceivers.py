@@ -186,10 +186,11 @@ def see_table(view: View) -> Perception:
         rgb = picture.rgb.astype(np.float64)
         # Where the sponge is, is compared with its surveyed rest, so it is measured in the world frame.
         sponge = _find_sponge(picture.points(), rgb)
-        values: dict[str, Any] = {"sponge_seen": sponge is not None, "sponge_upside_down": None}
+        values: dict[str, Any] = {"sponge_seen": sponge is not None}
+        if has_table or sponge is not None:
+            values["sponge_upside_down"] = sponge is not None and _is_upside_down(*sponge)
         if sponge is not None:
             values["sponge_position"] = estimate(_middle(sponge), UNCERTAINTY)
-            values["sponge_upside_down"] = _is_upside_down(*sponge)
             values["sponge_yaw"] = estimate(wrap_heading(sponge[0].longer_heading, pi), HEADING_UNCERTAINTY)
         clean = _clean_share(points, rgb, area)
         values["wiped_fraction"] = estimate(clean, 0.01)

@@ -287,7 +287,7 @@ def _values(wrapper: Wrapper, filling: Place | None, press: Place | None, wrappe
     """Return value and uncertainty of what a picture from above says of a wrapper and of a filling.
 
     Dough and filling stay "on the workspace" as parts of the dumpling, and so does a filling that a closed
-    wrapper hides. A wrapper on its edge may be open, and may show what is in it: it counts as filled only if it
+    wrapper hides. A wrapper on its edge may be open, or show what is in it: it counts as filled only if it
     was seen wrapped before.
     """
     fold = wrapper.fold

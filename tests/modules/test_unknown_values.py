@@ -43,6 +43,7 @@ OBSERVED: Final[dict[str, Any]] = {
     "clutter_position": (0.4, -0.25, 0.02),
     "clutter_yaw": 0.3,
     "clutter_length": 0.04,
+    "clutter_last_seen": (0.4, -0.25, 0.02),
     "wiped_fraction": 0.5,
     # make_dumplings
     "press_position": (0.5, 0.0, 0.083),
@@ -53,6 +54,7 @@ OBSERVED: Final[dict[str, Any]] = {
     "wrapper_yaw": 0.1,
     "wrapper_fold": 0.0,
     "filling_position": (0.34, 0.235, 0.058),
+    "filling_yaw": 0.0,
     # fetch_object
     "station_survey": (1.2, 0.16, 0.3),
     "station_position": (1.2, 0.16, 0.3),
@@ -63,6 +65,8 @@ OBSERVED: Final[dict[str, Any]] = {
     "to": "left",
     "object_yaw": 0.2,
     "object_seen_time": 1.0,
+    "object_searched": 0.4,
+    "object_distance": 0.6,
     "object_push_start": (1.7, 0.1, 0.4),
     "object_push_way": (0.1, 0.05, 0.0),
 }
