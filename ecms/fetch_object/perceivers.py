@@ -315,7 +315,7 @@ def _share_since(looked: Mapping[tuple[int, int], float], time: float, stands: P
     low, high = _searched_area(stands)
     rows, columns = ((high - low) / SEARCH_CELL).astype(np.intp).tolist()
     recent = [1 for seen in looked.values() if seen >= time]
-    return min(1.0, len(recent) / max(1, rows * columns))
+    return min(1.0, float(len(recent)) / max(1.0, float(rows * columns)))
 
 
 def _searched_area(stands: Points) -> tuple[Points, Points]:
