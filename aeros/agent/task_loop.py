@@ -69,6 +69,8 @@ class TaskLoop:
     `ask_for_help` nobody is asked.
     """
 
+    _ask_for_help: AskForHelp | None = None
+
     def __init__(
         self,
         runtime: Runtime,
