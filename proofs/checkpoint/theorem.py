@@ -159,7 +159,7 @@ def _world(measured: str) -> Any:
 
 
 _OUTCOMES: Final = {
-    name: SimpleNamespace(id=name, effects={"d": not fails}, failure=fails)
+    name: SimpleNamespace(id=name, effects={"d": not fails}, failure=fails, verdict="")
     for name, fails in (("done", False), ("missed", True))
 }
 _SKILL: Final = SimpleNamespace(
