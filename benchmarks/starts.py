@@ -67,7 +67,8 @@ def read_run(trace: Sequence[dict[str, Any]], audit: Iterable[dict[str, Any]], w
 
     believed: the agent took the goal as reached.  reached: it was true in the simulator; false too where the
     scene defines no truth, and then not refereed.
-    stops: steps that the monitor ended.  faults: that began.  way: each step that ended, and how.
+    stops: steps that the monitor ended.  faults: that began.  after_fault_s: simulated s from the last
+    beginning or end of one to the end of the run; None without any.  way: each step that ended, and how.
     words: what the run printed, whose end is the reason where it broke off.
     """
     last = trace[-1]
@@ -75,6 +76,7 @@ def read_run(trace: Sequence[dict[str, Any]], audit: Iterable[dict[str, Any]], w
     records = list(audit)
     verdicts = [one["details"]["verdict"] for one in records if one["event"] == "decision"]
     reasons = [one["details"]["reason"] for one in records if one["event"] == "step-ended"]
+    faults = [one["time"] for one in trace if current_event(one["kind"]) in ("fault-started", "fault-ended")]
     judged = [one["details"]["true"] for one in records if one["event"] == "goal-judged"]
     return {
         "reached": judged == [True],
@@ -90,6 +92,7 @@ def read_run(trace: Sequence[dict[str, Any]], audit: Iterable[dict[str, Any]], w
         "stops": sum(reason.startswith("monitor:") for reason in reasons),
         "faults": sum(current_event(one["kind"]) == "fault-started" for one in trace),
         "simulated_s": last["time"],
+        "after_fault_s": last["time"] - faults[-1] if faults else None,
         "way": [one["text"] for one in trace if one["kind"] in ("step-ended", "step-not-started")],
     }
 

@@ -27,7 +27,7 @@ from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.recovery.checkpoint import CheckpointStore, TaskCheckpoint, UnusableCheckpointError
 from aeros.agent.recovery.lifecycle import Lifecycle, LifecycleEvent, Phase
 from aeros.agent.recovery.quarantine import Quarantine
-from aeros.agent.task_loop import TaskLoop
+from aeros.agent.task_loop import AskForHelp, TaskLoop
 from aeros.runtime.ports import EMPTY_LOG_HEAD, AuditEvent, Runtime, StepStatus
 from aeros.spec.model.ecm import ActionCondition
 
@@ -64,6 +64,9 @@ class Agent:
             self._journal.record(
                 "step-interrupted", f"{skill} was under way when the agent ended", skill=skill
             )
+
+    ask_for_help: AskForHelp | None = None
+    """Asks a person for help before a task is given up; None if nobody is to be asked."""
 
     def run(
         self, instruction: Spoken, timeout: float | None = None, goal: ActionCondition | None = None
@@ -176,6 +179,7 @@ class Agent:
             str(self.identity.id),
             position,
             planning_timeout=self._within,
+            ask_for_help=self.ask_for_help,
         )
 
     def _pursue(self, loop: TaskLoop, instruction: str, errand: Errand) -> RunReport:

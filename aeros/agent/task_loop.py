@@ -12,10 +12,12 @@
 4.  A plan does not count as a re-plan if it failed because of what may change by itself: a person nearby, a
     silent sensor, a quantity that a condition reads, a quota whose window will free it. The agent waits
     `RETRY_INTERVAL_S`, or a tenth of a long wait, and plans again, at most as long as `waiting.py` says.
-5.  The agent gives up at once when the gate denies the same request a second time for any other reason, when
-    a step fails again and again in the same state as only something in its way explains (`repeats.py`) and
-    nothing else provides the same, when two plans in a row are rejected for the same reasons, when the time
-    limit of the task has passed, or when the operator has stopped everything.
+5.  The agent gives up at once when a skill ends twice with the same verdict, which says why no other try can
+    succeed; when the gate denies the same request a second time for any other reason; when a step fails again
+    and again in the same state as only something in its way explains (`repeats.py`), and nothing else
+    provides the same; when two plans in a row are rejected for the same reasons; when the time limit of the
+    task has passed, or the operator has stopped everything. Before it gives up for any but the last two, it
+    asks a person for help, if there is one to ask. After that, all that failed may be tried again.
 6.  A checkpoint is written at every step boundary, before the step begins and after it has ended, and with
     every plan. A resumed run verifies that plan again and continues where it was. The end is kept, too.
 
@@ -26,7 +28,7 @@ than once themselves.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from math import inf
 from typing import Final
 
@@ -56,12 +58,18 @@ LONG_WAIT_TRIES: Final = 10
 
 _ONLY_ERRAND: Final = ErrandPosition()
 
+AskForHelp = Callable[[str], bool]
+"""Says to a person why the task cannot go on, and returns True once the person has helped."""
+
 
 class TaskLoop:
     """One run towards one goal, for at most `timeout` seconds of plant time.
 
-    `planning_timeout` is the wall time (s) for each plan, which is then made in a separate process.
+    `planning_timeout` is the wall time (s) for each plan, which is then made in a separate process. Without
+    `ask_for_help` nobody is asked.
     """
+
+    _ask_for_help: AskForHelp | None = None
 
     def __init__(
         self,
@@ -76,7 +84,9 @@ class TaskLoop:
         position: ErrandPosition = _ONLY_ERRAND,
         *,
         planning_timeout: float | None = None,
+        ask_for_help: AskForHelp | None = None,
     ) -> None:
+        self._ask_for_help = ask_for_help
         self._checkpoints = checkpoints
         self._agent = agent
         self._position = position
@@ -233,17 +243,15 @@ class TaskLoop:
                 break
             if self._engine.timed_out or self._runtime.now() >= self._until:
                 return f"{_timeout_text(self._timeout)}; the plan ended: {end.reason}"
-            if end.is_final:
-                return end.reason
+            hopeless = self._reason_to_give_up(end, cap)
+            if hopeless:
+                if not self._was_helped(hopeless):
+                    return hopeless
+                continue
             if end.wait is not None:
-                if self._waited >= end.wait.limit_s:
-                    waited = f"{self._waited:g} s of waiting until {end.wait.subject}"
-                    return f"{waited} did not help: {end.reason}"
                 self._wait(end.reason, end.wait)
                 continue
             self._waited = 0.0
-            if self._replans >= cap:
-                return f"the goal is not reached after {cap} re-plans; the last plan ended: {end.reason}"
             self._replans += 1
             self._save()
             self._journal.record(
@@ -253,6 +261,31 @@ class TaskLoop:
             failed_at_once = self._runtime.now() - began < RETRY_INTERVAL_S
             self._idle(max(end.pause_s, RETRY_INTERVAL_S if failed_at_once else 0.0))
         return None
+
+    def _reason_to_give_up(self, end: PlanFailure, cap: int) -> str:
+        """Return why another plan is of no use; empty if it may be of use."""
+        if end.is_final:
+            return end.reason
+        if end.wait is not None:
+            waited = f"{self._waited:g} s of waiting until {end.wait.subject}"
+            return f"{waited} did not help: {end.reason}" if self._waited >= end.wait.limit_s else ""
+        if self._replans >= cap:
+            return f"the goal is not reached after {cap} re-plans; the last plan ended: {end.reason}"
+        return ""
+
+    def _was_helped(self, reason: str) -> bool:
+        """Ask a person for help, if there is one to ask; after help, everything may be tried again."""
+        if self._ask_for_help is None or self._runtime.is_stopped:
+            return False
+        self._journal.record("help-asked", f"asks for help: {reason}", reason=reason)
+        if not self._ask_for_help(reason):
+            return False
+        self._journal.record("help-given", "somebody has helped; goes on with a new look", reason=reason)
+        self._attempts.failure_rules.forget()
+        self._engine.denied.clear()
+        self._plan, self._replans, self._waited = None, 0, 0.0
+        self._attempts.observe()
+        return True
 
     def _wait(self, reason: str, wait: Wait) -> None:
         # Steps before the one that waits may run again each time, so a long wait has long intervals.

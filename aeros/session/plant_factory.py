@@ -113,7 +113,8 @@ def surroundings_of(configuration: Configuration, scene: Scene) -> FaultContext:
     }
     area = configuration.site.area_scanners
     scanners = () if area is None else tuple(one.name for one in area.scanners)
-    return FaultContext(measured, skills, scene.movable, tuple(scene.cameras), scanners, files)
+    bodies = tuple(scene.bodies)
+    return FaultContext(measured, skills, scene.movable, tuple(scene.cameras), scanners, files, bodies)
 
 
 def load_run_scene(

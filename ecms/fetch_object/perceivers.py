@@ -52,6 +52,9 @@ PUSH_START = 0.08
 PUSH_ASIDE = (0.0, 0.008, -0.008, 0.016, -0.016, 0.024, -0.024, 0.027, -0.027)
 """Lateral offsets from its axis to try, m: beyond them the fingers miss the end of a can of 22 mm radius."""
 
+PUSH_ASKEW = (0.0, 0.12, -0.12, 0.24, -0.24)
+"""Angles between the object and the way that it is pushed to try, rad: what it lies against guides it."""
+
 SEARCH_STEP = 0.02
 """Spacing of the positions at which free room is searched, m."""
 
@@ -121,6 +124,21 @@ SURVEYED = ("station_survey", "delivery_position")
 AROUND_STANDS = 0.55
 """Margin around these places, along x and y, within which the can is looked for, m."""
 
+SEARCH_CELL = 0.08
+"""Edge of the squares of floor and stands that are looked over, m: about as large as an object."""
+
+SEARCH_WIDE = ((-0.10, -0.30), (0.25, 0.45))
+"""Margins of the searched area around the stands' places, along x and y, m."""
+
+SEARCH_AGE = 60.0
+"""Greatest age of a picture that still counts as a look at a square, s."""
+
+NEARER = 0.15
+"""How much nearer to the arm's base than `REACH` an object on a stand may be, m."""
+
+SEARCHED_SHARE = 0.7
+"""Share of it that the mast can show from the aisle: the rest is behind the stands."""
+
 ARRIVED_WITHIN = 0.03
 """Greatest distance of the base from the station at which it has arrived, m."""
 
@@ -165,6 +183,7 @@ def find_object(view: View) -> Perception:
     """
     known: dict[str, Any] = {}
     newest = -1.0
+    looked: dict[tuple[int, int], float] = {}
     while True:
         kind = _kind(view.readings)
         if kind is not None and all(place in view.readings for place in SURVEYED):
@@ -174,6 +193,12 @@ def find_object(view: View) -> Perception:
                 if picture is None or picture.time <= newest:
                     continue
                 found = _look(picture, kind, name == "mast", stands, view.readings)
+                if found["object_seen"] == (True,):
+                    looked.clear()
+                elif name == "mast":
+                    looked |= dict.fromkeys(_cells(picture, stands), picture.time)
+                share = _share_since(looked, picture.time - SEARCH_AGE, stands)
+                found |= {"object_searched": (share, 0.02), "object_absent": (share >= SEARCHED_SHARE,)}
                 for variable, value in found.items():
                     known[variable] = None if value is None else estimate(*value, time=picture.time)
             newest = max(picture.time for picture in view.pictures.values())
@@ -208,6 +233,11 @@ def track(view: View) -> Perception:
             station = _station_for(given["station_survey"], seen)
             values["station_position"] = estimate(station, UNCERTAINTY)
             values["robot_at_target"] = dist(given["base_position"][:2], station[:2]) < ARRIVED_WITHIN
+            values["object_out_of_reach"] = False
+            if seen is not None:
+                away = dist(seen[:2], station[:2])
+                values["object_distance"] = estimate(away, UNCERTAINTY)
+                values["object_out_of_reach"] = not REACH[0] - NEARER <= away <= REACH[1] + UNCERTAINTY
         view = yield values
 
 
@@ -346,6 +376,30 @@ def _stand_lift(points: Points, belongs: Place) -> float | None:
     return believe_height(float(np.median(heights)), z, UNNOTICED) - z
 
 
+def _cells(picture: Picture, stands: Points) -> set[tuple[int, int]]:
+    """Return the squares of the searched area that a picture shows the top of."""
+    points = picture.points()
+    low, high = _searched_area(stands)
+    x, y = points[:, :, 0], points[:, :, 1]
+    inside = (low[0] < x) & (x < high[0]) & (low[1] < y) & (y < high[1])
+    cells = ((points[inside][:, :2] - low) / SEARCH_CELL).astype(np.intp)
+    return {(row[0], row[1]) for row in np.unique(cells, axis=0).tolist()}
+
+
+def _share_since(looked: Mapping[tuple[int, int], float], time: float, stands: Points) -> float:
+    """Return the share of the squares that were looked at since a time."""
+    low, high = _searched_area(stands)
+    rows, columns = ((high - low) / SEARCH_CELL).astype(np.intp).tolist()
+    recent = [1 for seen in looked.values() if seen >= time]
+    return min(1.0, float(len(recent)) / max(1.0, float(rows * columns)))
+
+
+def _searched_area(stands: Points) -> tuple[Points, Points]:
+    """Return the lowest and the highest corner of the searched area."""
+    (left, near), (right, far) = SEARCH_WIDE
+    return stands.min(axis=0) + np.array((left, near)), stands.max(axis=0) + np.array((right, far))
+
+
 def _is_around(points: Points, places: Points) -> Mask:
     """Find the points (h, w, 3) of a picture that are near the rectangle that places (n, 2) span."""
     low, high = places.min(axis=0) - AROUND_STANDS, places.max(axis=0) + AROUND_STANDS
@@ -367,12 +421,14 @@ def _shortest_push(points: Points, place: Place, axis: float) -> tuple[Place, Pl
     A hand at the start has room, too. The fingers push as near to the axis as possible.
     """
     x, y, z = place
-    for away in np.arange(SEARCH_STEP, SEARCH_RADIUS, SEARCH_STEP).tolist():
-        for u, v in ((cos(axis), sin(axis)), (-cos(axis), -sin(axis))):
-            if not _has_room(points, (x + away * u, y + away * v, z), axis):
-                continue
-            for aside in PUSH_ASIDE:
-                start = (x - PUSH_START * u - aside * v, y - PUSH_START * v + aside * u, z)
-                if all(_has_room(points, start, axis + pi / 2.0, half) for half in PUSH_HALVES):
-                    return start, (away * u, away * v, 0.0)
+    for askew in PUSH_ASKEW:
+        for away in np.arange(SEARCH_STEP, SEARCH_RADIUS, SEARCH_STEP).tolist():
+            for way in (axis + askew, axis + askew + pi):
+                u, v = cos(way), sin(way)
+                if not _has_room(points, (x + away * u, y + away * v, z), axis):
+                    continue
+                for aside in PUSH_ASIDE:
+                    start = (x - PUSH_START * u - aside * v, y - PUSH_START * v + aside * u, z)
+                    if all(_has_room(points, start, way + pi / 2.0, half) for half in PUSH_HALVES):
+                        return start, (away * u, away * v, 0.0)
     return None

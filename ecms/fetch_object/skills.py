@@ -67,11 +67,14 @@ AMPLE = 0.06
 APPROACH = 0.06
 """Part of a push that moves nothing, m: the way before contact, and the loss as the object turns."""
 
+PUSH_SPEED = 0.05
+"""Peak speed of a hand that pushes, m/s: what it pushes may lie against something."""
+
 LONGEST = 0.18
 """The longest push, m; a longer way begins with half of it, which turns it along what it lies against."""
 
-PUSHES = 3
-"""Number of pushes before the next grasp."""
+PUSHES = 5
+"""Largest number of pushes before the next grasp."""
 
 LOOKS = 5
 """Number of further looks for an object that a picture does not show."""
@@ -93,7 +96,7 @@ def detect(observed: Observation, inputs: Inputs) -> SkillBody:
     observed = yield from _look(observed, pace)
     if observed.get("object_detected") is not True:
         observed = yield act("look", camera="mast")
-    if observed.get("object_detected") is not True:
+    if observed.get("object_detected") is not True and observed.get("object_absent") is not True:
         observed = yield from _carry(observed, pace)
         yield from _search(observed)
 
@@ -195,7 +198,7 @@ def _push(observed: Observation, pace: float) -> Task:
     yield act("grip", width=SHUT, force=GRIP_FORCE)
     yield from _over(observed, pace, (x, y, z), CLEARANCE, across)
     yield act("move_tool", target=(x, y, z), yaw=across, speed=NEAR_SPEED)
-    yield act("move_tool", target=end, yaw=across, speed=NEAR_SPEED)
+    yield act("move_tool", target=end, yaw=across, speed=PUSH_SPEED)
     high = (end[0], end[1], observed["base_position"][2] + CARRY[2])
     yield act("move_tool", target=high, yaw=across, speed=_free(observed, pace))
     return (yield from _look(observed, pace))

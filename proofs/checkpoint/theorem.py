@@ -159,7 +159,9 @@ def _world(measured: str) -> Any:
 
 
 _OUTCOMES: Final = {
-    name: SimpleNamespace(id=name, effects={"d": not fails}, ranges=(), effect_count=1, failure=fails)
+    name: SimpleNamespace(
+        id=name, effects={"d": not fails}, ranges=(), effect_count=1, failure=fails, verdict=""
+    )
     for name, fails in (("done", False), ("missed", True))
 }
 _SKILL: Final = SimpleNamespace(

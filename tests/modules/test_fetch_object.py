@@ -100,7 +100,19 @@ def test_without_enough_red_there_is_no_can() -> None:
     blue, dark = STANDING._replace(colour=(40, 30, 200)), STANDING._replace(colour=(55, 5, 5))
     pink, small = STANDING._replace(colour=(200, 30, 105)), STANDING._replace(half=(0.008, 0.0))
     for tops in ([], [blue], [dark], [pink], [small]):
-        assert from_mast(*tops) == {"object_seen": False, "object_delivered": False}
+        found = from_mast(*tops)
+        assert found.keys() == {"object_seen", "object_delivered", "object_searched", "object_absent"}
+        assert (found["object_seen"], found["object_delivered"], found["object_absent"]) == (False,) * 3
+
+
+def test_what_pictures_show_without_the_object_adds_up_and_ends_when_it_is_seen() -> None:
+    watched = Watched("fetch_object", "find_object", {**WANTED, **SURVEY})
+    first = watched.see(0.0, draw(ABOVE, [], name="mast"))["object_searched"]
+    assert 0.1 < first < 1.0
+    again = watched.see(1.0, draw(ABOVE, [], name="mast", time=1.0))["object_searched"]
+    assert again == pytest.approx(first, abs=0.02)
+    seen_now = watched.see(2.0, draw(ABOVE, [STANDING], name="mast", time=2.0))
+    assert (seen_now["object_seen"], seen_now["object_searched"]) == (True, 0.0)
 
 
 def test_a_standing_can_next_to_a_wall_is_gripped_at_the_other_heading() -> None:
@@ -214,9 +226,11 @@ def test_a_can_is_delivered_within_3_cm_on_what_may_be_the_stand(
 
 
 def test_the_hand_sees_where_the_can_is_and_how_it_lies() -> None:
-    assert seen(draw(ABOVE, [], name="hand")) == {"object_seen": False}
+    search = {"object_searched": 0.0, "object_absent": False}
+    assert seen(draw(ABOVE, [], name="hand")) == {"object_seen": False, **search}
     standing = seen(draw(ABOVE, [STANDING], name="hand"))
-    assert standing.keys() == {"object_seen", "object_seen_time", "object_position", "object_lying"}
+    of_it = {"object_seen", "object_seen_time", "object_position", "object_lying"}
+    assert standing.keys() == of_it | search.keys()
     assert seen(draw(ABOVE, [lying(0.5)], name="hand"))["object_yaw"] == pytest.approx(0.5, abs=0.1)
 
 

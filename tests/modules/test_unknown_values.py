@@ -74,6 +74,8 @@ OBSERVED: Final[dict[str, Any]] = {
     "to": "left",
     "object_yaw": 0.2,
     "object_seen_time": 1.0,
+    "object_searched": 0.4,
+    "object_distance": 0.6,
     "object_push_start": (1.7, 0.1, 0.4),
     "object_push_way": (0.1, 0.05, 0.0),
 }

@@ -12,6 +12,7 @@ from aeros.agent.execution.repeats import (
     LOOK_AGAIN_PAUSE_S,
     MOST_NOT_STARTED,
     MOST_OF_A_KIND,
+    SECOND_LOOK_PAUSE_S,
     RepeatedFailures,
     is_explained_by_chance,
 )
@@ -44,6 +45,7 @@ class FailureRules:
         self._dispatcher = dispatcher
         self.repeats = RepeatedFailures()
         self.streak = FailureStreak()
+        self._verdicts: set[tuple[str, str, str | None]] = set()
 
     def after_step(
         self,
@@ -75,15 +77,18 @@ class FailureRules:
         times = self._count_failures(pending, result, judgement, after)
         is_repeated = times >= MOST_OF_A_KIND
         repeatable = record.failed and record.status in RAN_STATUSES and is_known and not raised
+        repeatable = repeatable and not judgement.is_verdict
         hopeless = self._no_retry_reason(dispatch) if repeatable else ""
         if times > 1:
             hopeless = f"it failed {times} times in the same way"
         is_repeated = is_repeated or bool(useless)
         hopeless = useless or hopeless
-        if raised or is_repeated or (result.status is StepStatus.DENIED and not result.is_transient):
+        is_final = judgement.is_verdict and self._is_confirmed(pending, judgement)
+        is_hopeless = raised or is_repeated or is_final
+        if is_hopeless or (result.status is StepStatus.DENIED and not result.is_transient):
             self._dispatcher.avoid(dispatch.request.module, dispatch.request.skill)
         # What chance does not explain is not tried again: another provider may be, the same may not.
-        stops = stops or ((raised or is_repeated) and not self._dispatcher.has_another(dispatch))
+        stops = stops or (is_hopeless and not self._dispatcher.has_another(dispatch))
         if useless:
             self.streak.reset()
         return AttemptResult(
@@ -95,7 +100,8 @@ class FailureRules:
             hopeless,
             stops,
             is_repeated=is_repeated,
-            pause_s=LOOK_AGAIN_PAUSE_S if times > 1 else 0.0,
+            is_verdict=is_final,
+            pause_s=LOOK_AGAIN_PAUSE_S if times > 1 else SECOND_LOOK_PAUSE_S if judgement.is_verdict else 0.0,
             wait=wait_after_denial(result.causes, self._runtime.site) if result.is_transient else None,
         )
 
@@ -126,6 +132,21 @@ class FailureRules:
         named = (step[0], step[1], {name: to_json_value(value) for name, value in step[2].items()})
         again = self.repeats.count(named, None, causes, planned_state) >= MOST_NOT_STARTED
         return AttemptResult(failed=True, reason=reason, ends_run=again, is_repeated=again)
+
+    def forget(self) -> None:
+        """Begin anew, as somebody has changed something: what failed before may succeed now."""
+        self.repeats = RepeatedFailures()
+        self.streak.reset()
+        self._verdicts.clear()
+        self._dispatcher.denied.clear()
+
+    def _is_confirmed(self, pending: PendingAttempt, judgement: StepAssessment) -> bool:
+        """Note a verdict; return True for the second one: what was seen first may have been on the move."""
+        request = pending.dispatch.request
+        verdict = (request.module, request.skill, judgement.outcome)
+        is_confirmed = verdict in self._verdicts
+        self._verdicts.add(verdict)
+        return is_confirmed
 
     def _count_failures(
         self, pending: PendingAttempt, result: StepResult, judgement: StepAssessment, after: WorldModel

@@ -54,11 +54,12 @@ class AttemptResult:
         outputs: outputs of the skill by name (SI).
         no_retry_reason: why another attempt at once is hopeless, by memory or as it failed so before; empty
             if it is not.
-        ends_run: it ended in an undeclared outcome, and the site stops the run then; or its code raised or it
-            failed as before, and nothing else provides the same.
+        ends_run: it ended in an undeclared outcome, and the site stops the run then; or its code raised, it
+            failed as before or gave a verdict, and nothing else provides the same.
         is_composed: it was a run of a composition, whose steps have records of their own.
         is_repeated: it failed as it did before in the same state, which chance does not explain, and is not
             tried again.
+        is_verdict: its outcome says, for the second time, why no other try can succeed.
         pause_s: time that is to pass before another plan, plant seconds.
         wait: what may allow it later, after a denial or where it could not start; None if nothing may.
     """
@@ -72,12 +73,15 @@ class AttemptResult:
     ends_run: bool = False
     is_composed: bool = False
     is_repeated: bool = False
+    is_verdict: bool = False
     pause_s: float = 0.0
     wait: Wait | None = None
 
     @property
     def final_words(self) -> str:
         """Words for an attempt that ends the run."""
+        if self.is_verdict:
+            return "gives up"
         if self.is_repeated:
             return "failed again as before in the same state, and nothing else is known to try"
         raised = self.record is not None and self.record.status is StepStatus.RAISED

@@ -26,6 +26,9 @@ MOST_NOT_STARTED: Final = 2
 LOOK_AGAIN_PAUSE_S: Final = 10.0
 """Time that passes before the last try, in plant seconds."""
 
+SECOND_LOOK_PAUSE_S: Final = 2.0
+"""Time that passes between a verdict and the try that confirms it, in plant seconds."""
+
 SAME_PLACE: Final = 0.1
 """Greatest difference of a joint between two stops at the same place, rad: some centimetres at the hand."""
 

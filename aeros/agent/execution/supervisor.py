@@ -20,7 +20,7 @@ from aeros.spec.expr.shortfall import UnmetBound
 from aeros.spec.expr.unparse import unparse
 from aeros.spec.model.cause import Cause, file_and_line
 from aeros.spec.model.composition import Composition
-from aeros.spec.model.ecm import ActionCondition, Outcome, Skill
+from aeros.spec.model.ecm import VERDICT_VALUE, ActionCondition, Outcome, Skill
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +35,7 @@ class StepAssessment:
         reason: reason of the failure; empty if it did not fail.
         causes: the same as data.
         is_unknown: no declared outcome was measured, and not all are excluded, because a sensor is silent.
+        is_verdict: the skill ended by itself in an outcome that says that no other try can succeed.
     """
 
     outcome: str | None
@@ -43,6 +44,7 @@ class StepAssessment:
     reason: str
     causes: tuple[Cause, ...] = ()
     is_unknown: bool = False
+    is_verdict: bool = False
 
 
 def start_obstacle(module: str, skill: Skill, world: WorldModel, inputs: Environment) -> Cause | None:
@@ -140,8 +142,21 @@ def assess_step(
     failed = halted != "" or outcome.failure
     if not failed:
         return StepAssessment(outcome.id, False, False, "")
-    reason = halted or f"outcome `{outcome.id}`"
-    return StepAssessment(outcome.id, True, False, reason, causes or (Cause("outcome", name, reason),))
+    is_verdict = not halted and outcome.verdict != ""
+    reason = halted or (_filled_in(outcome.verdict, after) if is_verdict else f"outcome `{outcome.id}`")
+    causes = causes or (Cause("outcome", name, reason),)
+    return StepAssessment(outcome.id, True, False, reason, causes, is_verdict=is_verdict)
+
+
+def _filled_in(verdict: str, world: WorldModel) -> str:
+    """Put measured values into a verdict, in SI units."""
+    return VERDICT_VALUE.sub(lambda name: _short_text(to_json_value(world.known.get(name[1]))), verdict)
+
+
+def _short_text(value: Any) -> str:
+    if isinstance(value, list):
+        return f"({', '.join(map(_short_text, value))})"
+    return "unknown" if value is None else f"{value:.2f}" if isinstance(value, float) else str(value).lower()
 
 
 def _measured_outcome(skill: Skill, world: WorldModel, before: Mapping[str, Any] | None) -> Outcome | None:

@@ -20,6 +20,7 @@ from aeros.apps.why.causal_chain import RunLog
 from aeros.cli.arguments import print_warning
 from aeros.cli.latest_run import save_latest_run
 from aeros.cli.records.report import write_report
+from aeros.cli.run.help_question import help_asker
 from aeros.cli.run.planners import planning_timeout
 from aeros.cli.run.run_plant import PlantSetup, open_run_plant
 from aeros.cli.run.run_referee import RunReferee
@@ -90,6 +91,7 @@ def run_task(staged: PlantSetup, request: RunRequest) -> Exit:
             save_latest_run(arguments.state, out)
             governor.on_command = partial(_apply_command, agent)
             notifier.send(READY)
+            agent.ask_for_help = help_asker()
             pursue = agent.resume if arguments.resume else agent.run
             report = pursue(request.meaning, arguments.timeout, request.goal)
         notifier.send(STOPPING)

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.random import Generator
 
 from aeros.runtime.ports import CameraPicture
+from aeros.sim.bullet.carrier import Carrier
 from aeros.sim.clock import TICK
 from aeros.sim.faults.degradation import NO_DEGRADATION, Degradation
 from aeros.sim.faults.model import PersonEntersFault, PhysicalFault, PictureFault
@@ -24,6 +25,7 @@ from aeros.sim.geometry import Vector3, add
 from aeros.sim.physics import PlantParts
 from aeros.sim.sensor_model import SensorModel
 from aeros.spec.declared.faults import (
+    CarryFault,
     CommandDelayFault,
     CoveredScannerFault,
     GripForceFault,
@@ -60,6 +62,8 @@ def physical_effect(
     match kind:
         case ImpulseFault():
             return _bump(kind, source, parts)
+        case CarryFault():
+            return _carry(kind, source, parts)
         case PadFrictionFault(friction, lasts):
             return repeat(Degradation(friction=friction), lasts)
         case GripForceFault(force, lasts):
@@ -86,6 +90,19 @@ def _bump(bump: ImpulseFault, source: Generator, parts: PlantParts) -> Iterator[
     body = parts.scene.body(bump.thing)
     for _ in range(bump.over):
         parts.world.push(body, (force * direction[0], force * direction[1], force * direction[2]))
+        yield NO_DEGRADATION
+
+
+def _carry(carry: CarryFault, source: Generator, parts: PlantParts) -> Iterator[Degradation]:
+    spread = np.array(carry.spread)
+    place = np.array(carry.to) + source.uniform(-spread, spread)
+    axis = _random_horizontal(source) if carry.about is None else carry.about
+    if carry.of:
+        place = place + np.array(parts.world.pose(parts.scene.body(carry.of)).position)
+    x, y, z = place.tolist()
+    carrier = Carrier(parts.world, parts.scene.body(carry.thing), (x, y, z), carry.turn, axis)
+    for tick in range(1, carry.over + 1):
+        carrier.push(tick / carry.over)
         yield NO_DEGRADATION
 
 

@@ -30,6 +30,7 @@ from aeros.spec.declared.decode import decode
 from aeros.spec.declared.faults import (
     KINDS,
     LONGEST,
+    MAX_COORDINATE,
     Amount,
     Deviation,
     Direction,
@@ -38,6 +39,7 @@ from aeros.spec.declared.faults import (
     Mark,
     MisplacedPictureFault,
     MissedPictureFault,
+    Place,
     SensorFault,
     Share,
     marks_of,
@@ -67,6 +69,7 @@ class FaultContext:
         cameras: of the scene.
         scanners: safety laser scanners of the site.
         files: faults files of modules, by name.
+        bodies: all bodies of the scene, fixed ones included.
     """
 
     quantities: Mapping[str, Declared]
@@ -75,6 +78,7 @@ class FaultContext:
     cameras: Collection[str]
     scanners: Collection[str] = ()
     files: Mapping[str, Path] = field(default_factory=dict)
+    bodies: Collection[str] = ()
 
     @property
     def measured(self) -> Collection[str]:
@@ -266,7 +270,7 @@ def _kind(
         written = getattr(declaration, name_of_field)
         if written is not None:
             values[name_of_field] = _value(mark, written, declaration, context, diagnostics)
-        if name_of_field == "of" and values[name_of_field] is None:
+        if name_of_field == "of" and written is not None and values["of"] is None:
             return None  # the other fields cannot be checked without it
     if kind is SensorFault and values.keys() == {"of", "lasts"}:
         diagnostics.error("AE208", "`misread` needs `noise`, `latency` or `dropout`", declaration.span)
@@ -292,6 +296,8 @@ def _value(
             return float(written.value)
         case Direction():
             return _direction(written, diagnostics)
+        case Place():
+            return _place(written, diagnostics)
 
 
 def _deviation(
@@ -320,6 +326,12 @@ def _direction(numbers: tuple[NumberField, ...], diagnostics: Diagnostics) -> Ve
     return (x / length, y / length, z / length)
 
 
+def _place(lengths: tuple[TextField, ...], diagnostics: Diagnostics) -> Vec3 | None:
+    """Return three coordinates in m; None where one is wrong, which is reported."""
+    x, y, z = (_quantity(one, LENGTH, MAX_COORDINATE, diagnostics, least=-MAX_COORDINATE) for one in lengths)
+    return None if x is None or y is None or z is None else (x, y, z)
+
+
 def _ticks(text: TextField, diagnostics: Diagnostics, *, least: int = 1) -> int | None:
     """Convert a time to whole ticks, rounded; report if there are fewer than `least`."""
     time = _quantity(text, TIME, LONGEST, diagnostics)
@@ -334,12 +346,14 @@ def _ticks(text: TextField, diagnostics: Diagnostics, *, least: int = 1) -> int 
     return None
 
 
-def _quantity(text: TextField, dimension: Dimension, most: int, diagnostics: Diagnostics) -> float | None:
+def _quantity(
+    text: TextField, dimension: Dimension, most: int, diagnostics: Diagnostics, *, least: int = 0
+) -> float | None:
     value = elaborate_quantity(text, dimension, diagnostics)
     if value is None:
         return None
-    if 0 <= value <= most:
+    if least <= value <= most:
         return float(value)
-    help_ = (f"write a value from 0 to {most} {dimension}",)
+    help_ = (f"write a value from {least} to {most} {dimension}",)
     diagnostics.error("AE111", f"`{text.value}` is outside its bounds", text.span, help=help_)
     return None

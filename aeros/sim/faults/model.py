@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from aeros.sim.bullet.people import Person
 from aeros.sim.gilbert_elliott import GilbertElliottProcess
 from aeros.spec.declared.faults import (
+    CarryFault,
     CommandDelayFault,
     CoveredScannerFault,
     GripForceFault,
@@ -78,6 +79,7 @@ class PersonEntersFault:
 
 PhysicalFault = (
     ImpulseFault
+    | CarryFault
     | PadFrictionFault
     | GripForceFault
     | TorqueFault

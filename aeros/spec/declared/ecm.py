@@ -63,6 +63,13 @@ class Outcome:
         default=None, metadata={"doc": "its probability, between 0 and 1"}
     )
     duration: TextField | None = field(default=None, metadata={"doc": "its usual duration, as in `12 s`"})
+    verdict: TextField | None = field(
+        default=None,
+        metadata={
+            "doc": "of a failure that another try cannot change: its reason, with measured values in braces; "
+            "the task is given up, or help is asked for, as in `verdict: out of reach at {object_position}`"
+        },
+    )
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from typing import Annotated, Any, ClassVar, Final, Generic, Literal, TypeVar, g
 
 from aeros.spec.declared.people import Person
 from aeros.spec.diagnostics.source import SourceSpan
-from aeros.spec.expr.units import FORCE, LENGTH, TIME, Dimension
+from aeros.spec.expr.units import ANGLE, FORCE, LENGTH, TIME, Dimension
 from aeros.spec.text.fields import (
     ChoiceField,
     IntegerField,
@@ -32,6 +32,12 @@ Probability = Annotated[NumberField, ValueBounds(0, 1)]
 
 LONGEST: Final = 3600
 """Longest time that a faults file may speak of, s: more than any task takes."""
+
+MAX_COORDINATE: Final = 100
+"""Greatest coordinate of a place, m."""
+
+_MOST_TURN: Final = 4
+"""Greatest angle that a thing is turned by, rad: half a turn is the most that differs."""
 
 _STRONGEST: Final = 10
 """Largest impulse (N·s), grip force (tens of N) and offset (m) that mean anything on a table."""
@@ -57,7 +63,7 @@ class Known(_Mark):
         noun: noun for such an object in messages.
     """
 
-    among: Literal["things", "measured", "scanners"]
+    among: Literal["things", "bodies", "measured", "scanners"]
     noun: str
     form = Annotated[TextField, Pattern("dotted")]
 
@@ -95,7 +101,13 @@ class Direction(_Mark):
     form = Annotated[tuple[NumberField, ...], LengthBounds(3, 3)]
 
 
-Mark = Known | Amount | Deviation | Duration | Share | Direction
+class Place(_Mark):
+    """Three lengths with units, each at most `MAX_COORDINATE` to either side."""
+
+    form = Annotated[tuple[TextField, ...], LengthBounds(3, 3)]
+
+
+Mark = Known | Amount | Deviation | Duration | Share | Direction | Place
 
 
 def marks_of(kind: type) -> dict[str, Mark]:
@@ -161,6 +173,44 @@ class ImpulseFault:
     impulse: Annotated[float, Amount("the impulse, as in `impulse: 0.04 N*s`", FORCE * TIME, _STRONGEST)]
     over: Annotated[int, Duration("duration of the push; 50 ms if absent, as in `over: 100 ms`")] = 12
     direction: Annotated[_UnitVector, _WAY] | None = None
+
+
+_NOWHERE: Final = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class CarryFault:
+    """Somebody takes an object, lifts it, turns it, carries it elsewhere and lets go.
+
+    Attributes:
+        thing: name of the scene object.
+        to: place at which it is let go, m: in W, or from the middle of the body `of`.
+        of: name of a scene body; empty for W.
+        spread: greatest random offset from that place along each axis, m.
+        turn: angle by which it is turned, rad.
+        about: axis of that turn in W, a unit vector; None for a random horizontal one.
+        over: duration in ticks.
+    """
+
+    thing: Annotated[str, Known("the object that is carried, as in `thing: can`", "things", "scene object")]
+    to: Annotated[_UnitVector, Place("the place at which it is let go, as in `to: [40 cm, 0 m, 10 cm]`")]
+    of: Annotated[
+        str, Known("the body from which that place counts, as in `of: stand`", "bodies", "body of the scene")
+    ] = ""
+    spread: Annotated[
+        _UnitVector, Place("the greatest random offset along each axis, as in `spread: [3 cm, 3 cm, 0 m]`")
+    ] = _NOWHERE
+    turn: Annotated[
+        float, Amount("the angle that it is turned by, as in `turn: 90 deg`", ANGLE, _MOST_TURN)
+    ] = 0.0
+    about: (
+        Annotated[
+            _UnitVector,
+            Direction("axis of the turn; a random horizontal one if absent, as in `about: [1, 0, 0]`"),
+        ]
+        | None
+    ) = None
+    over: Annotated[int, Duration("duration; 2 s if absent, as in `over: 1 s`")] = 480
 
 
 @dataclass(frozen=True, slots=True)
@@ -292,6 +342,7 @@ class SilentScannerFault:
 
 KINDS: Final[dict[str, type[Any]]] = {
     "bump": ImpulseFault,
+    "carry": CarryFault,
     "slip": PadFrictionFault,
     "loosen": GripForceFault,
     "weaken": TorqueFault,
@@ -390,6 +441,9 @@ class Fault:
         default=None, metadata={"doc": "clustering of occurrences; independent if absent"}
     )
     bump: Written[ImpulseFault] | None = field(default=None, metadata={"doc": "an object is pushed"})
+    carry: Written[CarryFault] | None = field(
+        default=None, metadata={"doc": "somebody moves an object elsewhere"}
+    )
     slip: Written[PadFrictionFault] | None = field(
         default=None, metadata={"doc": "the finger pads are slippery"}
     )

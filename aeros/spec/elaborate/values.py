@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import replace
 from typing import Any
 
 from aeros.spec.diagnostics.codes import Diagnostics
@@ -9,11 +11,12 @@ from aeros.spec.elaborate.expressions import elaborate_constant, expression_of_a
 from aeros.spec.elaborate.names import resolve_need
 from aeros.spec.elaborate.scopes import constant_scope
 from aeros.spec.expr.scope import Scope
-from aeros.spec.expr.types import EnumType, IntegerType
-from aeros.spec.expr.units import format_quantity
+from aeros.spec.expr.types import EnumType, IntegerType, RealType, VectorType
+from aeros.spec.expr.units import NUMBER, format_quantity
+from aeros.spec.model.ecm import VERDICT_VALUE
 from aeros.spec.model.site import Site
 from aeros.spec.model.variables import Declared
-from aeros.spec.text.fields import ExpressionField, MappingField
+from aeros.spec.text.fields import ExpressionField, MappingField, TextField
 
 
 def elaborate_value(
@@ -61,6 +64,29 @@ def elaborate_state_values(
         if variable is not None:
             values[variable.name] = elaborate_value(expression, variable, site, diagnostics)
     return values
+
+
+def elaborate_verdict(text: TextField, site: Site, diagnostics: Diagnostics) -> str:
+    """Elaborate the text of a verdict, in which braces enclose the names of state variables.
+
+    Args:
+        text: as in `out of reach at {object_position}`.
+        site: site that declares the state variables, by the names that the module uses.
+        diagnostics: receives the faults.
+
+    Returns:
+        The text with full names in the braces, and SI units after them.
+    """
+
+    def full_name(name: re.Match[str]) -> str:
+        variable = resolve_need(replace(text, value=name[1]), site.state, "variable", diagnostics)
+        if variable is None:
+            return ""
+        type_ = variable.variable.type
+        unit = str(type_.dimension) if isinstance(type_, RealType | VectorType) else ""
+        return f"{{{variable.name}}} {unit}" if unit not in ("", str(NUMBER)) else f"{{{variable.name}}}"
+
+    return VERDICT_VALUE.sub(full_name, text.value)
 
 
 def value_of_argument(text: str, variable: Declared) -> Any:

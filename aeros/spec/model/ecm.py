@@ -5,10 +5,11 @@ Only `elaborate` builds it; obligations, the gate and planners read it.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import Any
+from typing import Any, Final
 
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
@@ -24,6 +25,9 @@ from aeros.spec.model.step_graph import map_graph_steps, steps_of
 from aeros.spec.model.task_parameters import TaskParameter
 from aeros.spec.model.variables import Declared
 
+VERDICT_VALUE: Final = re.compile(r"\{([^{}]*)\}")
+"""A state variable in a verdict, whose measured value is put there."""
+
 
 @dataclass(frozen=True)
 class Outcome:
@@ -37,6 +41,8 @@ class Outcome:
         probability: declared probability, in [0, 1]; None if none is declared.
         duration: declared duration, s; None if none is declared.
         ranges: ranges in which quantities are afterwards.
+        verdict: reason why no other try can succeed, with full names of state variables in braces; empty if
+            another try may.
     """
 
     id: str
@@ -45,6 +51,7 @@ class Outcome:
     probability: Fraction | None
     duration: Fraction | None
     ranges: tuple[QuantityRange, ...] = ()
+    verdict: str = ""
 
     @property
     def effect_count(self) -> int:

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.agent.agent import open_temporary_agent, start_agent
-from aeros.agent.execution.repeats import LOOK_AGAIN_PAUSE_S
+from aeros.agent.execution.repeats import LOOK_AGAIN_PAUSE_S, SECOND_LOOK_PAUSE_S
 from aeros.agent.execution.report import RunReport, StepRole
 from aeros.agent.execution.waiting import MAX_WAIT_S, Wait
 from aeros.agent.planning.base import Planner
@@ -551,3 +551,50 @@ def test_the_number_of_re_plans_is_kept_before_it_is_reported(tmp_path: Path) ->
     newest = next(CheckpointStore(tmp_path).read())
     assert isinstance(newest, TaskCheckpoint)
     assert (newest.replans, newest.plan, newest.instruction) == (1, None, "dumplings")
+
+
+VERDICT = "not here: five pictures show none"
+
+
+def lost_dumpling() -> Ecm:
+    """The module, with a verdict in place of `boil`'s outcome without effects."""
+    boil = DUMPLING.skills["boil"]
+    outcomes = {
+        name: replace(one, verdict=VERDICT if one.failure and not one.effects else "")
+        for name, one in boil.outcomes.items()
+    }
+    return replace(DUMPLING, skills={**DUMPLING.skills, "boil": replace(boil, outcomes=outcomes)})
+
+
+def pursue(runtime: FakeRuntime, answers: list[bool] | None) -> tuple[RunReport, list[str]]:
+    asked: list[str] = []
+
+    def ask(reason: str) -> bool:
+        asked.append(reason)
+        assert answers is not None
+        return answers.pop(0)
+
+    runtime.modules = {"dumpling": lost_dumpling()}
+    with open_temporary_agent("chef", runtime) as agent:
+        agent.ask_for_help = None if answers is None else ask
+        return agent.run("Make dumplings!"), asked
+
+
+@pytest.mark.parametrize("answers", [None, [False]])
+def test_the_second_verdict_of_a_kind_ends_the_run_with_its_words(answers: list[bool] | None) -> None:
+    runtime = FakeRuntime(endings={"boil": ["nothing_changed"] * 9})
+    is_asked = answers is not None
+    report, asked = pursue(runtime, answers)
+    assert report.reason == f"`dumpling.boil` gives up: {VERDICT}"
+    assert runtime.submitted.count("boil") == 2
+    assert runtime.clock == 100.0 + len(runtime.submitted) + SECOND_LOOK_PAUSE_S
+    assert asked == ([report.reason] if is_asked else [])
+
+
+def test_after_help_the_run_goes_on() -> None:
+    runtime = FakeRuntime(endings={"boil": ["nothing_changed"] * 4})
+    report, asked = pursue(runtime, [True, True])
+    assert report.reached
+    assert len(asked) == 2
+    kinds = runtime.kinds()
+    assert (kinds.count("help-asked"), kinds.count("help-given")) == (2, 2)

@@ -18,6 +18,7 @@ from aeros.spec.elaborate.module.effects import elaborate_effects
 from aeros.spec.elaborate.module.interfaces import elaborate_inputs, elaborate_outputs
 from aeros.spec.elaborate.names import resolve_models, resolve_name, resolve_need
 from aeros.spec.elaborate.scopes import state_scope
+from aeros.spec.elaborate.values import elaborate_verdict
 from aeros.spec.expr.units import TIME, format_number, parse_quantity
 from aeros.spec.model.configured import BoundNames, site_names
 from aeros.spec.model.ecm import ActionCondition, Outcome, Skill
@@ -172,8 +173,15 @@ class _SkillElaborator:
     def _outcome(self, name: str, outcome: declared.Outcome) -> Outcome:
         effects, ranges = elaborate_effects(outcome.effects, self._site, self._diagnostics)
         failure = outcome.failure is not None and outcome.failure.value
-        chance, duration = self._probability(outcome), self._duration(outcome)
-        return Outcome(name, effects, failure, chance, duration, ranges)
+        verdict = "" if outcome.verdict is None else self._verdict(outcome.verdict, is_failure=failure)
+        probability, duration = self._probability(outcome), self._duration(outcome)
+        return Outcome(name, effects, failure, probability, duration, ranges, verdict)
+
+    def _verdict(self, text: TextField, *, is_failure: bool) -> str:
+        if not is_failure:
+            headline = "an outcome with a verdict ends the task, so it must be a failure"
+            self._diagnostics.error("AE208", headline, text.span)
+        return elaborate_verdict(text, self._site, self._diagnostics)
 
     def _probability(self, outcome: declared.Outcome) -> Fraction | None:
         if outcome.probability is None:

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from uuid import uuid4
@@ -189,3 +190,14 @@ def test_a_success_that_is_measured_when_the_hold_condition_broke_has_failed_all
         "dumpling", HOLDING, StepResult(StepStatus.HOLD_LOST, "it slipped"), world(**after), BEFORE
     )
     assert (judged.outcome, judged.failed, judged.is_undeclared) == ("carried", True, False)
+
+
+def test_a_verdict_is_said_with_measured_values_and_only_of_a_skill_that_ended_by_itself() -> None:
+    lost = outcome("lost", {"dumpling_wrapped": False}, failure=True)
+    lost = replace(lost, verdict="not here: wrapped is {dumpling_wrapped}, cooked is {dumpling_cooked}")
+    boil = skill("boil", outcome("cooked", {"dumpling_cooked": True}), lost)
+    found = assess_step("dumpling", boil, FINISHED, world(dumpling_wrapped=False))
+    assert (found.is_verdict, found.reason) == (True, "not here: wrapped is false, cooked is unknown")
+    stopped = StepResult(StepStatus.STOPPED, "contact")
+    found = assess_step("dumpling", boil, stopped, world(dumpling_wrapped=False))
+    assert (found.is_verdict, found.reason) == (False, "stopped: contact")

@@ -9,6 +9,7 @@ import pytest
 from aeros.sim.faults.faults_file import FaultContext, faults_in, parse_faults, read_faults, shipped_faults
 from aeros.sim.faults.model import CameraOpportunity, PersonEntersFault, SkillOpportunity, TimedOpportunity
 from aeros.spec.declared.faults import (
+    CarryFault,
     CommandDelayFault,
     CoveredScannerFault,
     GripForceFault,
@@ -183,3 +184,18 @@ def test_a_misspelt_shipped_name_is_suggested() -> None:
     (problem,) = refused.value.diagnostics
     assert problem.code == "AE002"
     assert problem.help == ("did you mean `wrapper_bumped`?",)
+
+
+CARRIED = "carry: {thing: wrapper, to: [40 cm, -0.1 m, 2 cm], of: table, turn: 90 deg, over: 1 s}"
+
+
+def test_a_carried_thing_has_a_place_which_may_count_from_a_body() -> None:
+    known = replace(AROUND, bodies=("table", "wrapper"))
+    (fault,) = parse_faults(Source("faults.yaml", one(rest=CARRIED)), known)
+    assert isinstance(fault.kind, CarryFault)
+    assert (fault.kind.to, fault.kind.of, fault.kind.over) == ((0.4, -0.1, 0.02), "table", 240)
+    assert fault.kind.turn == pytest.approx(1.5708, abs=1e-4)
+    assert [
+        code for code, _ in read(one(rest=CARRIED.replace("of: table, ", "").replace("40 cm", "40 kg")))
+    ] == ["AE204"]
+    assert [code for code, _ in read(one(rest=CARRIED))] == ["AE122"]

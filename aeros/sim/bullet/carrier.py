@@ -1,0 +1,112 @@
+"""Somebody's hand that carries a body: forces that move it along a way, as a spring with a damper would.
+
+The body is moved by forces and torques alone, so it pushes what stands in its way and is held by what holds
+it. The way goes straight up, over to the goal, and down.
+"""
+
+from __future__ import annotations
+
+from math import cos, sin
+from typing import Final
+
+import numpy as np
+
+from aeros.sim.bullet.client import bullet
+from aeros.sim.bullet.world import GRAVITY, PhysicsWorld
+from aeros.sim.geometry import Pose, Vector3, compose
+
+LIFT: Final = 0.25
+"""Height above the higher end of the way at which a body is carried, m."""
+
+STIFFNESS: Final = 900.0
+"""Acceleration by distance from the way, 1/s²."""
+
+DAMPING: Final = 60.0
+"""Acceleration by speed, 1/s: critical for that stiffness."""
+
+MAX_FORCE: Final = 15.0
+"""Strength of the hand, N: more than the fingers' friction at their usual grip."""
+
+_UP_UNTIL, _OVER_UNTIL = 0.25, 0.7
+"""Shares of the time after which the body is up, and over its goal."""
+
+_TURN_GAIN: Final = 0.02
+"""Torque by angle of a body of 0.1 kg, N·m/rad: 5 cm of lever, a third of the force that lifts it."""
+
+
+class Carrier:
+    """A hand that takes hold of a body where it is.
+
+    Args:
+        world: the simulated world.
+        body: number of the body in PyBullet.
+        goal: where the middle of its base is to be let go, in W, m.
+        turn: angle by which it is turned on the way, rad.
+        axis: axis of that turn in W, a unit vector.
+    """
+
+    def __init__(self, world: PhysicsWorld, body: int, goal: Vector3, turn: float, axis: Vector3) -> None:
+        self._world = world
+        self._body = body
+        self._start = world.pose(body)
+        self._goal = goal
+        self._turn = turn
+        self._axis = axis
+        joints = bullet.getNumJoints(body, physicsClientId=world.client)
+        self._links = range(-1, joints)
+        self._masses = [
+            float(bullet.getDynamicsInfo(body, link, physicsClientId=world.client)[0]) for link in self._links
+        ]
+        self._high = max(self._start.position[2], goal[2]) + LIFT
+
+    def push(self, share: float) -> None:
+        """Push and turn the body in the next step.
+
+        Args:
+            share: share of the time that has passed at its end, in (0, 1].
+        """
+        client, mass = self._world.client, sum(self._masses)
+        place, orientation = self._world.pose(self._body)
+        speed, spin = bullet.getBaseVelocity(self._body, physicsClientId=client)
+        wanted = np.array(self._place(share))
+        pull = STIFFNESS * (wanted - np.array(place)) - DAMPING * np.array(speed)
+        pull[2] += GRAVITY
+        strength = float(np.linalg.norm(pull)) * mass
+        pull *= min(1.0, MAX_FORCE / strength) if strength > 0.0 else 1.0
+        for link, part in zip(self._links, self._masses, strict=True):
+            if part > 0.0:
+                at = place if link < 0 else bullet.getLinkState(self._body, link, physicsClientId=client)[0]
+                force = (part * pull).tolist()
+                bullet.applyExternalForce(
+                    self._body, link, force, at, bullet.WORLD_FRAME, physicsClientId=client
+                )
+        error = bullet.getAxisAngleFromQuaternion(
+            bullet.getDifferenceQuaternion(orientation, self._orientation(share))
+        )
+        angle = error[1] if error[1] <= np.pi else error[1] - 2.0 * np.pi
+        gain = _TURN_GAIN * mass / 0.1
+        torque = gain * angle * np.array(error[0]) - 0.1 * gain * np.array(spin)
+        bullet.applyExternalTorque(
+            self._body, -1, torque.tolist(), bullet.WORLD_FRAME, physicsClientId=client
+        )
+
+    def _place(self, share: float) -> Vector3:
+        """Return where the body should be after a share of the time."""
+        (x, y, z), (u, v, w) = self._start.position, self._goal
+        up = _smooth(share / _UP_UNTIL)
+        over = _smooth((share - _UP_UNTIL) / (_OVER_UNTIL - _UP_UNTIL))
+        down = _smooth((share - _OVER_UNTIL) / (0.95 - _OVER_UNTIL))
+        height = z + up * (self._high - z) + down * (w - self._high)
+        return (x + over * (u - x), y + over * (v - y), height)
+
+    def _orientation(self, share: float) -> tuple[float, float, float, float]:
+        half = 0.5 * self._turn * _smooth((share - _UP_UNTIL) / (_OVER_UNTIL - _UP_UNTIL))
+        a, b, c = self._axis
+        turned = Pose((0.0, 0.0, 0.0), (a * sin(half), b * sin(half), c * sin(half), cos(half)))
+        return compose(turned, Pose((0.0, 0.0, 0.0), self._start.orientation)).orientation
+
+
+def _smooth(share: float) -> float:
+    """Go from 0 to 1 with no speed at either end."""
+    s = min(1.0, max(0.0, share))
+    return s * s * (3.0 - 2.0 * s)
