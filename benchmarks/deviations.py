@@ -1,8 +1,7 @@
 """Run a task in a cell that is not as the robot takes it to be.
 
-`python -m benchmarks.deviations NAME run ...`: what follows the name is what `aeros` gets; the plant is the
-physics plant.  The robot's own numbers (cameras, survey, sizes) stay those of the scene's file.
-`python -m benchmarks.starts --deviation NAME` counts how often a goal is reached so.
+`python -m benchmarks.starts TASK --deviation NAME` counts how often a goal is reached so, on physics.  The
+robot's own numbers (cameras, survey, sizes) stay those of the scene's file.
 """
 
 from __future__ import annotations
@@ -261,7 +260,3 @@ def main() -> None:
     physics.make_plant = make_plant
     sys.argv = ["aeros", *given]
     raise SystemExit(run_aeros())
-
-
-if __name__ == "__main__":
-    main()

@@ -42,11 +42,13 @@ def wilson(reached: int, runs: int) -> tuple[float, float]:
 
 def run_once(instruction: str, options: Sequence[str], deviation: str | None, seed: int) -> dict[str, Any]:
     """Run once, and return the figures of the run."""
-    program = ["aeros"] if deviation is None else ["benchmarks.deviations", deviation]
+    program = ["-m", "aeros"]
+    if deviation is not None:
+        program = ["-c", "from benchmarks.deviations import main; main()", deviation]
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "out"
         where = ("--out", str(out), "--state", str(Path(folder) / "state"))
-        command = [sys.executable, "-m", *program, "run", instruction, "--seed", str(seed), *options, *where]
+        command = [sys.executable, *program, "run", instruction, "--seed", str(seed), *options, *where]
         began = time.perf_counter()
         with (Path(folder) / "said").open("w+", encoding="utf-8") as output:
             process = subprocess.Popen(command, cwd=_ROOT, stdout=output, stderr=output)

@@ -7,8 +7,8 @@ from aeros.spec.theorems.theorem import Theorem
 from proofs.lib import kinematic_chain
 from proofs.lib.ball_enclosures import BEZIER, LINKS, SWEEP, ball_obligations
 from proofs.lib.link_search import link_obligations as pair_obligations
-from proofs.lib.obstacle_search import OBSTACLES, obstacle_obligations
 from proofs.lib.sweep_search import search_obligations
+from proofs.swept_volume.obstacles import OBSTACLES, obstacle_obligations
 
 THEOREM = Theorem(
     "if the sweep finds nothing, neither the body nor what it holds meets a barrier, and no link another",

@@ -105,7 +105,7 @@ def test_without_enough_red_there_is_no_can() -> None:
         assert (found["object_seen"], found["object_delivered"], found["object_absent"]) == (False,) * 3
 
 
-def test_what_pictures_show_without_the_object_adds_up_and_ends_when_it_is_seen() -> None:
+def test_the_searched_area_grows_until_the_object_is_seen() -> None:
     watched = Watched("fetch_object", "find_object", {**WANTED, **SURVEY})
     first = watched.see(0.0, draw(ABOVE, [], name="mast"))["object_searched"]
     assert 0.1 < first < 1.0

@@ -1,4 +1,4 @@
-"""What pictures have shown of a region, and the volume of what lies there."""
+"""The part of a region that pictures have shown, and the volume of things that lie there."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def test_a_whole_view_has_no_gap() -> None:
     assert largest_gap(seen) == 0
 
 
-def test_what_is_hidden_or_outside_is_a_gap() -> None:
+def test_cells_that_are_hidden_or_outside_are_a_gap() -> None:
     points = grid()
     hidden = (np.abs(points[:, 0] - 0.1) < 0.021) & (np.abs(points[:, 1]) < 0.021)
     assert largest_gap(seen_cells(points[~hidden], LOW, HIGH, 0.02)) == 4

@@ -22,7 +22,7 @@ def turned(angle: float, axis: int) -> NDArray[np.float64]:
 
 
 def picture(angle: float = 0.0, axis: int = 0, table: float = 0.0, noise: float = 0.0) -> Picture:
-    """What a camera sees of a level table with a box, which is turned from where it is taken to be."""
+    """A level table with a box, in the picture of a camera that is turned from its surveyed pose."""
     turn = turned(angle, axis)
     ahead = turn @ np.array((0.0, 0.0, -1.0))
     up = turn @ np.array((1.0, 0.0, 0.0))
@@ -77,7 +77,7 @@ def test_the_height_of_a_table_is_seen() -> None:
     [(0.0, False, 1), (0.0, True, 5000), (5.0, True, 500)],
     ids=["nothing", "too little", "too steep"],
 )
-def test_what_shows_no_level_ground_is_not_turned(degrees: float, near: bool, least: int) -> None:
+def test_a_picture_without_level_ground_is_not_turned(degrees: float, near: bool, least: int) -> None:
     assert level_ground(picture(radians(degrees)), np.full((60, 80), near), 0.006, least) is None
 
 

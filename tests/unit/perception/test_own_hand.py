@@ -50,7 +50,7 @@ def test_a_fit_that_explains_nothing_has_a_large_residual() -> None:
 
 
 @pytest.mark.parametrize("places", [[], PLACES[:3], [(0.4, 0.0, 0.1 * n) for n in range(5)]])
-def test_too_few_places_or_one_above_the_other_tell_nothing(places: list[tuple[float, float, float]]) -> None:
+def test_too_few_places_or_one_above_the_other_fit_no_error(places: list[tuple[float, float, float]]) -> None:
     assert fit_camera_error(places, places) is None
 
 
@@ -77,7 +77,7 @@ def test_the_middle_of_a_disc_is_found_to_a_pixel() -> None:
     ],
     ids=["none there", "too small", "cut off", "too large"],
 )
-def test_what_is_no_whole_disc_is_not_found(
+def test_a_part_of_a_disc_is_not_found(
     points: NDArray[np.float64], expected: tuple[float, float, float]
 ) -> None:
     assert find_level_disc(points, expected, 0.035, 0.05) is None

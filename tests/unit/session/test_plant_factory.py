@@ -26,7 +26,7 @@ from aeros.sim.kinematic.plant import KinematicPlant
 from aeros.sim.symbolic.plant import SymbolicPlant
 from aeros.spec.diagnostics.errors import UserError
 from tests.shipped_scenes import shipped_scene
-from tests.unit.cli.run.staged import proved
+from tests.unit.cli.staged import proved
 from tests.unit.sim.hosting.hosted import Hosting, once_it_listens
 
 TIDY = proved()[0].modules["tidy"].tasks["clean_up"]

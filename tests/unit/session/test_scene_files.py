@@ -11,7 +11,7 @@ from aeros.runtime.gate.configuration import Configuration
 from aeros.session.scene_files import module_folders, scene_named, scene_of_task
 from aeros.spec.diagnostics.errors import UserError
 from tests.shipped_scenes import shipped_scene
-from tests.unit.cli.run.staged import proved
+from tests.unit.cli.staged import proved
 
 FILE = """schema: aeros/scene/2
 description: A module's own.

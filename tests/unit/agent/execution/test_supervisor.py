@@ -192,7 +192,7 @@ def test_a_success_that_is_measured_when_the_hold_condition_broke_has_failed_all
     assert (judged.outcome, judged.failed, judged.is_undeclared) == ("carried", True, False)
 
 
-def test_a_verdict_is_said_with_measured_values_and_only_of_a_skill_that_ended_by_itself() -> None:
+def test_a_verdict_has_measured_values_and_only_a_skill_that_ended_by_itself_has_one() -> None:
     lost = outcome("lost", {"dumpling_wrapped": False}, failure=True)
     lost = replace(lost, verdict="not here: wrapped is {dumpling_wrapped}, cooked is {dumpling_cooked}")
     boil = skill("boil", outcome("cooked", {"dumpling_cooked": True}), lost)

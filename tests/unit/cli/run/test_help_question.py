@@ -22,12 +22,12 @@ def test_enter_goes_on_and_q_or_the_end_of_input_gives_up(
     monkeypatch: pytest.MonkeyPatch, answer: str, *, helped: bool
 ) -> None:
     monkeypatch.setattr(sys, "stdin", Terminal(answer))
-    said = Terminal()
-    monkeypatch.setattr(sys, "stderr", said)
+    shown = Terminal()
+    monkeypatch.setattr(sys, "stderr", shown)
     ask = help_asker()
     assert ask is not None
     assert ask("no room for a hand") is helped
-    assert "I cannot go on: no room for a hand" in said.getvalue()
+    assert "I cannot go on: no room for a hand" in shown.getvalue()
 
 
 def test_a_script_is_not_asked(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -24,7 +24,7 @@ from aeros.exit_codes import Exit
 from aeros.session.plant_factory import PlantSetupError
 from aeros.sim.hosting.remote import RemotePlant
 from aeros.sim.symbolic.plant import SymbolicPlant
-from tests.unit.cli.run.staged import options, proved, staged
+from tests.unit.cli.staged import options, proved, staged
 from tests.unit.sim.hosting.hosted import Hosting, once_it_listens
 
 

@@ -13,7 +13,7 @@ from aeros.agent.instructions.understand import understand
 from aeros.cli.run.run_referee import RunReferee
 from aeros.sim.referee import GoalJudgement
 from aeros.spec.expr import terms as t
-from tests.unit.cli.run.staged import proved
+from tests.unit.cli.staged import proved
 
 REACHED = RunReport("tidy", "tidy", "clean_up", "bench_clean", True, {}, (), 0, None)
 

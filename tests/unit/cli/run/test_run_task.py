@@ -23,7 +23,7 @@ from aeros.runtime.audit.keys import make_key, read_signing_key
 from aeros.runtime.audit.log import verify_log
 from aeros.runtime.registry.registry import Registry
 from aeros.runtime.registry.registry_governor import RegistryGovernor
-from tests.unit.cli.run.staged import options, proved, staged
+from tests.unit.cli.staged import options, proved, staged
 from tests.unit.runtime.registry.support.fixed_modules import FixedModules
 
 HOLDS = "not bench_clean"

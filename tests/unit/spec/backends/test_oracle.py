@@ -118,7 +118,7 @@ def test_a_model_that_is_shown_is_that_of_the_question_alone() -> None:
     assert Oracle().check_together(_posed(9, 3, 11, is_shown=True))[1] == alone
 
 
-def test_what_a_group_leaves_open_is_asked_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_question_that_a_group_leaves_open_is_asked_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(SolverProcess, "check_together", lambda *given: [None] * len(given[1]))
     oracle = Oracle(recording=True)
     answers = oracle.check_together(_posed(3, 11))

@@ -11,7 +11,11 @@ from aeros.spec.declared import ecm as declared_ecm
 from aeros.spec.declared import policy as declared_policy
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.source import Source
+from aeros.spec.elaborate.load import load_site
 from aeros.spec.elaborate.policy import elaborate_isolation, elaborate_worker_limits
+from aeros.spec.model.policy import Execute, McpPolicy
+from aeros.spec.model.site import Site
+from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.text.fields import TextField
 from aeros.spec.text.nodes import ScalarNode
 from tests.unit.spec.elaborate.faults import messages_of_module, messages_of_site
@@ -123,3 +127,37 @@ def test_a_computing_device_has_a_file_by_which_it_shows(tmp_path: Path) -> None
     for path in ("nvidia0", "/dev/../etc/passwd", "/usr/lib/gpu"):
         (found,) = messages_of_site(tmp_path, granted, (edit, device.replace("PATH", path)))
         assert "is not a device file" in found
+
+
+def loaded(folder: Path, section: str) -> tuple[Site | None, list[str]]:
+    text = reference_site_path().read_text().replace("policy:\n", f"policy:\n{section}", 1)
+    (folder / "site.yaml").write_text(text)
+    sink = Diagnostics()
+    return load_site(folder / "site.yaml", sink), [one.headline for one in sink]
+
+
+@pytest.mark.parametrize(
+    ("section", "policy"),
+    [
+        ("", McpPolicy(Execute.APPROVAL, 20, None)),
+        ("  mcp: {most_steps: 3}\n", McpPolicy(Execute.APPROVAL, 3, None)),
+        ("  mcp: {execute: allowed, skills: [a.b]}\n", McpPolicy(Execute.ALLOWED, 20, frozenset(("a.b",)))),
+        ("  mcp: {execute: denied, skills: []}\n", McpPolicy(Execute.DENIED, 20, frozenset())),
+    ],
+)
+def test_a_missing_mcp_setting_has_the_stricter_default(
+    section: str, policy: McpPolicy, tmp_path: Path
+) -> None:
+    site, message = loaded(tmp_path, section)
+    assert message == []
+    assert site is not None
+    assert site.mcp == policy
+
+
+@pytest.mark.parametrize(
+    "section", ["  mcp: {execute: maybe}\n", "  mcp: {most_steps: 0}\n", "  mcp: {approve: never}\n"]
+)
+def test_an_unknown_mcp_setting_is_refused(section: str, tmp_path: Path) -> None:
+    site, message = loaded(tmp_path, section)
+    assert site is None
+    assert len(message) == 1
