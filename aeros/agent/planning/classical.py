@@ -50,15 +50,17 @@ class UnifiedPlanningEngine:
 
     def _solve(self, domain: str, problem: str) -> list[str] | None:
         from unified_planning.engines import CompilationKind, PlanGenerationResultStatus
-        from unified_planning.environment import Environment
+        from unified_planning.environment import get_environment
         from unified_planning.io import PDDLReader
 
-        environment = Environment()
+        # Not one of its own: its parser makes the fluents of conditional effects in this one.
+        environment = get_environment()
         environment.credits_stream = None
         factory = environment.factory
         posed = PDDLReader(environment).parse_problem_string(domain, problem)
         steps: list[Any] = []
         for kind in (
+            CompilationKind.CONDITIONAL_EFFECTS_REMOVING,
             CompilationKind.DISJUNCTIVE_CONDITIONS_REMOVING,
             CompilationKind.NEGATIVE_CONDITIONS_REMOVING,
         ):

@@ -335,7 +335,20 @@ def _settings(skills: Iterator[Skill], site: Site) -> dict[str, tuple[Any, ...]]
 
 
 def _invocation(skill: Skill, inputs: Mapping[str, Any], names: tuple[str, ...]) -> Invocation:
-    return Invocation(replace(skill, precondition=None), inputs, names, names)
+    return Invocation(replace(skill, precondition=None, outcomes=_leading_on(skill)), inputs, names, names)
+
+
+def _leading_on(skill: Skill) -> dict[str, Outcome]:
+    """Return the outcomes after which the task goes on, with the probabilities that they have then.
+
+    An outcome with a verdict ends the task with its reason, so no plan has to lead on from it.
+    """
+    ended = sum(one.probability or Fraction(0) for one in skill.outcomes.values() if one.verdict)
+    return {
+        one.id: one if one.probability is None else replace(one, probability=one.probability / (1 - ended))
+        for one in skill.outcomes.values()
+        if not one.verdict
+    }
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from aeros.runtime.ports import (
     StepResult,
     StepStatus,
 )
+from aeros.spec.expr.effects import state_after
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.site import Site
 from aeros.spec.verification.certificate import Certificate
@@ -130,7 +131,9 @@ class FakeRuntime:
             return ending
         if isinstance(ending, StepStatus):
             return StepResult(ending, "as scripted", allowed=1, denied=int(ending is StepStatus.DENIED))
-        self.state |= skill.outcomes[ending].effects if isinstance(ending, str) else ending
+        self.state |= (
+            state_after(skill.outcomes[ending].effects, self.state) if isinstance(ending, str) else ending
+        )
         return StepResult(StepStatus.FINISHED, "", allowed=2, attenuated=1)
 
     def note(self, event: str, details: Mapping[str, Any]) -> None:

@@ -61,6 +61,7 @@ ADDED = {
     "table_verified": True,
     "robot_at_table": True,
     "robot_at_bench": True,
+    "overhead_off": False,
 }
 """Where these hold, the rules that the shipped modules add to the paper's ask for nothing."""
 
