@@ -75,8 +75,8 @@ def read_request(
     meanings = [(entry, found) for entry in tasks if (found := find_condition(condition, entry)) is not None]
     if not meanings and topic is not None and condition.words[:1] == ("it",):
         # `if the table is clean, make tea; if it is dirty, …`
-        meant = find_condition(condition, topic, is_own=True)
-        meanings = [] if meant is None else [(topic, meant)]
+        by_topic = find_condition(condition, topic, is_own=True)
+        meanings = [] if by_topic is None else [(topic, by_topic)]
     # The condition names an object, so `it` in the request may stand for that.
     request = _read(segment, tasks, [*before, *(Errand(entry.routed) for entry, _ in meanings[:1])])
     routed = request.errand.routed
