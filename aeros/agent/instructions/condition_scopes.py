@@ -11,7 +11,7 @@ from aeros.agent.instructions.lexicon import TaskPhrases
 from aeros.agent.instructions.meaning import Errand
 from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.instructions.requests import read_request
-from aeros.agent.instructions.segments import Link, Mood, Segment, Sentence
+from aeros.agent.instructions.segments import COMMA, Link, Mood, Segment, Sentence
 from aeros.agent.instructions.sentences.clauses import segments_of
 
 
@@ -59,7 +59,9 @@ def _without_comma(segment: Segment, tasks: Sequence[TaskPhrases]) -> Sentence:
                 replace(one, link=Link.JOINED if at == 0 else one.link, is_polite=segment.is_polite)
                 for at, one in enumerate(rest)
             )
-            return (condition, *polite)
+            # `…, and if it is dirty wipe it` is of what follows; a comma alone leaves that open.
+            is_led = bool(segment.joint.strip(f"{COMMA} "))
+            return (replace(condition, link=Link.JOINED) if is_led else condition, *polite)
     return (segment,)
 
 

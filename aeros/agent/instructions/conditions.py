@@ -56,6 +56,10 @@ def find_condition(condition: Segment, entry: TaskPhrases, *, is_own: bool = Fal
     """
     spoken = _plain(condition.words)
     found = _declared(spoken, entry, is_own=is_own)
+    if found is None and english.FINDINGS.ending(condition.marker):
+        # `if you find the table dirty`, `if you see crumbs on it`
+        forms = ((*spoken[:-1], *_BE, *spoken[-1:]), ("there", *_BE, *spoken))
+        return next((one for form in forms if (one := _declared(form, entry, is_own=is_own))), None)
     if found is None and "not" in spoken and spoken[max(0, spoken.index("not") - 1)] == "is":
         at = spoken.index("not")
         positive = _declared((*spoken[:at], *spoken[at + 1 :]), entry, is_own=is_own)
@@ -72,7 +76,9 @@ def _declared(spoken: Words, entry: TaskPhrases, *, is_own: bool) -> FoundCondit
         if words and not subject and words[0] not in ("it", "there"):
             shorter.add(("it", *_BE, *words))  # `if it is needed`
         place = next((words[: -len(one) - 1] for one in entry.objects if words[-len(one) :] == one), ())
-        shorter |= {place} if place and words[:1] == ("there",) and is_own else set()
+        if place and words[:1] == ("there",) and is_own:
+            # `if there is dust on it`
+            shorter |= {place, (*place, *words[len(place) : len(place) + 1], "it")}
         if spoken == words or (spoken and spoken in shorter):
             return FoundCondition(declared.term, declared.text)
     return None

@@ -42,6 +42,8 @@ SEQUENCE: Final = _phrases("sequence")
 REVERSED: Final = _phrases("reversed")
 PROHIBITIONS: Final = _phrases("prohibitions")
 CONDITIONALS: Final = _phrases("conditionals")
+DURATIONS: Final = _phrases("durations")
+FINDINGS: Final = _phrases("findings")
 TIME_CONDITIONALS: Final = _phrases("time_conditionals")
 NEW_REQUEST: Final = _phrases("new_request")
 PERFECT: Final = _phrases("perfect")
@@ -92,11 +94,13 @@ GRASP_VERBS: Final = _words("grasp_verbs")
 NO_SLIPS: Final = _words("no_slips")
 ALL_WORDS: Final = frozenset(
     word
-    for texts in (*_DATA.values(), *_DATA["classes"].values())
+    for texts in (*(one for name, one in _DATA.items() if name != "no_slips"), *_DATA["classes"].values())
     for text in texts
     for word in re.findall(r"[^\s(|)<>]+", text)
 )
-"""Every word of the lists."""
+"""Every word of the lists that instructions use."""
+_LONG_PLEASE: Final = re.compile(r"p+l+e+a+s+e+")
+"""As in `pleeease`."""
 _MISSPELT: Final[dict[str, str]] = _DATA["misspelt"]
 _PARTICIPLES: Final[dict[str, str]] = _DATA["participles"]
 _NOMINALS: Final[dict[str, str]] = _DATA["nominals"]
@@ -126,7 +130,7 @@ def respelt(words: Words) -> Words:
     Returns:
         The words; none that a module declares is changed.
     """
-    return tuple(_MISSPELT.get(word, word) for word in words)
+    return tuple("please" if _LONG_PLEASE.fullmatch(word) else _MISSPELT.get(word, word) for word in words)
 
 
 def participle_bases(word: str) -> frozenset[str]:

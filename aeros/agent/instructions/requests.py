@@ -37,16 +37,22 @@ class Request:
         only_refers: True if a pronoun stands for its object, or its words only name an object, as in
             `…, the blue one`.
         has_verb: True if its words have a verb of their own.
+        topic: the task whose object its condition names; None if it names none.
     """
 
     errand: Errand
     stated: frozenset[str] = frozenset()
     only_refers: bool = False
     has_verb: bool = True
+    topic: TaskPhrases | None = None
 
 
 def read_request(
-    segment: Segment, condition: Segment | None, tasks: Sequence[TaskPhrases], before: Sequence[Errand]
+    segment: Segment,
+    condition: Segment | None,
+    tasks: Sequence[TaskPhrases],
+    before: Sequence[Errand],
+    topic: TaskPhrases | None = None,
 ) -> Request:
     """Find the one task that covers a request, and the condition on which it is done.
 
@@ -55,6 +61,7 @@ def read_request(
         condition: words of its condition; None for always.
         tasks: all tasks.
         before: requests that a pronoun may mean the object of, the last one first of all.
+        topic: task whose object the condition of the request before names, and this one may mean by `it`.
 
     Returns:
         The request.
@@ -66,6 +73,10 @@ def read_request(
     if condition is None:
         return _read(segment, tasks, before)
     meanings = [(entry, found) for entry in tasks if (found := find_condition(condition, entry)) is not None]
+    if not meanings and topic is not None and condition.words[:1] == ("it",):
+        # `if the table is clean, make tea; if it is dirty, …`
+        by_topic = find_condition(condition, topic, is_own=True)
+        meanings = [] if by_topic is None else [(topic, by_topic)]
     # The condition names an object, so `it` in the request may stand for that.
     request = _read(segment, tasks, [*before, *(Errand(entry.routed) for entry, _ in meanings[:1])])
     routed = request.errand.routed
@@ -75,13 +86,21 @@ def read_request(
         declared = sorted({phrase for entry in tasks for phrase in entry.routed.task.condition_phrases})
         known = ", ".join(f"`{one}`" for one in declared[:8]) or "none is declared"
         raise InstructionError(f"the condition {quoted(condition.text)} is not understood; known: {known}")
+    if own is not None and condition.marker in english.DURATIONS:
+        raise InstructionError(
+            f"{quoted(condition.text)} may ask to go on for as long; write `if` for a check before it starts"
+        )
     # Another task may declare the condition, as in `bring tea if the table is clean`.
     found = own or meanings[0][1]
     if own is None and any(other.term != found.term for _, other in meanings):
         raise InstructionError(f"several tasks declare the condition {quoted(condition.text)}")
     if condition.marker[-1:] == ("unless",):
         found = found.negated
-    return replace(request, errand=Errand(routed, found.term, found.text))
+    return replace(
+        request,
+        errand=Errand(routed, found.term, found.text),
+        topic=meanings[0][0] if meanings else None,
+    )
 
 
 def _read(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence[Errand]) -> Request:
@@ -105,7 +124,7 @@ def _read(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence[Erran
         may_wish = segment.link is Link.START or words[:1] in _INDEFINITE
         for form in wordings(
             words,
-            is_polite=segment.is_polite and may_wish,
+            is_polite=(segment.is_polite and may_wish) or _follows_as_wish(segment),
             is_perfect=segment.is_perfect,
             carried=segment.carried,
         ):
@@ -131,6 +150,13 @@ def _read(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence[Erran
             refusal = refusal or not_covered(segment, coverages)
     assert refusal is not None  # noqa: S101 - the first round makes one
     raise refusal
+
+
+def _follows_as_wish(segment: Segment) -> bool:
+    """Return True for `two teas` of `bring me the can, followed by two teas`."""
+    first = segment.words[:1]
+    is_some = first in _INDEFINITE or english.number_of("".join(first)) is not None
+    return segment.joint.endswith("followed by") and is_some
 
 
 def _with_arguments(segment: Segment, coverage: Coverage, last: RoutedTask | None) -> Request:

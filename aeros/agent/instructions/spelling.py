@@ -1,7 +1,9 @@
 """Typing slips: a word that is nearly one word of a task is read as that, and the reading shown.
 
-Only long words of acts, things and additions are corrected. A word for a value, a condition or a place in the
-grammar is not: a slip in it may change the meaning.
+Only words of acts, things and additions are corrected. A word for a value, a condition or a place in the
+grammar is not: a slip in it may change the meaning. The noun of a thing, such as `block`, is corrected, its
+colour is not. In a short word, only the slips are read over that seldom make another word of English; those
+that do are listed in `english.toml`.
 """
 
 from __future__ import annotations
@@ -11,13 +13,18 @@ from collections.abc import Iterator, Sequence
 from typing import Final
 
 from aeros.agent.instructions import english
+from aeros.agent.instructions.arguments import is_object
 from aeros.agent.instructions.lexicon import TaskPhrases
+from aeros.agent.instructions.phrases import Words
 from aeros.spec.diagnostics.words import normalized_words
 
 _WORD: Final = re.compile(r"[^\W\d_]+")
-_MIN_LENGTH: Final = 6
-_MIN_TURNED: Final = 5
-"""Shortest word of which two neighbouring letters may be turned round, as in `tabel`."""
+_MIN_LENGTH: Final = 4
+_MIN_LONG: Final = 6
+"""Shortest word in which any letter may be wrong, or one too many."""
+_FUNCTION_WORDS: Final = english.POSITIONS | english.DIRECTIONS | english.PARTICLES
+"""Never corrected: a slip in one may change where a thing is to go."""
+_VOWELS: Final = frozenset("aeiouy")
 
 
 def without_slips(instruction: str, tasks: Sequence[TaskPhrases]) -> tuple[str, tuple[str, ...]]:
@@ -29,21 +36,26 @@ def without_slips(instruction: str, tasks: Sequence[TaskPhrases]) -> tuple[str, 
 
     Returns:
         The instruction with each word that is one slip from exactly one word of the tasks replaced, and a
-        line for each. A slip is a letter left out, doubled or wrong, or two turned round; it changes neither
-        the first letter nor the last alone.
+        line for each. A slip is a letter left out or doubled, a wrong vowel, or two letters turned round; in
+        a long word, also any wrong letter, and one too many. It never changes the first letter. A word that
+        is as near to one that is not corrected, such as that of a side, is left as it is.
     """
     known, targets = _vocabulary(tasks)
+    states = _states(tasks)
+    conditional = _conditional_at(instruction)
     account: dict[str, str] = {}
 
     def corrected(match: re.Match[str]) -> str:
         word = " ".join(normalized_words(match.group()))
-        if len(word) < _MIN_TURNED or word in english.NO_SLIPS or known & english.base_forms(word):
+        if len(word) < _MIN_LENGTH or word in english.NO_SLIPS or known & english.base_forms(word):
             return match.group()
-        near = [one for one in targets if _is_slip(word, one)]
-        if len(near) != 1:
+        near = {one for one in known.union(targets) if len(one) >= _MIN_LENGTH and _is_slip(word, one)}
+        if len(near) != 1 or not near.issubset(targets):
             return match.group()
-        account[word] = near[0]
-        return near[0]
+        if near & states and match.start() > conditional:
+            return match.group()  # in `if it is cleen`, it decides
+        account[word] = min(near)
+        return account[word]
 
     text = _WORD.sub(corrected, instruction)
     return text, tuple(f"read `{word}` as `{one}`" for word, one in account.items())
@@ -69,9 +81,28 @@ def unknown_words(instruction: str, tasks: Sequence[TaskPhrases]) -> tuple[str, 
     )
 
 
+def _states(tasks: Sequence[TaskPhrases]) -> frozenset[str]:
+    """Return the last words of all conditions: `clean` of `the table is clean`, and their forms."""
+    phrases = (phrase for entry in tasks for phrase in entry.routed.task.condition_phrases)
+    return frozenset(form for one in phrases for form in _forms(normalized_words(one)[-1]))
+
+
+def _conditional_at(instruction: str) -> int:
+    """Return where the first condition begins; the length of the instruction if it has none."""
+    words = tuple(_WORD.finditer(instruction))
+    spoken = tuple(match.group().lower() for match in words)
+    places = (at for at in range(len(spoken)) if spoken[at] == "should" or _begins_condition(spoken, at))
+    return next((words[at].start() for at in places), len(instruction))
+
+
+def _begins_condition(spoken: Words, at: int) -> bool:
+    phrases = (english.CONDITIONALS, english.TIME_CONDITIONALS, english.CHECKS)
+    return any(one.starting(spoken, at) for one in phrases)
+
+
 def _vocabulary(tasks: Sequence[TaskPhrases]) -> tuple[frozenset[str], tuple[str, ...]]:
     """Return all words that tasks or the grammar have, and those that slips are corrected to."""
-    acts = {word for entry in tasks for phrase in (*entry.triggers, *entry.objects) for word in phrase}
+    acts = {word for entry in tasks for phrase in _phrases(entry) for word in phrase}
     extras = {word for entry in tasks for phrase in entry.extras for word in phrase}
     values: set[str] = set()
     conditions: set[str] = set()
@@ -80,8 +111,22 @@ def _vocabulary(tasks: Sequence[TaskPhrases]) -> tuple[frozenset[str], tuple[str
         conditions.update(word for phrase in task.condition_phrases for word in normalized_words(phrase))
         stated = (one for parameter in task.parameters.values() for one in parameter.phrases.values())
         values.update(word for phrases in stated for text in phrases for word in normalized_words(text))
-    targets = sorted(word for one in (acts | (extras - english.ALL_WORDS)) - values for word in _forms(one))
+    corrected = ((acts | (extras - english.ALL_WORDS)) - values - _FUNCTION_WORDS) | _things(tasks)
+    targets = sorted(word for one in corrected if len(one) >= _MIN_LENGTH for word in _forms(one))
     return frozenset(acts | extras | values | conditions | english.ALL_WORDS), tuple(targets)
+
+
+def _phrases(entry: TaskPhrases) -> Iterator[Words]:
+    """Yield the phrases of acts and things, but for wishes such as `i would like`."""
+    yield from (one for one in entry.triggers if one[0] not in ("i", "we"))
+    yield from entry.objects
+
+
+def _things(tasks: Sequence[TaskPhrases]) -> frozenset[str]:
+    """Return the nouns of the objects that parameters stand for: `block` of `blue block`."""
+    parameters = (one for entry in tasks for one in entry.routed.task.parameters.values() if is_object(one))
+    phrases = (text for one in parameters for texts in one.phrases.values() for text in texts)
+    return frozenset(normalized_words(text)[-1] for text in phrases)
 
 
 def _forms(word: str) -> Iterator[str]:
@@ -95,14 +140,18 @@ def _is_slip(word: str, target: str) -> bool:
     """Return True if `word` is `target` with one typing slip."""
     if word[0] != target[0] or word == target:
         return False
-    turned = (target[:at] + target[at + 1] + target[at] + target[at + 2 :] for at in range(len(target) - 1))
+    is_long = len(word) >= _MIN_LONG
     if len(word) == len(target):
-        if len(word) >= _MIN_TURNED and word in turned:
-            return True
         different = [at for at, (one, other) in enumerate(zip(word, target, strict=True)) if one != other]
-        return len(word) >= _MIN_LENGTH and len(different) == 1 and different[0] < len(word) - 1
-    longer, shorter = (word, target) if len(word) > len(target) else (target, word)
-    if len(longer) != len(shorter) + 1 or len(word) < _MIN_LENGTH:
-        return False
-    # A letter at the end makes another form: `prepared`.
-    return any(longer[:at] + longer[at + 1 :] == shorter for at in range(1, len(longer) - 1))
+        first, last = different[0], different[-1]
+        if len(different) == 2 and last == first + 1:
+            return word[first] == target[last] and word[last] == target[first]
+        is_vowel = word[first] in _VOWELS and target[first] in _VOWELS
+        return len(different) == 1 and first < len(word) - 1 and (is_long or is_vowel)
+    if len(word) == len(target) - 1:
+        return any(target[:at] + target[at + 1 :] == word for at in range(1, len(target)))
+    # A letter more at the end makes another form: `prepared`.
+    return len(word) == len(target) + 1 and any(
+        word[:at] + word[at + 1 :] == target and (is_long or word[at] == word[at - 1])
+        for at in range(1, len(word) - 1)
+    )

@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
+from aeros.agent.instructions.alternatives import require_no_alternative
 from aeros.agent.instructions.condition_scopes import scoped
 from aeros.agent.instructions.covering import cover
 from aeros.agent.instructions.grammar import parse_instruction
@@ -160,7 +161,7 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
             if segment.mood is Mood.REQUEST and last and is_own_check(segment, last[0], tasks):
                 continue  # `…, then check that it is clean`: the goal says that
             if segment.mood is Mood.REQUEST:
-                request = read_request(segment, condition, tasks, context)
+                request = read_request(segment, condition, tasks, context, last and last[0].topic)
                 refined = last and refined_request(last[0], request, segment, last[1])
                 if refined:
                     errands[-1] = refined.errand
@@ -188,6 +189,7 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
             raise NothingAskedError(
                 f"the instruction asks for `{errand.routed.formal_text}` and prohibits it"
             )
+    require_no_alternative(errands)
     for reason in reasons:
         require_plain_reason(reason, tasks, [errand.routed for errand in errands])
     account = tuple(f"{quoted(' '.join(reason.words))}: a reason, asks for nothing" for reason in reasons)

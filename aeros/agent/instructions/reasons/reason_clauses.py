@@ -29,6 +29,9 @@ def without_reasons(tokens: Words) -> tuple[Words, list[Segment]]:
     reasons: list[Segment] = []
     at = 0
     while at < len(tokens):
+        if english.DURATIONS.starting(tokens, at):
+            at += len(english.DURATIONS.starting(tokens, at))  # `as long as` begins a condition
+            continue
         marker = english.REASONS.starting(tokens, at)
         after = at + len(marker)
         if marker == ("so",) and at and not reasons and _is_reason(tokens, at):
@@ -62,9 +65,8 @@ def _is_reason(tokens: Words, at: int) -> bool:
 
 def _begins_reason(tokens: Words, at: int, marker: Words) -> bool:
     after = tokens[at + len(marker) : at + len(marker) + 1]
-    longer = max(
-        map(len, (english.SEQUENCE.starting(tokens, at), english.SENTENCE_OPENERS.starting(tokens, at)))
-    )
+    others = (english.SEQUENCE, english.SENTENCE_OPENERS, english.CONDITIONALS)
+    longer = max(len(one.starting(tokens, at)) for one in others)
     if not after or tokens[at - 1 : at] == ("well",) or after == (COMMA,) or longer > len(marker):
         return False
     end = tokens.index(COMMA, at) if COMMA in tokens[at:] else len(tokens)

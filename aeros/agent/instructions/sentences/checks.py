@@ -85,7 +85,8 @@ def _without_own_check(tokens: Words) -> Words:
         end = next((at for at in range(len(seen)) if seen[at] in ("and", COMMA)), len(seen))
         thing, rest = seen[:end], seen[end + 1 :]
         rest = rest[1:] if rest[:1] in ((COMMA,), ("and",)) else rest
-        if "if" in rest and "it" in rest and 1 <= len(thing) <= 3:
+        depends = any(english.CONDITIONALS.starting(rest, at) for at in range(len(rest)))
+        if depends and "it" in rest and 1 <= len(thing) <= 3:
             it = rest.index("it")
             return (*rest[:it], *thing, *rest[it + 1 :])
     return tokens

@@ -49,8 +49,8 @@ def segments_of(tokens: Words) -> Iterator[Segment]:
             words = words[:-1]  # `the can first and the block second`
         if words[-1:] == ("first",) and (link is Link.START or before is Mood.CONDITION):
             words, was_first = words[:-1], True
-        elif words[-1:] == ("first",) and joint.endswith("but"):
-            words, link = words[:-1], Link.AFTER
+        elif words[-1:] == ("first",) and (joint.endswith("but") or link is Link.AFTER):
+            words, link = words[:-1], Link.AFTER  # `…, having wiped the table first`
         before = mood
         openers = tokens[position:start] if mood is Mood.REQUEST else ()
         is_light = bool(english.LIGHT_VERBS.ending(openers))

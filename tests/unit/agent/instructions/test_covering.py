@@ -65,7 +65,7 @@ def test_numbers_and_repetitions_are_kept_apart() -> None:
         ("clean the table s left half", ()),
         ("clean the table s legs", ("s", "legs")),
         ("clean the table on the left half", ()),
-        ("clean on the table", ("on",)),
+        ("clean over the table", ("over",)),
         ("use the sponge to wipe the table", ()),
         ("wipe him the table", ()),
         ("the cleaning procedure for the table", ()),

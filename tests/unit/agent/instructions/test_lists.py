@@ -25,6 +25,7 @@ FLOORS = {
     "unseen_1": 0.99,
     "unseen_2": 0.99,
     "unseen_3": 0.98,
+    "unseen_4": 0.9,
     "authors_2": 0.95,
     "authors_3": 0.96,
     "authors_4": 0.97,
