@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
-from math import hypot, pi
+from math import pi
 from typing import Any, Final
 
 from aeros.runtime.ports import (
@@ -27,7 +27,7 @@ from aeros.runtime.ports import (
 )
 from aeros.sim.clock import TICK
 from aeros.sim.robot.errors import ActionRejectedError, BlockedError
-from aeros.sim.robot.limits import SCANNER_RANGE
+from aeros.sim.robot.fast_values import fast_values
 from aeros.sim.robot.motions import (
     ActionParameters,
     PreparedMotion,
@@ -39,7 +39,7 @@ from aeros.sim.robot.motions import (
     plan_tool_lines,
     plan_wait,
 )
-from aeros.sim.robot.robot import BRAKED_PARTS, Robot, RobotState, braking_link_speed
+from aeros.sim.robot.robot import BRAKED_PARTS, Robot, RobotState
 from aeros.sim.robot.slide import plan_slide
 from aeros.skill import Action
 
@@ -361,21 +361,4 @@ class FixedStepPlant(ABC):
 
     def _fast_values(self) -> dict[str, Any]:
         """Return the ground truth of robot and people around it, by vocabulary name, SI, positions in W."""
-        state: RobotState = self._state
-        return {
-            "joint_position": state.q,
-            "joint_velocity": state.qd,
-            "joint_torque": state.torque,
-            "joint_torque_rate": self._filtered.rates,
-            "tool_position": state.tool_position,
-            "tool_speed": state.tool_speed,
-            "link_speed": braking_link_speed(state.q, state.qd, state.base_velocity),
-            "tracking_error": self._robot.tracking_distance(state),
-            "contact_force": self._robot.contact_force(),
-            "finger_gap": state.finger_gap,
-            "grip_force": min(self._robot.finger_forces()),
-            "human_distance": SCANNER_RANGE,
-            "estop_pressed": False,
-            "base_position": state.base_position,
-            "base_speed": hypot(*state.base_velocity),
-        }
+        return fast_values(self._robot, self._state, self._filtered.rates)
