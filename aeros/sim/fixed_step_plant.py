@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
-from math import pi
+from math import hypot, pi
 from typing import Any, Final
 
 from aeros.runtime.ports import (
@@ -27,7 +27,7 @@ from aeros.runtime.ports import (
 )
 from aeros.sim.clock import TICK
 from aeros.sim.robot.errors import ActionRejectedError, BlockedError
-from aeros.sim.robot.fast_values import fast_values
+from aeros.sim.robot.limits import SCANNER_RANGE
 from aeros.sim.robot.motions import (
     ActionParameters,
     PreparedMotion,
@@ -39,7 +39,7 @@ from aeros.sim.robot.motions import (
     plan_tool_lines,
     plan_wait,
 )
-from aeros.sim.robot.robot import BRAKED_PARTS, Robot, RobotState
+from aeros.sim.robot.robot import BRAKED_PARTS, Robot, RobotState, braking_link_speed
 from aeros.sim.robot.slide import plan_slide
 from aeros.skill import Action
 
@@ -361,4 +361,25 @@ class FixedStepPlant(ABC):
 
     def _fast_values(self) -> dict[str, Any]:
         """Return the ground truth of robot and people around it, by vocabulary name, SI, positions in W."""
-        return fast_values(self._robot, self._state, self._filtered.rates)
+        return _robot_values(self._robot, self._state, self._filtered.rates)
+
+
+def _robot_values(robot: Robot, state: RobotState, torque_rates: tuple[float, ...]) -> dict[str, Any]:
+    """Return the ground truth of a robot that nobody is near, by vocabulary name; rates are in N·m/s."""
+    return {
+        "joint_position": state.q,
+        "joint_velocity": state.qd,
+        "joint_torque": state.torque,
+        "joint_torque_rate": torque_rates,
+        "tool_position": state.tool_position,
+        "tool_speed": state.tool_speed,
+        "link_speed": braking_link_speed(state.q, state.qd, state.base_velocity),
+        "tracking_error": robot.tracking_distance(state),
+        "contact_force": robot.contact_force(),
+        "finger_gap": state.finger_gap,
+        "grip_force": min(robot.finger_forces()),
+        "human_distance": SCANNER_RANGE,
+        "estop_pressed": False,
+        "base_position": state.base_position,
+        "base_speed": hypot(*state.base_velocity),
+    }
