@@ -26,6 +26,7 @@ from aeros.agent.planning.base import Planner, RulePlanner
 from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.recovery.checkpoint import CheckpointStore, TaskCheckpoint, UnusableCheckpointError
 from aeros.agent.recovery.lifecycle import Lifecycle, LifecycleEvent, Phase
+from aeros.agent.recovery.origin import events_since_checkpoint
 from aeros.agent.recovery.quarantine import Quarantine
 from aeros.agent.task_loop import AskForHelp, TaskLoop
 from aeros.runtime.ports import EMPTY_LOG_HEAD, AuditEvent, Runtime, StepStatus
@@ -209,7 +210,7 @@ class Agent:
             try:
                 if isinstance(kept, UnusableCheckpointError):
                     raise kept
-                return kept, self._events_since(kept, meaning)
+                return kept, events_since_checkpoint(kept, str(self.identity.id), meaning, self._runtime)
             except UnusableCheckpointError as unusable:
                 problems.append(str(unusable))
                 self._journal.record("checkpoint-rejected", str(unusable), reason=str(unusable))
@@ -218,31 +219,6 @@ class Agent:
         if any(one.event == "step-began" for one in self._runtime.events_since(EMPTY_LOG_HEAD) or ()):
             raise AgentError("the task cannot be resumed: its checkpoint is gone; start it again")
         return None
-
-    def _events_since(self, kept: TaskCheckpoint, meaning: Understanding) -> Sequence[AuditEvent]:
-        """Return the runtime events since the checkpoint.
-
-        Raises:
-            UnusableCheckpointError: the checkpoint is of another agent, task or plant.
-        """
-        now = self._runtime.now()
-        if kept.agent != str(self.identity.id):
-            raise UnusableCheckpointError("the checkpoint belongs to another agent")
-        if kept.instruction != meaning.instruction or not _is_checkpoint_of(kept, meaning):
-            raise UnusableCheckpointError(
-                f"the checkpoint is of another task: “{kept.instruction}”, {kept.task}"
-            )
-        events = self._runtime.events_since(kept.earliest_head)
-        if events is None or self._runtime.events_since(kept.audit_head) is None:
-            raise UnusableCheckpointError(
-                "the audit record does not hold the record at which the checkpoint was made"
-            )
-        latest = max([kept.time, *(one.details.get("time", kept.time) for one in events)])
-        if now < latest and kept.final_report is None:
-            raise UnusableCheckpointError(
-                f"the plant's clock is at {now:g} s, and was at {latest:g} s: it is another plant"
-            )
-        return events
 
     def _record_transition(self, phase: Phase, change: LifecycleEvent, then: Phase) -> None:
         abandoned = self.identity.crashed_holder if change is LifecycleEvent.CRASH else None
@@ -302,14 +278,6 @@ def _summary(report: RunReport) -> dict[str, Any]:
         "replans": report.replans,
         "reason": report.reason,
     }
-
-
-def _is_checkpoint_of(kept: TaskCheckpoint, meaning: Understanding) -> bool:
-    """Return True if a checkpoint is of the errand of its number."""
-    if not 0 <= kept.errand < len(meaning.errands):
-        return False
-    routed = meaning.errands[kept.errand].routed
-    return (kept.task, kept.goal) == (str(routed), routed.task.goal_text)
 
 
 def _outcome_text(report: RunReport) -> str:

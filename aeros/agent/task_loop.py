@@ -147,17 +147,15 @@ class TaskLoop:
         holds = True if self._is_resumed else self._attempts.observe().evaluate(condition)
         if holds is True:
             return self._run_until_goal()
-        state = "does not hold" if holds is False else "is unknown"
+        state = f"{'does not hold' if holds is False else 'is unknown'}: {text}"
         self._journal.record(
             "errand-skipped",
-            f"{self._routed} is not begun: its condition {state}: {text}",
+            f"{self._routed} is not begun: its condition {state}",
             task=str(self._routed),
             condition=text,
             measured=holds,
         )
-        return (
-            None if holds is False else f"nothing was done, as the condition of the request {state}: {text}"
-        )
+        return None if holds is False else f"nothing was done, as the condition of the request {state}"
 
     def resume(self, checkpoint: TaskCheckpoint, events: Iterable[AuditEvent]) -> None:
         """Restore the run from a checkpoint, before `run` is called.
@@ -243,7 +241,7 @@ class TaskLoop:
                 break
             if self._engine.timed_out or self._runtime.now() >= self._until:
                 return f"{_timeout_text(self._timeout)}; the plan ended: {end.reason}"
-            hopeless = self._reason_to_give_up(end, cap)
+            hopeless = _reason_to_give_up(end, self._waited, self._replans, cap)
             if hopeless:
                 if not self._was_helped(hopeless):
                     return hopeless
@@ -261,17 +259,6 @@ class TaskLoop:
             failed_at_once = self._runtime.now() - began < RETRY_INTERVAL_S
             self._idle(max(end.pause_s, RETRY_INTERVAL_S if failed_at_once else 0.0))
         return None
-
-    def _reason_to_give_up(self, end: PlanFailure, cap: int) -> str:
-        """Return why another plan is of no use; empty if it may be of use."""
-        if end.is_final:
-            return end.reason
-        if end.wait is not None:
-            waited = f"{self._waited:g} s of waiting until {end.wait.subject}"
-            return f"{waited} did not help: {end.reason}" if self._waited >= end.wait.limit_s else ""
-        if self._replans >= cap:
-            return f"the goal is not reached after {cap} re-plans; the last plan ended: {end.reason}"
-        return ""
 
     def _was_helped(self, reason: str) -> bool:
         """Ask a person for help, if there is one to ask; after help, everything may be tried again."""
@@ -292,12 +279,7 @@ class TaskLoop:
         seconds = RETRY_INTERVAL_S if wait.limit_s <= MAX_WAIT_S else wait.limit_s / LONG_WAIT_TRIES
         self._waited += seconds
         self._save()
-        self._journal.record(
-            "wait-started",
-            f"waits until {wait.subject}",
-            seconds=seconds,
-            reason=reason,
-        )
+        self._journal.record("wait-started", f"waits until {wait.subject}", seconds=seconds, reason=reason)
         self._idle(seconds)
 
     def _idle(self, seconds: float) -> None:
@@ -325,6 +307,21 @@ class TaskLoop:
 
     def _is_goal_reached(self) -> bool:
         return self._attempts.world.evaluate(self._routed.task.goal) is True
+
+
+def _reason_to_give_up(end: PlanFailure, waited: float, replans: int, cap: int) -> str:
+    """Return why another plan is of no use; empty if it may be of use.
+
+    `waited` is in plant seconds, and `cap` is the greatest number of re-plans.
+    """
+    if end.is_final:
+        return end.reason
+    if end.wait is not None:
+        spent = f"{waited:g} s of waiting until {end.wait.subject}"
+        return f"{spent} did not help: {end.reason}" if waited >= end.wait.limit_s else ""
+    if replans >= cap:
+        return f"the goal is not reached after {cap} re-plans; the last plan ended: {end.reason}"
+    return ""
 
 
 def _timeout_text(limit: float | None) -> str:

@@ -361,21 +361,25 @@ class FixedStepPlant(ABC):
 
     def _fast_values(self) -> dict[str, Any]:
         """Return the ground truth of robot and people around it, by vocabulary name, SI, positions in W."""
-        state: RobotState = self._state
-        return {
-            "joint_position": state.q,
-            "joint_velocity": state.qd,
-            "joint_torque": state.torque,
-            "joint_torque_rate": self._filtered.rates,
-            "tool_position": state.tool_position,
-            "tool_speed": state.tool_speed,
-            "link_speed": braking_link_speed(state.q, state.qd, state.base_velocity),
-            "tracking_error": self._robot.tracking_distance(state),
-            "contact_force": self._robot.contact_force(),
-            "finger_gap": state.finger_gap,
-            "grip_force": min(self._robot.finger_forces()),
-            "human_distance": SCANNER_RANGE,
-            "estop_pressed": False,
-            "base_position": state.base_position,
-            "base_speed": hypot(*state.base_velocity),
-        }
+        return _robot_values(self._robot, self._state, self._filtered.rates)
+
+
+def _robot_values(robot: Robot, state: RobotState, torque_rates: tuple[float, ...]) -> dict[str, Any]:
+    """Return the ground truth of a robot that nobody is near, by vocabulary name; rates are in N·m/s."""
+    return {
+        "joint_position": state.q,
+        "joint_velocity": state.qd,
+        "joint_torque": state.torque,
+        "joint_torque_rate": torque_rates,
+        "tool_position": state.tool_position,
+        "tool_speed": state.tool_speed,
+        "link_speed": braking_link_speed(state.q, state.qd, state.base_velocity),
+        "tracking_error": robot.tracking_distance(state),
+        "contact_force": robot.contact_force(),
+        "finger_gap": state.finger_gap,
+        "grip_force": min(robot.finger_forces()),
+        "human_distance": SCANNER_RANGE,
+        "estop_pressed": False,
+        "base_position": state.base_position,
+        "base_speed": hypot(*state.base_velocity),
+    }

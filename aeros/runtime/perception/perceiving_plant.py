@@ -20,7 +20,7 @@ from aeros.runtime.isolation.isolated_run import MIN_RESPONSE_TIMEOUT_S
 from aeros.runtime.perception.active_definition import ActiveDefinition
 from aeros.runtime.perception.active_perceiver import ActivePerceiver
 from aeros.runtime.perception.needed_modules import needed_modules
-from aeros.runtime.perception.obstacle_map import ObstacleMap
+from aeros.runtime.perception.obstacle_watch import ObstacleWatch
 from aeros.runtime.perception.perceiver_run import OpenPerceiver
 from aeros.runtime.ports import (
     CameraPicture,
@@ -32,8 +32,6 @@ from aeros.runtime.ports import (
     Plant,
     Reading,
     Readings,
-    RobotBody,
-    Trajectory,
     announce_parameters,
     announce_stop,
     newest_pictures,
@@ -43,13 +41,12 @@ from aeros.runtime.records.failed_measurements import RecordEvent
 from aeros.skill import Action
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.expr.doubles import to_doubles
-from aeros.spec.model.motion import MotionPolicy
+from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.perception import Perceiver
+from aeros.spec.model.site import Site
 from aeros.spec.model.task_parameters import parameters_behind_variables
 
 _PerceiverKey = tuple[str, ...]
-
-_SLOW = 0.1
-"""Speed of a motion that is planned and never made, m/s."""
 
 
 class PerceivingPlant:
@@ -89,9 +86,7 @@ class PerceivingPlant:
         self._definitions: dict[str, ActiveDefinition] = {}
         self._defined: dict[str, Reading] = {}
         self._in_invariants: frozenset[str] = frozenset()
-        self._configuration: Configuration | None = None
-        self._obstacles = ObstacleMap()
-        self._body: RobotBody | None = None
+        self._obstacle_watch = ObstacleWatch(plant)
         self._is_advancing = False
         self._under_way: set[MotionHandle] = set()
         self._perceived: set[str] = set()
@@ -110,7 +105,7 @@ class PerceivingPlant:
             self._follow_configuration()
             self._modelled.update(name.partition(".")[0] for name in readings.keys() & self._perceived)
             self._update(readings)
-            self._look_for_obstacles(readings)
+            self._obstacle_watch.look(readings, self._values())
         self._evaluate_definitions(readings)
         values = self._values()
         return (
@@ -153,13 +148,12 @@ class PerceivingPlant:
         Returns:
             The obstacles, oldest first.
         """
-        return self._obstacles.obstacles()
+        return self._obstacle_watch.obstacles()
 
     def plan(self, action: Action) -> PlannedMotion:
         """Implements `Plant.plan`."""
         plan = self._plant.plan(action)
-        if type(plan) is Trajectory:
-            self._body = plan.body
+        self._obstacle_watch.note_plan(plan)
         return plan
 
     def plan_sequence(self, actions: Sequence[Action]) -> Sequence[PlannedMotion] | None:
@@ -183,12 +177,10 @@ class PerceivingPlant:
     def advance(self, monitor: Monitor, until: float) -> Mapping[MotionHandle, MotionCompletion]:
         """Implements `Plant.advance`; the monitor sees the values that the site lets its invariants read."""
         watched = [one for one in self._active() if one.needs_sampling]
-        motion = self._motion_with_obstacles()
         shown = {name: one for name, one in self._values().items() if name in self._in_invariants}
         if watched or shown:
             monitor = _PerceivingMonitor(monitor, self._plant, watched, shown)
-        if motion is not None:
-            monitor = _PostureMonitor(monitor, self._obstacles, motion)
+        monitor = self._obstacle_watch.noting_postures(monitor)
         self._is_advancing = True
         try:
             ended = self._plant.advance(monitor, until)
@@ -237,35 +229,6 @@ class PerceivingPlant:
             known = {**readings, **self._values(), **self._parameter_readings()}
             perceiver.update(now, known, pictures, least_timeout)
 
-    def _motion_with_obstacles(self) -> MotionPolicy | None:
-        """Return the motion policy in force if it looks for obstacles."""
-        motion = None if self._configuration is None else self._configuration.site.motion
-        return None if motion is None or motion.obstacles is None else motion
-
-    def _look_for_obstacles(self, readings: Readings) -> None:
-        motion = self._motion_with_obstacles()
-        if motion is None or self._configuration is None:
-            return
-        pictures = self.pictures()
-        if not pictures:
-            return
-        now = self._plant.now()
-        self._obstacles.note_posture(motion, now, readings)
-        body = self._robot_body(motion, readings)
-        if body is not None:
-            known = {**readings, **self._values()}
-            self._obstacles.look(self._configuration, pictures, known, body)
-
-    def _robot_body(self, motion: MotionPolicy, readings: Readings) -> RobotBody | None:
-        """Return the robot's body, which the plant states with every motion: asked for one that is none."""
-        joints = readings.get(motion.start_variable)
-        if self._body is None and joints is not None:
-            for name, kind in motion.kinds.items():
-                if kind.joint_target is not None and kind.peak_speed is not None:
-                    stay = dict(zip(kind.joint_target, joints.value, strict=True))
-                    self.plan(Action(name, {**stay, kind.peak_speed: _SLOW}))
-        return self._body
-
     def _evaluate_definitions(self, readings: Readings) -> None:
         self._defined = {}
         pending = {
@@ -299,23 +262,19 @@ class PerceivingPlant:
         with suppress(UserError):
             self._generation, configuration = self._governor.configuration()
             site = configuration.site
-            self._configuration = configuration
+            self._obstacle_watch.set_configuration(configuration)
             self._in_invariants = site.perception.in_invariants
             needed = needed_modules(configuration, self._attended)
-            parameters = self._values_of_parameters(configuration)
+            parameters = _values_of_parameters(configuration, self._stated)
             behind = parameters_behind_variables(configuration.modules.values())
             for ecm in (one for name, one in configuration.modules.items() if name in needed):
                 for name, definition in ecm.definitions.items():
                     definitions[name] = ActiveDefinition(definition, site)
                 for perceiver in ecm.perceivers.values():
                     provided.update(perceiver.provides)
-                    bound = tuple(part for one in sorted(ecm.configuration.items()) for part in one)
-                    digests = (ecm.code_digest, ecm.manifest_digest, site.digest)
-                    depends = sorted(
-                        frozenset[str]().union(*(behind.get(one, ()) for one in perceiver.provides))
-                    )
-                    stated = (f"{one}={parameters.get(one)!r}" for one in depends)
-                    key = (ecm.id, perceiver.id, *digests, *bound, *stated)
+                    depends = frozenset[str]().union(*(behind.get(one, ()) for one in perceiver.provides))
+                    values = {one: parameters.get(one) for one in sorted(depends)}
+                    key = _perceiver_key(site, ecm, perceiver, values)
                     running = self._perceivers.pop(key) if key in self._perceivers else None
                     found[key] = (
                         ActivePerceiver(site, ecm, perceiver, self._open, self._record)
@@ -330,16 +289,6 @@ class PerceivingPlant:
     def _active(self) -> list[ActivePerceiver]:
         return [one for key, one in self._perceivers.items() if key[0] not in self._modelled]
 
-    def _values_of_parameters(self, configuration: Configuration) -> dict[str, Any]:
-        """Return the value of each parameter that has one, by full name."""
-        defaults = {
-            name: one.default
-            for ecm in configuration.modules.values()
-            for name, one in ecm.task_parameters.items()
-            if one.default is not None or name in self._stated
-        }
-        return to_doubles({name: self._stated.get(name, default) for name, default in defaults.items()})
-
     def _parameter_readings(self) -> dict[str, Reading]:
         now = self._plant.now()
         return {name: Reading(value, now) for name, value in self._parameters.items()}
@@ -347,6 +296,25 @@ class PerceivingPlant:
     def _values(self) -> dict[str, Reading]:
         perceived = {name: value for one in self._active() for name, value in one.values.items()}
         return {**perceived, **self._defined} if self._defined else perceived
+
+
+def _perceiver_key(site: Site, ecm: Ecm, perceiver: Perceiver, values: Mapping[str, Any]) -> _PerceiverKey:
+    """Return all that a running perceiver depends on; the module's id is first."""
+    bound = (part for one in sorted(ecm.configuration.items()) for part in one)
+    digests = (ecm.code_digest, ecm.manifest_digest, site.digest)
+    stated = (f"{name}={value!r}" for name, value in values.items())
+    return (ecm.id, perceiver.id, *digests, *bound, *stated)
+
+
+def _values_of_parameters(configuration: Configuration, stated: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the value of each parameter that has one, by full name: as stated, or else its default."""
+    defaults = {
+        name: one.default
+        for ecm in configuration.modules.values()
+        for name, one in ecm.task_parameters.items()
+        if one.default is not None or name in stated
+    }
+    return to_doubles({name: stated.get(name, default) for name, default in defaults.items()})
 
 
 class _PerceivingMonitor:
@@ -366,21 +334,6 @@ class _PerceivingMonitor:
         answer = self._monitor(now, {**measured, **self._shown} if self._shown else measured)
         for perceiver in self._watched:
             perceiver.sample(now, measured, self._plant.observe)
-        return answer
-
-    def begin_stop(self, reason: str, now: float) -> None:
-        announce_stop(self._monitor, reason, now)
-
-
-class _PostureMonitor:
-    """A monitor that also notes at every tick where the robot is."""
-
-    def __init__(self, monitor: Monitor, obstacles: ObstacleMap, motion: MotionPolicy) -> None:
-        self._monitor, self._obstacles, self._motion = monitor, obstacles, motion
-
-    def __call__(self, now: float, measured: Mapping[str, Any]) -> str | None:
-        answer = self._monitor(now, measured)
-        self._obstacles.note_posture(self._motion, now, measured)
         return answer
 
     def begin_stop(self, reason: str, now: float) -> None:

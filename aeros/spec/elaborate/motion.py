@@ -180,7 +180,7 @@ class _MotionElaborator:
                 (motion.link_clearance, LENGTH),
             )
         ]
-        held = self._held_object(motion.held)
+        held = _elaborate_held(motion.held, self._vocabulary, self._diagnostics)
         base = None if motion.base is None else motion.base.measured_by
         if base is not None:
             self._base_position(base)
@@ -356,29 +356,6 @@ class _MotionElaborator:
             self._diagnostics.error("AE204", f"`{name.value}` is in {found.type}, not {dimension}", name.span)
         return found.value
 
-    def _held_object(self, held: declared.HeldObject) -> HeldObject | None:
-        variable, volume = held.unless_false, held.volume
-        if held.nothing is not None and variable is None and volume is None and not held.gripped_by:
-            return None
-        if held.nothing is not None or variable is None or volume is None:
-            self._diagnostics.error(
-                "AE112",
-                "`held` takes `unless_false` and `volume`, or `nothing` alone",
-                held.span,
-                help=("name the space of the largest object, or say why this robot never holds anything",),
-            )
-            return None
-        measured = resolve_name(variable, self._vocabulary.state, "a state variable", self._diagnostics)
-        if measured is not None and measured.variable.type != BoolType():
-            self._diagnostics.error(
-                "AE203", f"`{variable.value}` is {measured.variable.type}, not bool", variable.span
-            )
-        for name in held.gripped_by:
-            resolve_name(name, self._vocabulary.kinds, "an action kind", self._diagnostics)
-        box = resolve_name(volume, self._vocabulary.volumes, "a volume", self._diagnostics)
-        kinds = frozenset(name.value for name in held.gripped_by)
-        return None if box is None else HeldObject(variable.value, box, kinds)
-
     def _base_position(self, name: TextField) -> None:
         measured = resolve_name(name, self._vocabulary.state, "a state variable", self._diagnostics)
         if measured is not None and measured.variable.type != VectorType(LENGTH):
@@ -411,6 +388,30 @@ def _report_beyond_clearance(
         ),
         help=(f"enlarge the smaller clearance, or reduce `{field}`",),
     )
+
+
+def _elaborate_held(
+    held: declared.HeldObject, vocabulary: SiteVocabulary, diagnostics: Diagnostics
+) -> HeldObject | None:
+    variable, volume = held.unless_false, held.volume
+    if held.nothing is not None and variable is None and volume is None and not held.gripped_by:
+        return None
+    if held.nothing is not None or variable is None or volume is None:
+        diagnostics.error(
+            "AE112",
+            "`held` takes `unless_false` and `volume`, or `nothing` alone",
+            held.span,
+            help=("name the space of the largest object, or say why this robot never holds anything",),
+        )
+        return None
+    measured = resolve_name(variable, vocabulary.state, "a state variable", diagnostics)
+    if measured is not None and measured.variable.type != BoolType():
+        diagnostics.error("AE203", f"`{variable.value}` is {measured.variable.type}, not bool", variable.span)
+    for name in held.gripped_by:
+        resolve_name(name, vocabulary.kinds, "an action kind", diagnostics)
+    box = resolve_name(volume, vocabulary.volumes, "a volume", diagnostics)
+    kinds = frozenset(name.value for name in held.gripped_by)
+    return None if box is None else HeldObject(variable.value, box, kinds)
 
 
 def _elaborate_barrier(
