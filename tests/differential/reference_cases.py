@@ -28,8 +28,10 @@ def reference(name: str, replans: int) -> Case:
     assert loaded is not None
     chances = {}
     for one in loaded.ecm.skills.values():
-        failures = [outcome.id for outcome in one.outcomes.values() if outcome.failure]
-        chances[one.id] = {failure: Fraction(3, 10) / len(failures) for failure in failures}
+        # Those with a verdict say that the task cannot be done, which is not so here.
+        failures = [each.id for each in one.outcomes.values() if each.failure and not each.verdict]
+        verdicts = dict.fromkeys((each.id for each in one.outcomes.values() if each.verdict), Fraction(0))
+        chances[one.id] = verdicts | {failure: Fraction(3, 10) / len(failures) for failure in failures}
     ecm = with_skill_probabilities(loaded.ecm, chances)
     (pursued,) = ecm.tasks.values()
     start = {name: pursued.initial[name] for name in variables(ecm, pursued)}
