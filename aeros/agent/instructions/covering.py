@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Final
 
 from aeros.agent.instructions import english
@@ -63,7 +64,7 @@ class _Cover:
             self._pronoun,
             self._beneficiary,
             self._number,
-            self._extent,
+            partial(_extent, self._entry, self._words),
             self._unstressed,
             self._preposition,
         )
@@ -255,27 +256,6 @@ class _Cover:
         has_of = is_of_noun and words[at + 1 : at + 2] == ("of",)
         return 1 + of_them + has_of
 
-    def _extent(self, at: int) -> int:
-        """Cover `all of` before one thing, and what a task changes before its object: `the dirty table`."""
-        words = self._words
-        found = english.EXTENTS.starting(words, at)
-        end = at + len(found)
-        while end < len(words) and words[end] in english.DETERMINERS:
-            end += 1
-        if found:
-            phrases, length = self._entry.longest(words, end)
-            is_one = phrases is self._entry.objects and words[end : end + length] in phrases
-            value = self._entry.value_phrase(words, end)
-            return len(found) if is_one or (value is not None and value.is_place) else 0
-        if words[at] in self._entry.states:
-            after = at + 1 + (words[at + 1 : at + 2] == ("and",))
-            phrases, _ = self._entry.longest(words, after)
-            return int(phrases is self._entry.objects or words[after : after + 1] in self._one_word_states())
-        return 0
-
-    def _one_word_states(self) -> tuple[Words, ...]:
-        return tuple((word,) for word in self._entry.states)
-
     def _unstressed(self, at: int) -> int:
         word = self._words[at]
         if word in english.FILLERS or word in english.DETERMINERS:
@@ -300,3 +280,21 @@ class _Cover:
             self._prepositions.append(words[at])
             return 1
         return 0
+
+
+def _extent(entry: TaskPhrases, words: Words, at: int) -> int:
+    """Cover `all of` before one thing, and what a task changes before its object: `the dirty table`."""
+    found = english.EXTENTS.starting(words, at)
+    end = at + len(found)
+    while end < len(words) and words[end] in english.DETERMINERS:
+        end += 1
+    if found:
+        phrases, length = entry.longest(words, end)
+        is_one = phrases is entry.objects and words[end : end + length] in phrases
+        value = entry.value_phrase(words, end)
+        return len(found) if is_one or (value is not None and value.is_place) else 0
+    if words[at] in entry.states:
+        after = at + 1 + (words[at + 1 : at + 2] == ("and",))
+        phrases, _ = entry.longest(words, after)
+        return int(phrases is entry.objects or words[after : after + 1] in [(word,) for word in entry.states])
+    return 0

@@ -13,7 +13,7 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL
 from aeros.spec.text.discovery import reference_site_path
 from tests.shipped_scenes import shipped_scene
-from tests.unit.agent.instructions.reference import reference_modules
+from tests.unit.agent.instructions.lists.reference import reference_modules
 from tests.unit.runtime.perception.kettle import full_site
 
 SITE = load_site(reference_site_path(), Diagnostics())

@@ -4,7 +4,7 @@ import pytest
 
 from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.instructions.understand import understand
-from tests.unit.agent.instructions.reference import parametric_modules
+from tests.unit.agent.instructions.lists.reference import parametric_modules
 
 
 def test_the_opposite_of_a_condition_that_the_first_request_makes_true_is_refused() -> None:

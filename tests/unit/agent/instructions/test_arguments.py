@@ -16,7 +16,7 @@ from aeros.spec.model.ecm import Ecm, Task
 from aeros.spec.model.task_parameters import TaskParameter
 from aeros.spec.model.variables import Declared
 from tests.unit.agent.dumplings import SPAN, module, task
-from tests.unit.agent.instructions.reference import reference_modules
+from tests.unit.agent.instructions.lists.reference import reference_modules
 
 THINGS = EnumType("objects", ("red_can", "green_can"))
 SIDES = EnumType("m.side", ("left", "right"))

@@ -6,7 +6,7 @@ from aeros.agent.instructions.condition_scopes import scoped
 from aeros.agent.instructions.grammar import parse_instruction
 from aeros.agent.instructions.lexicon import task_phrases
 from aeros.agent.instructions.refusals import InstructionError
-from tests.unit.agent.instructions.reference import reference_modules
+from tests.unit.agent.instructions.lists.reference import reference_modules
 
 
 def segments(text: str) -> list[str]:

@@ -5,7 +5,7 @@ import pytest
 from aeros.agent.instructions.coverage import Coverage
 from aeros.agent.instructions.covering import cover
 from aeros.agent.instructions.lexicon import task_phrases
-from tests.unit.agent.instructions.reference import parametric_modules
+from tests.unit.agent.instructions.lists.reference import parametric_modules
 
 
 def coverage_of(words: str, task: str) -> Coverage:

@@ -8,7 +8,7 @@ from aeros.agent.instructions.coverage import Coverage
 from aeros.agent.instructions.covering import cover as cover_words
 from aeros.agent.instructions.lexicon import task_phrases
 from tests.unit.agent.dumplings import module, task
-from tests.unit.agent.instructions.reference import parametric_modules
+from tests.unit.agent.instructions.lists.reference import parametric_modules
 
 TEA = replace(
     task("tea", ("make", "brew up"), "wrapper_aligned"),

@@ -5,7 +5,7 @@ import pytest
 from aeros.agent.instructions.grammar import parse_instruction
 from aeros.agent.instructions.lexicon import task_phrases
 from aeros.agent.instructions.merging import merged_requests
-from tests.unit.agent.instructions.reference import parametric_modules
+from tests.unit.agent.instructions.lists.reference import parametric_modules
 
 
 @pytest.mark.parametrize(

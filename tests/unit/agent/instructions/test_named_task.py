@@ -7,7 +7,7 @@ import pytest
 from aeros.agent.instructions.named_task import named_tasks
 from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.planning.routing import RoutedTask
-from tests.unit.agent.instructions.reference import reference_modules
+from tests.unit.agent.instructions.lists.reference import reference_modules
 
 
 def tasks() -> list[RoutedTask]:

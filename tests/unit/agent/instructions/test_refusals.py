@@ -4,7 +4,7 @@ import pytest
 
 from aeros.agent.instructions.refusals import AmbiguousInstructionError, InstructionError
 from aeros.agent.instructions.understand import understand
-from tests.unit.agent.instructions.reference import parametric_modules
+from tests.unit.agent.instructions.lists.reference import parametric_modules
 
 
 def test_an_ambiguity_is_about_all_if_its_part_has_all_words() -> None:

@@ -6,7 +6,7 @@ from aeros.agent.instructions.lexicon import task_phrases
 from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.instructions.requests import Request, read_request
 from aeros.agent.instructions.segments import Link, Mood, Segment
-from tests.unit.agent.instructions.reference import parametric_modules
+from tests.unit.agent.instructions.lists.reference import parametric_modules
 
 
 def read(words: str, condition: str = "", marker: str = "if") -> Request:

@@ -5,7 +5,7 @@ import pytest
 from aeros.agent.instructions.lexicon import task_phrases
 from aeros.agent.instructions.spelling import unknown_words, without_slips
 from aeros.agent.instructions.understand import understand
-from tests.unit.agent.instructions.reference import parametric_modules
+from tests.unit.agent.instructions.lists.reference import parametric_modules
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from aeros.agent.instructions.understand import understand
 from aeros.spec.model.ecm import Ecm
 from tests.hypothesis_profiles import examples
 from tests.unit.agent.dumplings import CLEAN, DUMPLING, module, task
-from tests.unit.agent.instructions.reference import LETTERS, LISTS, reference_modules
+from tests.unit.agent.instructions.lists.reference import LETTERS, LISTS, reference_modules
 
 GROUPS: dict[str, dict[str, str]] = yaml.safe_load((LISTS / "authors.yaml").read_text())
 EXPECTED = {text: meaning for group in GROUPS.values() for text, meaning in group.items()}

@@ -16,7 +16,7 @@ from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.proving import prove_configuration
 from aeros.session.setup import declared_start
 from aeros.spec.text.discovery import reference_site_path
-from tests.unit.agent.instructions.reference import REPOSITORY
+from tests.unit.agent.instructions.lists.reference import REPOSITORY
 from tests.unit.agent.reading.wrong_answers import WRONG_ANSWERS, Case, answer_of, modules_of, step
 from tests.unit.agent.stub_llm import Stub, says, sends, stalls, stub
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from aeros.sim.symbolic.parameter_facts import ParameterFacts
-from tests.unit.agent.instructions.reference import reference_modules
+from tests.unit.agent.instructions.lists.reference import reference_modules
 
 OBJECT, GRASPED = "fetch_object.object", "fetch_object.object_grasped"
 WIPED = "clean_table.table_wiped"

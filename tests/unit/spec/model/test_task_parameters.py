@@ -8,7 +8,7 @@ from aeros.spec.model.task_parameters import (
     is_parameter,
     parameters_behind_variables,
 )
-from tests.unit.agent.instructions.reference import reference_modules
+from tests.unit.agent.instructions.lists.reference import reference_modules
 
 
 def test_variables_depend_on_the_parameters_that_are_read_for_them_at_any_depth() -> None:

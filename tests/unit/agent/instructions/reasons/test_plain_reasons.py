@@ -12,7 +12,7 @@ from aeros.agent.instructions.reasons.plain_reasons import (
 from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.instructions.segments import Link, Mood, Segment
 from aeros.agent.instructions.understand import understand
-from tests.unit.agent.instructions.reference import reference_modules
+from tests.unit.agent.instructions.lists.reference import reference_modules
 
 
 def reasons_of(instruction: str) -> tuple[list[str], list[str]]:

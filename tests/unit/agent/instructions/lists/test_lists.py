@@ -11,7 +11,7 @@ import yaml
 from aeros.agent.instructions.meaning import Understanding
 from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.instructions.understand import understand
-from tests.unit.agent.instructions.reference import LISTS, parametric_modules
+from tests.unit.agent.instructions.lists.reference import LISTS, parametric_modules
 
 REFUSE = "refuse"
 CONDITIONS = {

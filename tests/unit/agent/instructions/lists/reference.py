@@ -17,8 +17,8 @@ from aeros.spec.model.variables import Declared
 from aeros.spec.text.discovery import reference_site_path
 from tests.unit.agent.dumplings import SPAN
 
-REPOSITORY = Path(__file__).parents[4]
-LISTS = Path(__file__).parent / "lists"
+REPOSITORY = Path(__file__).parents[5]
+LISTS = Path(__file__).parent
 LETTERS = {"make_dumplings": "d", "clean_table": "t", "fetch_object": "f"}
 SIDES = EnumType("test.region", ("whole", "left", "right"))
 REGION = TaskParameter(
