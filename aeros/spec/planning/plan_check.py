@@ -182,7 +182,8 @@ class _PlanSimulation:
                 problem = ""
                 if not self._strategy.solves(then):
                     why = unreachability_reasons(self._domain, then, risky=True)
-                    problem = f"`{outcome.id}` leads to {self._domain.format_state(then)}, and there {why}"
+                    # The reason first: states are long, and some readers cut.
+                    problem = f"after `{outcome.id}`, {why}: {self._domain.format_state(then)}"
                 yield then, outcome.failure, problem
 
     def _start_problem(self, choice: GroundSkill, state: State) -> str:
