@@ -308,7 +308,7 @@ def _scope(code: ModuleSource) -> TheoremObligation:
             perceivers=(),
             dependencies=SimpleNamespace(modules=required),
         )
-        found = perception.ModulePerception(ecm, site, BoundNames(), None, public).site
+        found = perception.ModulePerception(ecm, site, BoundNames(), None, public, {}).site
         return smt_literal(_OWN in found.state)
 
     return TheoremObligation(

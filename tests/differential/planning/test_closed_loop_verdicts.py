@@ -121,7 +121,9 @@ class Walk:
         for outcome, share in _shares(skill):
             if outcome.probability != 0:
                 after = {**dict(state), **outcome.effects}
-                found.append((frozenset(after.items()), share != 0, _judged_a_failure(skill, after)))
+                found.append(
+                    (frozenset(after.items()), share != 0, _judged_a_failure(skill, dict(state), after))
+                )
         return found
 
     def is_goal(self, state: State) -> bool:

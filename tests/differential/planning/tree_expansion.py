@@ -12,6 +12,7 @@ from functools import cache
 from typing import Any, NamedTuple
 
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.effects import state_after
 from aeros.spec.expr.semantics import is_true
 from aeros.spec.model.ecm import Ecm, Outcome, PlanningRule, Skill, Task
 from aeros.spec.model.site import Site
@@ -117,8 +118,9 @@ class _Tree:
         means = [Fraction(0)] * 5
         for outcome, share in _shares(skill):
             if share:
-                after = frozenset({**dict(state), **outcome.effects}.items())
-                branch = then(after, _judged_a_failure(skill, dict(after)))
+                before = dict(state)
+                after = frozenset({**before, **state_after(outcome.effects, before)}.items())
+                branch = then(after, _judged_a_failure(skill, before, dict(after)))
                 means = [mean + share * one for mean, one in zip(means, branch, strict=True)]
         return Expected(*means)
 
@@ -151,10 +153,12 @@ def _shares(skill: Skill) -> list[tuple[Outcome, Fraction]]:
     return [(one, rest / len(silent) if one.probability is None else one.probability) for one in outcomes]
 
 
-def _judged_a_failure(skill: Skill, after: Mapping[str, Any]) -> bool:
+def _judged_a_failure(skill: Skill, before: Mapping[str, Any], after: Mapping[str, Any]) -> bool:
     """The supervisor's judgement: the outcome measured that says most, a success before a failure."""
     measured = [
-        one for one in skill.outcomes.values() if all(after[name] == v for name, v in one.effects.items())
+        one
+        for one in skill.outcomes.values()
+        if all(after[name] == value for name, value in state_after(one.effects, before).items())
     ]
     most = max(len(one.effects) for one in measured)
     return all(one.failure for one in measured if len(one.effects) == most)

@@ -151,7 +151,7 @@ def free(configuration: Configuration, tmp_path: Path) -> Iterator[Cell]:
 
 def test_skills_are_listed_with_what_a_plan_needs(usual: Cell) -> None:
     found = usual.call("list_skills")
-    assert found["task"]["goal"] == "dumpling_cooked"
+    assert found["task"]["goal"] == "dumplings_cooked >= count"
     (wrap,) = (one for one in found["skills"] if one["skill"] == "make_dumplings.wrap")
     assert wrap["precondition"] == "robot_at_bench and wrapper_aligned and filling_on_workspace"
     assert {

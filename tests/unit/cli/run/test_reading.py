@@ -117,7 +117,7 @@ def test_where_both_agree_nobody_is_asked_and_the_reading_is_shown(
         meaning = meaning_of("please make dumplings", server)
     assert meaning.source == "grammar, and `stub` agrees"
     shown = capsys.readouterr().out
-    assert "understood make_dumplings.make_dumplings: dumpling_cooked" in shown
+    assert "understood make_dumplings.make_dumplings(count = 1): dumplings_cooked >= count" in shown
     assert "understood asks for nothing: `please`" in shown
 
 

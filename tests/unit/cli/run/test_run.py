@@ -64,8 +64,8 @@ def test_a_scene_that_is_not_there_is_refused(
     assert main(["verify", str(module), "--no-cache"]) == Exit.SUCCESS
     assert _run(tmp_path, "--plant", plant, "--ecms", str(module)) == Exit.REJECTED
     assert (
-        "the scene of `make_dumplings` is `kitchen`, but there is only bare, dumpling_bench, shelf_behind"
-        in capsys.readouterr().err
+        "the scene of `make_dumplings` is `kitchen`, but there is only bare, box_on_the_bench, "
+        "dumpling_bench, shelf_behind" in capsys.readouterr().err
     )
 
 

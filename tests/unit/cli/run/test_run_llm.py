@@ -63,7 +63,7 @@ def test_a_models_plan_is_verified_then_decided_by_the_gate_and_the_key_is_kept_
         assert _run(tmp_path, "--llm-url", server.url, "--llm-model", "stub") == Exit.SUCCESS
     message = capsys.readouterr()
     assert "goal reached" in message.out
-    assert "understood make_dumplings.make_dumplings: dumpling_cooked" in message.out
+    assert "understood make_dumplings.make_dumplings(count = 1): dumplings_cooked >= count" in message.out
     assert "(it came with the meaning of the instruction)" in message.out
     assert "its precondition `robot_at_bench and dumpling_wrapped` does not hold" in json.dumps(
         server.asked[1]

@@ -28,7 +28,7 @@ def test_tasks_are_listed_with_goals_and_words(tmp_path: Path, capsys: pytest.Ca
 
 def test_an_instruction_is_shown_as_formal_goals(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert tasks(tmp_path, "please clean the table") == 0
-    assert capsys.readouterr().out.startswith("clean_table.clean_table: ")
+    assert capsys.readouterr().out.startswith("clean_table.clean_table(region = whole): ")
     assert tasks(tmp_path, "clean_table", "--format", "json") == 0
     assert len(json.loads(capsys.readouterr().out)["understood"]) == 1
 

@@ -110,7 +110,9 @@ def test_where_the_truth_is_known_it_counts_and_the_belief_stands_beside_it(
     (unrefereed,) = trials(range(1), **changed)
     assert (unrefereed["reached"], "believed" in unrefereed) == (True, False)
     # A cache of its own, as a trace keeps the truth.
-    monkeypatch.setattr("aeros.experiments.plant_cache.truth_of", lambda _: {"dumpling_cooked": is_true})
+    monkeypatch.setattr(
+        "aeros.experiments.plant_cache.truth_of", lambda _: {"dumplings_cooked": int(is_true)}
+    )
     monkeypatch.setattr(KIND, "_traces", PlantTraceCache())
     (found,) = trials(range(1), **changed)
     assert (found["reached"], found["believed"]) == (is_true, True)

@@ -13,7 +13,7 @@ import aeros
 from aeros.cli.main import main
 from aeros.exit_codes import Exit
 
-REPOSITORY = Path(__file__).parents[3]
+REPOSITORY = Path(__file__).parents[4]
 
 
 @pytest.fixture(autouse=True)

@@ -64,7 +64,9 @@ class Run:
             set_finger_motors=lambda width, force: self.grips.append(force),
         )
         self.injector = FaultInjector(faults, 0, self.events.append)
-        parts = SimpleNamespace(world=self.world, robot=robot, sensors=SimpleNamespace(models={}))
+        parts = SimpleNamespace(
+            world=self.world, robot=robot, sensors=SimpleNamespace(models={}), scanners=None
+        )
         self.injector.attach(cast("PlantParts", parts))
 
     def ticks(self, count: int) -> None:

@@ -298,6 +298,7 @@ def test_a_modules_scene_goes_before_one_of_aeros_and_that_before_other_modules(
     known = known_scenes([str(tmp_path / "own"), str(tmp_path / "other")])
     assert {name: path.parent.parent.name for name, path in known.items()} == {
         "bare": "own",
+        "box_on_the_bench": "aeros",
         "mine": "own",
         "shelf_behind": "aeros",
         "theirs": "other",
