@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.diagnostics.source import Source, SourceSpan
-from aeros.spec.expr.effects import Increment
 
 if TYPE_CHECKING:
     from aeros.spec.model.ecm import Ecm
@@ -202,6 +201,9 @@ def _text(value: Any) -> str:
     Raises:
         MisuseError: the value is none of these.
     """
+    # Here, as a run that finds its proofs in the cache imports nothing of the language.
+    from aeros.spec.expr.effects import Increment
+
     if not isinstance(value, bool | Fraction | str | Increment):
         raise MisuseError(f"no effect has the value {value!r}")
     return str(value)
