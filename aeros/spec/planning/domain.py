@@ -31,7 +31,7 @@ from aeros.spec.model.ecm import ActionCondition, Ecm, Outcome, Skill, TaskInvar
 from aeros.spec.model.hold_conditions import hold_loss_outcomes
 from aeros.spec.model.site import Site
 from aeros.spec.model.variables import Declared
-from aeros.spec.verification.queries import is_unsatisfiable
+from aeros.spec.verification.queries import are_unsatisfiable
 
 MAX_COMBINATIONS: Final = 256
 """Maximum number of values of a skill's inputs, or of the variables its actions depend on, to enumerate."""
@@ -383,11 +383,15 @@ class _RelevanceFilter:
             return  # `aeros verify` proves that some action of the kind is allowed
         parameters = self.site.kinds[kind].parameters.values()
         declared = (*self.site.observed_variables.values(), *skill.inputs.values(), *parameters)
-        for values in islice(product(*free.values()), MAX_COMBINATIONS):
-            pairs = zip(free, values, strict=True)
-            situation = t.And(tuple(equality_condition(spoken[name], value) for name, value in pairs))
-            if is_unsatisfiable((situation, *terms), declared, self.oracle):
-                yield situation
+        situations = [
+            t.And(
+                tuple(equality_condition(spoken[name], one) for name, one in zip(free, values, strict=True))
+            )
+            for values in islice(product(*free.values()), MAX_COMBINATIONS)
+        ]
+        asked = [((situation, *terms), declared) for situation in situations]
+        denied = are_unsatisfiable(asked, self.oracle)
+        yield from (situation for situation, is_denied in zip(situations, denied, strict=True) if is_denied)
 
 
 def equality_condition(variable: t.Variable, value: Value) -> t.Term:
