@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from aeros.spec.closed_loop.transition_system import recoveries_of
+from aeros.spec.expr.effects import state_after
 from aeros.spec.model.ecm import Ecm
 
 _REST_SPEEDS: Final = {"symbolic": 0.0, "kinematic": 0.0, "physics": 0.02}
@@ -23,6 +24,8 @@ _REST_TOLERANCES: Final = {"symbolic": 0.0, "kinematic": 0.0, "physics": 1e-9}
 def repeated_skills(plant_log: Iterable[Mapping[str, Any]], modules: Mapping[str, Ecm]) -> list[str]:
     """List skills that began while the effects of an earlier success were still measured.
 
+    Of a count, the effect is the number that it had after that success.
+
     Args:
         plant_log: lines of the plant's log.
         modules: modules by id.
@@ -32,6 +35,7 @@ def repeated_skills(plant_log: Iterable[Mapping[str, Any]], modules: Mapping[str
     """
     broken: list[str] = []
     achieved: dict[str, list[Mapping[str, Any]]] = {}
+    before: dict[str, Mapping[str, Any]] = {}
     helpers = {
         f"{ecm.id}.{name}"
         for ecm in modules.values()
@@ -43,10 +47,12 @@ def repeated_skills(plant_log: Iterable[Mapping[str, Any]], modules: Mapping[str
         if one["event"] == "skill-began":
             still = [was for was in achieved.get(one["skill"], ()) if _holds(was, one["measured"])]
             broken += [f"once: {one['skill']} at {one['time']:.2f} s, though {dict(was)}" for was in still]
+            before[one["skill"]] = one["measured"]
         elif one["event"] == "skill-ended":
             module, name = one["skill"].split(".")
             successes = modules[module].skills[name].success_outcomes if one["finished"] else ()
-            found = [each.effects for each in successes if _holds(each.effects, one["measured"])]
+            left = [state_after(each.effects, before.get(one["skill"], {})) for each in successes]
+            found = [each for each in left if _holds(each, one["measured"])]
             achieved.setdefault(one["skill"], []).extend(found)
             if not found:
                 for helper in helpers:
@@ -55,7 +61,9 @@ def repeated_skills(plant_log: Iterable[Mapping[str, Any]], modules: Mapping[str
 
 
 def _holds(effects: Mapping[str, Any], measured: Mapping[str, Any]) -> bool:
-    return bool(effects) and all(measured.get(name) == value for name, value in effects.items())
+    return bool(effects) and all(
+        value is not None and measured.get(name) == value for name, value in effects.items()
+    )
 
 
 def motion_without_agent(plant_log: Sequence[Mapping[str, Any]], plant: str) -> list[str]:

@@ -112,6 +112,27 @@ def to_7(text: str) -> str:
     return _rewritten(text, 7, rewritten)
 
 
+def to_8(text: str) -> str:
+    """Add `is_verdict`, false: until version 7 no outcome said why another try cannot succeed.
+
+    Args:
+        text: checkpoint of version 7.
+
+    Returns:
+        The checkpoint in version 8.
+
+    Raises:
+        UnmigratableError: it is damaged.
+    """
+
+    def rewritten(name: str, held: dict[str, Any]) -> dict[str, Any]:
+        return held | {"is_verdict": False} if name == "AttemptResult" else held
+
+    return _rewritten(
+        text, 8, lambda body: {name: _with_objects(value, rewritten) for name, value in body.items()}
+    )
+
+
 _ADDED_IN_6: Final[Mapping[str, Mapping[str, Any]]] = {
     "AttemptHistory": {"alternative": ""},
     "AttemptResult": {"is_composed": False},

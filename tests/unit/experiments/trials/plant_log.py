@@ -4,10 +4,18 @@ from __future__ import annotations
 
 from typing import Any
 
+from aeros.spec.expr.effects import state_after
 from tests.unit.experiments.support.common import premises
 
 MODULES = premises().configuration.modules
 
+
+_BOILED = MODULES["make_dumplings"].skills["boil"].success_outcomes[0].effects
+WRAPPED = {
+    **{name: not value for name, value in _BOILED.items() if isinstance(value, bool)},
+    "make_dumplings.dumplings_cooked": 0,
+}
+COOKED = state_after(_BOILED, WRAPPED)
 
 HERE = {"joint_position": [0.0] * 7, "joint_velocity": [0.0] * 7}
 
@@ -19,9 +27,10 @@ def log_line(
     cooked: bool | None = None,
     **measured: Any,
 ) -> dict[str, Any]:
-    measured |= {} if cooked is None else {"make_dumplings.dumpling_cooked": cooked}
+    if cooked is not None:
+        measured = {**(COOKED if cooked else WRAPPED), **measured}
     finished = {"finished": True} if event == "skill-ended" else {}
     return {"event": event, "time": at, "skill": skill, **finished, "measured": {**HERE, **measured}}
 
 
-BOILED = [log_line("skill-began"), log_line("skill-ended", cooked=True)]
+BOILED = [log_line("skill-began", cooked=False), log_line("skill-ended", cooked=True)]

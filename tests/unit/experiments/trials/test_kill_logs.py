@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from aeros.experiments.trials.kill_logs import PLANTS, motion_without_agent, read_whole_lines, repeated_skills
-from tests.unit.experiments.trials.plant_log import BOILED, MODULES, log_line
+from tests.unit.experiments.trials.plant_log import BOILED, COOKED, MODULES, WRAPPED, log_line
 
 
 def test_a_skill_that_begins_while_its_success_is_measured_is_repeated() -> None:
@@ -42,7 +42,7 @@ def test_motion_without_an_agent_is_found(log: list[dict[str, Any]], message: st
 
 
 def test_a_skill_that_did_not_finish_or_succeed_may_begin_again() -> None:
-    began, again = log_line("skill-began"), log_line("skill-began", cooked=True)
+    began, again = log_line("skill-began", cooked=False), log_line("skill-began", cooked=True)
     unfinished = {**log_line("skill-ended", cooked=True), "finished": False}
     assert repeated_skills([began, unfinished, again], MODULES) == []
     failed = log_line("skill-ended", cooked=False)
@@ -52,9 +52,16 @@ def test_a_skill_that_did_not_finish_or_succeed_may_begin_again() -> None:
 def test_every_success_that_still_holds_is_named() -> None:
     once_more = log_line("skill-began", at=9.0, cooked=True)
     found = repeated_skills([*BOILED, once_more, once_more], MODULES)
-    assert (
-        found == ["once: make_dumplings.boil at 9.00 s, though {'make_dumplings.dumpling_cooked': True}"] * 2
-    )
+    assert found == [f"once: make_dumplings.boil at 9.00 s, though {COOKED}"] * 2
+
+
+def test_another_one_of_a_count_is_no_repetition() -> None:
+    count = "make_dumplings.dumplings_cooked"
+    second = log_line("skill-began", at=9.0, **{**WRAPPED, count: 1})
+    boiled = log_line("skill-ended", at=10.0, **{**COOKED, count: 2})
+    assert repeated_skills([*BOILED, second, boiled], MODULES) == []
+    third = log_line("skill-began", at=11.0, **{**COOKED, count: 2})
+    assert len(repeated_skills([*BOILED, second, boiled, third], MODULES)) == 1
 
 
 def test_a_helper_may_run_again_after_a_failure() -> None:

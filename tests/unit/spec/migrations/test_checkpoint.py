@@ -11,7 +11,17 @@ import pytest
 
 from aeros.agent.recovery.checkpoint import decode_checkpoint, encode_checkpoint
 from aeros.spec.migrations import formats
-from aeros.spec.migrations.checkpoint import _CLASS_NAMES, _FIELD_NAMES, to_2, to_3, to_4, to_5, to_6, to_7
+from aeros.spec.migrations.checkpoint import (
+    _CLASS_NAMES,
+    _FIELD_NAMES,
+    to_2,
+    to_3,
+    to_4,
+    to_5,
+    to_6,
+    to_7,
+    to_8,
+)
 from aeros.spec.migrations.format import UnmigratableError
 from aeros.spec.migrations.rewriting import rewrite
 
@@ -25,7 +35,7 @@ def test_a_checkpoint_of_version_2_gets_the_report_that_it_lacks() -> None:
     assert json.loads(text)["schema"] == 3
     assert json.loads(json.loads(text)["body"])["ended"] is None
     new = rewrite(path, path.read_text(), formats.CHECKPOINT)
-    assert (new.version, len(new.changes)) == (2, 5)
+    assert (new.version, len(new.changes)) == (2, 6)
     assert json.loads(json.loads(new.text)["body"])["final_report"] is None
     assert not rewrite(path, new.text, formats.CHECKPOINT).is_changed
 
@@ -34,7 +44,7 @@ def test_a_checkpoint_of_version_2_gets_the_report_that_it_lacks() -> None:
 def test_a_checkpoint_of_version_3_is_read_and_written_by_its_new_names(name: str) -> None:
     path = STATE_OF_CHECKPOINT_3 / name
     new = rewrite(path, path.read_text(), formats.CHECKPOINT)
-    assert (new.version, len(new.changes)) == (3, 4)
+    assert (new.version, len(new.changes)) == (3, 5)
     content = new.text.encode()
     # A name that is not renamed cannot be decoded, and one that is lost is not encoded again.
     assert encode_checkpoint(decode_checkpoint(content, path)) == content
@@ -61,8 +71,8 @@ def test_names_that_a_user_gave_are_not_renamed_in_a_checkpoint() -> None:
     ("change", "why"),
     [
         ({"schema": 1}, "version 1 did not record .+ start it again"),
-        ({"schema": 8}, "`8` was written by a newer AEROS"),
-        ({"schema": "5"}, "its `schema` is not `7`"),
+        ({"schema": 9}, "`9` was written by a newer AEROS"),
+        ({"schema": "5"}, "its `schema` is not `8`"),
         ({"digest": "0"}, "its digest does not match"),
         ({"body": 3}, "does not have the layout"),
     ],
@@ -145,7 +155,7 @@ def test_a_skill_that_ran_between_two_tries_still_does() -> None:
     ["", "[]", "{}", '{"body": "{}"}', wrapped("not json"), wrapped("[1]"), wrapped({}, digest="0"), "[" * 9],
 )
 def test_a_damaged_checkpoint_is_refused_by_every_step(text: str) -> None:
-    for step in (to_3, to_4, to_5, to_6, to_7):
+    for step in (to_3, to_4, to_5, to_6, to_7, to_8):
         with pytest.raises(UnmigratableError, match="it is damaged"):
             step(text)
 

@@ -61,7 +61,7 @@ def test_a_program_of_today_writes_these_versions() -> None:
     assert later == {
         "ecm": 2,
         "scene": 2,
-        "checkpoint": 7,
+        "checkpoint": 8,
         "run": 2,
         "crashes": 2,
         "plant-log": 2,
