@@ -149,6 +149,7 @@ OBSERVED = {
     "clutter_position": (0.4, -1.45, 0.02),
     "clutter_yaw": 0.0,
     "clutter_length": 0.04,
+    "clutter_missing": False,
 }
 
 
@@ -162,6 +163,7 @@ LOOKED_FOR = {
     "clutter_position",
     "clutter_yaw",
     "clutter_length",
+    "clutter_missing",
 }
 
 
