@@ -289,7 +289,7 @@ def open_session(
         >>> with aeros.open_session("ecms/", plant="symbolic") as session:
         ...     result = session.run("make dumplings")
         >>> result.goal, result.reached
-        ('dumpling_cooked', True)
+        ('dumplings_cooked >= count', True)
     """
     name = plant if isinstance(plant, str) else None
     if name is None:

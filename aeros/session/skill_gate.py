@@ -36,7 +36,7 @@ class SkillGate:
     Example:
         >>> gate = aeros.load_gate("ecms/clean_table", skill="wipe")
         >>> gate.skills[:3]
-        ('clean_table.dock', 'clean_table.wipe', 'clean_table.organize')
+        ('clean_table.dock', 'clean_table.calibrate', 'clean_table.wipe')
         >>> decision = gate.decide(aeros.act("look", camera="table_top"), {"estop_pressed": True})
         >>> decision.reasons[0].rule
         'emergency-stop'
