@@ -46,7 +46,10 @@ def repeated_skills(plant_log: Iterable[Mapping[str, Any]], modules: Mapping[str
     for one in plant_log:
         if one["event"] == "skill-began":
             still = [was for was in achieved.get(one["skill"], ()) if _holds(was, one["measured"])]
-            broken += [f"once: {one['skill']} at {one['time']:.2f} s, though {dict(was)}" for was in still]
+            broken += [
+                f"once: {one['skill']} at {one['time']:.2f} s, though {_values_of(was, one['measured'])}"
+                for was in still
+            ]
             before[one["skill"]] = one["measured"]
         elif one["event"] == "skill-ended":
             module, name = one["skill"].split(".")
@@ -64,6 +67,10 @@ def _holds(effects: Mapping[str, Any], measured: Mapping[str, Any]) -> bool:
     return bool(effects) and all(
         value is not None and measured.get(name) == value for name, value in effects.items()
     )
+
+
+def _values_of(names: Iterable[str], measured: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: measured[name] for name in names}
 
 
 def motion_without_agent(plant_log: Sequence[Mapping[str, Any]], plant: str) -> list[str]:

@@ -45,7 +45,7 @@ def _no_failures(self: Invocation, state: Any) -> Any:
     return [found for found in _after(self, state) if not found[1].failure] or _after(self, state)
 
 
-def _as_drawn(self: Invocation, values: Any) -> Any:
+def _as_drawn(self: Invocation, before: Any, after: Any) -> Any:
     return next(outcome for outcome, _, _ in reversed(self._outcomes))
 
 

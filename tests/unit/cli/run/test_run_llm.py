@@ -43,7 +43,7 @@ READING: dict[str, Any] = {
         {
             "task": "make_dumplings.make_dumplings",
             "arguments": {},
-            "goal": "dumpling_cooked",
+            "goal": "dumplings_cooked >= count",
             "condition": None,
             "plan": GOOD["plan"],
         }
@@ -65,8 +65,9 @@ def test_a_models_plan_is_verified_then_decided_by_the_gate_and_the_key_is_kept_
     assert "goal reached" in message.out
     assert "understood make_dumplings.make_dumplings(count = 1): dumplings_cooked >= count" in message.out
     assert "(it came with the meaning of the instruction)" in message.out
-    assert "its precondition `robot_at_bench and dumpling_wrapped` does not hold" in json.dumps(
-        server.asked[1]
+    assert (
+        "its precondition `robot_at_bench and dumpling_wrapped and dumplings_cooked < 2` does not hold"
+        in json.dumps(server.asked[1])
     )
     assert server.headers[0]["authorization"] == f"Bearer {KEY}"
     assert verify_log(tmp_path / "out" / "audit.jsonl").decisions.allowed > 50

@@ -15,7 +15,7 @@ WRAPPED = {
     **{name: not value for name, value in _BOILED.items() if isinstance(value, bool)},
     "make_dumplings.dumplings_cooked": 0,
 }
-COOKED = state_after(_BOILED, WRAPPED)
+COOKED = {**state_after(_BOILED, WRAPPED), "make_dumplings.dumplings_cooked": 1}
 
 HERE = {"joint_position": [0.0] * 7, "joint_velocity": [0.0] * 7}
 
