@@ -79,13 +79,13 @@ def judge_goal(
         believed: True if the agent measured that it is reached.
         truth: the truth of state variables.
         module: id of the goal's module; a scene names that module's own variables by their short names.
-        arguments: values of the parameters of the task, by name.
+        arguments: values of the parameters of tasks, by full name.
 
     Returns:
         The judgement: false if a conjunct is false, true if all are known and true, else not refereed.
     """
     # Of its own module a scene may say what is the site's, as `holding`, and the other way round.
-    truth = {variable: truth[name] for variable, name in truths_for(truth, arguments).items()}
+    truth = {variable: truth[name] for variable, name in truths_for(truth, arguments, module).items()}
     own = f"{module}."
     truth = {
         **{f"{own}{name}": value for name, value in truth.items()},
@@ -94,8 +94,7 @@ def judge_goal(
     }
     names = {name for part in _conjuncts(goal) for name in t.variables_of(part)}
     values = {name: truth[name] for name in sorted(names & truth.keys())}
-    stated = {f"{own}{name}": value for name, value in arguments.items()}
-    judged = [_judge(part, {**stated, **values}) for part in _conjuncts(goal)]
+    judged = [_judge(part, {**arguments, **values}) for part in _conjuncts(goal)]
     return GoalJudgement(believed, _all_true(judged), values)
 
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 from aeros.agent.execution.journal import AgentEvent
 from aeros.agent.execution.report import RunReport
 from aeros.agent.instructions.meaning import Understanding
 from aeros.sim.referee import GoalJudgement, join_judgements, judge_goal, truth_of
+from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.task_parameters import arguments_in_force
 
 
 @dataclass
@@ -17,10 +19,12 @@ class RunReferee:
 
     Attributes:
         meaning: the requests.
+        modules: all modules.
         plant: the plant, once it is open; None before.
     """
 
     meaning: Understanding
+    modules: Collection[Ecm]
     plant: object | None = None
     _number: int | None = None
     _truths: dict[int, Mapping[str, int]] = field(default_factory=dict)
@@ -58,7 +62,7 @@ class RunReferee:
                 continue
             is_known = number in self._truths or errand.condition is None
             truth = self._truths.get(number, now) if is_known else {}
-            task, module = errand.routed.task, errand.routed.module
-            arguments = task.complete_arguments(errand.routed.arguments)
-            judgements.append(judge_goal(task.goal, report.reached, truth, module, arguments))
+            routed = errand.routed
+            arguments = arguments_in_force(self.modules, routed.variables)
+            judgements.append(judge_goal(routed.task.goal, report.reached, truth, routed.module, arguments))
         return join_judgements(judgements) if now and judgements else None

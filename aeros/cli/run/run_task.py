@@ -80,7 +80,7 @@ def run_task(staged: PlantSetup, request: RunRequest) -> Exit:
     arguments, out = staged.arguments, staged.out
     if arguments.resume and (ended := _find_task_end(staged, request)) is not None:
         return _report_past_end(staged, request, ended)
-    referee = RunReferee(request.meaning)
+    referee = RunReferee(request.meaning, staged.configuration.modules.values())
     setup = _setup(staged, request, referee)
     with Notifier() as notifier, open_recorded_plant(setup) as recorded:
         referee.plant = recorded.plant

@@ -52,6 +52,7 @@ from aeros.sim.symbolic.outcomes import OutcomeSampler, outcome_probabilities_by
 from aeros.spec.closed_loop.transition_system import StateSpaceError
 from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.task_parameters import arguments_in_force
 
 _ARCHITECTURE_SETTINGS: Final = {"architecture", "options"}
 """Settings that decide the requests to a plant, but not its answers."""
@@ -105,7 +106,7 @@ class TaskTrials:
                     found["reached"],
                     state.truth,
                     routed.module,
-                    routed.task.complete_arguments({}),
+                    arguments_in_force(configuration.modules.values(), routed.variables),
                 )
                 if judgement.true is not None:
                     found |= {"reached": judgement.true, "believed": judgement.believed}

@@ -93,6 +93,21 @@ class _Module(Protocol):
         """Parameters of all its tasks, by full name."""
 
 
+def arguments_in_force(modules: Iterable[_Module], stated: Mapping[str, Any]) -> dict[str, Any]:
+    """Add the defaults of all tasks to what an instruction states.
+
+    Args:
+        modules: all modules.
+        stated: values (SI) of some parameters, by full name.
+
+    Returns:
+        Value of each parameter that has one, by full name.
+    """
+    parameters = {name: one for module in modules for name, one in module.task_parameters.items()}
+    defaults = {name: one.default for name, one in parameters.items() if one.default is not None}
+    return {**defaults, **stated}
+
+
 def parameters_behind_variables(modules: Iterable[_Module]) -> dict[str, frozenset[str]]:
     """Collect the parameters on which the values of variables depend.
 

@@ -22,20 +22,23 @@ def truth_name(variable: str, arguments: Mapping[str, Any]) -> str:
     return f"{variable}({given})"
 
 
-def truths_for(names: Iterable[str], arguments: Mapping[str, Any]) -> dict[str, str]:
+def truths_for(names: Iterable[str], arguments: Mapping[str, Any], module: str) -> dict[str, str]:
     """Select the truths that hold for some values of parameters.
 
     Args:
-        names: names of truths, as `truth_name` makes them.
-        arguments: value of each parameter, by name.
+        names: names of truths, as `truth_name` makes them: a truth of `clean_table.table_wiped` depends on
+            parameters of `clean_table`.
+        arguments: value of each parameter, by full name.
+        module: id of the module whose parameters a truth without a module depends on.
 
     Returns:
         The name of the truth of each state variable, by the variable's name.
     """
-    stated = {f"{name} = {value}" for name, value in arguments.items()}
     found: dict[str, str] = {}
     for name in names:
         variable, _, given = name.removesuffix(")").partition("(")
-        if not given or stated >= set(given.split(", ")):
+        owner = variable.rpartition(".")[0] or module
+        pairs = (one.split(" = ") for one in given.split(", ")) if given else ()
+        if all(str(arguments.get(f"{owner}.{parameter}")) == value for parameter, value in pairs):
             found[variable] = name
     return found

@@ -97,10 +97,19 @@ def test_a_goal_is_judged_for_the_arguments_of_the_instruction() -> None:
     goal = t.Variable("m.near", BOOL, t.VariableRole.STATE)
     truth = {"m.near(to = left)": True, "m.near(to = right)": False}
     judged_for = {
-        side: judge_goal(goal, True, truth, "m", {"to": side}).true for side in ("left", "right", "up")
+        side: judge_goal(goal, True, truth, "m", {"m.to": side}).true for side in ("left", "right", "up")
     }
     assert judged_for == {"left": True, "right": False, "up": None}
     assert judge_goal(goal, True, truth, "m").true is None
+
+
+def test_a_goal_over_two_modules_is_judged_for_the_parameters_of_both() -> None:
+    names = ("m.near", "n.near")
+    goal = t.And(tuple(t.Variable(one, BOOL, t.VariableRole.STATE) for one in names))
+    truth = {"m.near(to = left)": True, "n.near(to = left)": False, "n.near(to = right)": True}
+    assert judge_goal(goal, True, truth, "m", {"m.to": "left", "n.to": "right"}).true is True
+    assert judge_goal(goal, True, truth, "m", {"m.to": "left", "n.to": "left"}).true is False
+    assert judge_goal(goal, True, truth, "m", {"m.to": "left"}).true is None
 
 
 @pytest.mark.parametrize(
@@ -109,6 +118,6 @@ def test_a_goal_is_judged_for_the_arguments_of_the_instruction() -> None:
 def test_a_number_is_judged_as_a_truth_is(cooked: int, count: int, expected: bool) -> None:
     goal = reference_modules()["make_dumplings"].tasks["make_dumplings"].goal
     truth = {"make_dumplings.dumplings_cooked": cooked, "make_dumplings.dumpling_cooked": cooked > 0}
-    found = judge_goal(goal, True, truth, "make_dumplings", {"count": count})
+    found = judge_goal(goal, True, truth, "make_dumplings", {"make_dumplings.count": count})
     assert (found.true, dict(found.values)) == (expected, {"make_dumplings.dumplings_cooked": cooked})
     assert expected or f"make_dumplings.dumplings_cooked = {cooked}" in str(found)

@@ -65,7 +65,7 @@ FIRST, SECOND, ENDED, SKIPPED = (
 )
 def test_a_later_request_may_undo_an_earlier_one(at_first_end: bool, at_last: bool, true: bool) -> None:
     found = judged(
-        RunReferee(meaning()),
+        RunReferee(meaning(), ()),
         (*FIRST, False), (*ENDED, at_first_end), (*SECOND, at_first_end), (*ENDED, at_last),
     )  # fmt: skip
     assert found is not None
@@ -74,24 +74,24 @@ def test_a_later_request_may_undo_an_earlier_one(at_first_end: bool, at_last: bo
 
 def test_a_request_that_was_skipped_is_not_judged() -> None:
     events = ((*FIRST, False), (*SKIPPED, False), (*ENDED, False), (*SECOND, False), (*ENDED, False))
-    found = judged(RunReferee(meaning(conditional=True)), *events)
+    found = judged(RunReferee(meaning(conditional=True), ()), *events)
     assert found is not None
     assert found.true is True
 
 
 def test_if_all_were_skipped_there_is_nothing_to_judge() -> None:
     skipped = ((*FIRST, False), (*SKIPPED, False), (*SECOND, False), (*SKIPPED, False))
-    assert judged(RunReferee(meaning(conditional=True)), *skipped) is None
+    assert judged(RunReferee(meaning(conditional=True), ()), *skipped) is None
 
 
 @pytest.mark.parametrize(("conditional", "true"), [(False, False), (True, None)])
 def test_a_request_that_ended_before_a_crash_is_judged_at_the_end_unless_it_had_a_condition(
     conditional: bool, true: bool | None
 ) -> None:
-    found = judged(RunReferee(meaning(conditional=conditional)), (*SECOND, False), (*ENDED, False))
+    found = judged(RunReferee(meaning(conditional=conditional), ()), (*SECOND, False), (*ENDED, False))
     assert found is not None
     assert found.true is true
 
 
 def test_a_plant_that_knows_no_truth_has_no_judgement() -> None:
-    assert RunReferee(meaning(), object()).judge(REACHED) is None
+    assert RunReferee(meaning(), (), object()).judge(REACHED) is None

@@ -11,11 +11,11 @@ MODULES = premises().configuration.modules
 
 
 _BOILED = MODULES["make_dumplings"].skills["boil"].success_outcomes[0].effects
-WRAPPED = {
+WRAPPED: dict[str, Any] = {
     **{name: not value for name, value in _BOILED.items() if isinstance(value, bool)},
     "make_dumplings.dumplings_cooked": 0,
 }
-COOKED = {**state_after(_BOILED, WRAPPED), "make_dumplings.dumplings_cooked": 1}
+COOKED: dict[str, Any] = {**state_after(_BOILED, WRAPPED), "make_dumplings.dumplings_cooked": 1}
 
 HERE = {"joint_position": [0.0] * 7, "joint_velocity": [0.0] * 7}
 

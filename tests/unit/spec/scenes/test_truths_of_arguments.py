@@ -14,12 +14,14 @@ NAMES = st.from_regex(r"[a-z][a-z_]{0,5}", fullmatch=True)
 def test_a_truth_is_found_by_its_own_arguments_and_by_no_others(
     variable: str, arguments: dict[str, str]
 ) -> None:
-    name = truth_name(variable, arguments)
-    assert truths_for([name], {**arguments, "another": "value"}) == {variable: name}
-    for one in arguments:
-        assert truths_for([name], {**arguments, one: "otherwise"}) == {}
+    for owner in ("", "n."):
+        name = truth_name(f"{owner}{variable}", arguments)
+        stated = {f"{owner or 'm.'}{one}": value for one, value in arguments.items()}
+        assert truths_for([name], {**stated, "m.another": "value"}, "m") == {f"{owner}{variable}": name}
+        for one in stated:
+            assert truths_for([name], {**stated, one: "otherwise"}, "m") == {}
 
 
 def test_a_truth_that_depends_on_nothing_is_the_variable_itself() -> None:
     assert truth_name("m.done", {}) == "m.done"
-    assert truths_for(["m.done", "m.near(to = left)"], {"to": "right"}) == {"m.done": "m.done"}
+    assert truths_for(["m.done", "m.near(to = left)"], {"m.to": "right"}, "m") == {"m.done": "m.done"}
