@@ -135,7 +135,8 @@ def test_a_session_publishes_what_its_modules_used(tmp_path: Path) -> None:
     lines = [json.loads(line) for line in (tmp_path / "run" / "measured.jsonl").read_text().splitlines()]
     use = lines[-1]["modules"]["clean_table"]
     assert use["is_isolated"] is True
-    assert 0 < use["memory"]["used"] < use["memory"]["at_most"]
+    # A small skill may need no page beyond those of its interpreter.
+    assert 0 <= use["memory"]["used"] < use["memory"]["at_most"]
     assert 0 < use["answer"]["longest"] < use["answer"]["at_most"]
     assert use["processes"]["started"] >= 3
     assert use["processes"]["running"] == 0
