@@ -5,6 +5,7 @@ It is computed here without the scene's own conditions, which tests compare with
 
 from __future__ import annotations
 
+from itertools import product
 from math import dist, radians
 
 from aeros.sim.geometry import Vector3, to_frame
@@ -21,21 +22,31 @@ def is_done(plant: PhysicsPlant) -> bool:
 
 
 def is_folded_over_filling(scene: PhysicsScene) -> bool:
-    """Return True if the wrapper is folded by more than 160 degrees over its filling."""
-    x, y, z = to_frame(scene.pose_of(BodyPart("wrapper")), _place(scene, "filling"))
-    fold = scene.joint_position(BodyPart("wrapper", "fold"))
+    """Return True if a wrapper is folded by more than 160 degrees over a filling."""
+    return any(_is_folded(scene, wrapper, filling) for wrapper, filling in _PAIRS)
+
+
+_PAIRS = tuple(product(("wrapper", "wrapper_2"), ("filling", "filling_2")))
+
+
+def _is_folded(scene: PhysicsScene, wrapper: str, filling: str) -> bool:
+    x, y, z = to_frame(scene.pose_of(BodyPart(wrapper)), _place(scene, filling))
+    fold = scene.joint_position(BodyPart(wrapper, "fold"))
     return fold > radians(160) and abs(x) < 0.021 and abs(y) < 0.028 and abs(z - 0.0115) < 0.006
 
 
 def _is_cooking(scene: PhysicsScene) -> bool:
-    places = [_place(scene, name) for name in ("wrapper", "filling")]
-    in_pot = [abs(x - 0.55) < 0.08 and abs(y - 0.33) < 0.085 and 0.005 < z < 0.055 for x, y, z in places]
-    return is_folded_over_filling(scene) and all(in_pot)
+    folded = [pair for pair in _PAIRS if _is_folded(scene, *pair)]
+    return any(all(_is_in_pot(*_place(scene, name)) for name in pair) for pair in folded)
+
+
+def _is_in_pot(x: float, y: float, z: float) -> bool:
+    return abs(x - 0.55) < 0.08 and abs(y - 0.33) < 0.085 and 0.005 < z < 0.055
 
 
 def _is_clean(scene: PhysicsScene) -> bool:
     places = [_place(scene, name) for name in ("cube", "can")]
-    in_bin = [abs(x - 0.45) < 0.09 and abs(y + 0.5) < 0.08 and 0.005 < z < 0.085 for x, y, z in places]
+    in_bin = [abs(x - 0.45) < 0.09 and abs(y + 1.7) < 0.08 and 0.005 < z < 0.085 for x, y, z in places]
     rest = scene._poses["sponge_rest_position"].position
     return (
         scene.coating_of("dirt").wiped_share >= 0.95

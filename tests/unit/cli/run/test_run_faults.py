@@ -39,7 +39,7 @@ RECOVERED = {
     ),
     "a wrapper that fell and stands beside the press is pushed over, past its end, and fetched": (
         "make dumplings",
-        0,
+        1,
         "{at: {skill: make_dumplings.prepare, after: 13 s}, rate: 1, at_most: 1, "
         "bump: {thing: wrapper, impulse: 0.065 N*s, direction: [0.35, -1, 0]}}",
         ["prepare missed", "prepare laid_out", "wrap wrapped", "boil cooked"],
@@ -61,7 +61,7 @@ RECOVERED = {
     "a table that glare hides from the camera is looked at again": (
         "clean the table",
         0,
-        "{at: {look: mast}, rate: 1, at_most: 1, miss: {}}",
+        "{at: {look: table_side}, rate: 1, at_most: 1, miss: {}}",
         ["wipe wiped", "organize organized", "verify unclean", "verify verified"],
     ),
     "an object that slips is looked for and grasped again": (
@@ -86,7 +86,8 @@ RECOVERED = {
         "{at: {skill: fetch_object.deliver, after: 5 s}, rate: 1, at_most: 1, "
         "slip: {friction: 0, lasts: 1 s}}",
         ["navigate arrived", "detect seen", "grasp grasped", "deliver dropped", "navigate arrived",
-         "detect seen", "grasp grasped", "deliver delivered"],
+         "detect seen", "grasp missed", "grasp missed", "recover ready", "grasp missed", "grasp missed",
+         "recover ready", "grasp grasped", "deliver delivered"],
     ),
     "an object that falls down beside its stand is pushed along that until a hand has room": (
         "fetch the object",
@@ -129,7 +130,7 @@ RECOVERED = {
         0,
         "{at: {skill: clean_table.wipe, once: holding, after: 3 s}, rate: 1, at_most: 1, "
         "delay: {by: 25 ms, lasts: 2 s}}",
-        ["wipe streaky", "wipe streaky", "wipe streaky", "wipe wiped", "organize organized",
+        ["wipe streaky", "wipe streaky", "recover returned", "wipe wiped", "organize organized",
          "verify verified"],
     ),
 }  # fmt: skip
