@@ -21,11 +21,6 @@ def is_done(plant: PhysicsPlant) -> bool:
     return {"dumpling_bench": _is_cooking, "table": _is_clean, "fetch": _is_fetched}[scene.scene.name](scene)
 
 
-def is_folded_over_filling(scene: PhysicsScene) -> bool:
-    """Return True if a wrapper is folded by more than 160 degrees over a filling."""
-    return any(_is_folded(scene, wrapper, filling) for wrapper, filling in _PAIRS)
-
-
 _PAIRS = tuple(product(("wrapper", "wrapper_2"), ("filling", "filling_2")))
 
 
