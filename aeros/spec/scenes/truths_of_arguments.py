@@ -26,8 +26,8 @@ def truths_for(names: Iterable[str], arguments: Mapping[str, Any], module: str) 
     """Select the truths that hold for some values of parameters.
 
     Args:
-        names: names of truths, as `truth_name` makes them: a truth of `clean_table.table_wiped` depends on
-            parameters of `clean_table`.
+        names: names of truths, as `truth_name` makes them: a truth of `kettle.water_hot` depends on
+            parameters of `kettle`.
         arguments: value of each parameter, by full name.
         module: id of the module whose parameters a truth without a module depends on.
 
