@@ -76,6 +76,9 @@ SAME_SIZE = 0.08
 SIZES = (0.75, 1.3)
 """Least and greatest height of an object over that of its kind."""
 
+TOP_POINTS = 25
+"""Number of points nearest to an object's middle, seen from above, that its top is measured by."""
+
 SUPPORT_AROUND = (0.03, 0.11)
 """Distances from an object's middle of what it stands on, m."""
 
@@ -299,7 +302,7 @@ def _look(
     found, support = _locate(points[mask], points[~mask], kind)
     if support is not None and is_mast:
         height = kind.lying_height if found.is_lying else kind.height
-        scale = (found.top - support) / height
+        scale = (_level(points[mask], found.position) - support) / height
         values["object_scale"] = (1.0 if abs(scale - 1.0) < SAME_SIZE else scale, 0.05)
     values |= {
         "object_seen": (True,),
@@ -343,11 +346,18 @@ def _locate(points: Points, around: Points, kind: Kind) -> tuple[Seen, float | N
         seen = Seen(box.position, box.top, False, None, box.headings)
     x, y, z = seen.position
     half = float(np.median(top_points(points)[:, 2])) - z
-    support = _support(around, seen.position, z + half)
-    if support is None or not SIZES[0] < (z + half - support) / (2.0 * half) < SIZES[1]:
+    level = _level(points, seen.position)
+    support = _support(around, seen.position, level)
+    if support is None or not SIZES[0] < (level - support) / (2.0 * half) < SIZES[1]:
         return seen, None
-    middle = (x, y, (z + half + support) / 2.0)
+    middle = (x, y, (level + support) / 2.0)
     return Seen(middle, seen.top, seen.is_lying, seen.axis, seen.headings), support
+
+
+def _level(points: Points, place: Place) -> float:
+    """Return the height of an object's top: of its highest points, noise makes too much."""
+    away = np.hypot(points[:, 0] - place[0], points[:, 1] - place[1])
+    return float(np.median(points[np.argsort(away)[:TOP_POINTS]][:, 2]))
 
 
 def _support(points: Points, place: Place, top: float) -> float | None:

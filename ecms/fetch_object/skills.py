@@ -76,6 +76,9 @@ LONGEST = 0.18
 PUSHES = 5
 """Largest number of pushes before the next grasp."""
 
+BACK = 0.4
+"""How far behind its places along the stands the base goes to see the floor before them, m."""
+
 LOOKS = 5
 """Number of further looks for an object that a picture does not show."""
 
@@ -231,12 +234,15 @@ def _go_there(observed: Observation) -> Task:
 def _along_the_way(observed: Observation) -> tuple[tuple[float, float], ...]:
     """Places (x, y) for the base to search a lost object, m: half-way, at the delivery, at the station.
 
-    There are none while the station is unknown.
+    Then the same farther back, from where the mast sees the floor that is at the carriage's edge before. There
+    are none while the station is unknown.
     """
     if "station_position" not in observed:
         return ()
     (x, y, _), (u, v, _) = observed["station_position"], observed["delivery_position"]
-    return ((x + u - REACH) / 2, (y + v) / 2), (u - REACH, v), (x, y)
+    near = ((x + u - REACH) / 2, (y + v) / 2), (u - REACH, v), (x, y)
+    back = ((x - BACK, y + (v - y) * share) for share in (0.1, 0.5, 0.9))
+    return (*near, *back)
 
 
 def _free(observed: Observation, pace: float) -> float:

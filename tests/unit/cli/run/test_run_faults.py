@@ -86,17 +86,15 @@ RECOVERED = {
         "{at: {skill: fetch_object.deliver, after: 5 s}, rate: 1, at_most: 1, "
         "slip: {friction: 0, lasts: 1 s}}",
         ["navigate arrived", "detect seen", "grasp grasped", "deliver dropped", "navigate arrived",
-         "detect seen", "grasp missed", "grasp missed", "recover ready", "grasp missed", "grasp missed",
-         "recover ready", "grasp grasped", "deliver delivered"],
+         "detect seen", "grasp grasped", "deliver delivered"],
     ),
-    "an object that falls down beside its stand is pushed along that until a hand has room": (
+    "an object that falls down beside its stand is found there": (
         "fetch the object",
         1,
         "{at: {skill: fetch_object.deliver, after: 2 s}, rate: 1, at_most: 1, "
         "slip: {friction: 0, lasts: 1 s}}",
-        ["navigate arrived", "detect seen", "grasp grasped", "deliver dropped", "navigate arrived",
-         "detect seen", "navigate arrived", "grasp missed", "grasp missed", "recover ready",
-         "grasp grasped", "deliver delivered"],
+        ["navigate arrived", "detect seen", "grasp grasped", "deliver lost", "detect seen",
+         "navigate arrived", "grasp grasped", "deliver delivered"],
     ),
     "an object that is not seen is looked at again": (
         "fetch the object",
