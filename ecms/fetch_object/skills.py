@@ -234,8 +234,8 @@ def _go_there(observed: Observation) -> Task:
 def _along_the_way(observed: Observation) -> tuple[tuple[float, float], ...]:
     """Places (x, y) for the base to search a lost object, m: half-way, at the delivery, at the station.
 
-    Then the same farther back, from where the mast sees the floor that is at the carriage's edge before. There
-    are none while the station is unknown.
+    Then farther back, from where the mast sees the floor that was at the carriage's edge before. There are
+    none while the station is unknown.
     """
     if "station_position" not in observed:
         return ()

@@ -181,6 +181,18 @@ def test_a_red_can_is_found_within_5_mm_and_a_blue_box_is_not(
     assert seen(scene.look("mast", camera=OBLIQUE))["object_seen"] is False
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_noise_in_depth_does_not_make_a_can_higher(seed: int) -> None:
+    # Else it seems larger than what the fingers then hold, and is let go.
+    scene = room((0.6, 0.0, 0.04))
+    scene.put("delivery_stand", 0.6, 0.0, -0.2)
+    clear = scene.look("mast", camera=OBLIQUE)
+    noise = np.random.default_rng(seed).normal(0.0, 0.005, clear.depth.shape)
+    found = seen(as_picture(OBLIQUE, clear.rgb, clear.depth + noise, "mast"))
+    assert found["object_position"][2] == pytest.approx(0.04, abs=0.004)
+    assert found["object_scale"] == 1.0
+
+
 @pytest.mark.parametrize(("at", "way"), [(0.0, -0.24), (0.15, 0.20)])
 def test_a_can_lying_at_a_wall_is_pushed_along_it_past_its_nearer_end(at: float, way: float) -> None:
     # The delivery's stand, 26 cm by 50 cm, with its side 8 mm behind the can and its middle at y = 0.06.
