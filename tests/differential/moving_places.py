@@ -57,8 +57,9 @@ class World:
 
     def starts(self) -> Iterator[tuple[Fraction, dict[str, bool]]]:
         """Every place with every value of the plain predicates."""
-        for place, *values in product(PLACES, *((False, True) for _ in PLAIN)):
-            yield place, {**dict(zip(PLAIN, values, strict=True)), **self.predicates(place)}
+        for place in PLACES:
+            for values in product((False, True), repeat=len(PLAIN)):
+                yield place, {**dict(zip(PLAIN, values, strict=True)), **self.predicates(place)}
 
     def can_start(self, one: Skill, values: Mapping[str, bool]) -> bool:
         clause = one.precondition
@@ -107,8 +108,10 @@ def worlds(draw: st.DrawFn) -> World:
         settable = NAMES if drives else PLAIN
         effect = st.dictionaries(st.sampled_from(settable), st.booleans(), max_size=2)
         outcomes = [Outcome("done", draw(effect), False, None, None)]
-        for at in range(draw(st.integers(0, 2))):
-            outcomes.append(Outcome(f"other_{at}", draw(effect), draw(st.booleans()), None, None))
+        outcomes += [
+            Outcome(f"other_{at}", draw(effect), draw(st.booleans()), None, None)
+            for at in range(draw(st.integers(0, 2)))
+        ]
         needs = tuple(draw(st.lists(st.sampled_from(NAMES), max_size=2, unique=True)))
         made = skill(id_, *outcomes)
         envelope = {"drive" if drives else "wait": ActionCondition(t.TRUE, "true", SPAN)}
