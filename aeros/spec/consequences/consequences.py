@@ -12,7 +12,7 @@ an effect of the outcome states it, or
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache
@@ -44,8 +44,7 @@ def with_consequences(ecm: Ecm, site: Site) -> Ecm:
     Returns:
         The module, whose skills know all predicates of it and of the modules that it requires.
     """
-    owners = {one.id: one for one in (*ecm.with_owners, *ecm.foreign.modules.values())}
-    definitions = {name: one for owner in owners.values() for name, one in owner.definitions.items()}
+    definitions = known_definitions(ecm)
     if not definitions:
         return ecm
     own = {name: _skill_with_consequences(one, definitions, site) for name, one in ecm.skills.items()}
@@ -53,6 +52,19 @@ def with_consequences(ecm: Ecm, site: Site) -> Ecm:
         name: _skill_with_consequences(one, definitions, site) for name, one in ecm.foreign.skills.items()
     }
     return replace(ecm, skills=own, foreign=replace(ecm.foreign, skills=foreign))
+
+
+def known_definitions(ecm: Ecm) -> Definitions:
+    """Collect the definitions that matter to a module.
+
+    Args:
+        ecm: the module.
+
+    Returns:
+        Its own, and those of all modules that it requires or whose skills it may run, by full name.
+    """
+    owners = {one.id: one for one in (*ecm.with_owners, *ecm.foreign.modules.values())}
+    return {name: one for owner in owners.values() for name, one in owner.definitions.items()}
 
 
 def modules_with_consequences(modules: Mapping[str, Ecm], site: Site) -> dict[str, Ecm]:
@@ -135,6 +147,26 @@ def value_that_follows(
     can_be_true = not _is_excluded((*stated, term), declared)
     can_be_false = not _is_excluded((*stated, t.Not(term)), declared)
     return None if can_be_true is can_be_false else can_be_true
+
+
+def implications(
+    outcome: Outcome, definitions: Definitions, declared: Mapping[str, Declared]
+) -> Iterator[tuple[str, tuple[t.Term, ...], t.Term]]:
+    """List the values that proofs rely on because they follow from what an outcome states.
+
+    Args:
+        outcome: the outcome, with its consequences.
+        definitions: definitions by full name.
+        declared: state variables of the site by name.
+
+    Yields:
+        The predicate, the conditions that the outcome states, and the condition that follows from them.
+    """
+    for name in outcome.consequences:
+        value = value_that_follows(name, outcome, definitions, declared)
+        if value is not None:
+            term = _expanded(definitions[name].term, definitions)
+            yield name, stated_terms(outcome, definitions, declared), term if value else t.Not(term)
 
 
 def stated_terms(
