@@ -82,11 +82,19 @@ def disturbed_by_actions(skill: Skill, definitions: Definitions, site: Site) -> 
         site: the site, with the variables of modules.
 
     Returns:
-        For each such predicate, a reading that the skill may move and that the predicate follows from.
+        For each such predicate, in words, a reading that the skill may move and that the predicate follows
+        from.
     """
-    return dict(
-        _disturbed(definitions, lambda readings: (one for one in readings if is_moved(one, skill, site)))
-    )
+    found = _disturbed(definitions, lambda readings: (one for one in readings if is_moved(one, skill, site)))
+    return {name: _described(reading, site) for name, reading in found}
+
+
+def _described(reading: str, site: Site) -> str:
+    """Name a reading, and its sensor if the site does not say what moves that."""
+    sensor = site.state[reading].sensor if reading in site.state else None
+    if sensor is None or sensor in site.moved_by or sensor not in site.sensor_names:
+        return f"`{reading}`"
+    return f"`{reading}` (`moved_by` of the site has no entry for `{sensor}`, which measures it)"
 
 
 def disturbed_by_effects(outcome: Outcome, definitions: Definitions) -> dict[str, str]:
@@ -97,7 +105,7 @@ def disturbed_by_effects(outcome: Outcome, definitions: Definitions) -> dict[str
         definitions: definitions by full name.
 
     Returns:
-        For each such predicate, a variable that the outcome changes and that the predicate follows from.
+        For each such predicate, in words, a variable that the outcome changes and that it follows from.
     """
     changed = {*outcome.effects, *(one.variable for one in outcome.ranges)}
     return disturbed_by_changes(changed, definitions)
@@ -111,10 +119,11 @@ def disturbed_by_changes(changed: Iterable[str], definitions: Definitions) -> di
         definitions: definitions by full name.
 
     Returns:
-        For each such predicate, one of these variables that it follows from.
+        For each such predicate, in words, one of these variables that it follows from.
     """
     names = frozenset(changed)
-    return dict(_disturbed(definitions, lambda readings: (one for one in readings if one in names)))
+    found = _disturbed(definitions, lambda readings: (one for one in readings if one in names))
+    return {name: f"`{reading}`" for name, reading in found}
 
 
 def _disturbed(definitions: Definitions, changed_of: _Selection) -> Iterator[tuple[str, str]]:

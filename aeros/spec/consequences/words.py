@@ -21,7 +21,7 @@ def unsettled_note(read: Collection[str], steps: Iterable[tuple[str, Skill]]) ->
     for step, skill in steps:
         for name, reading in skill.disturbed.items():
             if name in read and name in skill.unsettled:
-                cause = f"`{name}` is defined by `{reading}`, which `{step}` may change"
+                cause = f"`{name}` is defined by {reading}, which `{step}` may change"
                 cure = f"state `{name}` as an effect of `{skill.id}`, or run a step that makes it true again"
                 return f"{cause}, so it may be either afterwards: {cure}"
     return None

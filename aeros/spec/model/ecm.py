@@ -119,8 +119,8 @@ class Skill:
         hold_condition: condition that must be measured as long as it runs.
         models: names of the models that it receives.
         leaves_any_to_gate: the manifest does not name the invariants that it leaves to the gate.
-        disturbed: predicates with a definition that it may change, with something that each follows from and
-            the skill changes.
+        disturbed: predicates with a definition that it may change, and for each, in words, something that it
+            follows from and the skill changes.
     """
 
     id: str

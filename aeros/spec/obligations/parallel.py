@@ -177,7 +177,7 @@ class _BranchPairClaims:
     def _disturbs(self, branch: Part) -> dict[str, _VariableUse]:
         """Collect predicates with a definition that actions of a branch may change."""
         return {
-            name: _VariableUse(step.span, f"`{step.id}` may change `{reading}`, which defines it")
+            name: _VariableUse(step.span, f"`{step.id}` may change {reading}, which defines it")
             for step in reversed(self._all_possible_steps(branch))
             for name, reading in self.skills[step.skill].disturbed.items()
         }

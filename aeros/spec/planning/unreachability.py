@@ -85,7 +85,7 @@ class _ReasonCollector:
         for choice in self._domain.choices:
             for name in choice.skill.unsettled & frozenset(condition.reads):
                 reading = choice.skill.disturbed[name]
-                return f", and `{choice.name}` may change `{reading}`, which defines `{name}`"
+                return f", and `{choice.name}` may change {reading}, which defines `{name}`"
         return ""
 
     def _start_obstacle(self, choice: GroundSkill) -> Iterator[str]:

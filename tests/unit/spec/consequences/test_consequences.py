@@ -77,4 +77,4 @@ def test_modules_that_are_active_together_know_the_predicates_of_each_other() ->
     assert with_consequences(alone, site()) is alone
     found = modules_with_consequences({"n": alone, "m": other}, site())["n"].skills["go"]
     assert found.outcomes["gone"].consequences["m.docked"] is None
-    assert found.disturbed["m.docked"] == "base"
+    assert found.disturbed["m.docked"] == "`base`"

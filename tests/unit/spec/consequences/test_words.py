@@ -9,7 +9,7 @@ from tests.unit.agent.dumplings import outcome
 from tests.unit.spec.consequences.places import asking
 
 GO = replace(
-    asking("go", replace(outcome("gone", {}), consequences={"docked": None})), disturbed={"docked": "base"}
+    asking("go", replace(outcome("gone", {}), consequences={"docked": None})), disturbed={"docked": "`base`"}
 )
 
 
