@@ -52,7 +52,7 @@ class World:
     moving: frozenset[str]
 
     def predicates(self, place: Fraction) -> dict[str, bool]:
-        """What is measured at a place."""
+        """The values that are measured at a place."""
         return {name: low <= place <= high for name, (low, high) in self.bounds.items()}
 
     def starts(self) -> Iterator[tuple[Fraction, dict[str, bool]]]:
@@ -68,7 +68,7 @@ class World:
     def endings(
         self, one: Skill, outcome: Outcome, place: Fraction, values: Mapping[str, bool]
     ) -> Iterator[tuple[Fraction, dict[str, bool]]]:
-        """Where an outcome may leave the robot: wherever its effects on predicates of places are true."""
+        """The places at which an outcome may leave the robot: all where its effects are true."""
         for then in PLACES if one.id in self.moving else [place]:
             after = {**values, **outcome.effects, **self.predicates(then)}
             if all(after[name] == value for name, value in outcome.effects.items()):

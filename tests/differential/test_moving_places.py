@@ -82,7 +82,7 @@ def test_the_closed_loop_knows_every_end_and_the_outcome_that_is_measured_there(
 
 
 def is_proved(world: World, composition: Composition, skills: Mapping[str, Skill]) -> bool:
-    """Whether each step can start in all situations of it: by every value of what a situation leaves open."""
+    """True if each step can start in all its situations, for every value that a situation leaves open."""
     paths = explore_paths(composition, skills, world.site.state)
     for name, situations in paths.states_at_steps.items():
         clause = skills[name.partition("-")[0]].precondition

@@ -107,8 +107,7 @@ class SymbolicPlant:
         self._initial = {name: start[name] for name in self._names.names}
         self._definitions = PlaceDefinitions(site, modules.values())
         self._definitions.update(self._initial)
-        modules = modules_with_consequences(modules, site)
-        self._shares = outcome_probabilities_by_skill(modules.values())
+        self._shares = outcome_probabilities_by_skill(modules_with_consequences(modules, site).values())
         self._effects = {
             (name, outcome.id): self._apply_outcome(name, outcome)
             for name, shares in self._shares.items()

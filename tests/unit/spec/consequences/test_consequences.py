@@ -29,7 +29,7 @@ def consequences(effects: dict[str, Any], kinds: tuple[str, ...] = ("drive",)) -
     return {name: value for name, value in found.items() if name != "m.alone"}
 
 
-def test_what_a_skill_moves_may_be_either_unless_an_effect_states_it() -> None:
+def test_a_predicate_of_a_moved_reading_may_be_either_unless_an_effect_states_it() -> None:
     assert consequences({}) == {"m.docked": None, "m.far": None}
     assert consequences({"m.docked": True}) == {"m.far": None}  # the dock may be anywhere
     assert consequences({"m.docked": True, "m.far": True}) == {}

@@ -1,4 +1,4 @@
-"""What a skill may move: by actuators, by tools, by effects, and what changes by itself."""
+"""Readings that a skill may change: by actuators, tools and effects, and those that change by themselves."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_a_sensor_without_an_entry_may_always_change() -> None:
     assert is_moved("base", asking("stay", kinds=("wait",)), replace(site(), moved_by={}))
 
 
-def test_what_a_tool_answers_changes_where_it_may_be_asked() -> None:
+def test_answers_of_a_tool_change_in_skills_that_may_call_it() -> None:
     assert is_moved("m.time", asking("ask", kinds=("ask",)), site())
     assert not is_moved("m.time", asking("go"), site())
 
