@@ -9,6 +9,7 @@ from pathlib import Path
 from aeros.spec.closed_loop.markov_chain import Prediction, predict
 from aeros.spec.closed_loop.outcome_probabilities import with_skill_probabilities
 from aeros.spec.closed_loop.transition_system import TransitionSystem
+from aeros.spec.consequences.consequences import with_consequences
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.text.discovery import reference_site_path
@@ -43,7 +44,9 @@ def reference(name: str, replans: int) -> Case:
 def in_small(case: Case) -> Case:
     """The same at a site that measures nothing else, which is all that the loop without a plant needs."""
     state = {name: case.site.state[name] for name in case.start}
-    return replace(case, site=replace(case.site, state=state))
+    # Nor what definitions read, so what follows from it is said of the outcomes before.
+    ecm = replace(with_consequences(case.ecm, case.site), definitions={})
+    return replace(case, ecm=ecm, site=replace(case.site, state=state))
 
 
 def predicted(case: Case) -> Prediction:

@@ -38,6 +38,7 @@ from aeros.sim.symbolic.outcomes import (
 from aeros.sim.symbolic.parameter_facts import ParameterFacts
 from aeros.sim.symbolic.state import as_reading, initial_values
 from aeros.skill import Action
+from aeros.spec.consequences.consequences import modules_with_consequences
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.expr.effects import Increment
 from aeros.spec.model.ecm import Ecm, Outcome
@@ -106,7 +107,7 @@ class SymbolicPlant:
         self._initial = {name: start[name] for name in self._names.names}
         self._definitions = PlaceDefinitions(site, modules.values())
         self._definitions.update(self._initial)
-        self._shares = outcome_probabilities_by_skill(modules.values())
+        self._shares = outcome_probabilities_by_skill(modules_with_consequences(modules, site).values())
         self._effects = {
             (name, outcome.id): self._apply_outcome(name, outcome)
             for name, shares in self._shares.items()
@@ -319,6 +320,6 @@ class SymbolicPlant:
             raise MisuseError(f"an effect of `{skill}` is on `{min(unknown)}`, which is not a state variable")
         return {
             name: as_reading(effect, self._site.state[name])
-            for name, effect in outcome.effects.items()
+            for name, effect in outcome.known_effects.items()
             if not isinstance(effect, Increment)
         }

@@ -14,12 +14,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from itertools import product
 from typing import Final, Literal
 
 from aeros.spec.closed_loop.invocation import Invocation, State, StateCondition
 from aeros.spec.model.composition import Composition, Part, Step
-from aeros.spec.model.step_graph import If, Par, Seq
+from aeros.spec.model.step_graph import If, Par, Seq, steps_of
 
 Role = Literal["step", "retry", "recovery"]
 ROLES: Final[tuple[Role, ...]] = ("step", "retry", "recovery")
@@ -85,6 +86,9 @@ class ComposedRun:
         invoke: makes the invocation of a skill by its name, with constant inputs.
         condition: makes a condition on states.
         is_over: tells whether the goal is reached, after which nothing more starts.
+
+    Attributes:
+        is_exact: False once a parallel branch could fail: the probability of what follows is not known.
     """
 
     def __init__(
@@ -102,6 +106,12 @@ class ComposedRun:
         self._conditions: dict[int, StateCondition] = {}
         self._through: set[State] = set()
         self.is_exact = True
+
+    @cached_property
+    def is_settled(self) -> bool:
+        """True if no outcome of it leaves a predicate at either value."""
+        steps = (*steps_of(self._composition.body), *self._composition.handlers.values())
+        return all(one.is_settled for step in steps for one in self._invocations_of(step))
 
     def run(self, state: State, role: Role) -> tuple[Weights, Weights, frozenset[State]]:
         """Run the composition from a state.

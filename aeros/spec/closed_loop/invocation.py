@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any
+from itertools import product
+from typing import Any, Final, NamedTuple
 
 from aeros.spec.closed_loop.outcome_probabilities import outcome_probabilities
 from aeros.spec.expr import terms as t
@@ -13,6 +14,9 @@ from aeros.spec.expr.effects import value_after
 from aeros.spec.expr.semantics import is_true
 from aeros.spec.model.ecm import Outcome, Skill
 from aeros.spec.model.hold_conditions import hold_loss_outcomes
+
+MAX_UNSETTLED: Final = 8
+"""Greatest number of predicates that one outcome may leave at either value; all combinations are tried."""
 
 State = tuple[Any, ...]
 """A value for each predicate of a task, in the order of `TransitionSystem.names`."""
@@ -76,6 +80,28 @@ class _InterpretedTerm:
         return self._decided[values]
 
 
+class _OutcomeEffects(NamedTuple):
+    """An outcome with its probability, and the places in a state that it changes.
+
+    Attributes:
+        outcome: the outcome.
+        share: its probability, 0 to 1.
+        declared: declared effects by place, which say if it is measured.
+        known: these, and values that follow from them.
+        unsettled: places of predicates that may be either.
+    """
+
+    outcome: Outcome
+    share: Fraction
+    declared: list[tuple[int, Any]]
+    known: list[tuple[int, Any]]
+    unsettled: list[int]
+
+
+class UnsettledError(Exception):
+    """An outcome leaves more than `MAX_UNSETTLED` predicates of a task at either value."""
+
+
 class Invocation:
     """A skill with its inputs, which are constant in a task.
 
@@ -88,6 +114,15 @@ class Invocation:
         names: the predicates of a state, in order.
         settable: predicates that some skill of the loop can set, so that nothing else changes them after the
             hold-condition broke.
+        has_unknown: a predicate that an outcome leaves at either value is None afterwards; else there is a
+            state for each value.
+
+    Raises:
+        UnsettledError: one outcome has too many such states.
+
+    Attributes:
+        name: id of the skill.
+        unsettled: what may be either after the outcomes asked for so far, in words; empty if nothing.
     """
 
     def __init__(
@@ -96,6 +131,8 @@ class Invocation:
         inputs: Mapping[str, Any],
         names: tuple[str, ...],
         settable: Collection[str] = (),
+        *,
+        has_unknown: bool = False,
     ) -> None:
         bound = {
             declared.name: inputs.get(name, declared.default_value) for name, declared in skill.inputs.items()
@@ -103,14 +140,24 @@ class Invocation:
         clause = skill.precondition
         self.name = skill.id
         self._precondition = None if clause is None else StateCondition(clause.term, names, bound)
+        self.unsettled = ""
+        self._names = names
+        self._has_unknown = has_unknown
         self._outcomes = [
-            (outcome, share, [(names.index(name), value) for name, value in outcome.effects.items()])
+            _effects_of(outcome, share, names)
             for outcome, share in outcome_probabilities(skill.outcomes.values())
         ]
         self._unheld = [
-            (outcome, [(names.index(name), value) for name, value in outcome.effects.items()])
-            for outcome in hold_loss_outcomes(skill, settable)
+            _effects_of(outcome, Fraction(0), names) for outcome in hold_loss_outcomes(skill, settable)
         ]
+        most = max((len(one.unsettled) for one in (*self._outcomes, *self._unheld)), default=0)
+        if most > MAX_UNSETTLED and not has_unknown:
+            raise UnsettledError(f"`{skill.id}` leaves {most} predicates of it at either value")
+
+    @property
+    def is_settled(self) -> bool:
+        """True if no outcome leaves a predicate at either value."""
+        return not any(one.unsettled for one in (*self._outcomes, *self._unheld))
 
     def can_start(self, state: State) -> bool:
         """Check that the precondition holds.
@@ -136,23 +183,67 @@ class Invocation:
         Returns:
             Each state afterwards, the outcome measured there, and the probability (0 to 1) of that.
         """
+        return [ending for case in self.cases(state) for ending in case]
+
+    def cases(self, state: State) -> list[list[tuple[State, Outcome, Fraction]]]:
+        """List the states that may follow, as `after` does, together where nothing decides between them.
+
+        Args:
+            state: a value for each predicate, before the skill runs.
+
+        Returns:
+            For each outcome the states that it may leave: one, or one for each combination of the predicates
+            that it leaves at either value. Their shares of its probability are equal, and mean nothing.
+        """
         results = []
-        for outcome, share, effects in self._outcomes:
-            if outcome.probability != 0:
-                changed = _apply_effects(state, effects)
-                results.append((tuple(changed), self._measured_outcome(state, changed), share))
+        for one in self._outcomes:
+            if one.outcome.probability != 0:
+                states = self._states_after(state, one)
+                if len(states) > 1:
+                    shown = ", ".join(f"`{self._names[place]}`" for place in one.unsettled)
+                    self.unsettled = f"{shown} may be either after `{self.name} → {one.outcome.id}`"
+                share = one.share / len(states)
+                results.append(
+                    [(tuple(after), self._measured_outcome(state, after), share) for after in states]
+                )
         results += [
-            (tuple(_apply_effects(state, effects)), outcome, Fraction(0)) for outcome, effects in self._unheld
+            [(tuple(after), one.outcome, Fraction(0)) for after in self._states_after(state, one)]
+            for one in self._unheld
         ]
         return results
 
+    def _states_after(self, state: State, one: _OutcomeEffects) -> list[list[Any]]:
+        changed = _apply_effects(state, one.known)
+        if not one.unsettled:
+            return [changed]
+        values = [None] if self._has_unknown else [False, True]
+        states = []
+        for chosen in product(values, repeat=len(one.unsettled)):
+            states.append(list(changed))
+            for place, value in zip(one.unsettled, chosen, strict=True):
+                states[-1][place] = value
+        return states
+
     def _measured_outcome(self, before: State, after: list[Any]) -> Outcome:
         matching = [
-            outcome
-            for outcome, _, effects in self._outcomes
-            if all(after[place] == value_after(effect, before[place]) for place, effect in effects)
+            one.outcome
+            for one in self._outcomes
+            if all(after[place] == value_after(effect, before[place]) for place, effect in one.declared)
         ]
         return max(matching, key=lambda one: (one.effect_count, not one.failure))
+
+
+def _effects_of(outcome: Outcome, share: Fraction, names: tuple[str, ...]) -> _OutcomeEffects:
+    places = _index_by_name(names)
+    declared = [(places[name], value) for name, value in outcome.effects.items()]
+    following = [(places[name], value) for name, value in outcome.consequences.items() if name in places]
+    return _OutcomeEffects(
+        outcome,
+        share,
+        declared,
+        declared + [(place, value) for place, value in following if value is not None],
+        [place for place, value in following if value is None],
+    )
 
 
 def _apply_effects(state: State, effects: list[tuple[int, Any]]) -> list[Any]:

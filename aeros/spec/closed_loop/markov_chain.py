@@ -58,7 +58,7 @@ def predict(system: TransitionSystem, start: State, replans: int) -> Prediction:
 
     Raises:
         StateSpaceError: the chain needs more than `MAX_WORK` bits of probabilities, or a step runs a
-            composition whose parallel branches may fail.
+            composition whose parallel branches may fail, or an outcome leaves a predicate at either value.
     """
     queue = _Queue()
     queue.push(0, LoopState("plan", start), Fraction(1))
@@ -84,8 +84,8 @@ def predict(system: TransitionSystem, start: State, replans: int) -> Prediction:
             elif move.role is not None:
                 submitted[move.role] += share
             queue.push(made + (move.target.phase == "plan"), move.target, share)
-    if not system.is_exact:
-        raise StateSpaceError("which of several steps fails first depends on how long they take")
+    if system.inexact_reason:
+        raise StateSpaceError(system.inexact_reason)
     return Prediction(
         success=success,
         invocations=sum(submitted.values(), Fraction(0)),

@@ -24,7 +24,8 @@ class ReachableStates:
     Attributes:
         system: the transition system.
         graph: nodes in breadth-first order, so that earlier ones are nearer to a start.  Each has the nodes
-            from which a move of positive probability leads to it, with the agent's choice for that move.
+            from which a move of positive probability leads to it, with the agent's choice for that move and
+            its case.
         predecessors: for each node but the starts, the node before it on a shortest path and the label of the
             move between them.
         through: states on the way of a composition that is run in one try, with the node before and the label
@@ -32,14 +33,15 @@ class ReachableStates:
     """
 
     system: TransitionSystem
-    graph: dict[LoopState, list[tuple[LoopState, str]]] = field(default_factory=dict)
+    graph: dict[LoopState, list[tuple[LoopState, str, str]]] = field(default_factory=dict)
     predecessors: dict[LoopState, tuple[LoopState, str]] = field(default_factory=dict)
     through: dict[State, tuple[LoopState, str]] = field(default_factory=dict)
 
     def nodes_that_can_miss_goal(self) -> Iterator[LoopState]:
         """Find the nodes before a plan from which the agent's choices may keep it from the goal for ever.
 
-        A node can reach the goal if each choice there has an outcome that leads to a node that can reach it.
+        A node can reach the goal if each choice there has an outcome that leads to nodes that can reach it:
+        to all of them if it leaves a predicate at either value.
 
         Returns:
             The nodes in phase `plan` that cannot reach the goal in this sense, nearest to a start first.
@@ -47,12 +49,22 @@ class ReachableStates:
         pending = [node for node in self.graph if node.phase == "reached"]
         hopeful = set(pending)
         open_: dict[LoopState, set[str]] = {}
+        left: dict[tuple[LoopState, str, str], int] = {}
         while pending:
-            for before, choice in self.graph[pending.pop()]:
+            for before, choice, case in self.graph[pending.pop()]:
                 if before in hopeful:
                     continue
                 if before not in open_:
-                    open_[before] = {move.choice for move in self.system.transitions(before)}
+                    moves = self.system.transitions(before)
+                    open_[before] = {move.choice for move in moves}
+                    for move in moves:
+                        if move.case and move.probability:
+                            key = (before, move.choice, move.case)
+                            left[key] = left.get(key, 0) + 1
+                if case:
+                    left[before, choice, case] -= 1
+                    if left[before, choice, case]:
+                        continue
                 open_[before].discard(choice)
                 if not open_[before]:
                     hopeful.add(before)
@@ -128,5 +140,5 @@ def explore_task(ecm: Ecm, task: Task, site: Site) -> ReachableStates:
             for state in move.through:
                 reachable.through.setdefault(state, (node, move.label))
             if move.probability:
-                reachable.graph[move.target].append((node, move.choice))
+                reachable.graph[move.target].append((node, move.choice, move.case))
     return reachable

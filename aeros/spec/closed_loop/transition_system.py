@@ -8,23 +8,25 @@ Where a rule names a capability, each try of its step is run by a provider whose
 agent chooses which, and proofs assume nothing about that choice.  Predictions assume that all are equally
 likely, as they are to an agent without memory.
 
-Assumes that the effects of an outcome happen, that nothing else changes, and that every predicate is measured
-in time; the supervisor records a broken assumption where that is not so.  Assumes that no submission is
-refused, denied or halted, except that a skill is halted when its hold-condition breaks.  That is a failed try
-like any other (`aeros.spec.model.hold_conditions`).  So every recovery is repeatable, and no request is
-denied twice.
+Assumes that the effects of an outcome happen, that nothing else changes but predicates by definition, as
+`aeros.spec.consequences` says, and that every predicate is measured in time; the supervisor records a broken
+assumption where that is not so.  A predicate that may be either is branched on: nothing decides which, so the
+goal must be within reach of both, and no probability is predicted.  Assumes that no submission is refused,
+denied or halted, except that a skill is halted when its hold-condition breaks.  That is a failed try like any
+other (`aeros.spec.model.hold_conditions`).  So every recovery is repeatable, and no request is denied twice.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from graphlib import CycleError, TopologicalSorter
 from typing import Any, Final, Literal, TypeAlias
 
 from aeros.spec.closed_loop.composed_run import ComposedRun, Role, RunTooLargeError
-from aeros.spec.closed_loop.invocation import Invocation, State, StateCondition
+from aeros.spec.closed_loop.invocation import Invocation, State, StateCondition, UnsettledError
+from aeros.spec.consequences.consequences import with_consequences
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BoolType, EnumType, IntegerType
 from aeros.spec.model.ecm import Alternative, Ecm, PlanningRule, Skill, Task
@@ -81,6 +83,8 @@ class Transition:
         choice: the provider that the agent chooses, where it has a choice.
         counts: expected number of skills submitted, for each of `ROLES`, if a composition is run; else None.
         through: states on the way, if a composition is run.
+        case: of moves with the same case from one state, for the same choice, nothing decides which is made;
+            empty for a move that outcomes of their probability lead to.
     """
 
     target: LoopState
@@ -90,24 +94,30 @@ class Transition:
     choice: str = ""
     counts: tuple[Fraction, ...] | None = None
     through: frozenset[State] = frozenset()
+    case: str = ""
 
 
 class TransitionSystem:
     """The agent's loop on one task.
 
-    The constructor raises `StateSpaceError` if a predicate has infinitely many values.
+    The constructor raises `StateSpaceError` if a predicate has infinitely many values, or an outcome leaves
+    too many predicates at either value.
 
     Attributes:
+        ecm: the module, whose outcomes have their consequences.
         task: the task.
         names: the predicates: every state variable that the loop depends on, in the order of every state.
         domains: the values that each predicate can have.
     """
 
     def __init__(self, ecm: Ecm, task: Task, site: Site) -> None:
+        ecm = with_consequences(ecm, site)
+        self.ecm = ecm
         self.task = task
         self.names = _predicates(ecm, task)
         self.domains = [_domain(site, name) for name in self.names]
         self._skills = ecm.callable_skills
+        self._invocations: list[Invocation] = []
         settable = {
             name for skill in skills_of(ecm, task) for one in skill.outcomes.values() for name in one.effects
         }
@@ -145,12 +155,21 @@ class TransitionSystem:
         return StateCondition(term, self.names)
 
     @property
-    def is_exact(self) -> bool:
-        """True if the probability of every move explored so far is known."""
-        return all(way.is_exact for ways in self._steps for way in ways if isinstance(way, _ComposedWay))
+    def inexact_reason(self) -> str:
+        """Reason that the probability of a move explored so far is not known; empty if all are known."""
+        unsettled = (one.unsettled for one in self._invocations if one.unsettled)
+        composed = (way for ways in self._steps for way in ways if isinstance(way, _ComposedWay))
+        if not all(way.run.is_exact for way in composed):
+            return "which of several steps fails first depends on how long they take"
+        return next(unsettled, "")
 
     def _invocation(self, skill: str, inputs: Mapping[str, Any]) -> Invocation:
-        return Invocation(self._skills[skill], inputs, self.names, self._settable)
+        try:
+            made = Invocation(self._skills[skill], inputs, self.names, self._settable)
+        except UnsettledError as error:
+            raise StateSpaceError(str(error)) from error
+        self._invocations.append(made)
+        return made
 
     def _helpers(self, ecm: Ecm, name: str | None) -> list[Invocation]:
         return [] if name is None else [self._invocation(one, {}) for one in ecm.providers(name)]
@@ -280,7 +299,9 @@ class TransitionSystem:
             else:
                 target = LoopState("recover", state, node.remaining_rules, node.tries + 1)
             share = move.probability / len(able)
-            moves.append(Transition(target, share, role, move.label, way.name, move.counts, move.through))
+            moves.append(
+                Transition(target, share, role, move.label, way.name, move.counts, move.through, move.case)
+            )
             if target.phase == "recover" and self._recoveries["reset"][index]:
                 # The agent's memory may leave out the tries that are left.
                 given_up = self._failed(index, state)
@@ -312,9 +333,11 @@ class TransitionSystem:
                 "recovery",
                 f"{one.name} → {outcome.id}",
                 one.name if len(helpers) > 1 else "",
+                case=_case_name(number, case),
             )
             for one in able
-            for state, outcome, probability in one.after(node.state)
+            for number, case in enumerate(one.cases(node.state))
+            for state, outcome, probability in case
         ]
 
 
@@ -328,6 +351,11 @@ class _Ending:
     label: str
     counts: tuple[Fraction, ...] | None = None
     through: frozenset[State] = frozenset()
+    case: str = ""
+
+
+def _case_name(number: int, case: Sequence[object]) -> str:
+    return str(number) if len(case) > 1 else ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -344,8 +372,10 @@ class _SkillWay:
         return self.invocation.can_start(state)
 
     def moves(self, state: State, _: Role) -> Iterator[_Ending]:
-        for after, outcome, probability in self.invocation.after(state):
-            yield _Ending(after, outcome.failure, probability, f"{self.name} → {outcome.id}")
+        for number, case in enumerate(self.invocation.cases(state)):
+            for after, outcome, probability in case:
+                label = f"{self.name} → {outcome.id}"
+                yield _Ending(after, outcome.failure, probability, label, case=_case_name(number, case))
 
 
 @dataclass(frozen=True, slots=True)
@@ -356,10 +386,6 @@ class _ComposedWay:
     can_start: StateCondition
     run: ComposedRun
 
-    @property
-    def is_exact(self) -> bool:
-        return self.run.is_exact
-
     def moves(self, state: State, role: Role) -> Iterator[_Ending]:
         try:
             done, failed, through = self.run.run(state, role)
@@ -369,7 +395,9 @@ class _ComposedWay:
             for after, weight in ends.items():
                 share = weight.probability
                 counts = tuple(one / share if share else one for one in weight.counts)
-                yield _Ending(after, is_failure, share, f"{self.name} → {word}", counts, through)
+                # Where nothing decides between some of them, the goal must be within reach of all.
+                case = "" if self.run.is_settled else word
+                yield _Ending(after, is_failure, share, f"{self.name} → {word}", counts, through, case)
 
 
 _Way: TypeAlias = _SkillWay | _ComposedWay

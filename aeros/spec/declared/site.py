@@ -215,6 +215,14 @@ class Site:
             "`sensors: {load_cell: force on the press}`, or with what they offer"
         },
     )
+    moved_by: Named[tuple[Identifier, ...]] = field(
+        default=MappingField(),
+        metadata={
+            "doc": "by sensor: what it measures changes only while one of these actuators moves, as in "
+            "`moved_by: {wheel_odometry: [base], cell_survey: []}`; what a sensor without an entry measures "
+            "may change at any time"
+        },
+    )
     cameras: Named[Camera] = field(
         default=MappingField(),
         metadata={

@@ -46,6 +46,23 @@ def elaborate_access(access: declared.Access) -> Access:
     return Access(*(frozenset(name.value for name in group) for group in groups))
 
 
+def check_moved_by(site: Site, vocabulary: SiteVocabulary, diagnostics: Diagnostics) -> None:
+    """Check that `moved_by` names sensors of quantities, and actuators that some action kind moves.
+
+    Args:
+        site: declared site.
+        vocabulary: vocabulary of the site, without faults.
+        diagnostics: receives the faults.
+    """
+    sensors = dict.fromkeys((name.value for name, _ in site.sensors), True)
+    sensors |= {one.sensor: True for one in vocabulary.state.values() if one.sensor is not None}
+    actuators = {name: True for kind in vocabulary.kinds.values() for name in sorted(kind.actuators)}
+    for sensor, movers in site.moved_by:
+        resolve_site_name(sensor, sensors, "a sensor of any quantity", diagnostics)
+        for name in movers:
+            resolve_site_name(name, actuators, "an actuator of any action kind", diagnostics)
+
+
 def check_access(
     access: declared.Access,
     vocabulary: SiteVocabulary,

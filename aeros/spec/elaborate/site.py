@@ -13,6 +13,7 @@ from aeros.spec.elaborate.perception import (
 )
 from aeros.spec.elaborate.policy import (
     check_access,
+    check_moved_by,
     elaborate_access,
     elaborate_isolation,
     elaborate_limits,
@@ -67,6 +68,7 @@ def elaborate_site(site: declared.Site, digest: str, diagnostics: Diagnostics) -
         for access in (policy.access, *(access for _, access in policy.grants)):
             sensors = [name.value for name, _ in site.sensors]
             check_access(access, vocabulary, sensors, cameras, devices, diagnostics)
+        check_moved_by(site, vocabulary, diagnostics)
     limits = elaborate_limits(policy.limits, diagnostics)
     blocks = elaborate_overrides(policy.blocks, vocabulary, diagnostics)
     quotas = elaborate_quotas(policy.quotas, vocabulary, diagnostics)
@@ -116,6 +118,7 @@ def elaborate_site(site: declared.Site, digest: str, diagnostics: Diagnostics) -
         },
         sensor_errors=sensor_errors,
         area_scanners=scanners,
+        moved_by={name.value: frozenset(one.value for one in actuators) for name, actuators in site.moved_by},
     )
 
 

@@ -6,7 +6,8 @@ start and an amount.  The decisions on the way are a set of conditions on the st
 situations are merged, so paths that meet are explored once.
 
 Predicates (truth values and enum members) and whole numbers that outcomes set change by declared effects
-alone, as in the closed loop.
+alone, as in the closed loop.  A predicate with a definition that an outcome leaves at either value
+(`aeros.spec.consequences`) is forgotten then, like a measurement.
 Every other state variable may change whenever a skill runs, so nothing known about it outlives a skill: a
 guard such as `human_distance > 1 m` holds for the very next step alone.  The value that it had when it was
 decided on is kept as `human_distance@1`, so that a path that was never possible does not become possible.
@@ -18,7 +19,7 @@ branches have succeeded.  While another branch may run a skill, only predicates 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -194,34 +195,40 @@ class PathExploration:
             declared = [one for one in skill.outcomes.values() if one.probability != 0]
             for outcome in (*declared, *hold_loss_outcomes(skill, self.settable)):
                 for situation, trace in before.items():
-                    after = self._apply_outcome(situation, outcome.effects)
+                    after = self._apply_outcome(situation, outcome)
                     ended = (*trace, f"{shown} → {outcome.id}")
                     (failed if outcome.failure else done).setdefault(after, ended)
-                    for failure in skill.failures_with_more_effects(outcome):
-                        # Declared impossible, and yet measured if its effects hold already.
-                        if failure.probability == 0 and _may_hold(failure, situation, after):
-                            both = {**outcome.effects, **failure.effects}
-                            mistaken = self._apply_outcome(situation, both)
-                            failed.setdefault(mistaken, (*trace, f"{shown} → {failure.id}"))
+                    for other in _measured_instead(skill, outcome):
+                        if _may_hold(other, situation, after):
+                            both = {**outcome.effects, **other.effects}
+                            mistaken = self._apply_outcome(situation, _with_effects(outcome, both))
+                            ended = (*trace, f"{shown} → {other.id}")
+                            (failed if other.failure else done).setdefault(mistaken, ended)
         return failed
 
-    def _apply_outcome(self, situation: SymbolicState, effects: Mapping[str, Any]) -> SymbolicState:
-        before = self._forget_measurements(situation)
-        assigned = frozenset(_assigned_after(dict(before.assignment), effects).items())
+    def _apply_outcome(self, situation: SymbolicState, outcome: Outcome) -> SymbolicState:
+        before = self._forget_measurements(situation, outcome.unsettled)
+        assigned = frozenset(_assigned_after(dict(before.assignment), outcome.known_effects).items())
         after = SymbolicState(assigned, before.path_condition)
         return self._forget_measurements(after) if self._depth else after
 
-    def _forget_measurements(self, situation: SymbolicState) -> SymbolicState:
+    def _forget_measurements(
+        self, situation: SymbolicState, unsettled: Collection[str] = ()
+    ) -> SymbolicState:
         """Rename measurements that are out of date once a skill has run to `NAME@1` and so on."""
         known = {name: one for term in situation.path_condition for name, one in t.variables_of(term).items()}
         number = 1 + max((int(name.partition("@")[2]) for name in known if "@" in name), default=0)
         earlier: dict[str, t.Term] = {
             name: replace(one, name=f"{name}@{number}")
             for name, one in known.items()
-            if one.role is t.VariableRole.STATE and not self._is_persistent(name)
+            if one.role is t.VariableRole.STATE and (name in unsettled or not self._is_persistent(name))
         }
         return SymbolicState(
-            frozenset((name, value) for name, value in situation.assignment if self._is_persistent(name)),
+            frozenset(
+                (name, value)
+                for name, value in situation.assignment
+                if name not in unsettled and self._is_persistent(name)
+            ),
             frozenset(t.substitute(term, earlier) for term in situation.path_condition)
             if earlier
             else situation.path_condition,
@@ -245,6 +252,26 @@ class PathExploration:
             raise TooManyPathsError
         if self._is_recording:
             _merge(self.states_at_steps.setdefault(name, {}), situations)
+
+
+def _measured_instead(skill: Skill, outcome: Outcome) -> Iterator[Outcome]:
+    """Yield outcomes with more effects that are measured in place of one if their effects hold, too.
+
+    That is a failure that is declared impossible, if its effects hold already, and any outcome with an effect
+    on what this one leaves at either value.
+    """
+    for one in skill.outcomes.values():
+        if (one.failure and one.effect_count > outcome.effect_count and one.probability == 0) or (
+            outcome.id in skill.outcomes
+            and not one.effects.keys().isdisjoint(outcome.unsettled)
+            and (one.effect_count, not one.failure) > (outcome.effect_count, not outcome.failure)
+        ):
+            yield one
+
+
+def _with_effects(outcome: Outcome, effects: Mapping[str, Any]) -> Outcome:
+    left = {name: value for name, value in outcome.consequences.items() if name not in effects}
+    return replace(outcome, effects=effects, consequences=left)
 
 
 def _may_hold(outcome: Outcome, before: SymbolicState, after: SymbolicState) -> bool:

@@ -43,6 +43,8 @@ class Outcome:
         ranges: ranges in which quantities are afterwards.
         verdict: reason why no other try can succeed, with full names of state variables in braces; empty if
             another try may.
+        consequences: values of predicates with a definition that its effects do not state, and that may have
+            changed; None for one that may be either (`aeros.spec.consequences`).
     """
 
     id: str
@@ -52,6 +54,18 @@ class Outcome:
     duration: Fraction | None
     ranges: tuple[QuantityRange, ...] = ()
     verdict: str = ""
+    consequences: Mapping[str, bool | None] = field(default_factory=dict)
+
+    @property
+    def known_effects(self) -> Mapping[str, Any]:
+        """Its effects, and the values that follow from them."""
+        decided = {name: value for name, value in self.consequences.items() if value is not None}
+        return {**self.effects, **decided} if decided else self.effects
+
+    @property
+    def unsettled(self) -> tuple[str, ...]:
+        """Predicates that may be either afterwards."""
+        return tuple(name for name, value in self.consequences.items() if value is None)
 
     @property
     def effect_count(self) -> int:
@@ -105,6 +119,8 @@ class Skill:
         hold_condition: condition that must be measured as long as it runs.
         models: names of the models that it receives.
         leaves_any_to_gate: the manifest does not name the invariants that it leaves to the gate.
+        disturbed: predicates with a definition that it may change, and for each, in words, something that it
+            follows from and the skill changes.
     """
 
     id: str
@@ -127,11 +143,18 @@ class Skill:
     hold_condition: ActionCondition | None = None
     models: tuple[str, ...] = ()
     leaves_any_to_gate: bool = False
+    disturbed: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def success_outcomes(self) -> tuple[Outcome, ...]:
         """Outcomes that are no failure."""
         return tuple(outcome for outcome in self.outcomes.values() if not outcome.failure)
+
+    @property
+    def unsettled(self) -> frozenset[str]:
+        """Predicates with a definition that may be either after one of its outcomes, or after a halt."""
+        after = (name for one in self.outcomes.values() for name in one.unsettled)
+        return frozenset(after if self.hold_condition is None else self.disturbed)
 
     def failures_with_more_effects(self, outcome: Outcome) -> list[Outcome]:
         """List the failures that are measured in place of an outcome if their effects hold, too.

@@ -5,7 +5,7 @@ A hold-condition must be measured as long as the skill runs; once it is not, the
 The cause of a loss comes from outside, at any time. So a run that loses its hold-condition may end in the
 state in which it began, or with any of the declared effects. Each predicate that the hold-condition reads may
 then have any value that some skill brings about. A predicate that no skill brings about is assumed to be as
-before: only the world can restore it.
+before: only the world can restore it. A predicate with a definition that the skill may change is either.
 """
 
 from __future__ import annotations
@@ -82,7 +82,17 @@ def hold_loss_outcomes(skill: Skill, settable: Collection[str]) -> tuple[Outcome
             after = {**effects, **dict(zip(values, chosen, strict=True))}
             if after not in combinations:
                 combinations.append(after)
-    return tuple(Outcome(HOLD_LOST, effects, True, Fraction(0), None) for effects in combinations)
+    return tuple(
+        Outcome(
+            HOLD_LOST,
+            effects,
+            True,
+            Fraction(0),
+            None,
+            consequences=dict.fromkeys(name for name in skill.disturbed if name not in effects),
+        )
+        for effects in combinations
+    )
 
 
 def count_combinations(hold: ActionCondition) -> int:

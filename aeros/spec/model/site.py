@@ -71,6 +71,7 @@ class Site:
         devices: device file of each computing device, by its name.
         sensors: sensors that only modules read: their purpose by name.
         objects: objects that people may ask for, by name.
+        moved_by: actuators without which nothing that a sensor measures changes, by the sensor's name.
         sensor_errors: errors that simulated plants give the sensors.
         area_scanners: scanners that measure how far people are; None if the site says nothing of them.
     """
@@ -109,6 +110,7 @@ class Site:
     objects: Mapping[str, ObjectKind] = field(default_factory=dict)
     sensor_errors: SensorErrors = field(default_factory=SensorErrors)
     area_scanners: AreaScanners | None = None
+    moved_by: Mapping[str, frozenset[str]] = field(default_factory=dict)
 
     @cached_property
     def observed_variables(self) -> Mapping[str, Declared]:

@@ -288,6 +288,7 @@ class ClaimForm:
     HOLD_ALLOWS_SUCCESS = ClaimPattern("safety/{skill}/hold/{outcome}")
     INCREMENT_IN_RANGE = ClaimPattern("safety/{skill}/outcome/{outcome}/{variable}")
     RANGE_AGREES = ClaimPattern("safety/{skill}/outcome/{outcome}/{variable}/agrees")
+    VALUE_FOLLOWS = ClaimPattern("safety/{skill}/outcome/{outcome}/{variable}/follows")
     ENVELOPE_NOT_EMPTY = ClaimPattern("safety/{skill}/{action}/not-empty")
     ENVELOPE_NOT_DEAD = ClaimPattern("safety/{skill}/{action}/not-dead")
     GATED_RULE_READS_STATE = ClaimPattern("safety/{skill}/gated-{invariant}")

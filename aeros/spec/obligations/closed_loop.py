@@ -9,17 +9,19 @@ The claims are about the agent's loop, explored as the transition system of `aer
 
 A refutation is a trace of steps and outcomes from a start.
 Not modelled: the cap on re-plans (progress is possible, not certain; `aeros predict` says how likely);
-predicates that change by themselves.
+predicates that change by themselves. A predicate that a step leaves at either value is branched on.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
 from aeros.spec.closed_loop.reachability import ReachableStates, explore_task
-from aeros.spec.closed_loop.transition_system import StateSpaceError
+from aeros.spec.closed_loop.transition_system import LoopState, StateSpaceError
+from aeros.spec.consequences.words import unsettled_note
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.diagnostics.source import SourceSpan
+from aeros.spec.expr import terms as t
 from aeros.spec.model.ecm import Ecm, PlanningRule, Task, TaskInvariant
 from aeros.spec.model.site import Site
 from aeros.spec.obligations.claim_id import ClaimForm
@@ -55,28 +57,40 @@ def _rule_never_dispatched(ecm: Ecm, explored: ReachableStates) -> Diagnostic | 
         blocked = explored.system.blocked_step(node)
         if blocked is not None:
             rule, skill = blocked
-            spans = _precondition_spans(ecm, rule, skill)
+            clauses = list(_preconditions(ecm, rule, skill))
+            read = {name for term, _ in clauses for name in t.variables_of(term)}
             called = f"`{skill}`" if skill == rule.skill else f"`{skill}`, which provides `{rule.skill}`,"
             return Diagnostic(
                 "AE801",
                 f"the rules of `{explored.system.task.id}` call {called} "
                 "where its precondition does not hold",
                 SpanLabel(rule.span, "called here"),
-                tuple(SpanLabel(span, "does not hold then") for span in spans),
-                notes=(explored.trace(node),),
+                tuple(SpanLabel(span, "does not hold then") for _, span in clauses),
+                notes=(explored.trace(node), *_unsettled_notes(explored, node, read)),
                 help=("put a rule before it that makes the precondition true, or weaken the precondition",),
             )
     return None
 
 
-def _precondition_spans(ecm: Ecm, rule: PlanningRule, name: str) -> Iterator[SourceSpan]:
-    """Yield the place of the precondition of an alternative, if it has one."""
+def _preconditions(ecm: Ecm, rule: PlanningRule, name: str) -> Iterator[tuple[t.Term, SourceSpan]]:
+    """Yield the precondition of an alternative with its place, if it has one."""
     for one in ecm.alternatives(rule.skill):
         if one.name == name and one.composition is not None and one.composition.precondition_span is not None:
-            yield one.composition.precondition_span
+            yield one.composition.precondition, one.composition.precondition_span
         elif one.name == name and one.composition is None:
             clause = ecm.callable_skills[name].precondition
-            yield from () if clause is None else (clause.span,)
+            yield from () if clause is None else ((clause.term, clause.span),)
+
+
+def _unsettled_notes(explored: ReachableStates, node: LoopState, read: Collection[str]) -> tuple[str, ...]:
+    """Say which of the predicates in `read` a step on the way to a node has left at either value."""
+    skills, steps = explored.system.ecm.callable_skills, []
+    while node in explored.predecessors:
+        node, label = explored.predecessors[node]
+        name = label.partition(" → ")[0]
+        steps += [(name, skills[name])] if name in skills else []
+    note = unsettled_note(read, steps)
+    return () if note is None else (note,)
 
 
 def _goal_unreachable(explored: ReachableStates) -> Diagnostic | None:
@@ -92,6 +106,7 @@ def _goal_unreachable(explored: ReachableStates) -> Diagnostic | None:
         SpanLabel(task.span, "from there, no path of outcomes leads to the goal"),
         notes=(
             explored.trace(node),
+            *_unsettled_notes(explored, node, system.names),
             *([f"there, {rejection}"] if rejection else []),
             *(["if a step names a capability, the same skill of it may run each time"] if chosen else []),
         ),

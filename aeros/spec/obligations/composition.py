@@ -18,6 +18,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Final
 
+from aeros.spec.consequences.consequences import with_consequences
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.expr import terms as t
 from aeros.spec.flow.arguments import step_arguments
@@ -39,7 +40,7 @@ from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
 from aeros.spec.obligations.data_flow import data_obligations
 from aeros.spec.obligations.obligation import ClaimMode, LabelledConjunct, Obligation, VariableSpace
-from aeros.spec.obligations.outcomes.per_situation import obligation_per_situation
+from aeros.spec.obligations.outcomes.per_situation import obligation_per_situation, skills_of_steps
 from aeros.spec.obligations.parallel import parallel_obligations
 from aeros.spec.obligations.verdicts import StaticClaim, Verdict
 
@@ -54,6 +55,7 @@ def composition_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Stati
     Yields:
         Claims settled at once, and obligations for the solver.
     """
+    ecm = with_consequences(ecm, site)
     for composition in ecm.compositions.values():
         yield from _failures_handled(composition, ecm.callable_skills)
         yield from data_obligations(composition, ecm.callable_skills)
@@ -128,6 +130,7 @@ def _path_obligations(composition: Composition, ecm: Ecm, site: Site) -> Iterato
     steps = {step.id: step for step in steps_of(composition.body)}
     listed = [(id_, _STEP, id_, step) for id_, step in steps.items()]
     listed += [(f"handler/{id_}", _HANDLER, id_, step) for id_, step in composition.handlers.items()]
+    ran = skills_of_steps(composition, skills)
     for visited, (reachable, ready, ready_case), id_, step in listed:
         visits = paths.states_at_steps.get(visited, {})
         if not step.is_nested:
@@ -155,13 +158,14 @@ def _path_obligations(composition: Composition, ecm: Ecm, site: Site) -> Iterato
                     for part in clause.conjuncts
                 ),
             )
-            yield from obligation_per_situation(claim, ready_case, visits, site.state)
+            yield from obligation_per_situation(claim, ready_case, visits, site.state, ran)
     conditions = [part for part in walk_parts(composition.body) if isinstance(part, If)]
     for number, part in enumerate(conditions, 1):
         if part.otherwise is None:
             claim = _always_true(ClaimForm.IF_COVERS(composition.id, number), part, states)
             situations = paths.states_at_ifs.get(id(part), {})
-            yield from obligation_per_situation(claim, ClaimForm.IF_COVERS_CASE, situations, site.state)
+            case = ClaimForm.IF_COVERS_CASE
+            yield from obligation_per_situation(claim, case, situations, site.state, ran)
 
 
 def _always_true(claim_id: ClaimId, part: If[Step], states: tuple[Declared, ...]) -> Obligation:

@@ -16,6 +16,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Final
 
+from aeros.spec.consequences.consequences import with_consequences
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
@@ -29,7 +30,7 @@ from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.data_flow import format_range
 from aeros.spec.obligations.obligation import ClaimMode, LabelledConjunct, Obligation, VariableSpace
-from aeros.spec.obligations.outcomes.per_situation import obligation_per_situation
+from aeros.spec.obligations.outcomes.per_situation import obligation_per_situation, skills_of_steps
 from aeros.spec.obligations.verdicts import StaticClaim
 
 _CODE: Final = "AE307"
@@ -45,6 +46,7 @@ def interface_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | StaticC
     Yields:
         Claims settled at once, and obligations for the solver.
     """
+    ecm = with_consequences(ecm, site)
     for capability, interface in ecm.interfaces.items():
         yield from _can_start(capability, interface, site)
         for alternative in ecm.alternatives(capability):
@@ -186,7 +188,11 @@ class _Provider:
             ),
         )
         yield from obligation_per_situation(
-            claim, ClaimForm.INTERFACE_ACHIEVED_CASE, paths.final_states, self._site.state
+            claim,
+            ClaimForm.INTERFACE_ACHIEVED_CASE,
+            paths.final_states,
+            self._site.state,
+            skills_of_steps(composition, self._skills),
         )
 
     def _place(self, text: str = "of this interface") -> SpanLabel:

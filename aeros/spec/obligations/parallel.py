@@ -156,7 +156,7 @@ class _BranchPairClaims:
         )
         for one, other in ((first, second), (second, first)):
             uses = self._writes(other) | self._reads(other)
-            for name, written in self._writes(one).items():
+            for name, written in (self._disturbs(one) | self._writes(one)).items():
                 if name in uses:
                     headline = f"`{name}` is written by one branch while the other uses it"
                     labels = (SpanLabel(uses[name].span, uses[name].description),)
@@ -173,6 +173,14 @@ class _BranchPairClaims:
                 for name in changed if outcome.probability != 0 else ():
                     uses.setdefault(name, _VariableUse(step.span, f"`{step.id}` may set it"))
         return uses
+
+    def _disturbs(self, branch: Part) -> dict[str, _VariableUse]:
+        """Collect predicates with a definition that actions of a branch may change."""
+        return {
+            name: _VariableUse(step.span, f"`{step.id}` may change {reading}, which defines it")
+            for step in reversed(self._all_possible_steps(branch))
+            for name, reading in self.skills[step.skill].disturbed.items()
+        }
 
     def _reads(self, branch: Part) -> dict[str, _VariableUse]:
         """Collect state variables in preconditions, hold-conditions, conditions and envelopes."""

@@ -19,6 +19,7 @@ from aeros.spec.expr.lower import lower, scalar_variables, values_by_scalar
 from aeros.spec.expr.semantics import Environment
 from aeros.spec.expr.types import BOOL, EnumType, RealType
 from aeros.spec.expr.units import NUMBER
+from aeros.spec.model.ecm import Outcome
 from aeros.spec.planning.domain import (
     GroundSkill,
     PartialCondition,
@@ -108,7 +109,8 @@ class _Encoding:
     def _replayed(self, model: Mapping[str, Any], length: int) -> PlanPath:
         state, path = self._start, []
         for at in range(length):
-            choice, effects = self._edges[int(model[self._picks[at].name])]
+            choice, outcome = self._edges[int(model[self._picks[at].name])]
+            effects = {**outcome.known_effects, **dict.fromkeys(outcome.unsettled)}
             if not self._domain.can_start(choice, state):
                 raise InternalError(f"`{choice.name}` does not start where the solver has it start")
             path.append((state, choice))
@@ -122,12 +124,17 @@ class _Encoding:
         """Assume that one more step follows the first `at`."""
         pick = self._picks[at]
         touching: dict[str, list[t.Term]] = {name: [] for name in self._domain.names}
-        for number, (choice, effects) in enumerate(self._edges):
+        for number, (choice, outcome) in enumerate(self._edges):
             chosen = t.Compare("==", pick, t.Literal(str(number), pick.type))  # type: ignore[arg-type]
             then = [self._encode_truth(choice.condition, at), self._is_success(choice, at + 1)]
-            for name, effect in effects.items():
-                touching[name].append(chosen)
-                then.append(self._encode_effect(name, effect, at + 1))
+            for name, effect in outcome.known_effects.items():
+                if name in touching:
+                    touching[name].append(chosen)
+                    then.append(self._encode_effect(name, effect, at + 1))
+            for name in outcome.unsettled:
+                if name in touching:
+                    touching[name].append(chosen)
+                    then.append(t.Not(self._is_known(name, at + 1)))
             self._session.assume(t.Implies(chosen, t.And(tuple(then))))
         for name, by in touching.items():
             same = t.And(
@@ -144,6 +151,8 @@ class _Encoding:
         """Assume that after `at` steps no invariant is broken and nothing of `avoided` occurs."""
         for condition in self._domain.invariants.values():
             self._session.assume(t.Not(self._encode_failure(condition, at)))
+            if not self._domain.unsettled.isdisjoint(condition.reads):
+                self._session.assume(self._encode_truth(condition, at))
         for state in avoided.states:
             self._session.assume(t.Not(self._encode_state(state, at)))
         pick = self._picks[at]
@@ -202,12 +211,12 @@ class _Encoding:
         )
 
 
-def _edges(domain: PlanningDomain) -> Iterator[tuple[GroundSkill, Environment]]:
-    """Yield each choice with the effects of each of its possible outcomes."""
+def _edges(domain: PlanningDomain) -> Iterator[tuple[GroundSkill, Outcome]]:
+    """Yield each choice with each of its possible outcomes."""
     for choice in domain.choices:
         for outcome in choice.skill.outcomes.values():
             if outcome.probability != 0:
-                yield choice, outcome.effects
+                yield choice, outcome
 
 
 def _with_constants(term: t.Term, constants: Environment) -> t.Term:

@@ -3,7 +3,8 @@
 A state has a value for each variable that some outcome sets and that is relevant to the goal. None means
 unknown; a condition over anything unknown is unknown, and an unknown condition satisfies nothing. Variables
 that no outcome sets (most measured numbers) keep their measured values. Quantities that an outcome leaves in
-a range (`aeros.spec.expr.effects`) are unknown: plans count on predicates that are defined by them.
+a range (`aeros.spec.expr.effects`) are unknown: plans count on predicates that are defined by them. So is a
+predicate with a definition that an outcome leaves at either value (`aeros.spec.consequences`).
 
 The domain has the skills of all modules with their default inputs; an input without default takes each of its
 values if its type is boolean or an enum. Skills are excluded, with the reason, if the operator blocks them,
@@ -22,6 +23,7 @@ from typing import Any, Final
 
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.closed_loop.invocation import Invocation, State
+from aeros.spec.consequences.consequences import modules_with_consequences
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.effects import values_reached
@@ -116,12 +118,14 @@ class PlanningDomain:
     Attributes:
         names: names of the variables of a state, sorted.
         variables: the same with their types.
-        settings: by name, every value that some outcome sets, or that a broken hold-condition may leave.
+        settings: by name, every value that some outcome sets, or that an outcome or a broken hold-condition
+            may leave.
         choices: skills with inputs that a plan may use.
         goal: the goal.
         invariants: conditions of the task that must hold in every state, by id.
         excluded_skills: reason for each skill that is not used, by name.
         ranged: a skill that leaves it in a range, for each such quantity, by its name.
+        unsettled: predicates that some outcome leaves at either value.
     """
 
     names: tuple[str, ...]
@@ -132,6 +136,7 @@ class PlanningDomain:
     invariants: Mapping[str, PartialCondition]
     excluded_skills: Mapping[str, str]
     ranged: Mapping[str, str] = field(default_factory=dict)
+    unsettled: frozenset[str] = frozenset()
     _after: dict[tuple[int, State], list[tuple[State, Outcome, Fraction]]] = field(default_factory=dict)
 
     def state(self, known: Environment) -> State:
@@ -185,7 +190,7 @@ class PlanningDomain:
         return PartialCondition(term, self.names, choice.condition.constants)
 
     def violated_invariant(self, state: State) -> str | None:
-        """Find the first invariant that is false in a state.
+        """Find the first invariant that is false in a state, or unknown after an outcome that leaves it so.
 
         Args:
             state: a state.
@@ -193,7 +198,11 @@ class PlanningDomain:
         Returns:
             Its id; None if there is none.
         """
-        return next((id_ for id_, holds_in in self.invariants.items() if holds_in(state) is False), None)
+        return next((id_ for id_, holds in self.invariants.items() if self._may_violate(holds, state)), None)
+
+    def _may_violate(self, invariant: PartialCondition, state: State) -> bool:
+        holds = invariant(state)
+        return holds is False or (holds is None and not self.unsettled.isdisjoint(invariant.reads))
 
     def format_state(self, state: State) -> str:
         """Format a state as manifests write values.
@@ -232,8 +241,9 @@ def domain_for(
         The domain.
     """
     left_out: dict[str, str] = {}
+    modules = modules_with_consequences(modules, site)
     candidates = list(_candidates(modules, site, left_out))
-    settings = _settings((skill for _, skill, _ in candidates), site)
+    settings = _settings((skill for _, skill, _ in candidates), site, site.state)
     possible = {
         name: values if known.get(name) in (None, *values) else (*values, known[name])
         for name, values in settings.items()
@@ -253,8 +263,9 @@ def domain_for(
                 wanted |= {name for one in skill.outcomes.values() for name in one.effects}
                 grows = True
     chosen = {number: candidates[number] for number in sorted(kept)}
-    settings = _settings((skill for _, skill, _ in chosen.values()), site)
+    settings = _settings((skill for _, skill, _ in chosen.values()), site, wanted)
     names = tuple(sorted(settings))
+    unsettled = {name for _, skill, _ in chosen.values() for name in skill.unsettled} & settings.keys()
     # Their measured values do not outlive the outcomes, so conditions on them are unknown.
     ranged = {
         one.variable: f"{module}.{skill.id}"
@@ -281,6 +292,7 @@ def domain_for(
         {one.id: PartialCondition(one.term, names, known) for one in invariants},
         left_out,
         ranged,
+        frozenset(unsettled),
     )
 
 
@@ -320,7 +332,8 @@ def _effects(skill: Skill) -> set[str]:
     return ranged.union(*(one.effects for one in possible))
 
 
-def _settings(skills: Iterator[Skill], site: Site) -> dict[str, tuple[Any, ...]]:
+def _settings(skills: Iterator[Skill], site: Site, read: Collection[str]) -> dict[str, tuple[Any, ...]]:
+    """Collect what outcomes leave; of predicates that they only disturb, those that are read."""
     found: dict[str, list[Any]] = {}
     every = list(skills)
     for skill in every:
@@ -331,11 +344,15 @@ def _settings(skills: Iterator[Skill], site: Site) -> dict[str, tuple[Any, ...]]
         for outcome in hold_loss_outcomes(skill, found.keys()):
             for name, effect in outcome.effects.items():
                 found[name].append(effect)
+        for name in skill.disturbed:
+            if name in read:
+                found.setdefault(name, []).extend((False, True))
     return {name: values_reached(effects, site.state[name].range) for name, effects in found.items()}
 
 
 def _invocation(skill: Skill, inputs: Mapping[str, Any], names: tuple[str, ...]) -> Invocation:
-    return Invocation(replace(skill, precondition=None, outcomes=_leading_on(skill)), inputs, names, names)
+    leading_on = replace(skill, precondition=None, outcomes=_leading_on(skill))
+    return Invocation(leading_on, inputs, names, names, has_unknown=True)
 
 
 def _leading_on(skill: Skill) -> dict[str, Outcome]:

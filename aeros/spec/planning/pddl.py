@@ -3,7 +3,7 @@
 Each success of a choice becomes an action of its own (the usual determinization of several outcomes: a
 planner may hope for each), with the conditions under which it is measured as a success. Choices that cannot
 start for lack of a measurement are left out. Failures and the invariants of a task are not written, so a plan
-that works in PDDL may still be rejected.
+that works in PDDL may still be rejected. What an outcome leaves at either value is unknown after it.
 """
 
 from __future__ import annotations
@@ -61,7 +61,9 @@ class _PddlWriter:
         self._domain = domain
         self._excluded = excluded
         self._start = dict(zip(domain.names, start, strict=True))
-        self._unknown = [name for name, value in self._start.items() if value is None]
+        self._unknown = [
+            name for name, value in self._start.items() if value is None or name in domain.unsettled
+        ]
         self._values: dict[str, tuple[Any, ...]] = {
             name: tuple(dict.fromkeys(v for v in (self._start[name], *set_) if v is not None))
             for name, set_ in domain.settings.items()
@@ -90,7 +92,7 @@ class _PddlWriter:
             for name, value in self._start.items()
             if value is not None and value in self._values_with_atoms(name)
         ]
-        true += [_unknown(name) for name in self._unknown]
+        true += [_unknown(name) for name in self._unknown if self._start[name] is None]
         goal = self._condition(self._domain.goal)
         return f"(define (problem goal)\n  (:domain aeros)\n  (:init {' '.join(true)})\n  (:goal {goal}))\n"
 
@@ -104,7 +106,13 @@ class _PddlWriter:
             states = [state for state, action in self._excluded if action == name.casefold()]
             elsewhere = [f"(not {self._state_facts(state)})" for state in states]
             needs = [self._condition(choice.condition), *success, *elsewhere]
-            effects = [part for name, value in outcome.effects.items() for part in self._setting(name, value)]
+            effects = [
+                part
+                for name, value in outcome.known_effects.items()
+                if name in self._values
+                for part in self._setting(name, value)
+            ]
+            effects += [_unknown(name) for name in outcome.unsettled if name in self._values]
             yield (
                 f"  (:action {name}\n    :parameters ()\n"
                 f"    :precondition {_conjunction(needs)}\n    :effect {_conjunction(effects)})"
@@ -128,11 +136,11 @@ class _PddlWriter:
     def _remaining_effects(self, measured: Outcome, happened: Outcome) -> list[str]:
         """Return the effects of `measured` that must hold before, since `happened` does not set them.
 
-        An increment that did not happen is not measured.
+        An increment that did not happen is not measured, nor is what may be either.
         """
-        rest = {name: v for name, v in measured.effects.items() if name not in happened.effects}
+        rest = {name: v for name, v in measured.effects.items() if name not in happened.known_effects}
         return [
-            "(or)" if isinstance(effect, Increment) else self._is(name, effect)
+            "(or)" if isinstance(effect, Increment) or name in happened.unsettled else self._is(name, effect)
             for name, effect in rest.items()
         ]
 
@@ -209,8 +217,8 @@ def _conjunction(parts: list[str]) -> str:
     return parts[0] if len(parts) == 1 else f"(and {' '.join(parts)})"
 
 
-def _clash(outcome: Outcome, other: Outcome) -> bool:
-    return any(outcome.effects.get(name, value) != value for name, value in other.effects.items())
+def _clash(measured: Outcome, happened: Outcome) -> bool:
+    return any(measured.effects.get(name, value) != value for name, value in happened.known_effects.items())
 
 
 def _unknown(name: str) -> str:

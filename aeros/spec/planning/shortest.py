@@ -136,7 +136,8 @@ class DeleteRelaxation:
                 if self.is_possible(choice.condition)
                 for outcome in choice.skill.outcomes.values()
                 if outcome.probability != 0
-                for name, effect in outcome.effects.items()
+                for name, effect in outcome.known_effects.items()
+                if name in self.values
                 for value in self.reached(name, effect)
             ]
             if not new:

@@ -71,7 +71,7 @@ class _ReasonCollector:
             return
         helpers = [choice for choice in self._domain.choices if self._could_establish(choice, condition)]
         if not helpers:
-            yield f"{needs}, which no skill makes true"
+            yield f"{needs}, which no skill makes true{self._disturbance(condition)}"
             return
         names = ", ".join(dict.fromkeys(f"`{choice.name}`" for choice in helpers))
         yield f"{needs}, which only {names} could make true"
@@ -79,6 +79,14 @@ class _ReasonCollector:
             if self._reason_count < _MAX_REASONS and choice.name not in self._asked:
                 self._asked.add(choice.name)
                 yield from self._start_obstacle(choice)
+
+    def _disturbance(self, condition: PartialCondition) -> str:
+        """Name a skill after which a predicate of the condition is not known any more."""
+        for choice in self._domain.choices:
+            for name in choice.skill.unsettled & frozenset(condition.reads):
+                reading = choice.skill.disturbed[name]
+                return f", and `{choice.name}` may change {reading}, which defines `{name}`"
+        return ""
 
     def _start_obstacle(self, choice: GroundSkill) -> Iterator[str]:
         """Yield the reasons that `choice` can never start."""
@@ -97,5 +105,5 @@ class _ReasonCollector:
             name in condition.reads and bool(self._reachable.reached(name, effect))
             for outcome in choice.skill.outcomes.values()
             if outcome.probability != 0
-            for name, effect in outcome.effects.items()
+            for name, effect in outcome.known_effects.items()
         )

@@ -42,11 +42,11 @@ _EXTRA_REPORTS = Case(
 
 
 def _no_failures(self: Invocation, state: Any) -> Any:
-    return [found for found in _after(self, state) if not found[1].failure] or _after(self, state)
+    return [case for case in _cases(self, state) if not case[0][1].failure] or _cases(self, state)
 
 
 def _as_drawn(self: Invocation, before: Any, after: Any) -> Any:
-    return next(outcome for outcome, _, _ in reversed(self._outcomes))
+    return self._outcomes[-1].outcome
 
 
 def _never_recovers(self: TransitionSystem, node: LoopState) -> list[Transition]:
@@ -64,9 +64,9 @@ def _replans_although_done(self: TransitionSystem, node: LoopState) -> list[Tran
     ]
 
 
-_after, _try = Invocation.after, TransitionSystem._attempt_transitions
+_cases, _try = Invocation.cases, TransitionSystem._attempt_transitions
 TWINS: dict[str, tuple[type, str, Callable[..., Any]]] = {
-    "ignores failures": (Invocation, "after", _no_failures),
+    "ignores failures": (Invocation, "cases", _no_failures),
     "takes another outcome than the one measured": (Invocation, "_measured_outcome", _as_drawn),
     "forgets recoveries": (TransitionSystem, "_recovery_transitions", _never_recovers),
     "plans again although the step is done": (

@@ -1,13 +1,16 @@
 """Claims about the effects of outcomes on quantities (`aeros.spec.expr.effects`).
 
-An increment leaves its variable in its range, whenever the skill may start. An outcome that changes a
-quantity declares each predicate whose definition reads it, and some state in its ranges has these values.
+An increment leaves its variable in its range, whenever the skill may start. A value that proofs of
+compositions and rules derive for a predicate with a definition follows from what the outcome states. An
+outcome that changes a quantity declares each predicate whose definition reads it, and some state in its
+ranges has these values.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
+from aeros.spec.consequences.consequences import implications, known_definitions, with_consequences
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
@@ -39,6 +42,25 @@ def effect_claims(ecm: Ecm, site: Site) -> Iterator[Obligation | StaticClaim]:
                 if isinstance(effect, Increment):
                     yield _stays_in_range(ecm, site, skill, outcome, name, effect)
             yield from _definitions_agree(ecm, site, skill, outcome)
+    for name, skill in with_consequences(ecm, site).callable_skills.items():
+        for outcome in skill.outcomes.values():
+            yield from _values_follow(ecm, site, name, skill, outcome)
+
+
+def _values_follow(ecm: Ecm, site: Site, name: str, skill: Skill, outcome: Outcome) -> Iterator[Obligation]:
+    definitions = known_definitions(ecm)
+    for predicate, stated, conclusion in implications(outcome, definitions, site.observed_variables):
+        yield Obligation(
+            id=ClaimForm.VALUE_FOLLOWS(name, outcome.id, predicate),
+            code="AE513",
+            mode=ClaimMode.ALWAYS,
+            space=VariableSpace(tuple(site.observed_variables.values()), stated),
+            conclusion=conclusion,
+            headline=f"`{outcome.id}` of `{name}` does not decide `{predicate}`, as proofs assume",
+            primary=SpanLabel(definitions[predicate].span, "does not follow"),
+            secondary=(SpanLabel(skill.span, "from what it states"),),
+            help=(f"state `{predicate}` among its effects",),
+        )
 
 
 def _stays_in_range(

@@ -11,8 +11,9 @@ import pytest
 from aeros.spec.closed_loop import reachability
 from aeros.spec.closed_loop.reachability import ReachableStates, explore_task
 from aeros.spec.closed_loop.transition_system import LoopState, StateSpaceError
-from aeros.spec.model.ecm import Outcome, PlanningRule, Skill
-from tests.unit.agent.dumplings import module, outcome, rule, site, skill, task
+from aeros.spec.model.ecm import Outcome, PlanningRule, Skill, Task
+from tests.unit.agent.dumplings import SPAN, module, outcome, rule, site, skill, task
+from tests.unit.spec.consequences import places
 
 WRAPPED, COOKED = "dumpling_wrapped", "dumpling_cooked"
 CLEAN = {WRAPPED: False, COOKED: False}
@@ -105,3 +106,15 @@ def test_a_state_space_is_explored_up_to_its_limit(
     monkeypatch.setattr(reachability, limit, most - 1)
     with pytest.raises(StateSpaceError, match=r"too many (start )?states"):
         explored(WRAPPING, COOKING, initial=initial)
+
+
+@pytest.mark.parametrize(("effects", "misses"), [({}, True), ({"m.docked": True}, False)])
+def test_a_goal_that_a_step_may_leave_true_or_false_is_not_within_reach(
+    effects: dict[str, bool], misses: bool
+) -> None:
+    goal = PlanningRule(places.term("m.docked"), "m.docked", "go", {}, 0, None, None, SPAN)
+    arrive = Task("arrive", (), places.term("m.docked"), "m.docked", (goal,), {"m.docked": False}, None, SPAN)
+    ecm = module("m", (places.asking("go", outcome("gone", effects), outcome("blocked", {}, failure=True)),))
+    reachable = explore_task(replace(ecm, definitions=places.DEFINITIONS), arrive, places.site())
+    assert any(reachable.nodes_that_can_miss_goal()) is misses
+    assert ("may be either after `go" in reachable.system.inexact_reason) is misses

@@ -33,7 +33,7 @@ def situation(assigned: dict[str, bool], *known: t.Term) -> SymbolicState:
 
 
 def asked(situations: SymbolicStates) -> list[Obligation | StaticClaim]:
-    return list(obligation_per_situation(CLAIM, ClaimForm.STEP_READY_CASE, situations, STATE))
+    return list(obligation_per_situation(CLAIM, ClaimForm.STEP_READY_CASE, situations, STATE, {}))
 
 
 def test_a_claim_that_holds_wherever_it_matters_is_settled() -> None:

@@ -1,0 +1,1 @@
+"""Consequences of outcomes on predicates with a definition: true, false, or either."""
