@@ -187,6 +187,7 @@ def test_noise_in_depth_does_not_make_a_can_higher(seed: int) -> None:
     scene = room((0.6, 0.0, 0.04))
     scene.put("delivery_stand", 0.6, 0.0, -0.2)
     clear = scene.look("mast", camera=OBLIQUE)
+    assert clear.depth is not None
     noise = np.random.default_rng(seed).normal(0.0, 0.005, clear.depth.shape)
     found = seen(as_picture(OBLIQUE, clear.rgb, clear.depth + noise, "mast"))
     assert found["object_position"][2] == pytest.approx(0.04, abs=0.004)
