@@ -10,7 +10,7 @@ from __future__ import annotations
 import inspect
 from typing import Any, Final, get_args, get_origin
 
-from aeros.spec.declared import ecm, faults, people, scene, site
+from aeros.spec.declared import ecm, faults, overlay, people, scene, site
 from aeros.spec.migrations.formats import format_named
 from aeros.spec.text.fields import (
     PATTERNS,
@@ -28,6 +28,7 @@ from aeros.spec.text.schema_hints import admitted_forms, allowed_words, fields_o
 FILES: Final[dict[str, type]] = {
     "ecm": ecm.Ecm,
     "site": site.Site,
+    "overlay": overlay.Overlay,
     "people": people.People,
     "faults": faults.Faults,
     "scene": scene.Scene,
@@ -37,6 +38,7 @@ FILES: Final[dict[str, type]] = {
 _TITLES: Final = {
     "ecm": "AEROS module manifest, ecm.yaml",
     "site": "AEROS site file",
+    "overlay": "AEROS overlay on a site file",
     "people": "AEROS people file",
     "faults": "AEROS faults file",
     "scene": "AEROS scene file",
