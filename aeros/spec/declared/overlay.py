@@ -22,7 +22,7 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True)
 class Overlay:
-    """What an operator adds to a site.
+    """An operator's additions to a site.
 
     Attributes:
         span: its place in the file.

@@ -110,6 +110,13 @@ class ActionKind:
         default=None, metadata={"doc": "`true` for the protective stop, which every state must allow"}
     )
     parameters: Named[Quantity] = field(default=MappingField(), metadata={"doc": "typed parameters"})
+    means: Identifier | None = field(
+        default=None,
+        metadata={
+            "doc": "the action of AEROS's simulators that it is, if the site has another word for it, as in "
+            "`means: move_tool`"
+        },
+    )
     tool: Tool | None = field(
         default=None,
         metadata={
