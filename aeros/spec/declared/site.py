@@ -225,7 +225,7 @@ class Site:
     cameras: Named[Camera] = field(
         default=MappingField(),
         metadata={
-            "doc": "the cameras whose pictures perceivers may get, as in "
+            "doc": "the cameras whose pictures perceivers may get; each a member of enum `cameras`, as in "
             "`cameras: {overhead: {sensor: overhead_camera, width: 640, height: 480}}`"
         },
     )

@@ -8,7 +8,7 @@ from __future__ import annotations
 import importlib
 import re
 
-from tests.repo.pages.api_page import PUBLIC, page, port_page
+from tests.repo.pages.api_page import PUBLIC, page, perception_page, port_page
 from tests.repo.tree import check_generated, text_of
 
 _PAGE = "docs/reference/api.md"
@@ -17,6 +17,10 @@ _PAGE = "docs/reference/api.md"
 def test_the_page_is_that_of_the_docstrings() -> None:
     check_generated(_PAGE, "names", page())
     check_generated(_PAGE, "port", port_page())
+
+
+def test_the_page_of_the_toolkit_is_that_of_its_docstrings() -> None:
+    check_generated("docs/reference/perception.md", "perception", perception_page())
 
 
 def test_every_exception_that_a_name_raises_is_explained_with_its_module() -> None:

@@ -288,3 +288,20 @@ def test_a_default_reads_a_corner_of_the_volume_that_the_need_is_bound_to(folder
         assert ecm is not None
         (skill,) = [one for one in ecm.skills.values() if one.inputs]
         assert skill.inputs["height"].default_value == site.volumes[volume].upper[2] - Fraction(5, 1000)
+
+
+def test_a_setting_says_if_the_site_file_or_the_operator_made_it(folder: Path, tmp_path: Path) -> None:
+    path = tmp_path / "cell.yaml"
+    given = f"{MODULE}: {{bind: {{surface: tabletop}}, set: {{pause: 5 s, number: 1}}}}"
+    path.write_text(f"schema: aeros/overlay/1\nbase: {TABLE}\nmodules:\n  {given}\n")
+    site = load_site(path, Diagnostics())
+    assert site is not None
+    assert {name: one.source for name, one in settings(folder, site).items()} == {
+        "surface": "site file", "top": "only choice", "pause": "site file", "number": "site file"
+    }  # fmt: skip
+    site = site.with_configurations(
+        {MODULE: ModuleConfiguration({"surface": "camera_mast"}, {"pause": "6 s"})}
+    )
+    assert {name: one.source for name, one in settings(folder, site).items()} == {
+        "surface": "set", "top": "only choice", "pause": "set", "number": "site file"
+    }  # fmt: skip
