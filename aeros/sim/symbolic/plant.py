@@ -279,8 +279,6 @@ class SymbolicPlant:
     def close(self) -> None:
         """Implement `Plant.close`: nothing to release."""
 
-    # Internals.
-
     def _motion_of(self, action: Action) -> SymbolicMotion:
         """Compute the effects of `action`.
 
@@ -291,8 +289,8 @@ class SymbolicPlant:
         if kind is None:
             raise ActionRejectedError(f"unknown kind: `{action.kind}`")
         check_parameters(kind, action.parameters)
-        meant = Action(kind.plant_word, action.parameters)
-        duration, under_way, after = plan_motion(meant, self._values)
+        asked = Action(kind.plant_word, action.parameters)
+        duration, under_way, after = plan_motion(asked, self._values)
         return SymbolicMotion(duration, self._vocabulary_values(under_way), self._vocabulary_values(after))
 
     def _set_values(self, changes: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
