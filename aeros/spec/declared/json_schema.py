@@ -10,7 +10,7 @@ from __future__ import annotations
 import inspect
 from typing import Any, Final, get_args, get_origin
 
-from aeros.spec.declared import ecm, faults, overlay, people, scene, site
+from aeros.spec.declared import ecm, faults, people, scene, site
 from aeros.spec.migrations.formats import format_named
 from aeros.spec.text.fields import (
     PATTERNS,
@@ -28,7 +28,7 @@ from aeros.spec.text.schema_hints import admitted_forms, allowed_words, fields_o
 FILES: Final[dict[str, type]] = {
     "ecm": ecm.Ecm,
     "site": site.Site,
-    "overlay": overlay.Overlay,
+    "overlay": site.Overlay,
     "people": people.People,
     "faults": faults.Faults,
     "scene": scene.Scene,

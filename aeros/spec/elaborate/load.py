@@ -12,7 +12,7 @@ from typing import TypeVar
 from aeros.spec.declared import ecm as declared_ecm
 from aeros.spec.declared import site as declared_site
 from aeros.spec.declared.decode import decode
-from aeros.spec.declared.overlay import Overlay, with_overlay
+from aeros.spec.declared.site import Overlay, with_overlay
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.source import Source

@@ -8,6 +8,9 @@ from __future__ import annotations
 import importlib
 import re
 
+from aeros.apps.site_listing import as_markdown, site_tables
+from aeros.spec.elaborate.load import decode_site
+from aeros.spec.text.discovery import reference_site_path
 from tests.repo.pages.api_page import PUBLIC, page, perception_page, port_page
 from tests.repo.tree import check_generated, text_of
 
@@ -44,3 +47,9 @@ def test_every_port_that_the_page_names_is_there() -> None:
         found = importlib.import_module(module)
         for name in re.findall(r"`(\w+)`", names):
             assert hasattr(found, name), (module, name)
+
+
+def test_the_page_lists_the_reference_site() -> None:
+    site = decode_site(reference_site_path())
+    assert site is not None
+    check_generated("docs/reference/panda_cell.md", "names", f"\n{as_markdown(site_tables(site))}\n")

@@ -100,7 +100,11 @@ def resolve_attribute(node: s.Attribute, scope: Scope, bound: Bound) -> tuple[t.
 
 
 def _corner(node: s.Attribute, volume: AxisAlignedBox, text: str) -> tuple[t.Term, Type]:
-    """Return a corner of a volume: a point in W, m."""
+    """Return a corner of a volume: a point in W, m.
+
+    Raises:
+        ExpressionTypeError: a volume has no such attribute.
+    """
     corners = {"lower": volume.lower, "upper": volume.upper}
     if text not in corners:
         cure = suggest_names(text, corners) or "it has the corners `lower` and `upper`"
