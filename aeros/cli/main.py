@@ -57,10 +57,11 @@ _COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "mcp": ("connect.mcp", "serve the robot to MCP clients"),
     "approve": ("robot.approve", "list and approve requests of MCP clients"),
     "migrate": ("project.migrate", "rewrite files of older AEROS versions to the current format"),
+    "site": ("author.site", "list the names of a site: volumes, cameras, variables, actions, limits"),
     "new": ("author.new", "create a new module from a template"),
     "schema": (
         "author.schema",
-        "print the JSON Schema of manifests, site, people, faults and scene files, or reports",
+        "print the JSON Schema of manifests, sites, overlays, people, faults, scenes or reports",
     ),
 }
 """Module below `aeros.cli` and summary of each command; a module is imported only to run a command of it."""

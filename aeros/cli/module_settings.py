@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterable, Mapping
+from typing import Final
 
 from aeros.cli.terminal import print_line
 from aeros.exit_codes import UsageError
@@ -15,6 +16,8 @@ from aeros.spec.model.configured import (
     setting_fault,
     settings_by_module,
 )
+
+_SITE_FILE: Final = "set by the site file"
 
 
 def add_settings(
@@ -161,7 +164,8 @@ def _reason(one: Setting) -> str:
     """Describe where a value is from, which others there are, and in parentheses its meaning."""
     meaning = f" ({one.description})" if one.description else ""
     if one.is_parameter:
-        return f"{'open' if one.is_open else one.source}; {one.allowed}{meaning}"
+        source = _SITE_FILE if one.source == "site file" else one.source
+        return f"{'open' if one.is_open else source}; {one.allowed}{meaning}"
     others = [name for name in one.choices if name != one.value] if one.value else []
     also = f"; also possible: {', '.join(others)}" if others else ""
     if one.is_open and one.value:
@@ -169,5 +173,9 @@ def _reason(one: Setting) -> str:
         return f"open: does not suit here; {suiting}{meaning}"
     if one.is_open:
         return f"open: {', '.join(one.choices)}{meaning}" if one.choices else f"open{meaning}"
-    reason = {"set": f"set{also}", "only choice": "the only one here that suits"}
+    reason = {
+        "set": f"set{also}",
+        "site file": f"{_SITE_FILE}{also}",
+        "only choice": "the only one here that suits",
+    }
     return f"{reason.get(one.source, f'of the same name{also}')}{meaning}"

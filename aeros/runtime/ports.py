@@ -344,6 +344,9 @@ class Plant(Protocol):
     A plant that does not wait for the monitor, as a robot, has an attribute `runs_in_real_time` that is True.
     The runtime then counts ticks that come late, and bounds them as the site says.
 
+    A plant with an attribute `action_kinds`, the names of the action kinds that it can do, gets each action
+    under the name that the site says it means. The runtime refuses to start if modules need other kinds.
+
     A plant that has cameras has a method `pictures() -> Mapping[str, CameraPicture]`; see `newest_pictures`.
 
     Example:
@@ -485,6 +488,19 @@ class Obstacle(NamedTuple):
         x, y, _ = ((a + b) / 2.0 for a, b in zip(self.lower, self.upper, strict=True))
         edges = [round(1000.0 * (b - a)) for a, b in zip(self.lower, self.upper, strict=True)]
         return f"{self.name} at ({x:.2f}, {y:.2f}) m in {self.volume}, {' x '.join(map(str, edges))} mm"
+
+
+def known_action_kinds(plant: Plant) -> frozenset[str] | None:
+    """Return the action kinds that a plant can do.
+
+    Args:
+        plant: the plant.
+
+    Returns:
+        Their names; None if it does not say, as a plant that has the site's own words.
+    """
+    kinds: Iterable[str] | None = getattr(plant, "action_kinds", None)
+    return None if kinds is None else frozenset(kinds)
 
 
 def known_obstacles(plant: Plant) -> tuple[Obstacle, ...]:

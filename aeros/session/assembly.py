@@ -43,7 +43,7 @@ from aeros.runtime.records.failed_measurements import RecordEvent, failure_text
 from aeros.runtime.skills.in_process_run import OpenRun
 from aeros.runtime.tools.tool_plant import ToolPlant
 from aeros.session.bag import open_bag
-from aeros.session.plant_vocabulary import require_declared_measurements
+from aeros.session.plant_vocabulary import require_declared_measurements, require_known_actions
 from aeros.session.resource_meter import ResourceMeter
 from aeros.session.setup import AUDIT, open_isolated_skills
 from aeros.session.trace import TRACE, TraceWriter
@@ -171,8 +171,8 @@ def build_executor(
     perceiving: PerceivingPlant | None = None
     followed = FixedGovernor(configuration) if governor is None else governor
     record = audit.append if observe is None else _observed_record(audit, plant, observe)
-    # Only a governor can bring modules and tools later.
-    if governor is not None or any(kind.tool for kind in configuration.site.kinds.values()):
+    # Only a governor can bring modules, tools and other words later.
+    if governor is not None or any(kind.tool or kind.means for kind in configuration.site.kinds.values()):
         plant = ToolPlant(plant, followed, record)
     if governor is not None or any(
         ecm.perceivers or ecm.definitions or ecm.task_parameters for ecm in configuration.modules.values()
@@ -239,6 +239,7 @@ def open_recorded_plant(setup: SessionSetup) -> Iterator[RecordedPlant]:
         setup.open_plant(observe := _observer(setup, trace)) as plant,
     ):
         require_declared_measurements(plant, site)
+        require_known_actions(plant, setup.configuration)
         recorders = (samples,) if feed is None else (samples, feed)
         yield RecordedPlant(plant, audit, skills, meter, observe, feed, (*recorders, *setup.listeners))
 

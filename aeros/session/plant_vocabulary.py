@@ -1,16 +1,18 @@
-"""Comparison of what a plant measures with what the site declares, before a run starts."""
+"""Comparison of a plant with the site before a run starts: measured variables, and action kinds."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
+from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.request_check import is_module_variable
-from aeros.runtime.ports import Plant
+from aeros.runtime.ports import Plant, known_action_kinds
 from aeros.session.plant_factory import PlantSetupError
 from aeros.spec.declared.site import StateVariable
 from aeros.spec.elaborate.load import decode_site
 from aeros.spec.expr.units import format_number
+from aeros.spec.model.rules import SIMULATED_ACTIONS, ActionKind, parameter_differences
 from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
 
@@ -42,6 +44,46 @@ def require_declared_measurements(plant: Plant, site: Site) -> None:
         "every action; add under `state` in the site file, with the site's own names of sensors and of the "
         f"enum of joints (docs/plants.md, A site for the simulators):\n" + "\n".join(lines)
     )
+
+
+def require_known_actions(plant: Plant, configuration: Configuration) -> None:
+    """Require that the plant can do the actions that the modules need, if it says its action kinds.
+
+    Args:
+        plant: The plant.
+        configuration: The modules and the site in force.
+
+    Raises:
+        PlantSetupError: It cannot do some of them; the message says what to write in the site file.
+    """
+    known = known_action_kinds(plant)
+    if known is None:
+        return
+    site = configuration.site
+    needed = {
+        kind
+        for ecm in configuration.modules.values()
+        for skill in ecm.skills.values()
+        for kind in skill.envelope
+    }
+    missing = sorted(
+        name for name in needed if not site.kinds[name].tool and site.kinds[name].plant_word not in known
+    )
+    if not missing:
+        return
+    lines = [f"  {name}: {{means: {_nearest(site.kinds[name], known)}, …}}" for name in missing]
+    count = "1 action kind" if len(missing) == 1 else f"{len(missing)} action kinds"
+    raise PlantSetupError(
+        f"the plant cannot do {count} of the site `{site.id}` that the modules need. It knows "
+        f"{', '.join(sorted(known))}. If the site has other words for these, say so under `actions` in the "
+        "site file (docs/plants.md, A site for the simulators):\n" + "\n".join(lines)
+    )
+
+
+def _nearest(kind: ActionKind, known: Collection[str]) -> str:
+    """Return the known action kinds that have the same parameters, or a place holder."""
+    suiting = [word for word in SIMULATED_ACTIONS if word in known and not parameter_differences(kind, word)]
+    return " or ".join(suiting) or "WORD"
 
 
 def _reference_declarations() -> Mapping[str, StateVariable]:

@@ -12,7 +12,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from math import hypot, pi
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
 from aeros.runtime.ports import (
     BACK_OFF,
@@ -42,6 +42,7 @@ from aeros.sim.robot.motions import (
 from aeros.sim.robot.robot import BRAKED_PARTS, Robot, RobotState, braking_link_speed
 from aeros.sim.robot.slide import plan_slide
 from aeros.skill import Action
+from aeros.spec.model.rules import SIMULATED_ACTIONS
 
 _CONTACT_FORCE_LIMIT: Final = 30.0
 """Contact force at which a stop no longer needs to yield, N: less than half of what injures."""
@@ -150,6 +151,9 @@ class FixedStepPlant(ABC):
     @abstractmethod
     def _check_tracking(self) -> None:
         """Raise `BlockedError` if something holds arm or carriage back."""
+
+    action_kinds: ClassVar = frozenset(SIMULATED_ACTIONS)
+    """The action kinds that it can do, for sites with other words; see `Plant`."""
 
     def pictures(self) -> Mapping[str, CameraPicture]:
         """Return the newest picture of each camera: those of `look`, and the first ones of the scene.

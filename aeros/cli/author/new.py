@@ -8,6 +8,7 @@ import os
 import re
 import shlex
 import sys
+from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
 from string import Template
@@ -19,7 +20,7 @@ import aeros
 from aeros.cli.arguments import add_command, existing_path
 from aeros.exit_codes import Exit
 from aeros.files import temporary_folder
-from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics
 from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.expr.parser import KEYWORDS
@@ -121,7 +122,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
         _check_name(name, site)
         for path in (place / name, place / f"test_{name}.py"):
             _check_absent(path)
-        _write_module(name, place, _files(name, words, place, arguments.site), site)
+        unbound = _write_module(name, place, _files(name, words, place, arguments.site), site)
     except OSError as error:
         print(
             f"aeros: cannot write to `{place}`: {error.strerror}; choose another with --parent",
@@ -131,7 +132,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
     except _NewModuleError as refusal:
         print(f"aeros: {refusal}", file=sys.stderr)
         return Exit.REJECTED
-    print(_next_steps(name, words, place, arguments.site))
+    print(_next_steps(name, words, place, arguments.site, unbound))
     return Exit.SUCCESS
 
 
@@ -161,6 +162,7 @@ def _files(name: str, words: str, place: Path, site: Path | None) -> dict[str, s
         "name": name,
         "words": words,
         "runtime": f">={version.major}.{version.minor},<{version.major}.{version.minor + 1}",
+        "gated": "arm-separation" if site is None else "any",
         "site_arguments": ""
         if site is None
         else f', "--site", str(HERE / {json.dumps(_relative_path(place, site))})',
@@ -184,35 +186,35 @@ def _relative_path(place: Path, site: Path) -> str:
     return os.path.relpath(site.resolve(), place.resolve())
 
 
-def _write_module(name: str, place: Path, files: dict[str, str], site: Site) -> None:
-    """Write `files` into `place`, all or none, if `site` declares the vocabulary that they use."""
+def _write_module(name: str, place: Path, files: dict[str, str], site: Site) -> list[Diagnostic]:
+    """Write `files` into `place`, all or none, if they fit `site`; return the problems of open needs."""
     with temporary_folder(place) as staged:
         for path, text in files.items():
             (staged / path).parent.mkdir(parents=True, exist_ok=True)
             (staged / path).write_text(text, encoding="utf-8")
-        _check_site_vocabulary(staged / name, site)
+        unbound = _unbound_needs(staged / name, site)
         (staged / name).rename(place / name)
         (staged / f"test_{name}.py").rename(place / f"test_{name}.py")
+    return unbound
 
 
-def _check_site_vocabulary(folder: Path, site: Site) -> None:
-    """Reject a site that lacks vocabulary of the templates; the message lists it.
+def _unbound_needs(folder: Path, site: Site) -> list[Diagnostic]:
+    """Return the diagnostics of needs that the author has to bind, or to change in the new module.
 
     Raises:
-        _NewModuleError: The site lacks some of the vocabulary.
+        _NewModuleError: The module does not fit the site in another way.
     """
     sink = Diagnostics()
     load_ecm(folder, site, sink)
-    lacking = dict.fromkeys(escape_invisible(problem.headline) for problem in sink)
+    lacking = dict.fromkeys(escape_invisible(problem.headline) for problem in sink if problem.code != "AE136")
     if lacking:
         raise _NewModuleError(
-            f"`{site.id}` lacks vocabulary that the template uses:\n"
-            + "".join(f"  {headline}\n" for headline in lacking)
-            + "use the reference site, then replace its vocabulary by yours"
+            f"the template does not fit `{site.id}`:\n" + "\n".join(f"  {headline}" for headline in lacking)
         )
+    return list(sink)
 
 
-def _next_steps(name: str, words: str, place: Path, site: Path | None) -> str:
+def _next_steps(name: str, words: str, place: Path, site: Path | None, unbound: Sequence[Diagnostic]) -> str:
     module = shlex.quote(str(place / name))
     under = "" if site is None else f" --site {shlex.quote(str(site))}"
     return "\n".join(
@@ -223,8 +225,22 @@ def _next_steps(name: str, words: str, place: Path, site: Path | None) -> str:
             f"{place / name / _SCENE}: what stands about in simulation",
             f"{place / f'test_{name}.py'}: its tests",
             "",
+            *_binding_steps(name, unbound),
             "next:",
             f"  aeros verify {module}{under}",
             f"  aeros run {shlex.quote(words)} --ecms {module} --plant symbolic{under}",
         )
     )
+
+
+def _binding_steps(name: str, unbound: Sequence[Diagnostic]) -> list[str]:
+    """Say which needs are open, and how to bind or change them."""
+    if not unbound:
+        return []
+    return [
+        "this site leaves needs of the template open:",
+        *(f"  {escape_invisible(problem.headline)}" for problem in unbound),
+        f"bind each in the site file or an overlay, as in `modules: {{{name}: {{bind: {{NEED: THING}}}}}}`,",
+        f"or on the command line, as in `--bind {name}.NEED=THING`; or change the need in {MANIFEST}",
+        "",
+    ]

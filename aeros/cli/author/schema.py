@@ -1,4 +1,4 @@
-"""`aeros schema`: print the JSON Schema of manifests, site, people, faults and scene files, or reports."""
+"""`aeros schema`: print the JSON Schema of manifests, sites, overlays, people, faults, scenes or reports."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ examples:
   aeros schema ecm > .vscode/ecm.schema.json      then, as first line of an ecm.yaml:
                                                   # yaml-language-server: $schema=../.vscode/ecm.schema.json
   aeros schema site > .vscode/site.schema.json    the same for a site file
+  aeros schema overlay > .vscode/overlay.schema.json  the same for an overlay on a site file
   aeros schema people > .vscode/people.schema.json  the same for a people file
   aeros schema faults > faults.schema.json        the same for a faults file
   aeros schema scene > scene.schema.json          the same for a scene file

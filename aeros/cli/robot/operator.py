@@ -56,7 +56,11 @@ _EXAMPLES: Final = {
   aeros block --id bad-build --reason "wrong model" --digest sha256:1234…
 """,
     "unblock": "  aeros unblock press-under-repair\n",
-    "policy": "  aeros policy cell.yaml\n  aeros policy\n",
+    "policy": """\
+  aeros policy site.yaml
+  aeros policy cell.yaml        an overlay: grants, blocks and settings on top of a site file
+  aeros policy                  the policy in force, with what it grants each module
+""",
     "repair": "  aeros repair\n  aeros audit verify .aeros/registry/audit.jsonl\n",
     "pause": "  aeros pause\n",
     "resume": "  aeros resume\n",
@@ -97,7 +101,7 @@ def add_to(commands: Subparsers, name: str) -> None:
     elif name == "unblock":
         parser.add_argument("id", help="the name of the block")
     elif name == "policy":
-        parser.add_argument("site", nargs="?", type=existing_path, help="the site file")
+        parser.add_argument("site", nargs="?", type=existing_path, help="the site file, or an overlay on it")
     parser.add_argument(
         "--state", type=Path, default=Path(".aeros"), help="the robot's own folder (default: .aeros)"
     )
@@ -161,7 +165,10 @@ def _policy(arguments: argparse.Namespace) -> Exit:
         registry.set_policy(arguments.site)
         _warn_of_settings(arguments.site, registry.snapshot().modules)
     configuration, _ = registry.configuration()
-    print_line(f"{configuration.site.id} is in force; sha256:{configuration.site.digest}")
+    site = configuration.site
+    print_line(f"{site.id} is in force; sha256:{site.digest}")
+    for module, access in sorted(site.grants.items()):
+        print_line(f"  {module} may also use {access}")
     print_waiting(registry.waiting().values())
     return Exit.SUCCESS
 

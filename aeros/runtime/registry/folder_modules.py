@@ -29,6 +29,7 @@ from aeros.spec.model.operator_settings import OperatorSettings
 from aeros.spec.model.site import Site
 from aeros.spec.text.digests import code_digest, text_digest
 from aeros.spec.text.discovery import MANIFEST, module_folders
+from aeros.spec.text.site_layers import site_content
 from aeros.spec.verification.modules_with_settings import absent_module_problems
 from aeros.spec.verification.reports import Report
 
@@ -155,7 +156,7 @@ class FolderModules:
             path = self._installed.site_file(snapshot)
             return path, snapshot.site or policy_file(path.read_bytes())
         try:
-            policy = policy_file(self._site.read_bytes())
+            policy = policy_file(site_content(self._site, self._site.read_bytes()))
         except OSError as failure:
             raise refusal("AE961", f"`{self._site}` cannot be read: {failure.strerror}") from failure
         if policy_in_force(snapshot, policy) != policy:

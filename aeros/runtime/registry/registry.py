@@ -38,6 +38,7 @@ from aeros.spec.model.configured import UNCONFIGURED, ModuleConfiguration
 from aeros.spec.model.site import Site
 from aeros.spec.text.digests import file_digest
 from aeros.spec.text.files import MAX_BYTES
+from aeros.spec.text.site_layers import site_content
 from aeros.spec.text.versions import parse_version
 from aeros.spec.verification.reports import Report
 
@@ -245,7 +246,7 @@ class Registry(InstalledModules):
                 recorded.
         """
         with self._transactions.change_lock() as old:
-            content = _read_bytes(site)
+            content = site_content(site, _read_bytes(site))
             new = replace(old, site=policy_file(content), is_policy_set=True)
             with self._transactions.stored_policy(new, content) as path:
                 with shown_as(path, site):

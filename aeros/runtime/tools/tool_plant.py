@@ -1,4 +1,7 @@
-"""Plant wrapper that carries out the actions of tools itself, and measures their answers.
+"""Plant wrapper between the site's action kinds and the plant: it calls tools, and translates other words.
+
+It carries out the actions of tools itself, and measures their answers. A kind that `means` another
+reaches a plant that says its action kinds under that name.
 
 A call runs in a thread, so that no control tick waits for it.  On a simulator the clock stands still until
 all calls have ended: the same answers give the same run.  On a plant that runs in real time, time goes on.
@@ -29,6 +32,7 @@ from aeros.runtime.ports import (
     Readings,
     announce_parameters,
     announce_stop,
+    known_action_kinds,
     newest_pictures,
     plan_sequence,
 )
@@ -39,6 +43,7 @@ from aeros.runtime.tools.service import ServiceCall, open_service
 from aeros.skill import Action
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.model.policy import IsolationPolicy
+from aeros.spec.model.rules import ActionKind
 from aeros.spec.model.site import Site
 from aeros.spec.model.tools import Tool
 
@@ -70,7 +75,7 @@ class _Call:
 
 
 class ToolPlant:
-    """Plant that behaves as `plant`, and calls the tools of the site in force.
+    """Plant that behaves as `plant`, calls the tools of the site in force, and translates its action kinds.
 
     Args:
         plant: the wrapped plant; closed with this one.
@@ -94,6 +99,7 @@ class ToolPlant:
         self._next = -1  # handles of the plant itself are not negative
         self._values: dict[str, Reading] = {}
         self._under_way: set[MotionHandle] = set()
+        self._plant_kinds = known_action_kinds(plant)
         self.runs_in_real_time = bool(getattr(plant, "runs_in_real_time", False))
 
     def now(self) -> float:
@@ -114,7 +120,7 @@ class ToolPlant:
         Returns:
             A plan for each; None if the plant cannot plan ahead.
         """
-        return plan_sequence(self._plant, actions)
+        return plan_sequence(self._plant, [self._in_plant_words(action) for action in actions])
 
     def pictures(self) -> Mapping[str, CameraPicture]:
         """Return the newest pictures of the plant; see `newest_pictures`.
@@ -134,13 +140,15 @@ class ToolPlant:
 
     def plan(self, action: Action) -> PlannedMotion:
         """Implements `Plant.plan`; a call moves nothing."""
-        return self._plant.plan(action) if self._tool(action.kind) is None else NoMotion("a tool is called")
+        if self._tool(action.kind) is not None:
+            return NoMotion("a tool is called")
+        return self._plant.plan(self._in_plant_words(action))
 
     def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
         """Implements `Plant.begin`: starts a call; what the tool answered before is unknown from now on."""
         tool = self._tool(action.kind)
         if tool is None or self._site is None:
-            motion = self._plant.begin(action, decided)
+            motion = self._plant.begin(self._in_plant_words(action), decided)
             if not isinstance(motion, MotionCompletion):
                 self._under_way.add(motion)
             return motion
@@ -188,13 +196,24 @@ class ToolPlant:
 
     def _tool(self, kind: str) -> Tool | None:
         """Return the tool that carries out actions of a kind; None if the robot does."""
+        declared = self._declared(kind)
+        return None if declared is None else declared.tool
+
+    def _in_plant_words(self, action: Action) -> Action:
+        """Return the action under the name by which a plant that says its action kinds knows it."""
+        declared = self._declared(action.kind)
+        if declared is None or declared.means is None or self._plant_kinds is None:
+            return action
+        return Action(declared.means, action.parameters)
+
+    def _declared(self, kind: str) -> ActionKind | None:
+        """Return the action kind as the site in force declares it."""
         if self._governor.generation != self._generation:
             # Without a configuration nothing is decided, and so nothing is begun.
             with suppress(UserError):
                 self._generation, configuration = self._governor.configuration()
                 self._site = configuration.site
-        declared = None if self._site is None else self._site.kinds.get(kind)
-        return None if declared is None else declared.tool
+        return None if self._site is None else self._site.kinds.get(kind)
 
     def _wait(self, monitor: Monitor) -> dict[MotionHandle, MotionCompletion]:
         """Wait until a call ends, while the simulator's clock stands still."""

@@ -28,6 +28,7 @@ from aeros.runtime.ports import (
     RobotBody,
     Trajectory,
     announce_parameters,
+    known_action_kinds,
     newest_pictures,
     plan_sequence,
 )
@@ -236,6 +237,10 @@ class PlantHost:
     def _runs_in_real_time(self, message: Mapping[str, Any]) -> Any:
         return bool(getattr(self._plant, "runs_in_real_time", False))
 
+    def _action_kinds(self, message: Mapping[str, Any]) -> Any:
+        kinds = known_action_kinds(self._plant)
+        return None if kinds is None else sorted(kinds)
+
     def _truth(self, message: Mapping[str, Any]) -> Any:
         return dict(truth_of(self._plant))
 
@@ -284,6 +289,7 @@ _HANDLERS: Final[Mapping[str, Callable[[PlantHost, Mapping[str, Any]], Any]]] = 
     "begin": PlantHost._begin,
     "advance": PlantHost._advance,
     "runs-in-real-time": PlantHost._runs_in_real_time,
+    "action-kinds": PlantHost._action_kinds,
     "truth": PlantHost._truth,
     "halt": PlantHost._halt,
     "stop": PlantHost._stop,

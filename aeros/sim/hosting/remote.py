@@ -144,6 +144,12 @@ class RemotePlant:
         """True if the hosted plant does not wait for the monitor."""
         return bool(self._call("runs-in-real-time"))
 
+    @property
+    def action_kinds(self) -> tuple[str, ...] | None:
+        """Names of the action kinds that the hosted plant can do; None if it does not say."""
+        kinds = self._call("action-kinds")
+        return None if kinds is None else tuple(kinds)
+
     def truth(self) -> Mapping[str, int]:
         """Read the truth of the hosted plant's scene, for a referee; nothing that acts may call it.
 

@@ -181,10 +181,10 @@ class SymbolicPlant:
                 return MotionCompletion(False, str(reason))
         self._motion_count += 1
         ends = self._time + motion.duration
-        if action.kind == "move_tool":
+        if self._site.kinds[action.kind].plant_word == "move_tool":
             # The base may carry the tool to its target: the tool arrives no earlier than the base.
             for running in self._under_way.values():
-                if running.action.kind == "move_base":
+                if self._site.kinds[running.action.kind].plant_word == "move_base":
                     ends = max(ends, running.end_time)
         self._under_way[MotionHandle(self._motion_count)] = _RunningAction(action, motion, self._values, ends)
         return MotionHandle(self._motion_count)
@@ -280,8 +280,6 @@ class SymbolicPlant:
     def close(self) -> None:
         """Implement `Plant.close`: nothing to release."""
 
-    # Internals.
-
     def _motion_of(self, action: Action) -> SymbolicMotion:
         """Compute the effects of `action`.
 
@@ -292,7 +290,8 @@ class SymbolicPlant:
         if kind is None:
             raise ActionRejectedError(f"unknown kind: `{action.kind}`")
         check_parameters(kind, action.parameters)
-        duration, under_way, after = plan_motion(action, self._values)
+        asked = Action(kind.plant_word, action.parameters)
+        duration, under_way, after = plan_motion(asked, self._values)
         return SymbolicMotion(duration, self._vocabulary_values(under_way), self._vocabulary_values(after))
 
     def _set_values(self, changes: Iterable[Mapping[str, Any]]) -> dict[str, Any]:

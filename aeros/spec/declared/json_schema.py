@@ -28,6 +28,7 @@ from aeros.spec.text.schema_hints import admitted_forms, allowed_words, fields_o
 FILES: Final[dict[str, type]] = {
     "ecm": ecm.Ecm,
     "site": site.Site,
+    "overlay": site.Overlay,
     "people": people.People,
     "faults": faults.Faults,
     "scene": scene.Scene,
@@ -37,6 +38,7 @@ FILES: Final[dict[str, type]] = {
 _TITLES: Final = {
     "ecm": "AEROS module manifest, ecm.yaml",
     "site": "AEROS site file",
+    "overlay": "AEROS overlay on a site file",
     "people": "AEROS people file",
     "faults": "AEROS faults file",
     "scene": "AEROS scene file",

@@ -1,19 +1,20 @@
-"""Schema of a site file, unresolved and closed.
+"""Schema of a site file and of overlays on it, unresolved and closed.
 
 Names and units are still text; `elaborate.site` gives them meaning.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Annotated, Literal
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Annotated, Literal, TypeVar
 
 from aeros.spec.declared.configuration import ModuleSettings
 from aeros.spec.declared.field_types import Identifier, Named, RiskWord, Slug
 from aeros.spec.declared.motion import MotionPolicy
 from aeros.spec.declared.objects import ObjectKind
 from aeros.spec.declared.perception import Camera
-from aeros.spec.declared.policy import Policy
+from aeros.spec.declared.policy import Access, OperatorOverride, Policy
 from aeros.spec.declared.quantity import Quantity
 from aeros.spec.declared.sensor_errors import AreaScanners, SensorErrors
 from aeros.spec.declared.tools import Tool
@@ -27,6 +28,8 @@ from aeros.spec.text.fields import (
     TextField,
     ValueBounds,
 )
+
+_T = TypeVar("_T")
 
 
 @dataclass(frozen=True)
@@ -110,6 +113,13 @@ class ActionKind:
         default=None, metadata={"doc": "`true` for the protective stop, which every state must allow"}
     )
     parameters: Named[Quantity] = field(default=MappingField(), metadata={"doc": "typed parameters"})
+    means: Identifier | None = field(
+        default=None,
+        metadata={
+            "doc": "the action of AEROS's simulators that it is, if the site has another word for it, as in "
+            "`means: move_tool`"
+        },
+    )
     tool: Tool | None = field(
         default=None,
         metadata={
@@ -226,7 +236,7 @@ class Site:
     cameras: Named[Camera] = field(
         default=MappingField(),
         metadata={
-            "doc": "the cameras whose pictures perceivers may get, as in "
+            "doc": "the cameras whose pictures perceivers may get; each a member of enum `cameras`, as in "
             "`cameras: {overhead: {sensor: overhead_camera, width: 640, height: 480}}`"
         },
     )
@@ -260,4 +270,93 @@ class Site:
             "doc": "computing devices that modules may ask for, with the device file that a computer has, "
             "as in `compute: {gpu: /dev/nvidia0}`"
         },
+    )
+
+
+@dataclass(frozen=True)
+class Overlay:
+    """An operator's additions to a site: access, blocks and settings, so it cannot weaken Φ.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    schema: Literal["aeros/overlay/1"] = field(metadata={"doc": "`schema: aeros/overlay/1`"})
+    base: TextField | None = field(
+        default=None,
+        metadata={
+            "doc": "the site file or overlay that it adds to, relative to this file, as in "
+            "`base: cell.yaml`; the reference site if absent"
+        },
+    )
+    description: TextField | None = field(default=None, metadata={"doc": "its purpose, for people"})
+    grants: Named[Access] = field(
+        default=MappingField(),
+        metadata={
+            "doc": "further access, by module, in addition to that of the site, as in "
+            "`grants: {sort_bolts: {actuators: [base]}}`"
+        },
+    )
+    blocks: tuple[OperatorOverride, ...] = field(default=(), metadata={"doc": "further operator overrides"})
+    modules: Named[ModuleSettings] = field(
+        default=MappingField(),
+        metadata={
+            "doc": "bindings and parameters of modules, which come before those of the site, as in "
+            "`modules: {clean_pot: {set: {force: 6 N}}}`"
+        },
+    )
+
+
+def with_overlay(site: Site, overlay: Overlay) -> Site:
+    """Add an overlay to a site.
+
+    Args:
+        site: the site as declared.
+        overlay: the overlay.
+
+    Returns:
+        The site with the access, blocks and settings of both. A setting of the overlay replaces one of the
+        same name. All else of the site is as it was.
+    """
+    policy = replace(
+        site.policy,
+        grants=_merged(site.policy.grants, overlay.grants, _joined_access),
+        blocks=(*site.policy.blocks, *overlay.blocks),
+    )
+    return replace(site, policy=policy, modules=_merged(site.modules, overlay.modules, _joined_settings))
+
+
+def _merged(
+    below: MappingField[_T], above: MappingField[_T], join: Callable[[_T, _T], _T]
+) -> MappingField[_T]:
+    """Merge two mappings; a name that both have is placed where the upper one has it."""
+    old = {key.value: value for key, value in below}
+    new = {
+        key.value: (key, join(old[key.value], value) if key.value in old else value) for key, value in above
+    }
+    kept = (new.pop(key.value, (key, value)) for key, value in below)
+    return MappingField((*kept, *new.values()), below.span or above.span)
+
+
+def _joined_access(below: Access, above: Access) -> Access:
+    return replace(
+        above,
+        actuators=_joined_names(below.actuators, above.actuators),
+        sensors=_joined_names(below.sensors, above.sensors),
+        channels=_joined_names(below.channels, above.channels),
+        compute=_joined_names(below.compute, above.compute),
+    )
+
+
+def _joined_names(below: tuple[Identifier, ...], above: tuple[Identifier, ...]) -> tuple[Identifier, ...]:
+    known = {one.value for one in above}
+    return (*above, *(one for one in below if one.value not in known))
+
+
+def _joined_settings(below: ModuleSettings, above: ModuleSettings) -> ModuleSettings:
+    return replace(
+        above,
+        bind=_merged(below.bind, above.bind, lambda _, upper: upper),
+        set=_merged(below.set, above.set, lambda _, upper: upper),
     )

@@ -121,6 +121,9 @@ _TABLE: Final = (
         "AE136", "not-configured", "form", "a need of a module is not bound, or a parameter has no value"
     ),
     DiagnosticCode("AE137", "unusable-tool", "form", "a site declares a tool that it could not rely on"),
+    DiagnosticCode(
+        "AE138", "other-meaning", "form", "an action kind has other parameters than the action that it means"
+    ),
     DiagnosticCode("AE140", "overlapping-bodies", "form", "two bodies of a scene overlap"),
     DiagnosticCode("AE141", "unusable-model", "form", "a model file does not describe a body"),
     DiagnosticCode("AE142", "model-interface", "form", "a model's file lacks the interface that is declared"),

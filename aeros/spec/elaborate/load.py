@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import TypeVar
 from aeros.spec.declared import ecm as declared_ecm
 from aeros.spec.declared import site as declared_site
 from aeros.spec.declared.decode import decode
+from aeros.spec.declared.site import Overlay, with_overlay
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.source import Source
@@ -23,6 +25,7 @@ from aeros.spec.model.site import Site
 from aeros.spec.text.digests import code_digest, code_files, text_digest
 from aeros.spec.text.discovery import MANIFEST, NEIGHBOURS, Surroundings, may_provide
 from aeros.spec.text.files import read_source
+from aeros.spec.text.site_layers import layers_of, read_site
 from aeros.spec.text.versions import suits
 from aeros.spec.text.yaml_reader import read_yaml
 
@@ -46,13 +49,13 @@ def load_site(path: str | os.PathLike[str], diagnostics: Diagnostics) -> Site | 
     """Load the site at a path.
 
     Args:
-        path: path of the site file.
+        path: path of the site file, or of an overlay.
         diagnostics: receives the faults.
 
     Returns:
         The site, or None after reporting every fault.
     """
-    source = _source(path, diagnostics)
+    source = _site_source(path, diagnostics)
     return None if source is None else elaborate_source(source, diagnostics)
 
 
@@ -62,7 +65,7 @@ def elaborate_source(source: Source, diagnostics: Diagnostics) -> Site | None:
     Results are cached: the same text under the same path gives the same site, without elaborating it again.
 
     Args:
-        source: text of the site file and its path.
+        source: text of the site file and its path, overlays included.
         diagnostics: receives the faults.
 
     Returns:
@@ -76,23 +79,33 @@ def elaborate_source(source: Source, diagnostics: Diagnostics) -> Site | None:
 @lru_cache(maxsize=8)
 def _elaborate_with_diagnostics(source: Source) -> tuple[Site | None, Diagnostics]:
     diagnostics = Diagnostics()
-    declared = _decode_source(source, declared_site.Site, diagnostics)
+    declared = _decode_site_source(source, diagnostics)
     return None if declared is None else elaborate_site(
         declared, text_digest(source.text), diagnostics
     ), diagnostics
 
 
 def decode_site(path: str | os.PathLike[str]) -> declared_site.Site | None:
-    """Read a site file as it is declared.
+    """Read a site file as it is declared, with what overlays add.
 
     Args:
-        path: path of the site file.
+        path: path of the site file, or of an overlay.
 
     Returns:
         The site as it declares itself; None if the file has a fault.
     """
-    source = _source(path, Diagnostics())
-    return None if source is None else _decode_source(source, declared_site.Site, Diagnostics())
+    source = _site_source(path, Diagnostics())
+    return None if source is None else _decode_site_source(source, Diagnostics())
+
+
+def _decode_site_source(source: Source, diagnostics: Diagnostics) -> declared_site.Site | None:
+    """Decode a site file, and add what each overlay says, the innermost first."""
+    *overlays, base = layers_of(source)
+    site = _decode_source(base, declared_site.Site, diagnostics)
+    for layer in reversed(overlays):
+        overlay = _decode_source(layer, Overlay, diagnostics)
+        site = None if site is None or overlay is None else with_overlay(site, overlay)
+    return site
 
 
 def load_ecm(
@@ -237,9 +250,17 @@ def _elaborate_unread(
     return elaborate_ecm(declared, site.site, folder, digests, diagnostics), diagnostics
 
 
+def _site_source(path: str | os.PathLike[str], diagnostics: Diagnostics) -> Source | None:
+    return _read(lambda: read_site(Path(path)), diagnostics)
+
+
 def _source(path: str | os.PathLike[str], diagnostics: Diagnostics) -> Source | None:
+    return _read(lambda: read_source(path), diagnostics)
+
+
+def _read(read: Callable[[], Source], diagnostics: Diagnostics) -> Source | None:
     try:
-        return read_source(path)
+        return read()
     except UserError as error:
         for diagnostic in error.diagnostics:
             diagnostics.report(diagnostic)

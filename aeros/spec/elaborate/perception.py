@@ -132,7 +132,17 @@ def elaborate_cameras(
     enum = vocabulary.enums.get("cameras")
     members = {} if enum is None else dict.fromkeys(enum.members)
     for name, _ in site.cameras:
-        resolve_name(name, members, "a member of the enum `cameras`", diagnostics)
+        if name.value not in members:
+            near = did_you_mean(name.value, members)
+            all_names = ", ".join(one.value for one, _ in site.cameras)
+            diagnostics.error(
+                "AE122",
+                f"`{name.value}` is not a member of the enum `cameras`",
+                name.span,
+                help=(
+                    f"did you mean `{near}`?" if near else f"write under `enums`: `cameras: [{all_names}]`",
+                ),
+            )
     for _, camera in site.cameras:
         for volume in camera.sees:
             resolve_name(volume, vocabulary.volumes, "a volume of this site", diagnostics)

@@ -38,7 +38,7 @@ _NONE: Mapping[str, Declared] = {}
 
 
 def constant_scope(site: Vocabulary) -> Scope:
-    """Make the scope of values without variables: constants and enum members.
+    """Make the scope of values without variables: constants, enum members, and corners of volumes.
 
     Args:
         site: vocabulary of the site.
@@ -46,7 +46,7 @@ def constant_scope(site: Vocabulary) -> Scope:
     Returns:
         The scope.
     """
-    return Scope({}, {}, site.constants, site.enums)
+    return Scope({}, {}, site.constants, site.enums, site.volumes)
 
 
 def argument_scope(site: Site) -> Scope:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 from aeros.spec.declared import site as declared
-from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean
 from aeros.spec.elaborate.expressions import elaborate_number, elaborate_quantity, elaborate_unit
 from aeros.spec.elaborate.names import check_name_is_free
 from aeros.spec.elaborate.quantities import elaborate_state, elaborate_variable
@@ -16,7 +16,7 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import AxisAlignedBox
 from aeros.spec.expr.types import EnumType, FamilyType, RealType
 from aeros.spec.expr.units import LENGTH
-from aeros.spec.model.rules import ActionKind, Risk
+from aeros.spec.model.rules import SIMULATED_ACTIONS, ActionKind, Risk, parameter_differences
 from aeros.spec.model.task_parameters import OBJECTS
 from aeros.spec.model.variables import Declared
 from aeros.spec.text.fields import ExpressionField, TextField
@@ -198,7 +198,7 @@ class _VocabularyElaborator:
             )
             if elaborated is not None:
                 parameters[parameter.value] = elaborated
-        self.vocabulary.kinds[name.value] = ActionKind(
+        elaborated_kind = ActionKind(
             name.value,
             frozenset(actuator.value for actuator in kind.actuators),
             Risk[kind.risk.value.upper()],
@@ -206,7 +206,34 @@ class _VocabularyElaborator:
             parameters,
             name.span,
             elaborate_tool(name, kind, self.vocabulary.state, self._diagnostics),
+            None if kind.means is None else kind.means.value,
         )
+        self.vocabulary.kinds[name.value] = elaborated_kind
+        if kind.means is not None and len(parameters) == len(kind.parameters):
+            self._check_meaning(elaborated_kind, kind.means, is_tool=kind.tool is not None)
+
+    def _check_meaning(self, kind: ActionKind, means: TextField, *, is_tool: bool) -> None:
+        """Check that an action kind is the simulated one that it is said to mean, parameters included."""
+        if means.value not in SIMULATED_ACTIONS:
+            near = did_you_mean(means.value, SIMULATED_ACTIONS)
+            known = ", ".join(f"`{word}`" for word in SIMULATED_ACTIONS)
+            self._diagnostics.error(
+                "AE122",
+                f"`{means.value}` is not an action of the simulators",
+                means.span,
+                help=(f"did you mean `{near}`?" if near else f"they know {known}",),
+            )
+            return
+        differences = parameter_differences(kind, means.value)
+        if is_tool:
+            differences.append("a tool carries it out, and not the robot")
+        if differences:
+            self._diagnostics.error(
+                "AE138",
+                f"`{kind.name}` cannot mean `{means.value}`: {'; '.join(differences)}",
+                means.span,
+                help=(f"declare the parameters of `{means.value}`, or delete `means`",),
+            )
 
     def _claim(self, name: TextField, what: str, meaning: str) -> bool:
         """Take a name, if it is free, and say if it was."""

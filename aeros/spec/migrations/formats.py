@@ -30,6 +30,7 @@ ECM: Final = Format(
     ),
 )
 SITE: Final = Format("site", "site file, policy included", (), Kind.YAML, _FIRST)
+OVERLAY: Final = Format("overlay", "overlay on a site file", (), Kind.YAML, _FIRST)
 PEOPLE: Final = Format("people", "people file", (), Kind.YAML, _FIRST)
 FAULTS: Final = Format("faults", "faults file", (), Kind.YAML, _FIRST)
 SCENE: Final = Format(
@@ -214,7 +215,7 @@ AUDIT_CHECKPOINT: Final = Format(
 )
 
 FORMATS: Final = (
-    *(ECM, SITE, PEOPLE, FAULTS, SCENE),
+    *(ECM, SITE, OVERLAY, PEOPLE, FAULTS, SCENE),
     CERTIFICATE,
     *(CHECKPOINT, RUN, LATEST_RUN, IDENTITY, PHASE, QUARANTINE, CRASHES, MEMORY),
     REGISTRY,

@@ -368,6 +368,7 @@ class Ecm:
         foreign: skills and capabilities of other modules that its steps may name.
         names: the site's names for what it needs, and the values of its parameters.
         worker: limits on the processes of its skills; None for those of the site.
+        access_spans: place of each name in its permissions, by the module's own name.
     """
 
     id: str
@@ -399,6 +400,7 @@ class Ecm:
     foreign: ForeignNames = field(default_factory=ForeignNames)
     names: BoundNames = field(default_factory=BoundNames)
     worker: WorkerLimits | None = None
+    access_spans: Mapping[str, SourceSpan] = field(default_factory=dict)
 
     @property
     def configuration(self) -> Mapping[str, str]:

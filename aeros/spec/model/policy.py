@@ -41,6 +41,13 @@ class Access:
             self.compute | other.compute,
         )
 
+    def __str__(self) -> str:
+        groups = (self.actuators, self.sensors, self.channels, self.compute)
+        names = ("actuators", "sensors", "channels", "compute")
+        return "; ".join(
+            f"{name} {', '.join(sorted(one))}" for name, one in zip(names, groups, strict=True) if one
+        )
+
 
 @dataclass(frozen=True)
 class OperatorOverride:

@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
+from typing import Final
 
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.types import EnumType, RealType, Type, VectorType
+from aeros.spec.expr.units import ANGLE, FORCE, LENGTH, TIME
 from aeros.spec.model.tools import Tool
 from aeros.spec.model.variables import Declared
 
@@ -32,6 +35,7 @@ class ActionKind:
         parameters: declared parameters by name.
         span: place in the site file.
         tool: service that carries it out; None if the robot does.
+        means: action of the simulators that it is, where the site has another word for it; None for the same.
     """
 
     name: str
@@ -41,12 +45,74 @@ class ActionKind:
     parameters: Mapping[str, Declared]
     span: SourceSpan
     tool: Tool | None = None
+    means: str | None = None
+
+    @property
+    def plant_word(self) -> str:
+        """Name by which a plant that says its action kinds knows it."""
+        return self.means or self.name
 
     @property
     def channels(self) -> frozenset[str]:
         """Channels that its tool uses."""
         channel = None if self.tool is None else self.tool.channel
         return frozenset() if channel is None else frozenset((channel,))
+
+
+SIMULATED_ACTIONS: Final[Mapping[str, Mapping[str, Type]]] = {
+    "stop": {},
+    "wait": {"duration": RealType(TIME)},
+    "look": {"camera": EnumType("cameras", ())},
+    "move_tool": {
+        "target": VectorType(LENGTH),
+        "yaw": RealType(ANGLE),
+        "speed": RealType(LENGTH * TIME**-1),
+    },
+    "move_joints": {
+        **{f"q{number}": RealType(ANGLE) for number in range(1, 8)},
+        "speed": RealType(LENGTH * TIME**-1),
+    },
+    "slide": {
+        "target": VectorType(LENGTH),
+        "force": RealType(FORCE),
+        "speed": RealType(LENGTH * TIME**-1),
+    },
+    "grip": {"width": RealType(LENGTH), "force": RealType(FORCE)},
+    "move_base": {
+        "x": RealType(LENGTH),
+        "y": RealType(LENGTH),
+        "speed": RealType(LENGTH * TIME**-1),
+    },
+}
+"""Action kinds of the simulated robot, with the type of each parameter; any cameras will do."""
+
+
+def parameter_differences(kind: ActionKind, word: str) -> list[str]:
+    """Compare the parameters of an action kind with those of a simulated one.
+
+    Args:
+        kind: action kind of a site.
+        word: name of the simulated action kind.
+
+    Returns:
+        A text for each parameter that is missing, too many, or of another type or dimension.
+    """
+    expected = SIMULATED_ACTIONS[word]
+    found = {name: one.variable.type for name, one in kind.parameters.items()}
+    return [
+        *(f"`{name}` is missing ({one})" for name, one in expected.items() if name not in found),
+        *(f"`{name}` is too many" for name in found if name not in expected),
+        *(
+            f"`{name}` is {found[name]}, and not {one}"
+            for name, one in expected.items()
+            if name in found and _kind_of_type(found[name]) != _kind_of_type(one)
+        ),
+    ]
+
+
+def _kind_of_type(one: Type) -> object:
+    """Return an enum's name, as its members are the site's, and any other type as it is."""
+    return one.name if isinstance(one, EnumType) else one
 
 
 @dataclass(frozen=True)

@@ -68,6 +68,7 @@ class Site:
         perception: rights of perceivers, and to what they measure.
         offers: uses that modules may make of a thing, by its name.
         configurations: settings of modules, by module.
+        operator_configurations: those of them that the operator gave, and not the site file.
         devices: device file of each computing device, by its name.
         sensors: sensors that only modules read: their purpose by name.
         objects: objects that people may ask for, by name.
@@ -105,6 +106,7 @@ class Site:
     perception: PerceptionPolicy = field(default_factory=PerceptionPolicy)
     offers: Mapping[str, frozenset[str]] = field(default_factory=dict)
     configurations: Mapping[str, ModuleConfiguration] = field(default_factory=dict)
+    operator_configurations: Mapping[str, ModuleConfiguration] = field(default_factory=dict)
     devices: Mapping[str, str] = field(default_factory=dict)
     sensors: Mapping[str, str] = field(default_factory=dict)
     objects: Mapping[str, ObjectKind] = field(default_factory=dict)
@@ -184,7 +186,15 @@ class Site:
             name: self.configurations.get(name, ModuleConfiguration()).updated(one)
             for name, one in given.items()
         }
-        return replace(self, configurations={**self.configurations, **merged})
+        own = {
+            name: self.operator_configurations.get(name, ModuleConfiguration()).updated(one)
+            for name, one in given.items()
+        }
+        return replace(
+            self,
+            configurations={**self.configurations, **merged},
+            operator_configurations={**self.operator_configurations, **own},
+        )
 
     def access_of(self, module: str) -> Access:
         """Return everything that a module may be permitted to touch.

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.diagnostics.source import Source, SourceSpan
+from aeros.spec.text.site_layers import layer_span, whole_offset
 
 if TYPE_CHECKING:
     from aeros.spec.model.ecm import Ecm
@@ -209,32 +210,34 @@ def _text(value: Any) -> str:
     return str(value)
 
 
-def summary_to_json(summary: ModuleSummary | SiteSummary) -> Any:
+def summary_to_json(summary: ModuleSummary | SiteSummary, file: Source | None = None) -> Any:
     """Convert a summary for `json.dumps`.
 
     Args:
-        summary: summary; all its spans are in one file.
+        summary: summary of a module or site.
+        file: text of a site with all its layers, which the spans are in; None if they are in one file.
 
     Returns:
-        Plain values; a span is its start and end offset.
+        Plain values; a span is its start and end offset in the file, or in the text of all layers.
     """
-    return {one.name: _packed(getattr(summary, one.name)) for one in fields(summary)}
+    return {one.name: _packed(getattr(summary, one.name), file) for one in fields(summary)}
 
 
-def _packed(value: Any) -> Any:
+def _packed(value: Any, file: Source | None) -> Any:
     match value:
         case SourceSpan(start=start, end=end):
-            return [start, end]
+            first = 0 if file is None else whole_offset(file, value)
+            return [first + start, first + end]
         case TaskPhrase(task=task, word=word, objects=objects, span=span):
-            return [task, word, list(objects), *_packed(span)]
+            return [task, word, list(objects), *_packed(span, file)]
         case BlockSummary(id=id_, module=module, skill=skill, span=span):
-            return [id_, module, skill, *_packed(span)]
+            return [id_, module, skill, *_packed(span, file)]
         case frozenset():
             return sorted(value)
         case tuple():
-            return [_packed(item) for item in value]
+            return [_packed(item, file) for item in value]
         case Mapping():
-            return {name: _packed(item) for name, item in value.items()}
+            return {name: _packed(item, file) for name, item in value.items()}
         case _:
             return value
 
@@ -284,7 +287,7 @@ def site_summary_from_json(data: Any, file: Source) -> SiteSummary:
 
     Args:
         data: values that `summary_to_json` made.
-        file: the site file, which the spans are in.
+        file: text of the site with all its layers, which the spans are in.
 
     Returns:
         The summary.
@@ -298,12 +301,12 @@ def site_summary_from_json(data: Any, file: Source) -> SiteSummary:
     return SiteSummary(
         data["id"],
         data["digest"],
-        {name: SourceSpan(file, *at) for name, at in data["grants"].items()},
+        {name: layer_span(file, *at) for name, at in data["grants"].items()},
         tuple(
-            BlockSummary(id_, module, skill, SourceSpan(file, *at))
+            BlockSummary(id_, module, skill, layer_span(file, *at))
             for id_, module, skill, *at in data["blocks"]
         ),
-        {name: SourceSpan(file, *at) for name, at in data["shared"].items()},
-        {name: None if at is None else SourceSpan(file, *at) for name, at in data["settings"].items()},
+        {name: layer_span(file, *at) for name, at in data["shared"].items()},
+        {name: None if at is None else layer_span(file, *at) for name, at in data["settings"].items()},
         tuple(data["variables"]),
     )

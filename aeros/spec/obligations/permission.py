@@ -6,7 +6,7 @@ all states, parameters and inputs.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Final
 
 from aeros.spec.diagnostics.codes import Diagnostic, Severity, SpanLabel
@@ -23,6 +23,7 @@ from aeros.spec.obligations.obligation import ClaimMode, Obligation, label_conju
 from aeros.spec.obligations.policy import action_space
 from aeros.spec.obligations.safety import envelope_space, parameter_cures
 from aeros.spec.obligations.verdicts import StaticClaim, Verdict
+from aeros.spec.text.site_layers import is_reference_site
 
 
 def permission_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | StaticClaim]:
@@ -82,26 +83,17 @@ def _access_granted(ecm: Ecm, site: Site) -> Iterator[StaticClaim]:
 
     The sensors of `P` are those it lists, and those that the conditions of its permitted actions read.
     """
-    granted = site.access_of(ecm.id)
-    for group in ("actuators", "sensors", "channels", "compute"):
+    missing = {group: _missing_access(ecm, site, group) for group in _ACCESS_GROUPS}
+    for group, excess in missing.items():
         claim_id = ClaimForm.ACCESS_GRANTED(group)
-        excess = sorted(getattr(ecm.requested_access, group) - getattr(granted, group))
-        unknown = sorted(set(excess) - _known_names(site, group)) if group in _NEEDED_SORTS else []
         if excess or group != "sensors":
-            yield _static_claim(
-                claim_id,
-                not excess,
-                Diagnostic(
-                    "AE404",
-                    f"the site does not grant `{ecm.id}` the {group} {_join_names(excess)}",
-                    SpanLabel(ecm.access_span),
-                    help=_access_cures(ecm, group, excess, unknown),
-                ),
-            )
+            yield _static_claim(claim_id, not excess, _not_granted(ecm, site, group, missing))
         else:
             read = [(clause.term, clause.span) for clause in ecm.permitted_actions.values()]
             yield _reads_permitted(claim_id, ecm, site, read)
 
+
+_ACCESS_GROUPS: Final = ("actuators", "sensors", "channels", "compute")
 
 _NEEDED_SORTS: Final = {"actuators": "action", "sensors": "variable"}
 """Sort of a need whose name may be among the actuators or sensors of a module."""
@@ -114,15 +106,53 @@ def _known_names(site: Site, group: str) -> frozenset[str]:
     return frozenset(one for kind in site.kinds.values() for one in kind.actuators)
 
 
-def _access_cures(ecm: Ecm, group: str, excess: Iterable[str], unknown: Iterable[str]) -> tuple[str, ...]:
+def _missing_access(ecm: Ecm, site: Site, group: str) -> list[str]:
+    """List the site's names that a module asks for and the site does not grant it."""
+    return sorted(getattr(ecm.requested_access, group) - getattr(site.access_of(ecm.id), group))
+
+
+def _own_names(ecm: Ecm, group: str, names: Iterable[str]) -> tuple[str, ...]:
+    """Return the manifest's names for things of the site that a module asks for."""
+    return module_names(names, getattr(ecm.names, group, {}))
+
+
+def _not_granted(ecm: Ecm, site: Site, group: str, missing: Mapping[str, Sequence[str]]) -> Diagnostic:
+    """Describe access of a group that the site does not grant, at the first entry that needs it."""
+    excess = missing[group]
+    own = _own_names(ecm, group, excess)
+    entries = [ecm.access_spans[name] for name in own if name in ecm.access_spans]
+    asked = "" if set(own) == set(excess) else f", which it asks for as {_join_names(own)}"
+    return Diagnostic(
+        "AE404",
+        f"the site does not grant `{ecm.id}` the {group} {_join_names(excess)}{asked}",
+        SpanLabel(min(entries, default=ecm.access_span)),
+        help=_access_cures(ecm, site, group, missing),
+    )
+
+
+def _access_cures(ecm: Ecm, site: Site, group: str, missing: Mapping[str, Sequence[str]]) -> tuple[str, ...]:
     """Propose to declare names that the site does not know as needs, and to grant or remove the others."""
+    unknown = {one for sort in _NEEDED_SORTS for one in set(missing[sort]) - _known_names(site, sort)}
     cures = [
         f"this site has no `{one}`: if the module uses this name for a thing of the site, declare it under "
         f"`needs`, as in `{one}: {{is: {_NEEDED_SORTS[group]}}}`"
-        for one in unknown
+        for one in missing[group]
+        if one in unknown
     ]
-    if set(excess) - set(unknown):
-        cures.append(f"remove the entry, or ask the operator to grant it under `policy.grants.{ecm.id}`")
+    lists = {one: [name for name in names if name not in unknown] for one, names in missing.items()}
+    if not lists[group]:
+        return tuple(cures)
+    access = ", ".join(f"{one}: [{', '.join(names)}]" for one, names in lists.items() if names)
+    grant = f"{ecm.id}: {{{access}}}"
+    if is_reference_site(site.span.source):
+        lines = f"`schema: aeros/overlay/1` and `grants: {{{grant}}}`"
+        cures.append(f"remove the entry; or, as the operator, write a file `cell.yaml` of two lines, {lines}")
+        cures.append("use it with `--site cell.yaml`, and on a robot with `aeros policy cell.yaml`")
+    else:
+        cures.append(
+            f"remove the entry; or, as the operator, write `{grant}` under `policy.grants` of the site file, "
+            "or under `grants` of an overlay on it"
+        )
     return tuple(cures)
 
 

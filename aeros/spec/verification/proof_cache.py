@@ -172,7 +172,8 @@ class ProofCache:
             site: summary of the site.
             claims: the proved claims about it.
         """
-        self._put(self._digest("site"), summary_to_json(site), [_claim_to_row(one) for one in claims])
+        head = summary_to_json(site, self._site)
+        self._put(self._digest("site"), head, [_claim_to_row(one) for one in claims])
 
     def put_module(self, folder: Path, one: ModuleFindings, lock_digest: str) -> None:
         """Hold the proof of a module until `close` writes it, unless a module that it may use has changed.

@@ -22,7 +22,7 @@ from aeros.spec.diagnostics.source import Source
 from aeros.spec.model.operator_settings import NO_SETTINGS, OperatorSettings
 from aeros.spec.model.summary import ModuleSummary, SiteSummary, summarize_site
 from aeros.spec.text.discovery import Surroundings, module_folders
-from aeros.spec.text.files import read_source
+from aeros.spec.text.site_layers import read_site
 from aeros.spec.verification.proof_cache import ProofCache
 from aeros.spec.verification.reports import (
     Known,
@@ -103,7 +103,7 @@ def verify(
         else Surroundings(tuple(folders), frozenset(active))
     )
     try:
-        source = read_source(site_path)
+        source = read_site(site_path)
     except UserError as error:
         return Report(unreadable_site_report(site_path, error), refused, None)
     prover = _LazyProver(

@@ -5,20 +5,22 @@ from __future__ import annotations
 import ast
 import inspect
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from importlib import import_module
 from itertools import pairwise
 from textwrap import dedent
+from types import ModuleType
 from typing import Any, NamedTuple
 
 import aeros
 import aeros.api
+import aeros.perception
 from tests.repo.tree import text_of
 
 PUBLIC = tuple(name for name in aeros.__all__ if name != "__version__")
 _SECTIONS = ("Args", "Attributes", "Returns", "Yields", "Raises", "Example")
 _WIDEST = 88
-_MODULE_OF_ALIASES = "aeros/skill.py"
+_FILES_OF_ALIASES = ("aeros/skill.py", "aeros/perception/points.py", "aeros/perception/view.py")
 _PORT = "aeros.runtime.ports"
 PORT_TYPES = (
     (_PORT, "Readings"),
@@ -46,17 +48,17 @@ class Entry(NamedTuple):
     doc: str
 
 
-def entries() -> Iterator[Entry]:
-    """Each public name, followed by its members, in alphabetical order without regard to case."""
-    for name in sorted(PUBLIC, key=str.lower):
-        found = getattr(aeros, name)
+def entries(module: ModuleType = aeros, names: Iterable[str] = PUBLIC) -> Iterator[Entry]:
+    """Each of the names, followed by its members, in alphabetical order without regard to case."""
+    for name in sorted(names, key=str.lower):
+        found = getattr(module, name)
         if inspect.isclass(found):
             yield Entry(name, "", _doc(found))
             yield from _members(name, found)
         elif inspect.isfunction(found):
             yield Entry(name, _signature(found), _doc(found))
         else:
-            yield Entry(name, "", _alias(name, _MODULE_OF_ALIASES)[1])
+            yield Entry(name, "", _doc_of_alias(name))
 
 
 def port_page() -> str:
@@ -73,10 +75,15 @@ def port_page() -> str:
     return text + "\n"
 
 
-def page() -> str:
-    """The generated part of the page."""
+def perception_page() -> str:
+    """The generated part of the page about the toolkit of perceivers."""
+    return page(aeros.perception, aeros.perception.__all__)
+
+
+def page(module: ModuleType = aeros, names: Iterable[str] = PUBLIC) -> str:
+    """The generated part of the page about the names of a module."""
     text = ""
-    for entry in entries():
+    for entry in entries(module, names):
         level = "###" if "." in entry.name else "##"
         text += f"\n{level} {entry.name}\n\n"
         if entry.signature:
@@ -102,6 +109,14 @@ def _alias(name: str, path: str) -> tuple[str, str]:
             assert isinstance(below, ast.Expr)
             return ast.unparse(assigned), inspect.cleandoc(ast.literal_eval(below.value))
     raise AssertionError(f"{name} is no alias of {path}")
+
+
+def _doc_of_alias(name: str) -> str:
+    """The string below the definition of an alias, in the file that explains it."""
+    for path in _FILES_OF_ALIASES:
+        if re.search(rf"^{name}\b.* = ", text_of(path), re.MULTILINE):
+            return _alias(name, path)[1]
+    raise AssertionError(f"{name} is no alias")
 
 
 def _members(name: str, of: type) -> Iterator[Entry]:

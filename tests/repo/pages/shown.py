@@ -20,9 +20,25 @@ def commands_of(page: str) -> list[tuple[str, str]]:
 
 
 def numberless(text: str) -> list[str]:
-    """Its lines, with every number and every gap the same, as the runs of two machines differ in them."""
-    zeros = re.sub(r"-?\d+(\.\d+)?", "0", text)
-    return [" ".join(line.split()) for line in zeros.splitlines() if line.strip()]
+    """Its lines, with every number, gap and underlining the same: the runs of two machines differ in them."""
+    return [one for one in map(_without_numbers, text.splitlines()) if one]
+
+
+def _without_numbers(line: str) -> str:
+    zeros = re.sub(r"-?\d+(\.\d+)?", "0", line)
+    return " ".join(re.sub(r"\^+|-{3,}", "^", zeros).split())
+
+
+def shown_as_printed(shown: str, printed: str) -> str:
+    """The lines of `shown` as they were printed, found in this order by all but their numbers."""
+    lines = iter(printed.splitlines())
+    found = []
+    for line in shown.splitlines():
+        wanted = _without_numbers(line)
+        found.append(
+            next((one for one in lines if _without_numbers(one) == wanted), line) if wanted else line
+        )
+    return "".join(f"{line.rstrip()}\n" for line in found)
 
 
 def run(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
@@ -39,10 +55,14 @@ def run(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
     )
 
 
-def carry_out(command: str, shown: str, folder: Path, *, refused: bool = False) -> None:
-    """Run it: it prints every line of `shown`, in this order, and succeeds unless it is to be refused."""
+def carry_out(command: str, shown: str, folder: Path, *, refused: bool = False) -> str:
+    """Run it: it prints every line of `shown`, in this order, and succeeds unless it is to be refused.
+
+    Returns its output.
+    """
     ran = run(command, folder)
     printed = iter(numberless(ran.stdout))
     missing = [line for line in numberless(shown) if line not in printed]
     assert not missing, f"$ {command}\n{ran.stdout}{ran.stderr}"
     assert (ran.returncode == 0) != refused, f"$ {command}\n{ran.stdout}{ran.stderr}"
+    return ran.stdout + ran.stderr if refused else ran.stdout

@@ -8,7 +8,10 @@ from __future__ import annotations
 import importlib
 import re
 
-from tests.repo.pages.api_page import PUBLIC, page, port_page
+from aeros.apps.site_listing import as_markdown, site_tables
+from aeros.spec.elaborate.load import decode_site
+from aeros.spec.text.discovery import reference_site_path
+from tests.repo.pages.api_page import PUBLIC, page, perception_page, port_page
 from tests.repo.tree import check_generated, text_of
 
 _PAGE = "docs/reference/api.md"
@@ -17,6 +20,10 @@ _PAGE = "docs/reference/api.md"
 def test_the_page_is_that_of_the_docstrings() -> None:
     check_generated(_PAGE, "names", page())
     check_generated(_PAGE, "port", port_page())
+
+
+def test_the_page_of_the_toolkit_is_that_of_its_docstrings() -> None:
+    check_generated("docs/reference/perception.md", "perception", perception_page())
 
 
 def test_every_exception_that_a_name_raises_is_explained_with_its_module() -> None:
@@ -40,3 +47,9 @@ def test_every_port_that_the_page_names_is_there() -> None:
         found = importlib.import_module(module)
         for name in re.findall(r"`(\w+)`", names):
             assert hasattr(found, name), (module, name)
+
+
+def test_the_page_lists_the_reference_site() -> None:
+    site = decode_site(reference_site_path())
+    assert site is not None
+    check_generated("docs/reference/panda_cell.md", "names", f"\n{as_markdown(site_tables(site))}\n")

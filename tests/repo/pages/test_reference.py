@@ -48,6 +48,7 @@ from tests.repo.tree import ROOT, check_generated, text_of
 _WHOLE = {
     "ecm": "tests/corpus/accepted/left_to_the_gate/ecm.yaml",
     "site": "tests/corpus/site/table.yaml",
+    "overlay": "tests/corpus/overlay/table.yaml",
     "people": "aeros/people/across_the_room.yaml",
     "faults": "ecms/fetch_object/faults/object_slips.yaml",
     "scene": "ecms/fetch_object/scenes/fetch.yaml",
@@ -55,6 +56,7 @@ _WHOLE = {
 _SAMPLES = {
     "ecm": ("ecms/*/ecm.yaml", "tests/corpus/accepted/*/ecm.yaml"),
     "site": ("aeros/sites/*.yaml", "tests/corpus/site/*.yaml", "tests/corpus/accepted/*/site.yaml"),
+    "overlay": ("tests/corpus/overlay/*.yaml",),
     "people": ("aeros/people/*.yaml",),
     "faults": ("aeros/faults/*.yaml", "ecms/*/faults/*.yaml"),
     "scene": ("aeros/scenes/*.yaml", "ecms/*/scenes/*.yaml"),

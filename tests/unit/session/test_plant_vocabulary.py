@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -15,7 +16,7 @@ from aeros.runtime.ports import Plant, Reading, Readings
 from aeros.runtime.proving import prove_configuration
 from aeros.session.assembly import SessionSetup, open_recorded_plant
 from aeros.session.plant_factory import PlantSetupError
-from aeros.session.plant_vocabulary import require_declared_measurements
+from aeros.session.plant_vocabulary import require_declared_measurements, require_known_actions
 from aeros.sim.kinematic.plant import make_plant
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
@@ -23,6 +24,22 @@ from aeros.spec.model.site import Site
 from aeros.spec.scenes.load import load_scene
 from aeros.spec.text.discovery import reference_site_path
 from tests.repo.tree import ROOT
+
+SITE_WORDS = {"move_tool": "reach_to", "grip": "pinch", "look": "snap", "wait": "rest"}
+
+
+def renamed_site(folder: Path, *, means: bool) -> Path:
+    """Write the reference site with other names of some actions."""
+    text = reference_site_path().read_text()
+    for word, own in SITE_WORDS.items():
+        meaning = f"\n    means: {word}" if means else ""
+        text = re.sub(rf"^  {word}:$", f"  {own}:{meaning}", text, flags=re.MULTILINE)
+        text = re.sub(rf"(on: \[[^\]]*)\b{word}\b", rf"\g<1>{own}", text)
+        text = re.sub(rf"^    {word}:", f"    {own}:", text, flags=re.MULTILINE)
+        text = re.sub(rf"(gripped_by: \[|\{{arm: ){word}\b", rf"\g<1>{own}", text)
+    path = folder / "site.yaml"
+    path.write_text(text)
+    return path
 
 
 class Measuring:
@@ -112,3 +129,31 @@ def test_a_session_is_refused_when_its_plant_opens(tmp_path: Path) -> None:
     )
     with pytest.raises(PlantSetupError, match="wrist"), open_recorded_plant(setup):
         pass
+
+
+class Acting(Measuring):
+    """A plant that says which action kinds it can do."""
+
+    action_kinds = ("grip", "look", "move_base", "move_tool", "slide", "stop", "wait")
+
+
+@pytest.mark.parametrize("means", [True, False])
+def test_a_site_with_other_words_for_actions_suits_a_simulator_if_it_says_what_they_mean(
+    tmp_path: Path, *, means: bool
+) -> None:
+    site = renamed_site(tmp_path, means=means)
+    configuration = prove_configuration([ROOT / "ecms" / "fetch_object"], site, certified=False)[0]
+    require_known_actions(cast("Plant", Measuring()), configuration)
+    plant = cast("Plant", Acting())
+    if means:
+        require_known_actions(plant, configuration)
+        return
+    with pytest.raises(PlantSetupError) as refused:
+        require_known_actions(plant, configuration)
+    first, *lines = str(refused.value).splitlines()
+    assert "cannot do 3 action kinds of the site `panda_cell` that the modules need" in first
+    assert lines == [
+        "  pinch: {means: grip, …}",
+        "  reach_to: {means: move_tool, …}",
+        "  snap: {means: look, …}",
+    ]

@@ -111,6 +111,16 @@ def elaborate_ecm(
         definitions=perception.definitions,
         names=bound,
         worker=elaborate_worker_limits(ecm.permissions.worker, site.isolation, diagnostics),
+        access_spans={
+            name.value: name.span
+            for group in (
+                ecm.permissions.actuators,
+                ecm.permissions.sensors,
+                ecm.permissions.channels,
+                ecm.permissions.compute,
+            )
+            for name in group
+        },
     )
     return elaborated if len(diagnostics) == before else None
 

@@ -51,6 +51,7 @@ class ModuleNeeds:
         self._settings: dict[str, Setting] = {}
         self.site = site
         configuration = site.configurations.get(self._module, ModuleConfiguration())
+        self._of_operator = site.operator_configurations.get(self._module, ModuleConfiguration())
         self._check_settings(configuration)
         bound: dict[str, str] = {}
         # A camera's choices depend on the volume that it must see, which may be declared after it.
@@ -145,7 +146,7 @@ class ModuleNeeds:
         if choices is None:
             return ""
         chosen = configuration.bindings.get(name.value, "")
-        source = "set"
+        source = "set" if name.value in self._of_operator.bindings else "site file"
         if not chosen:
             same, only = name.value in choices, len(choices) == 1
             chosen = name.value if same else choices[0] if only else ""
@@ -191,7 +192,8 @@ class ModuleNeeds:
         )
         text = configuration.parameters.get(name.value)
         written = parameter.default if text is None else expression_of_argument(f"--set {name.value}", text)
-        source = "default" if text is None else "set"
+        given = "set" if name.value in self._of_operator.parameters else "site file"
+        source = "default" if text is None else given
         self._settings[name.value] = Setting(
             name.value,
             "" if written is None else written.value,

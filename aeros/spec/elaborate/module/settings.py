@@ -15,7 +15,8 @@ class Setting:
         value: name of a thing of the site, or value of a parameter; empty if there is none.
         choices: names of the things of the site that suit; empty for a parameter.
         is_parameter: True for a parameter.
-        source: the reason for the value: `set`, `same name`, `only choice` or `default`.
+        source: the reason for the value: `set` by the operator, `site file`, `same name`, `only choice` or
+            `default`.
         description: its meaning, in the words of the manifest; empty if a parameter has none.
         allowed: the values that a parameter may have; empty for a need.
     """

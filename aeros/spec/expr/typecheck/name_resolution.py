@@ -9,7 +9,7 @@ from aeros.spec.expr import syntax as s
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import AxisAlignedBox, ExpressionTypeError, Scope
 from aeros.spec.expr.types import EnumType, IntegerType, RealType, Type, VectorType
-from aeros.spec.expr.units import NUMBER
+from aeros.spec.expr.units import LENGTH, NUMBER
 
 Bound = Mapping[str, t.BoundVariable]
 """Indices of the enclosing quantifiers, by name."""
@@ -64,18 +64,18 @@ def resolve_name(node: s.Name, scope: Scope, bound: Bound, hint: Type | None) ->
 
 
 def resolve_attribute(node: s.Attribute, scope: Scope, bound: Bound) -> tuple[t.Term, Type] | None:
-    """Resolve `inputs.NAME`, `ROLE.PARAMETER` or `MODULE.VARIABLE`.
+    """Resolve `inputs.NAME`, `ROLE.PARAMETER`, `MODULE.VARIABLE`, `VOLUME.lower` or `VOLUME.upper`.
 
     Args:
         node: the attribute expression.
-        scope: declared inputs, roles and variables.
+        scope: declared inputs, roles, variables and volumes.
         bound: indices of the enclosing quantifiers, by name.
 
     Returns:
-        The variable and its type; None if the base is a name that stands alone, or no name.
+        The variable or corner and its type; None if the base is a name that stands alone, or no name.
 
     Raises:
-        ExpressionTypeError: the input, parameter or variable is not declared.
+        ExpressionTypeError: the input, parameter, variable or corner is not declared.
     """
     if not isinstance(node.base, s.Name):
         return None
@@ -89,12 +89,28 @@ def resolve_attribute(node: s.Attribute, scope: Scope, bound: Bound) -> tuple[t.
     elif base in scope.roles:
         among, fault = scope.roles[base], f"the action `{base}` has no parameter `{text}`"
         otherwise = None
+    elif base in scope.volumes and base not in bound:
+        return _corner(node, scope.volumes[base], text)
     else:
         _check_base_is_known(node, base, text, scope, bound)
         return None
     if text not in among:
         raise ExpressionTypeError("AE202", fault, node.extent, cure=suggest_names(text, among) or otherwise)
     return among[text], value_type(among[text].type)
+
+
+def _corner(node: s.Attribute, volume: AxisAlignedBox, text: str) -> tuple[t.Term, Type]:
+    """Return a corner of a volume: a point in W, m.
+
+    Raises:
+        ExpressionTypeError: a volume has no such attribute.
+    """
+    corners = {"lower": volume.lower, "upper": volume.upper}
+    if text not in corners:
+        cure = suggest_names(text, corners) or "it has the corners `lower` and `upper`"
+        raise ExpressionTypeError("AE202", f"a volume has no `{text}`", node.extent, cure=cure)
+    x, y, z = (t.Literal(value, RealType(LENGTH)) for value in corners[text])
+    return t.Vector(x, y, z), VectorType(LENGTH)
 
 
 def _check_base_is_known(node: s.Attribute, base: str, text: str, scope: Scope, bound: Bound) -> None:

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -211,15 +212,27 @@ def test_for_a_site_of_ones_own_its_tests_verify_under_that_site(tmp_path: Path)
     )
 
 
-def test_a_site_without_the_words_is_refused_with_those_it_lacks(
+def test_needs_that_a_site_leaves_open_are_listed_with_the_way_to_bind_them(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert _new(tmp_path, "--site", str(OTHER_SITE)) == Exit.REJECTED
-    message = capsys.readouterr().err
-    assert "lacks vocabulary that the template uses" in message
-    assert "`move_tool` is neither an action kind of this site nor a need" in message
-    assert "use the reference site" in message
-    assert _below(tmp_path) == []
+    assert _new(tmp_path, "--site", str(OTHER_SITE)) == Exit.SUCCESS
+    message = capsys.readouterr().out
+    assert "`tidy` needs `grip`, an action kind with `width`, `force`, and this site has none" in message
+    assert "`tidy` needs `cell_survey`, a sensor, and several suit: `panel`," in message
+    assert "as in `modules: {tidy: {bind: {NEED: THING}}}`" in message
+    assert _below(tmp_path) == FILES
+
+
+def test_a_module_for_a_site_with_other_names_is_proved_once_it_is_bound(tmp_path: Path) -> None:
+    text = reference_site_path().read_text()
+    for name in ("workspace", "own_base", "base_position", "overhead"):
+        text = re.sub(rf"\b{name}\b", f"other{name}", text)
+    site = tmp_path / "cell.yaml"
+    site.write_text(text)
+    arguments = ["verify", str(tmp_path / "tidy"), "--no-lock", "--site", str(site)]
+    assert _new(tmp_path, "--site", str(site)) == Exit.SUCCESS
+    bindings = ["--bind=tidy.overhead=otheroverhead", "--bind=tidy.cell_survey=cell_survey"]
+    assert main([*arguments, *bindings]) == Exit.SUCCESS
 
 
 def test_a_broken_site_is_refused_for_what_is_wrong_with_it(

@@ -261,3 +261,28 @@ def test_a_policy_that_is_no_file_is_refused_and_not_waited_for(
     os.mkfifo(tmp_path / "pipe")
     assert main(["policy", str(tmp_path / "pipe"), "--state", str(tmp_path / "robot")]) == 1
     assert "it is not a regular file" in capsys.readouterr().err
+
+
+def test_an_overlay_grants_a_module_its_access_and_is_stored_with_its_site(
+    robot: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    poor = (BASE / "site.yaml").read_text().replace("panel, gripper, camera]", "panel, gripper]")
+    (tmp_path / "site.yaml").write_text(poor)
+    (tmp_path / "cell.yaml").write_text(
+        "schema: aeros/overlay/1\nbase: site.yaml\ngrants: {tidy: {sensors: [camera]}}\n"
+    )
+    assert run("policy", "site.yaml") == 0
+    assert run("install", str(BASE / "tidy")) == 1
+    assert "AE404" in capsys.readouterr().err
+    assert run("policy", "cell.yaml") == 0
+    assert "  tidy may also use sensors camera\n" in capsys.readouterr().out
+    (tmp_path / "site.yaml").unlink()
+    (tmp_path / "cell.yaml").unlink()
+    assert run("install", str(BASE / "tidy")) == 0
+    snapshot = Registry(robot).snapshot()
+    assert Registry(robot).configuration(snapshot)[0].site.grants["tidy"].sensors == {"camera"}
+    changes = [json.loads(line) for line in (robot / "registry" / "audit.jsonl").read_text().splitlines()]
+    assert any(str(one).count(snapshot.site) and "policy cell.yaml" in str(one) for one in changes)
+    (tmp_path / "site.yaml").write_text(poor)
+    assert run("policy", "site.yaml") == 1
+    assert "AE404" in capsys.readouterr().err

@@ -146,3 +146,21 @@ def test_a_run_finds_a_required_module_next_to_its_folder(tmp_path: Path) -> Non
 def test_a_folder_without_modules_is_refused(registry: Registry, tmp_path: Path) -> None:
     with pytest.raises(UserError, match="AE130"):
         FolderModules(tmp_path / "robot", None, registry).load(registry.snapshot())
+
+
+def test_an_overlay_governs_a_run_without_a_registry_and_with_one_where_it_is_in_force(
+    registry: Registry, folder: Path, tmp_path: Path
+) -> None:
+    cell = tmp_path / "cell.yaml"
+    cell.write_text(
+        f"schema: aeros/overlay/1\nbase: {BASE / 'site.yaml'}\ngrants: {{tidy: {{sensors: [camera]}}}}\n"
+    )
+    assert main(["verify", str(folder), "--site", str(cell)]) == 0
+    with pytest.raises(UserError, match="is not the policy that is in force"):
+        FolderModules(folder, cell, registry).load(registry.snapshot())
+    alone = FolderModules(folder, cell, registry).load(RegistrySnapshot())
+    registry.set_policy(cell)
+    loaded = FolderModules(folder, cell, registry).load(registry.snapshot())
+    assert loaded.policy == registry.snapshot().site == alone.policy
+    assert loaded.configuration.digest == alone.configuration.digest
+    assert FolderModules(folder, None, registry).load(registry.snapshot()).policy == loaded.policy

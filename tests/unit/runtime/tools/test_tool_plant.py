@@ -221,3 +221,25 @@ def test_everything_else_is_the_plants(bench: Bench) -> None:
     assert bench.plant.pictures() == {}
     assert {"begin", "halt", "skill_began", "skill_ended", "stop"} <= {one[0] for one in bench.inner.calls}
     assert bench.plant.observe()["table_tidy"] == Reading(True, bench.plant.now())
+
+
+class PlantWithWords(FakePlant):
+    """A plant that says which action kinds it can do."""
+
+    action_kinds = ("move_tool", "stop")
+
+
+@pytest.mark.parametrize(("inner", "word"), [(PlantWithWords(), "move_tool"), (FakePlant(), "move")])
+def test_a_plant_that_says_its_action_kinds_gets_the_action_under_its_own_name(
+    inner: FakePlant, word: str
+) -> None:
+    site = load_site(TABLE, Diagnostics())
+    assert site is not None
+    site = replace(site, kinds={**site.kinds, "move": replace(site.kinds["move"], means="move_tool")})
+    plant = ToolPlant(inner, FixedGovernor(make_configuration(site, {})), lambda event, details: None)
+    plan = plant.plan(MOVE)
+    assert not isinstance(plant.begin(MOVE, plan), MotionCompletion)
+    stop = Action("stop", {})
+    assert not isinstance(plant.begin(stop), MotionCompletion)
+    assert inner.executed == [Action(word, MOVE.parameters), stop]
+    assert next(call for call in inner.calls if call[0] == "plan")[1] == Action(word, MOVE.parameters)

@@ -21,6 +21,7 @@ from aeros.runtime.ports import (
     Reading,
     RobotBody,
     Trajectory,
+    known_action_kinds,
     plan_sequence,
 )
 from aeros.sim.fake import FakePlant
@@ -260,3 +261,10 @@ def test_a_hosted_plant_without_cameras_has_no_pictures() -> None:
     plant = Hosting(FakePlant()).join()
     assert plant.pictures() == {}
     plant.shut_down_host()
+
+
+def test_the_action_kinds_of_the_hosted_plant_are_known() -> None:
+    for inner in (kinematic(), FakePlant()):
+        plant = Hosting(inner).join()
+        assert known_action_kinds(plant) == known_action_kinds(inner)
+        plant.shut_down_host()

@@ -528,3 +528,10 @@ def test_a_predicate_that_depends_on_a_parameter_is_another_fact_for_each_value(
     plant.set_parameters({"handling.pot": "a"})
     assert (plant.observe()["handling.pot"].value, cooked_now()) == ("a", True)
     assert plant.reset(0).observe()["handling.cooked"].value is False
+
+
+def test_an_action_of_another_word_has_the_effect_of_what_it_means() -> None:
+    other = replace(kind("move_tool"), name="reach_to", means="move_tool")
+    plant = SymbolicPlant(replace(site(), kinds={**site().kinds, "reach_to": other}), {}, 0)
+    execute(plant, act("reach_to", target=(0.3, 0.2, 0.1), yaw=0.0, speed=0.5), watch, 100.0)
+    assert values(plant)["tool_position"] == (0.3, 0.2, 0.1)

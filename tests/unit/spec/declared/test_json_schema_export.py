@@ -45,6 +45,8 @@ def files(name: str) -> list[Path]:
     """Return the files of the repository that use the schema `name`."""
     if name == "ecm":
         return sorted([*ROOT.glob("ecms/*/ecm.yaml"), *CORPUS.rglob("ecm.yaml")])
+    if name == "overlay":
+        return sorted((CORPUS / name).glob("*.yaml"))
     if name in ("people", "faults"):
         return sorted((ROOT / "aeros" / name).glob("*.yaml"))
     return sorted(

@@ -9,8 +9,10 @@ from typing import Any
 
 import pytest
 
+from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.diagnostics.source import Source
+from aeros.spec.elaborate.load import elaborate_source
 from aeros.spec.model.configured import ModuleConfiguration
 from aeros.spec.model.ecm import Ecm, Task
 from aeros.spec.model.perception import PerceptionPolicy
@@ -24,6 +26,8 @@ from aeros.spec.model.summary import (
     summarize_site,
     summary_to_json,
 )
+from aeros.spec.text.site_layers import read_site
+from tests.repo.tree import ROOT
 from tests.unit.agent.dumplings import build, outcome, site, skill, state
 
 FILE = Source("a.yaml", "0123456789abcdefghij")
@@ -158,3 +162,12 @@ def test_a_malformed_summary_is_refused() -> None:
         module_summary_from_json(packed, Source("a.yaml", "short"))
     with pytest.raises(KeyError):
         site_summary_from_json({"id": "home"}, FILE)
+
+
+def test_the_places_of_a_site_with_an_overlay_come_back_in_their_own_files() -> None:
+    whole = read_site(ROOT / "tests" / "corpus" / "overlay" / "table.yaml")
+    site = elaborate_source(whole, Diagnostics())
+    assert site is not None
+    summary = summarize_site(site)
+    assert len({one.source.path for one in (site.span, *summary.grants.values())}) == 2
+    assert site_summary_from_json(json.loads(json.dumps(summary_to_json(summary, whole))), whole) == summary

@@ -10,12 +10,17 @@ from typing import Any
 
 import pytest
 
+from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
+from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.rules import Conjunct
+from aeros.spec.model.site import Site
 from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.permission import permission_obligations
 from aeros.spec.obligations.verdicts import StaticClaim
+from aeros.spec.text.discovery import reference_site_path
+from aeros.spec.text.site_layers import read_site
 from tests.unit.spec.obligations.data.tidier import Change, failed, module, site
 
 GRANTED = "    actuators: [arm, turntable]\n    sensors: [panel, scanner, encoders, camera]\n"
@@ -28,6 +33,15 @@ def faults(*changes: Change, at: tuple[Change, ...] = ()) -> dict[str, str]:
     place = site(*at)
     found = failed(permission_obligations(module(*changes, at=place), place))
     return {name.removeprefix("permission/"): code for name, code in found.items()}
+
+
+def failed_access(asked: Ecm, at: Site) -> dict[str, Diagnostic]:
+    claims = [one for one in permission_obligations(asked, at) if isinstance(one, StaticClaim)]
+    return {
+        str(one.id).removeprefix("permission/"): one.diagnostic
+        for one in claims
+        if "permission/access/" in str(one.id) and one.diagnostic is not None
+    }
 
 
 def test_a_module_inside_its_permissions_is_proved() -> None:
@@ -165,3 +179,23 @@ def test_a_risk_is_reported_by_its_word() -> None:
         "`fetch` is of high risk; this site allows medium at most",
         "`fetch` declares low risk, but `reach` carries more",
     ]
+
+
+def test_a_refusal_says_the_lines_that_grant_everything_that_is_missing() -> None:
+    asked = (PERMITTED, f"{PERMITTED}  channels: [announcements]\n")
+    claims = failed_access(module(asked, at=site()), site((GRANTED, GRANTED.replace(", camera", ""))))
+    assert sorted(claims) == ["access/channels", "access/sensors"]
+    for one in claims.values():
+        (cure,) = one.help
+        assert "`tidier: {sensors: [camera], channels: [announcements]}` under `policy.grants`" in cure
+    assert claims["access/sensors"].primary is not None
+    assert claims["access/sensors"].primary.span.text == "camera"
+
+
+def test_at_the_reference_site_a_refusal_says_the_whole_overlay() -> None:
+    place = site((GRANTED, GRANTED.replace(", camera", "")))
+    reference = read_site(reference_site_path()).span(0, 1)
+    claims = failed_access(module(at=site()), replace(place, span=reference))
+    first, second = claims["access/sensors"].help
+    assert "`schema: aeros/overlay/1` and `grants: {tidier: {sensors: [camera]}}`" in first
+    assert "`aeros policy cell.yaml`" in second

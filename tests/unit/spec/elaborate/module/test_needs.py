@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 
 import pytest
@@ -273,3 +274,34 @@ def test_a_name_that_is_no_need_is_proposed_as_one(
     report = verify([folder], TABLE, settings=OperatorSettings(configurations={MODULE: BOUND}))
     texts = "\n".join(render_text(one) for subject in report.subjects for one in subject.diagnostics)
     assert hint in texts
+
+
+def test_a_default_reads_a_corner_of_the_volume_that_the_need_is_bound_to(folder: Path, site: Site) -> None:
+    manifest = folder / "ecm.yaml"
+    before, after = manifest.read_text().split("    outcomes:", 1)
+    given = (
+        "    inputs:\n      height: {type: real, unit: m, range: [0, 9], default: surface.upper.z - 5 mm}\n"
+    )
+    manifest.write_text(f"{before}{given}    outcomes:{after}")
+    for volume in ("tabletop", "camera_mast"):
+        ecm, _ = elaborated(folder, bound(site, surface=volume))
+        assert ecm is not None
+        (skill,) = [one for one in ecm.skills.values() if one.inputs]
+        assert skill.inputs["height"].default_value == site.volumes[volume].upper[2] - Fraction(5, 1000)
+
+
+def test_a_setting_says_if_the_site_file_or_the_operator_made_it(folder: Path, tmp_path: Path) -> None:
+    path = tmp_path / "cell.yaml"
+    given = f"{MODULE}: {{bind: {{surface: tabletop}}, set: {{pause: 5 s, number: 1}}}}"
+    path.write_text(f"schema: aeros/overlay/1\nbase: {TABLE}\nmodules:\n  {given}\n")
+    site = load_site(path, Diagnostics())
+    assert site is not None
+    assert {name: one.source for name, one in settings(folder, site).items()} == {
+        "surface": "site file", "top": "only choice", "pause": "site file", "number": "site file"
+    }  # fmt: skip
+    site = site.with_configurations(
+        {MODULE: ModuleConfiguration({"surface": "camera_mast"}, {"pause": "6 s"})}
+    )
+    assert {name: one.source for name, one in settings(folder, site).items()} == {
+        "surface": "set", "top": "only choice", "pause": "set", "number": "site file"
+    }  # fmt: skip

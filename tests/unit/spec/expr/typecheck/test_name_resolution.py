@@ -11,6 +11,7 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.parser import parse
 from aeros.spec.expr.random_terms import JOINT, MODE, VARIABLES
 from aeros.spec.expr.scope import ExpressionTypeError, Scope
+from aeros.spec.expr.semantics import evaluate
 from aeros.spec.expr.typecheck.name_resolution import (
     declared_type,
     not_a_member,
@@ -118,6 +119,21 @@ def test_a_variable_of_a_module_that_may_not_be_read_is_named_whole() -> None:
     assert hidden.value.message == "`pot.water_hot` is not declared here"
     assert hidden.value.cure is not None
     assert "`policy.perception.shared`" in hidden.value.cure
+
+
+def test_a_corner_of_a_volume_is_a_constant_point() -> None:
+    (volume, box), *_ = SCOPE.volumes.items()
+    for corner, values in (("lower", box.lower), ("upper", box.upper)):
+        found = attribute(name(volume), corner, SCOPE)
+        assert found is not None
+        assert evaluate(found[0], {}) == values
+        assert found[1] == VectorType(LENGTH)
+    with pytest.raises(ExpressionTypeError) as raised:
+        attribute(name(volume), "uper", SCOPE)
+    assert (raised.value.message, raised.value.cure) == ("a volume has no `uper`", "did you mean `upper`?")
+    with pytest.raises(ExpressionTypeError) as raised:
+        attribute(name(volume), "centre", SCOPE)
+    assert raised.value.cure == "it has the corners `lower` and `upper`"
 
 
 def test_the_attribute_of_anything_else_is_left_to_the_caller() -> None:
