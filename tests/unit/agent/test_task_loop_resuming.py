@@ -394,7 +394,7 @@ def resume(folder: Path, runtime: Mortal, instruction: str = "dumplings") -> Run
         (lambda text: text.replace("recover", "rewover", 1), "its digest does not match"),
         (
             lambda text: text.replace(f'"schema": {SCHEMA}', '"schema": 99'),
-            "`99` was written by a newer AEROS, and this one reads `7`; install a newer AEROS",
+            "`99` was written by a newer AEROS, and this one reads `8`; install a newer AEROS",
         ),
         (lambda text: "[]", "does not have the layout"),
     ],
