@@ -71,3 +71,23 @@ def test_a_task_that_composes_a_composing_task_has_all_that_this_one_has() -> No
     outer = replace(task(), initial={}, composed={"end_day": task()})
     assert outer.start == task().start
     assert outer.rehearsals("outer") == task().rehearsals("end_day")
+
+
+def test_a_value_of_a_variable_that_is_not_public_is_refused_as_such(tmp_path: Path) -> None:
+    manifest = (END_DAY / "ecm.yaml").read_text()
+    at_start = "      clean_table.robot_at_table: false\n"
+    hidden = "      make_dumplings.robot_at_bench: false\n"
+    (folder := tmp_path / "end_day").mkdir()
+    (folder / "ecm.yaml").write_text(manifest.replace(at_start, at_start + hidden))
+    diagnostics = Diagnostics()
+    site = load_site(reference_site_path(), diagnostics)
+    assert site is not None
+    around = Surroundings((folder, ECMS / "clean_table", ECMS / "make_dumplings"))
+    assert load_ecm(folder, site, diagnostics, around) is None
+    (found,) = diagnostics
+    assert found.code == "AE122"
+    assert found.headline == (
+        "`make_dumplings.robot_at_bench` is a state variable of `make_dumplings` that is not public"
+    )
+    assert found.primary is not None
+    assert found.primary.span.text == "make_dumplings.robot_at_bench"
