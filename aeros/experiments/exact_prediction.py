@@ -110,7 +110,7 @@ class _ModelTables:
         self.system = TransitionSystem(model.ecm, model.task, model.site)
         self.routed = RoutedTask(model.ecm.id, model.task)
         self.goal = self.system.condition(model.task.goal)
-        values = initial_values(model.site, to_doubles(model.task.initial))
+        values = initial_values(model.site, to_doubles(model.task.start))
         self.start = tuple(values[name] for name in self.system.names)
         self._invocations: dict[tuple[str, str], list[Invocation]] = {}
 

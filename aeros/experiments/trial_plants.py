@@ -64,7 +64,7 @@ def symbolic_plants(
     Returns:
         A function that opens the plant of a seed.
     """
-    rested = SymbolicPlant(site, modules, 0, to_doubles(task.initial), bursts)
+    rested = SymbolicPlant(site, modules, 0, to_doubles(task.start), bursts)
 
     @contextmanager
     def opened(seed: int) -> Iterator[OpenPlant]:

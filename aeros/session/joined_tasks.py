@@ -45,7 +45,7 @@ def joined_task(tasks: Sequence[Task]) -> Task:
     Returns:
         The first task, with the initial values of the others for variables that it does not name.
     """
-    initial = {name: value for task in reversed(tasks) for name, value in task.initial.items()}
+    initial = {name: value for task in reversed(tasks) for name, value in task.start.items()}
     return replace(tasks[0], initial=initial)
 
 

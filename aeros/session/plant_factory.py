@@ -142,7 +142,7 @@ def load_run_scene(
     if plant == "symbolic":
         return None
     scene = scene_of_tasks(configuration, tasks, extra)
-    if extra is not None or len({task.scene for task in tasks}) > 1:
+    if len(scene.parts) > 1:
         _build(plant, scene, seed, sensor_setup(configuration, ideal=True)).close()
     return scene
 
@@ -280,7 +280,7 @@ def connect_plant(path: Path) -> RemotePlant:
 def _build_symbolic(configuration: Configuration, task: Task, seed: int) -> Plant:
     from aeros.sim.symbolic.plant import SymbolicPlant
 
-    return SymbolicPlant(configuration.site, configuration.modules, seed, to_doubles(task.initial))
+    return SymbolicPlant(configuration.site, configuration.modules, seed, to_doubles(task.start))
 
 
 def _build(

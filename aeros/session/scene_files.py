@@ -1,6 +1,6 @@
 """Scenes of tasks: from the folder of the task's module, from AEROS, or from another module.
 
-The scenes of several tasks are combined into one cell.
+The scenes of several tasks are combined into one cell, and so are those of the tasks that one composes.
 
 A scene is no code of the robot, so it is no part of a module's certificate: no proof speaks of it, and
 another position of a crate in a simulator asks for no new certificate. It is part of the module's bundle.
@@ -11,30 +11,28 @@ registry keeps the files with the module.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from pathlib import Path
 
 from aeros.runtime.gate.configuration import Configuration
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.model.ecm import Ecm, Task
 from aeros.spec.model.scene import Scene
-from aeros.spec.scenes.combining import combine
+from aeros.spec.scenes.cells import load_cell
 from aeros.spec.scenes.load import add_scene, known_scenes, load_scene, require_robot
 
 
-def module_folders(configuration: Configuration, task: Task | None) -> Sequence[str]:
+def module_folders(configuration: Configuration, module: str | None) -> Sequence[str]:
     """List the folders in which scenes are looked for.
 
     Args:
         configuration: site and active modules.
-        task: the task, whose module comes first; None if there is none.
+        module: the module whose folder comes first; None for no preference.
 
     Returns:
         The folders of the modules.
     """
-    modules = configuration.modules.values()
-    ordered = sorted(modules, key=lambda ecm: task is None or not _has(ecm, task))
-    return [ecm.folder for ecm in ordered]
+    ordered = sorted(configuration.modules.items(), key=lambda one: one[0] != module)
+    return [ecm.folder for _, ecm in ordered]
 
 
 def scene_of_task(configuration: Configuration, task: Task, extra: str | None = None) -> Scene:
@@ -69,26 +67,27 @@ def scene_of_tasks(configuration: Configuration, tasks: Sequence[Task], extra: s
     Raises:
         UserError: as in `scene_of_task`, or the scenes cannot be combined.
     """
-    scenes: dict[str, Scene] = {}
-    files: set[Path] = set()
-    cameras, variables = _site_cameras(configuration), _state_variables(configuration)
-    for task in tasks:
-        folders = module_folders(configuration, task)
-        known = known_scenes(folders)
+    parts = [part for task in tasks for part in task.rehearsals(_module_of(configuration, task))]
+    folders = {module: module_folders(configuration, module) for module, _ in parts}
+    scenes: list[tuple[str, str]] = []
+    for module, task in parts:
+        known = known_scenes(folders[module])
         if task.scene is None or task.scene not in known:
             headline = (
                 f"the scene of `{task.id}` is `{task.scene}`, but there is only {', '.join(sorted(known))}"
             )
             help_ = ("add its file to the module's folder `scenes`", "or use `--plant symbolic`")
             raise UserError([Diagnostic("AE002", headline, help=help_)])
-        if (path := known[task.scene].resolve()) not in files:
-            files.add(path)
-            scene = require_robot(load_scene(task.scene, folders, cameras, variables))
-            module = next((id_ for id_, one in configuration.modules.items() if _has(one, task)), task.scene)
-            scenes[module if module not in scenes else f"{module}_{task.scene}"] = scene
-    whole = combine(scenes)
-    folders = module_folders(configuration, tasks[0])
-    return whole if extra is None else add_scene(whole, extra, folders, cameras, variables)
+        scenes.append((module, task.scene))
+    cameras, variables = _site_cameras(configuration), _state_variables(configuration)
+    whole = load_cell(scenes, folders, cameras, variables)
+    return whole if extra is None else add_scene(whole, extra, folders[parts[0][0]], cameras, variables)
+
+
+def _module_of(configuration: Configuration, task: Task) -> str:
+    """Return the id of the module that provides a task; that of its scene if none does."""
+    modules = configuration.modules.items()
+    return next((id_ for id_, ecm in modules if _has(ecm, task)), task.scene or task.id)
 
 
 def _has(module: Ecm, task: Task) -> bool:

@@ -211,7 +211,7 @@ def declared_start(site: Site, task: Task | None) -> dict[str, Value]:
     Returns:
         Exact values of all state variables, by name.
     """
-    initial = {} if task is None else to_doubles(task.initial)
+    initial = {} if task is None else to_doubles(task.start)
     return {name: to_exact(site.state[name], value) for name, value in initial_values(site, initial).items()}
 
 

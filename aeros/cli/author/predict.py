@@ -198,7 +198,7 @@ def _prediction_json(ecm: Ecm, task: Task, site: Site, replans: int) -> dict[str
     """
     try:
         system = TransitionSystem(ecm, replace(task, invariants=()), site)
-        values = initial_values(site, to_doubles(task.initial))
+        values = initial_values(site, to_doubles(task.start))
         start = tuple(values[name] for name in system.names)
         prediction = predict(system, start, replans)
     except StateSpaceError as why:

@@ -5,13 +5,14 @@ No proof speaks of a scene, so a fault in one leaves the certificate as it is.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from aeros.spec.diagnostics.codes import Diagnostic, Severity, SpanLabel, did_you_mean
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.source import SourceSpan
+from aeros.spec.scenes.cells import load_cell
 from aeros.spec.scenes.load import FOLDER, known_scenes, load_scene, require_robot, scenes_in
 from aeros.spec.text.discovery import MANIFEST
 from aeros.spec.verification.reports import Report, SubjectReport
@@ -50,10 +51,8 @@ def _faults(
 ) -> Iterator[Diagnostic]:
     # A run may have the modules beside this one, too.
     neighbours = [path.parent for path in sorted(module.path.resolve().parent.glob(f"*/{MANIFEST}"))]
-    around = [
-        module.path,
-        *(one for one in (*folders, *neighbours) if one.resolve() != module.path.resolve()),
-    ]
+    everywhere = (*folders, *neighbours)
+    around = _first(module.path, everywhere)
     known = known_scenes(around)
     for name, span in module.scenes.items():
         if name not in known:
@@ -65,15 +64,30 @@ def _faults(
             yield Diagnostic("AE002", f"there is no scene `{name}`", label, help=(help_,))
     for name in {**scenes_in(module.path), **{one: None for one in module.scenes if one in known}}:
         try:
-            scene = load_scene(name, around, variables=variables)
+            scene = load_scene(name, around, module.cameras, variables)
             if name in module.scenes:
                 require_robot(scene)
         except UserError as error:
             yield from (_placed(one, module.scenes.get(name)) for one in error.diagnostics)
 
+    by_name = {path.name: path for path in everywhere}
+    for task, scenes, span in module.composed_scenes:
+        if not all(owner in by_name for owner, _ in scenes):
+            continue  # a module that is missing, or in a folder of another name
+        own_first = {owner: _first(by_name[owner], everywhere) for owner, _ in scenes}
+        try:
+            load_cell(scenes, own_first, module.cameras, variables)
+        except UserError as error:
+            yield from (_placed(one, span, f"the scenes of `{task}`") for one in error.diagnostics)
 
-def _placed(fault: Diagnostic, span: SourceSpan | None) -> Diagnostic:
-    """Show a fault without a place at the task that names the scene."""
+
+def _first(folder: Path, others: Iterable[Path]) -> list[Path]:
+    """Return a folder and the others after it."""
+    return [folder, *(one for one in others if one.resolve() != folder.resolve())]
+
+
+def _placed(fault: Diagnostic, span: SourceSpan | None, label: str = "the task that names it") -> Diagnostic:
+    """Show a fault without a place at the task whose scene it is."""
     if fault.primary is not None or span is None:
         return fault
-    return replace(fault, primary=SpanLabel(span, "the task that names it"))
+    return replace(fault, primary=SpanLabel(span, label))

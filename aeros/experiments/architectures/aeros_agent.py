@@ -137,7 +137,7 @@ def initial_state(model: TrialModel, names: tuple[str, ...]) -> tuple[Any, ...]:
     Returns:
         The value of each of `names`, in their order.
     """
-    values = initial_values(model.site, to_doubles(model.task.initial))
+    values = initial_values(model.site, to_doubles(model.task.start))
     return tuple(values[name] for name in names)
 
 

@@ -96,7 +96,7 @@ def _with_risk_and_blocks(configuration: Configuration, requests: list[Request])
 def _measured(configuration: Configuration, module: str) -> Readings:
     """Return the readings where the tasks of `module` begin; for a module that is not there, the defaults."""
     ecm = configuration.modules.get(module)
-    initial = {} if ecm is None else {k: v for one in ecm.tasks.values() for k, v in one.initial.items()}
+    initial = {} if ecm is None else {k: v for one in ecm.tasks.values() for k, v in one.start.items()}
     return SymbolicPlant(configuration.site, configuration.modules, 0, to_doubles(initial)).observe()
 
 

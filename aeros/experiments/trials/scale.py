@@ -166,7 +166,7 @@ def _errand(robot: _Installation, seed: int) -> _TaskCase:
     ecm: Ecm = Random(seed).choice(modules)  # noqa: S311  no secret
     (task,) = ecm.tasks.values()
     site = robot.configuration.site
-    readings = SymbolicPlant(site, {ecm.id: ecm}, 0, to_doubles(task.initial)).observe()
+    readings = SymbolicPlant(site, {ecm.id: ecm}, 0, to_doubles(task.start)).observe()
     return _TaskCase(
         RoutedTask(ecm.id, task),
         task.trigger_phrases[0],

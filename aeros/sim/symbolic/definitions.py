@@ -46,8 +46,9 @@ class PlaceDefinitions:
         if changed is not None and _MOVED.isdisjoint(changed):
             return
         for name, term in self._terms.items():
-            if values[name]:
-                values[name] = is_true(term, {one: _exact(values[one]) for one in t.variables_of(term)})
+            read = t.variables_of(term)
+            if values[name] and read.keys() <= values.keys():  # an unknown position refutes nothing
+                values[name] = is_true(term, {one: _exact(values[one]) for one in read})
 
 
 def _exact(value: Any) -> Any:

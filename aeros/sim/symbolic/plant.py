@@ -36,7 +36,7 @@ from aeros.sim.symbolic.outcomes import (
     quantities_after,
 )
 from aeros.sim.symbolic.parameter_facts import ParameterFacts
-from aeros.sim.symbolic.state import as_reading, initial_values
+from aeros.sim.symbolic.state import as_reading, initial_values, unknown_positions
 from aeros.skill import Action
 from aeros.spec.consequences.consequences import modules_with_consequences
 from aeros.spec.diagnostics.errors import MisuseError
@@ -80,7 +80,9 @@ class SymbolicPlant:
         site: whose vocabulary is measured.
         modules: modules whose skills may run, by name.
         seed: the same seed and the same steps give the same run.
-        initial: initial values that differ from the harmless default, by vocabulary name, SI.
+        initial: initial values that differ from the harmless default, by vocabulary name, SI. A position of a
+            module that neither they nor an outcome give is not measured: a robot that drove to a made-up
+            place would show something that is not so.
         bursts: distributions of the skills whose outcomes come in bursts, by `module.skill`.
 
     Raises:
@@ -98,12 +100,18 @@ class SymbolicPlant:
     ) -> None:
         own = {name: one for ecm in modules.values() for name, one in ecm.state.items()}
         self._site = site = replace(site, state={**own, **site.state})
-        # What a site shares of a module that is not there, nobody measures.
-        self._names = ColumnNames(
-            [name for name in site.state if "." not in name or name.partition(".")[0] in modules]
-        )
         self._facts = ParameterFacts(modules)
-        start = initial_values(site, {**self._facts.defaults, **(initial or {})})
+        given = {**self._facts.defaults, **(initial or {})}
+        start = initial_values(site, given)
+        # What a site shares of a module that is not there, nobody measures.
+        unknown = unknown_positions(modules.values(), given)
+        self._names = ColumnNames(
+            [
+                name
+                for name in site.state
+                if "." not in name or (name.partition(".")[0] in modules and name not in unknown)
+            ]
+        )
         self._initial = {name: start[name] for name in self._names.names}
         self._definitions = PlaceDefinitions(site, modules.values())
         self._definitions.update(self._initial)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Container, Iterable, Mapping
 from fractions import Fraction
 from math import pi
 from typing import Any, Final
@@ -11,6 +11,7 @@ from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.expr.doubles import nearest_double_in_range
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType, RealType, VectorType
 from aeros.spec.expr.units import LENGTH
+from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.site import Site
 from aeros.spec.model.variables import Declared
 
@@ -26,7 +27,8 @@ _DEFAULT_VALUES: Final[Mapping[str, tuple[float, ...]]] = {
 """Values by vocabulary name, SI, positions in W; others are 0, false, or an enum's first member."""
 
 _DEFAULT_POSITION: Final = (0.45, 0.0, 0.15)
-"""Default position of anything else, in W, m: in front of the arm, clear of its column and of the table."""
+"""Default position of anything else, in W, m: in front of the arm, clear of its column and of the table.
+Modules' own positions have it only where a skill's outcome changes them (`unknown_positions`)."""
 
 
 def initial_values(site: Site, given: Mapping[str, Any]) -> dict[str, Any]:
@@ -49,6 +51,43 @@ def initial_values(site: Site, given: Mapping[str, Any]) -> dict[str, Any]:
         name: as_reading(given[name], declared) if name in given else _default_value(name, declared)
         for name, declared in site.state.items()
     }
+
+
+def unknown_positions(modules: Iterable[Ecm], given: Container[str]) -> frozenset[str]:
+    """List the positions that modules measure and of which nobody says where they are.
+
+    Args:
+        modules: the modules.
+        given: names of the variables that have an initial value.
+
+    Returns:
+        Full names of the modules' own variables that are positions, have no initial value, and get none from
+        an outcome of a skill.
+    """
+    all_modules = list(modules)
+    outcomes = [
+        one for ecm in all_modules for skill in ecm.skills.values() for one in skill.outcomes.values()
+    ]
+    changed = {name for one in outcomes for name in (*one.effects, *(each.variable for each in one.ranges))}
+    return frozenset(
+        name
+        for ecm in all_modules
+        for name, declared in ecm.state.items()
+        if is_position(declared) and name not in given and name not in changed
+    )
+
+
+def is_position(declared: Declared) -> bool:
+    """Check if a variable is a vector of lengths.
+
+    Args:
+        declared: the variable.
+
+    Returns:
+        True if it is.
+    """
+    type_ = declared.variable.type
+    return isinstance(type_, VectorType) and type_.dimension == LENGTH
 
 
 def as_reading(value: Any, declared: Declared) -> Any:

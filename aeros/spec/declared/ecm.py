@@ -204,13 +204,20 @@ class Task:
     rules: tuple[PlanningRule, ...] = field(metadata={"doc": "the planning rules, in order"})
     initial: ByVariable[ExpressionField] = field(
         default=MappingField(),
-        metadata={"doc": "the typical state at the start, as in `door_open: true`"},
+        metadata={
+            "doc": "the typical state at the start, as in `door_open: true`; a simulator takes what is "
+            "absent from the tasks of required modules that it composes"
+        },
     )
     invariants: tuple[TaskInvariant, ...] = field(
         default=(), metadata={"doc": "conditions that hold from the start to the end, proved for every path"}
     )
     scene: Identifier | None = field(
-        default=None, metadata={"doc": "the simulated scene in which the task can be rehearsed"}
+        default=None,
+        metadata={
+            "doc": "the simulated scene in which the task can be rehearsed; those of the tasks of required "
+            "modules that it composes if absent, as in `scene: fetch`"
+        },
     )
     objects: tuple[TextField, ...] = field(
         default=(),

@@ -226,16 +226,16 @@ class Task:
         goal_text: the goal as written.
         goal_conjuncts: the conditions that the goal is the conjunction of.
         rules: planning rules, in order.
-        scene: scene that a simulator builds for it; None if it needs none.
+        scene: scene that a simulator builds for it; None for those of the tasks that it composes, if any.
         invariants: conditions that must hold from its start to its end.
         span: place in the manifest.
         word_spans: places of the trigger phrases.
-        initial: typical value (SI) of each state variable at the start; a simulator without physics starts
-            from it.
+        initial: typical value (SI) of each state variable at the start.
         object_phrases: phrases for what it acts on, of which an instruction must name one, if there are any.
         extra_phrases: phrases that an instruction may add, and that ask for nothing more.
         condition_phrases: conditions that an instruction may make, by their phrase.
         parameters: what an instruction may say of it, by name; each is a state variable of its module.
+        composed: tasks of required modules whose work it asks for, by module.
     """
 
     id: str
@@ -253,6 +253,28 @@ class Task:
     extra_phrases: tuple[str, ...] = ()
     condition_phrases: Mapping[str, ActionCondition] = field(default_factory=dict)
     parameters: Mapping[str, TaskParameter] = field(default_factory=dict)
+    composed: Mapping[str, Task] = field(default_factory=dict)
+
+    @property
+    def start(self) -> dict[str, Any]:
+        """Typical start with what the composed tasks add; a simulator without physics starts from it."""
+        of_others = {
+            name: value for one in reversed([*self.composed.values()]) for name, value in one.start.items()
+        }
+        return of_others | dict(self.initial)
+
+    def rehearsals(self, module: str) -> tuple[tuple[str, Task], ...]:
+        """List the tasks whose scenes make up the cell in which a simulator runs it.
+
+        Args:
+            module: id of its module.
+
+        Returns:
+            Module and task of each: itself if it names a scene or composes no others.
+        """
+        if self.scene is not None or not self.composed:
+            return ((module, self),)
+        return tuple(part for id_, one in self.composed.items() for part in one.rehearsals(id_))
 
     def complete_arguments(self, given: Mapping[str, Any]) -> dict[str, Any]:
         """Add the defaults to arguments.

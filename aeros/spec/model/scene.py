@@ -423,11 +423,13 @@ class ScenePart(NamedTuple):
         name: name of the file without suffix.
         prefix: put before each of its names.
         digest: SHA-256 of its text, in hexadecimal.
+        offset: where the origin of its W is in that of the scene, m.
     """
 
     name: str
     prefix: str
     digest: str
+    offset: Vector = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -453,6 +455,7 @@ class Scene:
         variables: name of the state variable of each place and instrument that is not called as it is, by the
             thing's name.
         parts: the files that it is made of, its own first.
+        module: the module that its file names; None for none.
     """
 
     name: str
@@ -472,6 +475,7 @@ class Scene:
     truth: Mapping[str, SceneCondition]
     parts: tuple[ScenePart, ...] = field(default=())
     variables: Mapping[str, str] = field(default_factory=dict)
+    module: str | None = None
 
     def measured(self) -> Iterator[tuple[str, str]]:
         """Yield what is surveyed and what instruments measure.

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.diagnostics.source import Source, SourceSpan
 from aeros.spec.text.site_layers import layer_span, whole_offset
 
 if TYPE_CHECKING:
-    from aeros.spec.model.ecm import Ecm
+    from aeros.spec.model.ecm import Ecm, Task
     from aeros.spec.model.site import Site
 
 
@@ -30,6 +30,20 @@ class TaskPhrase:
     task: str
     word: str
     objects: tuple[str, ...]
+    span: SourceSpan
+
+
+class ComposedScenes(NamedTuple):
+    """Scenes that make up the cell of a task that names none itself.
+
+    Attributes:
+        task: id of the task.
+        scenes: module and name of each scene.
+        span: place of the task in the manifest.
+    """
+
+    task: str
+    scenes: tuple[tuple[str, str], ...]
     span: SourceSpan
 
 
@@ -59,6 +73,8 @@ class ModuleSummary:
         configuration: as in its model.
         resources: as in its model.
         scenes: scenes that its tasks name, and where.
+        composed_scenes: of its tasks that name no scene and compose others, the scenes of these.
+        cameras: for itself and each module that it requires, the site's names of cameras by the module's.
     """
 
     id: str
@@ -82,6 +98,8 @@ class ModuleSummary:
     configuration: Mapping[str, str] = field(default_factory=dict)
     resources: Mapping[str, str] = field(default_factory=dict)
     scenes: Mapping[str, SourceSpan] = field(default_factory=dict)
+    composed_scenes: tuple[ComposedScenes, ...] = ()
+    cameras: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
     @property
     def has_requirements(self) -> bool:
@@ -193,7 +211,21 @@ def summarize_module(ecm: Ecm) -> ModuleSummary:
         dict(ecm.configuration),
         dict(ecm.resources),
         {task.scene: task.span for task in ecm.tasks.values() if task.scene is not None},
+        tuple(
+            ComposedScenes(task.id, scenes, task.span)
+            for task in ecm.tasks.values()
+            if task.scene is None and (scenes := _scenes_of_composed(ecm, task))
+        ),
+        {
+            one.id: dict(one.names.cameras)
+            for one in (ecm, *ecm.foreign.modules.values())
+            if one.names.cameras
+        },
     )
+
+
+def _scenes_of_composed(ecm: Ecm, task: Task) -> tuple[tuple[str, str], ...]:
+    return tuple((id_, one.scene) for id_, one in task.rehearsals(ecm.id) if one.scene is not None)
 
 
 def _text(value: Any) -> str:
@@ -230,6 +262,8 @@ def _packed(value: Any, file: Source | None) -> Any:
             return [first + start, first + end]
         case TaskPhrase(task=task, word=word, objects=objects, span=span):
             return [task, word, list(objects), *_packed(span, file)]
+        case ComposedScenes(task=task, scenes=scenes, span=span):
+            return [task, [list(one) for one in scenes], *_packed(span, file)]
         case BlockSummary(id=id_, module=module, skill=skill, span=span):
             return [id_, module, skill, *_packed(span, file)]
         case frozenset():
@@ -278,6 +312,10 @@ def module_summary_from_json(data: Any, manifest: Source) -> ModuleSummary:
             "variables": tuple(data["variables"]),
             "capability_spans": {name: span(at) for name, at in data["capability_spans"].items()},
             "scenes": {name: span(at) for name, at in data["scenes"].items()},
+            "composed_scenes": tuple(
+                ComposedScenes(task, tuple((module, scene) for module, scene in scenes), span(at))
+                for task, scenes, *at in data["composed_scenes"]
+            ),
         }
     )
 

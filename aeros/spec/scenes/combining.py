@@ -1,7 +1,8 @@
-"""One cell from the scenes of several tasks: equal bodies are shared, and other names are made to differ.
+"""One cell from several scenes: equal bodies are shared, and other names are made to differ.
 
-A scene knows nothing of those that it is combined with. So two of them may well have a thing of the same
-name: then each of these things gets the label of its scene in front of its name.
+The scenes are those of tasks, or of files that a scene includes. A scene knows nothing of
+those that it is combined with. So two of them may well have a thing of the same name: then each of these
+things gets the label of its scene in front of its name.
 """
 
 from __future__ import annotations
@@ -9,16 +10,31 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import fields, replace
-from functools import reduce
+from itertools import chain, count
 from math import dist, radians, tan
-from typing import Final
+from typing import Final, NamedTuple
 
 from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.model.scene import RobotMount, Scene, SceneCamera, Vector
 from aeros.spec.scenes.merging import merge, names_in_use, renamed
 
 _ROOM_AROUND: Final = 1.2
 """Room around the stations in the combined view, m."""
+
+
+class LabelledScene(NamedTuple):
+    """A scene as a part of a cell.
+
+    Attributes:
+        label: put before its names that other scenes use for other things.
+        scene: the scene.
+        at: where a file asks for it; None if a task does.
+    """
+
+    label: str
+    scene: Scene
+    at: SourceSpan | None = None
 
 
 def combine(scenes: Mapping[str, Scene]) -> Scene:
@@ -35,25 +51,55 @@ def combine(scenes: Mapping[str, Scene]) -> Scene:
         UserError: robots are put up differently, or cameras, surveyed places, instruments or truths of one
             name differ.
     """
-    first = next(iter(scenes.values()))
-    included = {part for scene in scenes.values() for part in scene.parts[1:]}
-    kept = {label: scene for label, scene in scenes.items() if scene.parts[0] not in included}
-    if len(kept) == 1:
-        return replace(next(iter(kept.values())), robot=first.robot)
     diagnostics = Diagnostics()
-    for scene in kept.values():
-        _check_robot(first, scene, diagnostics)
-    cells = list(_with_own_names(kept, first.robot))
-    _check_variables(cells, diagnostics)
-    whole = reduce(lambda one, other: merge(one, other, None, diagnostics), cells)
+    whole = join([LabelledScene(label, scene) for label, scene in scenes.items()], diagnostics)
     diagnostics.raise_if_errors()
+    return whole
+
+
+def join(scenes: Sequence[LabelledScene], diagnostics: Diagnostics, *, own_robot: bool = False) -> Scene:
+    """Join scenes to one cell; what cannot be one is reported at its place.
+
+    Args:
+        scenes: the scenes, at least one; all have the same W. One that another includes adds nothing.
+        diagnostics: receives the faults.
+        own_robot: True if the cell has a robot of its own, so that those of the scenes do not count.
+
+    Returns:
+        Everything of all. The robot starts where the first scene has it; the view shows all.
+    """
+    first = next((one.scene for one in scenes if one.scene.robot is not None and not own_robot), None)
+    robot = None if first is None else first.robot
+    included = {part for one in scenes for part in one.scene.parts[1:]}
+    kept = [one for one in scenes if one.scene.parts[0] not in included]
+    if len(kept) == 1:
+        return replace(kept[0].scene, robot=robot)
+    if first is not None:
+        for one in kept:
+            _check_robot(first, one, diagnostics)
+    labels = _different_labels(kept)
+    cells = list(_with_own_names(dict(zip(labels, (one.scene for one in kept), strict=True)), robot))
+    places = [one.at for one in kept]
+    _check_variables(cells, places, diagnostics)
+    whole = cells[0]
+    for cell, at in zip(cells[1:], places[1:], strict=True):
+        whole = merge(whole, cell, at, diagnostics)
     name, description = "+".join(one.name for one in cells), "; ".join(one.description for one in cells)
     return replace(whole, name=name, description=description, view=_view_of_all(cells))
 
 
-def _check_robot(first: Scene, other: Scene, diagnostics: Diagnostics) -> None:
+def _different_labels(scenes: Sequence[LabelledScene]) -> list[str]:
+    """Return a label for each scene; one that is in use is followed by the scene's name or by a number."""
+    labels: list[str] = []
+    for one in scenes:
+        choices = chain((one.label, f"{one.label}_{one.scene.name}"), (f"{one.label}_{n}" for n in count(2)))
+        labels.append(next(label for label in choices if label not in labels))
+    return labels
+
+
+def _check_robot(first: Scene, other: LabelledScene, diagnostics: Diagnostics) -> None:
     """Report a robot that cannot be the first scene's: one that drives may start elsewhere."""
-    one, two = first.robot, other.robot
+    one, two = first.robot, other.scene.robot
     if one is None or two is None:
         return
     if one.carriage != two.carriage or one.base[2] != two.base[2]:
@@ -62,23 +108,27 @@ def _check_robot(first: Scene, other: Scene, diagnostics: Diagnostics) -> None:
         fault = f"does not stand where that of `{first.name}` does, and cannot drive"
     else:
         return
-    diagnostics.error(
-        "AE208",
-        f"the robot of the scene `{other.name}` {fault}",
-        help=("run the tasks one after the other, or put the robot up in the same way in both files",),
+    cure = (
+        "run the tasks one after the other, or put the robot up in the same way in both files"
+        if other.at is None
+        else "write `robot` in the scene that includes both"
     )
+    diagnostics.error("AE208", f"the robot of the scene `{other.scene.name}` {fault}", other.at, help=(cure,))
 
 
-def _check_variables(scenes: Sequence[Scene], diagnostics: Diagnostics) -> None:
+def _check_variables(
+    scenes: Sequence[Scene], places: Sequence[SourceSpan | None], diagnostics: Diagnostics
+) -> None:
     """Report state variables that two scenes measure differently."""
     measured: dict[str, str] = {}
-    for scene in scenes:
+    for scene, at in zip(scenes, places, strict=True):
         for variable, _ in scene.measured():
             if variable in measured:
                 headline = (
                     f"`{variable}` is measured in the scene `{scene.name}` and in `{measured[variable]}`"
                 )
-                diagnostics.error("AE121", headline, help=("make both equal, or run the tasks one by one",))
+                cure = "run the tasks one by one" if at is None else "include one of them with a `prefix`"
+                diagnostics.error("AE121", headline, at, help=(f"make both equal, or {cure}",))
             measured[variable] = scene.name
 
 
@@ -138,6 +188,8 @@ def _view_of_all(scenes: Sequence[Scene]) -> SceneCamera | None:
     views = [scene.view for scene in scenes if scene.view is not None]
     if not views:
         return None
+    if len(views) == 1:
+        return views[0]
     first, targets = views[0], [view.target for view in views]
     middle = _mean([tuple(map(min, zip(*targets, strict=True))), tuple(map(max, zip(*targets, strict=True)))])
     radius = max(dist(middle, target) for target in targets) + _ROOM_AROUND

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 from typing import Final
@@ -16,6 +16,7 @@ from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, did_you_mean
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.model.scene import Scene, ScenePart
+from aeros.spec.scenes.combining import LabelledScene, join
 from aeros.spec.scenes.elaborate import elaborate_scene
 from aeros.spec.scenes.merging import merge, moved
 from aeros.spec.scenes.quantities import Quantities
@@ -168,20 +169,29 @@ class _Loader:
         file = None if node is None else decode(node, declared.Scene, self.diagnostics)
         if file is None:
             raise UserError(self.diagnostics)
-        whole = _empty(path.stem, text_digest(source.text))
+        module = None if file.module is None else file.module.value
+        whole = _empty(path.stem, module, text_digest(source.text))
         self.under_way.append(path.resolve())
-        for include in file.include:
-            added = self._include(include, path.parent)
-            if file.robot is not None:  # it goes before those of the included scenes
-                added = replace(added, robot=None)
-            whole = merge(whole, added, include.scene.span, self.diagnostics)
+        if file.include:
+            added = [self._include(include, path.parent) for include in file.include]
+            self._check_each_once(added)
+            cell = join(added, self.diagnostics, own_robot=file.robot is not None)
+            whole = merge(whole, cell, None, self.diagnostics)
         self.under_way.pop()
-        cameras = {} if file.module is None else self.cameras.get(file.module.value, {})
+        cameras = {} if module is None else self.cameras.get(module, {})
         if self.variables is not None:
             check_truth(file, self.variables, self.prefix, self.diagnostics)
         return elaborate_scene(file, whole, path.parent, self.diagnostics, cameras)
 
-    def _include(self, include: declared.Include, folder: Path) -> Scene:
+    def _check_each_once(self, added: Sequence[LabelledScene]) -> None:
+        """Report a scene that is included twice at the same place: its things would be in each other."""
+        for number, one in enumerate(added):
+            if any(one.scene.parts[0] == other.scene.parts[0] for other in added[:number]):
+                headline = f"`{one.scene.name}` is included twice at one place"
+                cure = "give one of them a `prefix` and, with `at`, another place; or remove it"
+                self.diagnostics.error("AE208", headline, one.at, help=(cure,))
+
+    def _include(self, include: declared.Include, folder: Path) -> LabelledScene:
         """Load an included scene, with its names and its place.
 
         Raises:
@@ -206,10 +216,10 @@ class _Loader:
             self.diagnostics.error(
                 "AE208", "a coating is at z = 0 of W, so its scene cannot be raised", include.span
             )
-        return added
+        return LabelledScene(loaded.module or loaded.name, added, include.scene.span)
 
 
-def _empty(name: str, digest: str) -> Scene:
+def _empty(name: str, module: str | None, digest: str) -> Scene:
     return Scene(
         name=name,
         description="",
@@ -226,6 +236,7 @@ def _empty(name: str, digest: str) -> Scene:
         timers={},
         presses={},
         truth={},
+        module=module,
         parts=(ScenePart(name, "", digest),),
     )
 

@@ -110,7 +110,7 @@ def merge(first: Scene, second: Scene, at: SourceSpan | None, diagnostics: Diagn
             "AE121",
             f"`{name}` of the scene `{second.name}` is already {in_use.get(name, what)} of `{first.name}`",
             at,
-            help=("include one of them with a `prefix`",) if at else ("rename one of them",),
+            help=(_cure(what, at),),
         )
     if first.robot is not None and second.robot is not None and first.robot != second.robot:
         diagnostics.error(
@@ -130,6 +130,12 @@ def merge(first: Scene, second: Scene, at: SourceSpan | None, diagnostics: Diagn
         view=first.view or second.view,
         parts=(*first.parts, *second.parts),
     )
+
+
+def _cure(what: str, at: SourceSpan | None) -> str:
+    if what == "a camera":
+        return "make both equal, or bind one of them to another camera of the site"
+    return "rename one of them" if at is None else "include one of them with a `prefix`"
 
 
 def _differs(name: str, first: Mapping[str, SceneCamera], second: Mapping[str, SceneCamera]) -> bool:
@@ -171,7 +177,10 @@ class _Move:
             presses=self._all(scene.presses, self._press),
             truth={self._full_name(name): self._condition(one) for name, one in scene.truth.items()},
             variables=dict(self._variables(scene)),
-            parts=tuple(part._replace(prefix=self._outer(part.prefix)) for part in scene.parts),
+            parts=tuple(
+                part._replace(prefix=self._outer(part.prefix), offset=self._point(part.offset))
+                for part in scene.parts
+            ),
         )
 
     def _all(self, things: Mapping[str, _T], move: Callable[[_T], _T]) -> dict[str, _T]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, Severity
 from aeros.spec.diagnostics.errors import InternalError, UserError
 from aeros.spec.diagnostics.source import SourceSpan
-from aeros.spec.model.summary import ModuleSummary, SiteSummary
+from aeros.spec.model.summary import ComposedScenes, ModuleSummary, SiteSummary
 from aeros.spec.obligations.absent_modules import settings_obligations
 from aeros.spec.obligations.claim_id import ClaimId
 from aeros.spec.obligations.configuration import configuration_obligations
@@ -56,6 +56,8 @@ class SubjectReport:
         ecm: the model of a module; None where only the report was asked for.
         variables: names of its own state variables, a module's without its own name.
         scenes: scenes that a module's tasks name, and where.
+        composed_scenes: of a module's tasks that name no scene and compose others, the scenes of these.
+        cameras: for a module and each that it requires, the site's names of cameras by the module's.
     """
 
     name: str
@@ -69,6 +71,8 @@ class SubjectReport:
     ecm: Ecm | None = None
     variables: tuple[str, ...] = ()
     scenes: Mapping[str, SourceSpan] = field(default_factory=dict)
+    composed_scenes: tuple[ComposedScenes, ...] = ()
+    cameras: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
     @property
     def certificate(self) -> Certificate | None:
@@ -245,6 +249,8 @@ def module_report(
         lock=lock,
         variables=presence.variables,
         scenes=presence.scenes,
+        composed_scenes=presence.composed_scenes,
+        cameras=presence.cameras,
     )
     if one.findings is None:
         return report

@@ -8,8 +8,10 @@ from pathlib import Path
 import pytest
 
 from aeros.runtime.gate.configuration import Configuration
-from aeros.session.scene_files import module_folders, scene_named, scene_of_task
+from aeros.session.scene_files import module_folders, scene_named, scene_of_task, scene_of_tasks
 from aeros.spec.diagnostics.errors import UserError
+from aeros.spec.diagnostics.source import Source, SourceSpan
+from tests.modules.robot import configuration_of
 from tests.shipped_scenes import shipped_scene
 from tests.unit.cli.staged import proved
 
@@ -36,7 +38,7 @@ def configuration(folder: Path) -> Configuration:
 def test_a_tasks_scene_is_that_of_its_module(tmp_path: Path) -> None:
     around = configuration(tmp_path)
     task = replace(around.modules["tidy"].tasks["clean_up"], scene="bare")
-    assert [Path(folder).name for folder in module_folders(around, task)] == ["tidy", "other"]
+    assert [Path(folder).name for folder in module_folders(around, "tidy")] == ["tidy", "other"]
     assert list(scene_of_task(around, task).bodies) == ["own"]
     added = scene_of_task(around, task, "shelf_behind")
     assert list(added.bodies) == ["own", "shelf", "crate", "bottle"]
@@ -48,6 +50,26 @@ def test_a_scene_by_its_name_may_be_of_any_module_or_of_aeros(tmp_path: Path) ->
     assert scene_named(proved()[0], "bare") == shipped_scene("bare")
     with pytest.raises(UserError, match="has no `robot`"):
         scene_named(around, "shelf_behind")
+
+
+def test_a_task_that_composes_others_and_names_no_scene_is_in_a_cell_of_their_scenes() -> None:
+    shipped = {name: configuration_of(name).modules[name] for name in ("clean_table", "make_dumplings")}
+    found = configuration_of("clean_table")
+    tasks = {name: one.tasks[name] for name, one in shipped.items()}
+    composing = replace(
+        tasks["clean_table"],
+        id="both",
+        scene=None,
+        span=SourceSpan(Source("x", "both"), 0, 4),
+        composed=tasks,
+    )
+    end = replace(shipped["clean_table"], id="end_day", tasks={"both": composing}, folder="nowhere")
+    around = replace(found, modules={**shipped, "end_day": end})
+    whole = scene_of_task(around, composing)
+    assert whole == scene_of_tasks(around, list(tasks.values()))
+    assert {name.partition(".")[0] for name in whole.truth} == set(tasks)
+    one = replace(composing, scene="table")
+    assert scene_of_task(around, one) == scene_of_task(around, tasks["clean_table"])
 
 
 @pytest.mark.parametrize("scene", [None, "cellar"])

@@ -13,6 +13,7 @@ from aeros.spec.declared import ecm as declared
 from aeros.spec.diagnostics.codes import Diagnostics, quoted
 from aeros.spec.elaborate.module.action_conditions import elaborate_action_conditions
 from aeros.spec.elaborate.module.callables import CallableNames, alternative_name, capability_names
+from aeros.spec.elaborate.module.composed_tasks import composed_tasks
 from aeros.spec.elaborate.module.composition import elaborate_compositions, elaborate_sequence
 from aeros.spec.elaborate.module.interfaces import elaborate_interfaces
 from aeros.spec.elaborate.module.models import elaborate_models
@@ -122,7 +123,13 @@ def elaborate_ecm(
             for name in group
         },
     )
-    return elaborated if len(diagnostics) == before else None
+    if len(diagnostics) > before:
+        return None
+    tasks = {
+        name: replace(task, composed=composed_tasks(elaborated, task))
+        for name, task in elaborated.tasks.items()
+    }
+    return replace(elaborated, tasks=tasks)
 
 
 def _requested_access(permissions: declared.Permissions, names: BoundNames) -> Access:

@@ -18,7 +18,7 @@ from aeros.spec.expr import terms as t
 from aeros.spec.model.ecm import ActionCondition, Alternative, PlanningRule, Task, TaskInvariant
 from aeros.spec.model.site import Site
 from aeros.spec.model.task_parameters import TaskParameter
-from aeros.spec.text.fields import TextField
+from aeros.spec.text.fields import ExpressionField, MappingField, TextField
 
 NEEDS_RETRY = "`between_tries` runs between two tries, so it needs `retry`"
 """Headline of the fault of a step that is tried once and says what runs between two tries."""
@@ -66,7 +66,7 @@ class _TaskElaborator:
             goal=t.FALSE if goal is None else goal.term,
             goal_text=task.goal.value,
             rules=tuple(rule for one in task.rules if (rule := self._rule(one)) is not None),
-            initial=defaults | elaborate_state_values(task.initial, self._site, self._diagnostics),
+            initial=defaults | self._initial(task.initial),
             scene=None if task.scene is None else task.scene.value,
             span=name.span,
             invariants=self._invariants(task.invariants),
@@ -77,6 +77,29 @@ class _TaskElaborator:
             condition_phrases=self._conditions(task.conditions),
             parameters=parameters,
         )
+
+    def _initial(self, entries: MappingField[ExpressionField]) -> dict[str, Any]:
+        """Elaborate the values at the start; say of a variable of another module if it may not be named."""
+        hidden = {
+            name
+            for ecm in self._names.foreign.modules.values()
+            for name, variable in ecm.state.items()
+            if not variable.is_public
+        }
+        for name, _ in entries:
+            if name.value in hidden:
+                owner = name.value.partition(".")[0]
+                self._diagnostics.error(
+                    "AE122",
+                    f"`{name.value}` is a state variable of `{owner}` that is not public",
+                    name.span,
+                    help=(
+                        "leave it out: a simulator takes its value from the task of that module",
+                        f"or declare it with `public: true` in the manifest of `{owner}`",
+                    ),
+                )
+        named = MappingField(tuple(one for one in entries if one[0].value not in hidden))
+        return elaborate_state_values(named, self._site, self._diagnostics)
 
     def _conditions(self, listed: tuple[declared.NamedCondition, ...]) -> dict[str, ActionCondition]:
         conditions: dict[str, ActionCondition] = {}

@@ -12,6 +12,7 @@ from aeros.cli.main import main
 from aeros.exit_codes import Exit
 from aeros.spec.diagnostics.codes import Diagnostic, Severity
 from aeros.spec.diagnostics.source import Source, SourceSpan
+from aeros.spec.model.summary import ComposedScenes
 from aeros.spec.obligations.verdicts import Conclusion
 from aeros.spec.verification.reports import Report, SubjectReport
 from tests.shipped_scenes import ECMS
@@ -82,6 +83,34 @@ def test_a_tasks_scene_needs_a_robot_and_another_one_does_not(tmp_path: Path) ->
     (found,) = warnings(tmp_path, part, ("part",))
     assert found.primary is not None
     assert (found.code, found.primary.span) == ("AE208", TASK)
+
+
+CAMERA = "cameras: {{top: {{eye: [0 m, 0 m, {height} m], target: [0 m, 0 m, 0 m], up: [1, 0, 0]}}}}\n"
+
+
+@pytest.mark.parametrize(
+    ("bound", "present", "codes"),
+    [
+        ({"garden": {"top": "mast"}}, True, []),
+        ({}, True, ["AE121"]),
+        ({}, False, []),
+    ],
+)
+def test_the_scenes_of_a_task_that_composes_others_are_combined_as_for_a_run(
+    bound: dict[str, dict[str, str]], present: bool, codes: list[str], tmp_path: Path
+) -> None:
+    for module, height in (("garden", 1), ("yard", 2)):
+        (scenes := tmp_path / module / "scenes").mkdir(parents=True)
+        whole = WHOLE.replace("garden", module) + CAMERA.format(height=height)
+        (scenes / f"{module}.yaml").write_text(whole + "bodies: {bed: {sphere: 2 cm, at: [0 m, 1 m, 1 m]}}\n")
+    both = ComposedScenes("both", (("garden", "garden"), ("yard" if present else "barn", "yard")), TASK)
+    yard = SubjectReport("yard", tmp_path / "yard", Conclusion.PROVED, ())
+    garden = SubjectReport(
+        "garden", tmp_path / "garden", Conclusion.PROVED, (), composed_scenes=(both,), cameras=bound
+    )
+    found = add_scene_warnings(Report(SITE, (garden, yard), None)).modules[0].diagnostics
+    assert [one.code for one in found] == codes
+    assert all(one.primary is not None and one.primary.span is TASK for one in found)
 
 
 def test_a_module_that_cannot_be_read_is_left_out(tmp_path: Path) -> None:

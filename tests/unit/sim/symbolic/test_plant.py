@@ -28,8 +28,9 @@ from aeros.spec.model.rules import ActionKind, Risk
 from aeros.spec.model.site import Site
 from aeros.spec.model.task_parameters import TaskParameter
 from aeros.spec.model.variables import Declared
+from tests.modules.robot import configuration_of
 from tests.unit.agent.dumplings import build
-from tests.unit.sim.acting import execute
+from tests.unit.sim.acting import allow, execute
 
 SPAN = Source("site.yaml", "text").span(0, 4)
 BENT = (0.5, -0.3, 0.0, -1.9, 0.0, 1.6, 0.8)
@@ -489,6 +490,18 @@ def test_a_modules_own_variables_are_measured_and_those_of_absent_modules_are_no
     elsewhere = {"pot": module(lifted)["handling"]}
     with pytest.raises(MisuseError, match="which is not a state variable"):
         SymbolicPlant(cell, elsewhere, 0)
+
+
+def test_a_position_of_a_module_that_nobody_gives_is_unknown_and_never_made_up() -> None:
+    around = configuration_of("clean_table")
+    start = {"clean_table.robot_at_table": True, "clean_table.bin_position": (0.4, -1.7, 0.1)}
+    plant = SymbolicPlant(around.site, around.modules, 0, start)
+    seen = plant.observe()
+    assert "clean_table.dock_position" not in seen
+    assert seen["clean_table.bin_position"].value == (0.4, -1.7, 0.1)
+    assert seen["clean_table.robot_at_table"].value is True  # nothing known speaks against it
+    assert {"tool_position", "base_position"} <= set(seen)  # of the robot itself
+    assert execute(plant, act("move_base", x=0.0, y=1.0, speed=0.4), allow, 1e9).completed
 
 
 def test_a_predicate_that_depends_on_a_parameter_is_another_fact_for_each_value() -> None:

@@ -13,12 +13,13 @@ from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.elaborate.load import elaborate_source
-from aeros.spec.model.configured import ModuleConfiguration
+from aeros.spec.model.configured import BoundNames, ModuleConfiguration
 from aeros.spec.model.ecm import Ecm, Task
 from aeros.spec.model.perception import PerceptionPolicy
 from aeros.spec.model.policy import Access, OperatorOverride
 from aeros.spec.model.summary import (
     BlockSummary,
+    ComposedScenes,
     TaskPhrase,
     module_summary_from_json,
     site_summary_from_json,
@@ -95,6 +96,17 @@ def test_a_module_is_summarized_for_others() -> None:
     assert summary.requires == {"pouring": ">=1"}
     assert summary.variables == ("warm",)
     assert summary.scenes == {"stove": FILE.span(0, 6)}
+
+
+def test_a_task_that_composes_others_is_summarized_with_their_scenes() -> None:
+    (one,) = MODULE.tasks.values()
+    composing = replace(one, scene=None, composed={"laundry": one, "cellar": replace(one, scene=None)})
+    names = BoundNames(cameras={"top": "mast"})
+    summary = summarize_module(replace(MODULE, tasks={"tea": composing}, names=names))
+    assert summary.composed_scenes == (ComposedScenes("tea", (("laundry", "stove"),), one.span),)
+    assert summary.cameras == {"kitchen": {"top": "mast"}}
+    data = json.loads(json.dumps(summary_to_json(summary)))
+    assert module_summary_from_json(data, FILE) == summary
 
 
 def test_effects_are_those_of_successes_of_any_skill() -> None:

@@ -106,6 +106,26 @@ def test_a_scene_that_another_includes_adds_nothing(tmp_path: Path) -> None:
         assert list(combine(scenes).bodies) == ["floor", "cup", "jug"]
 
 
+def test_a_scene_that_another_includes_at_another_place_is_a_second_one(tmp_path: Path) -> None:
+    scene(tmp_path, "pour")
+    (tmp_path / "more.yaml").write_text(
+        "schema: aeros/scene/2\ndescription: more.\n"
+        "include: [{scene: pour_scene.yaml, at: [0 m, 3 m, 0 m], prefix: far_}]\n"
+    )
+    (tmp_path / "beside.yaml").write_text(
+        "schema: aeros/scene/2\ndescription: beside.\ninclude: [{scene: part.yaml, at: [0 m, 3 m, 0 m]}]\n"
+    )
+    (tmp_path / "part.yaml").write_text(
+        "schema: aeros/scene/2\ndescription: part.\n"
+        "bodies: {jug: {box: [1 cm, 1 cm, 1 cm], at: [1 m, 1 m, 0 m]}}\n"
+    )
+    pour, more, beside, part = (
+        load_scene(str(tmp_path / f"{name}.yaml")) for name in ("pour_scene", "more", "beside", "part")
+    )
+    assert {"cup", "far_cup"} <= combine({"pour": pour, "more": more}).bodies.keys()
+    assert list(combine({"one": part, "two": beside}).bodies) == ["one_jug", "two_jug"]
+
+
 def test_a_label_in_use_is_put_before_the_name_once_more(tmp_path: Path) -> None:
     taken = FLOOR + "  pour_cup: {box: [1 cm, 1 cm, 1 cm], at: [1 m, 1 m, 0 m]}\n"
     pour, serve = scene(tmp_path, "pour", floor=taken), scene(tmp_path, "serve", 1.0)

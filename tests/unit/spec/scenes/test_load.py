@@ -231,6 +231,33 @@ def test_a_cell_is_put_together_from_files_and_may_use_their_names(write: Write)
     assert scene.robot == RobotMount(False, (0.0, 0.0, 0.0))
 
 
+def test_files_that_are_included_share_what_is_equal_and_keep_their_other_things_apart(write: Write) -> None:
+    floor = "  floor: {box: [4 m, 4 m, 5 cm], at: [0 m, 0 m, -40 cm]}\n"
+    for module, y in (("bolts", 0), ("wipes", 1)):
+        write(
+            f"module: {module}\nrobot: {{mount: carriage, at: [0 m, {y} m, 0 m]}}\n"
+            f"view: {{eye: [1 m, {y} m, 1 m], target: [0 m, {y} m, 0 m]}}\n"
+            f"places: {{dock: {{at: [0 m, {y} m, 0 m]}}}}\n"
+            f"bodies:\n{floor}  can: {{sphere: 2 cm, at: [1 m, {y} m, 25 mm]}}\n"
+            f"truth: {{done: can.position.z > 0 m}}\n",
+            f"{module}.yaml",
+        )
+    cell = "include: [{scene: bolts.yaml}, {scene: wipes.yaml}]\n"
+    scene = require_robot(load_scene(write(cell + "conditions: {up: bolts_can.position.z > 1 m}\n")))
+    assert list(scene.bodies) == ["floor", "bolts_can", "wipes_can"]
+    assert dict(scene.measured()) == {"bolts.dock": "bolts_dock", "wipes.dock": "wipes_dock"}
+    assert list(scene.truth) == ["bolts.done", "wipes.done"]
+    assert scene.robot == RobotMount(True, (0.0, 0.0, 0.0))
+    apart = "include: [{scene: bolts.yaml}, {scene: bolts.yaml, at: [0 m, 3 m, 0 m]}]\n"
+    with pytest.raises(UserError) as error:
+        load_scene(write(apart))
+    assert [one.headline for one in error.value.diagnostics] == [
+        "`bolts.dock` is measured in the scene `bolts` and in `bolts`",
+        "`bolts.done` of the scene `bolts` is already the truth of a state variable of `bolts`",
+    ]
+    assert all("include one of them with a `prefix`" in one.help[0] for one in error.value.diagnostics)
+
+
 CAMERA = "{eye: [1 m, 0 m, 1 m], target: [0 m, 0 m, 0 m]}"
 
 
@@ -257,7 +284,7 @@ def test_two_cameras_of_a_scene_cannot_be_bound_to_one(write: Write) -> None:
 @pytest.mark.parametrize(
     ("include", "code", "message"),
     [
-        ("[{scene: part.yaml}, {scene: part.yaml}]", "AE121", "`can` of the scene `part` is already a body"),
+        ("[{scene: part.yaml}, {scene: part.yaml}]", "AE208", "`part` is included twice at one place"),
         ("[{scene: cell.yaml}]", "AE208", "includes itself"),
         ("[{scene: absent.yaml}]", "AE002", "absent.yaml`, and no scene file"),
     ],
@@ -276,7 +303,10 @@ def test_two_robots_are_refused_unless_the_file_has_its_own(write: Write) -> Non
     write("robot: {mount: bench}\n", "one.yaml")
     write("robot: {mount: carriage}\n", "other.yaml")
     both = "include: [{scene: one.yaml}, {scene: other.yaml}]\n"
-    assert "is not put up as that of `cell`" in refused(write(both, "cell.yaml")).headline
+    assert (
+        "the robot of the scene `other` is not put up as that of `one`"
+        in refused(write(both, "cell.yaml")).headline
+    )
     own = "robot: {mount: carriage, at: [0 m, 0 m, 1 m]}\n"
     assert load_scene(write(own + both, "cell.yaml")).robot == RobotMount(True, (0.0, 0.0, 1.0))
 

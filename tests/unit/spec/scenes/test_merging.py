@@ -76,7 +76,11 @@ def test_scenes_with_one_name_are_not_put_together() -> None:
         "`floor` of the scene `dumpling_bench` is already a body of `table`",
         "`overhead` of the scene `dumpling_bench` is already a camera of `table`",
     }
-    assert all(one.help == ("rename one of them",) for one in diagnostics)
+    assert [one.help for one in diagnostics] == [
+        ("rename one of them",),
+        ("rename one of them",),
+        ("make both equal, or bind one of them to another camera of the site",),
+    ]
 
 
 def test_robots_that_are_put_up_differently_are_not_put_together() -> None:
