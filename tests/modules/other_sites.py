@@ -143,7 +143,9 @@ def _write(path: Path, site: dict[str, Any]) -> Path:
 def _renamed(node: Any, names: dict[str, str], key: str) -> Any:
     """Replace names in keys and texts, but not in prose, in offers or among the links of the arm."""
     if isinstance(node, dict):
-        sensors = {"press": SENSORS["press"]} if key == "sensors" else {}
+        # Sensors that have the name of an actuator or of a device are renamed where sensors stand alone.
+        renamed = {"sensors": ("press",), "moved_by": ("press", "gripper")}.get(key, ())
+        sensors = {one: SENSORS[one] for one in renamed}
         return {
             sensors.get(old, _replaced(old, names)): _renamed(one, names, old) for old, one in node.items()
         }

@@ -95,6 +95,7 @@ def _site(w: dict[str, Any]) -> Site:
         limits=ModuleLimits(Fraction(1), 1, 1),
         blocks=blocks,
         resources=dict.fromkeys(w["counted"], 1),
+        span=SPAN,
     )
 
 
