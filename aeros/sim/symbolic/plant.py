@@ -10,7 +10,7 @@ skill takes the rest of its declared duration after its last action.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from typing import Any, Final, NamedTuple
@@ -117,7 +117,7 @@ class SymbolicPlant:
         self._definitions.update(self._initial)
         self._shares = outcome_probabilities_by_skill(modules_with_consequences(modules, site).values())
         self._effects = {
-            (name, outcome.id): self._apply_outcome(name, outcome)
+            (name, outcome.id): _readings_after(self._site, name, outcome, self._initial)
             for name, shares in self._shares.items()
             for outcome, _ in shares
         }
@@ -320,13 +320,19 @@ class SymbolicPlant:
             return values
         return {name: value for name, value in values.items() if name in self._values}
 
-    def _apply_outcome(self, skill: str, outcome: Outcome) -> dict[str, Any]:
-        changed = {*outcome.effects, *(one.variable for one in outcome.ranges)}
-        unknown = changed - self._initial.keys()
-        if unknown:
-            raise MisuseError(f"an effect of `{skill}` is on `{min(unknown)}`, which is not a state variable")
-        return {
-            name: as_reading(effect, self._site.state[name])
-            for name, effect in outcome.known_effects.items()
-            if not isinstance(effect, Increment)
-        }
+
+def _readings_after(site: Site, skill: str, outcome: Outcome, measured: Collection[str]) -> dict[str, Any]:
+    """Return the values that an outcome states, but for counts.
+
+    Raises:
+        MisuseError: it states one that is not measured.
+    """
+    changed = {*outcome.effects, *(one.variable for one in outcome.ranges)}
+    unknown = changed - set(measured)
+    if unknown:
+        raise MisuseError(f"an effect of `{skill}` is on `{min(unknown)}`, which is not a state variable")
+    return {
+        name: as_reading(effect, site.state[name])
+        for name, effect in outcome.known_effects.items()
+        if not isinstance(effect, Increment)
+    }
