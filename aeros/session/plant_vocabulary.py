@@ -54,7 +54,8 @@ def require_known_actions(plant: Plant, configuration: Configuration) -> None:
         configuration: The modules and the site in force.
 
     Raises:
-        PlantSetupError: It cannot do some of them; the message says what to write in the site file.
+        PlantSetupError: It cannot do some of them, or has other parameters for them; the message says what to
+            write in the site file.
     """
     known = known_action_kinds(plant)
     if known is None:
@@ -66,9 +67,15 @@ def require_known_actions(plant: Plant, configuration: Configuration) -> None:
         for skill in ecm.skills.values()
         for kind in skill.envelope
     }
-    missing = sorted(
-        name for name in needed if not site.kinds[name].tool and site.kinds[name].plant_word not in known
-    )
+    motions = {name: site.kinds[name].plant_word for name in sorted(needed) if not site.kinds[name].tool}
+    for name, word in motions.items():
+        differences = parameter_differences(site.kinds[name], word) if word in SIMULATED_ACTIONS else []
+        if word in known and differences:
+            raise PlantSetupError(
+                f"the plant cannot do `{name}` of the site `{site.id}`: its parameters are not those of the "
+                f"plant's `{word}`: {'; '.join(differences)}"
+            )
+    missing = [name for name, word in motions.items() if word not in known]
     if not missing:
         return
     lines = [f"  {name}: {{means: {_nearest(site.kinds[name], known)}, …}}" for name in missing]

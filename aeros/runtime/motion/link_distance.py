@@ -258,7 +258,7 @@ def search_separation(
         share = min(share, 1.0)
         x, y, z = x + share * dx, y + share * dy, z + share * dz
     else:
-        # Between long sides the search goes to and fro. Those of obstacles are along the axes of B.
+        # Between long sides the search alternates between them. Those of obstacles are along the axes of B.
         for direction in ((x, y, 0.0), (x, 0.0, 0.0), (0.0, y, 0.0), (0.0, 0.0, z)):
             if 0.0 < reach * norm(direction) <= separation(inner, outer, direction):
                 return Separation(direction, norm((x, y, z)))

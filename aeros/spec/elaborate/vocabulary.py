@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from fractions import Fraction
+from typing import Final
 
 from aeros.spec.declared import site as declared
 from aeros.spec.diagnostics.codes import Diagnostics, did_you_mean
@@ -20,6 +21,9 @@ from aeros.spec.model.rules import SIMULATED_ACTIONS, ActionKind, Risk, paramete
 from aeros.spec.model.task_parameters import OBJECTS
 from aeros.spec.model.variables import Declared
 from aeros.spec.text.fields import ExpressionField, TextField
+
+_STILL: Final = frozenset({"stop", "wait", "look"})
+"""Simulated actions that move nothing."""
 
 
 @dataclass(frozen=True)
@@ -225,6 +229,8 @@ class _VocabularyElaborator:
             )
             return
         differences = parameter_differences(kind, means.value)
+        if means.value not in _STILL and not kind.actuators:
+            differences.append("it moves the robot, and no actuator is named")
         if is_tool:
             differences.append("a tool carries it out, and not the robot")
         if differences:

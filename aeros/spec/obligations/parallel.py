@@ -169,7 +169,9 @@ class _BranchPairClaims:
         uses: dict[str, _VariableUse] = {}
         for step in self._all_possible_steps(branch):
             for outcome in self.skills[step.skill].outcomes.values():
-                changed = (*outcome.effects, *(one.variable for one in outcome.ranges))
+                # A value that follows from what is stated is set, too: another branch may move what it reads.
+                follow = (name for name, value in outcome.consequences.items() if value is not None)
+                changed = (*outcome.effects, *(one.variable for one in outcome.ranges), *follow)
                 for name in changed if outcome.probability != 0 else ():
                     uses.setdefault(name, _VariableUse(step.span, f"`{step.id}` may set it"))
         return uses

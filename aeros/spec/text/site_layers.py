@@ -2,11 +2,13 @@ r"""Layers of a site: a site file, and overlay files that add to it; all are one
 
 An overlay names its site by a path. The text of a site with overlays is the outermost overlay, then each
 further one, then the site file. A line `--- # FILE` before each part but the first names its file, relative
-to the overlay, so the text is the same on every computer. A registry stores it as it is.
+to the overlay, so the text is the same on every computer. A registry stores it as it is, under its digest.
+Every other file holds one layer: what looks like an overlay brings no site of its own.
 """
 
 from __future__ import annotations
 
+import hashlib
 import os
 import re
 from functools import lru_cache
@@ -37,9 +39,11 @@ def read_site(path: Path) -> Source:
         The text, with the path of the outermost file.
 
     Raises:
-        UserError: a file cannot be read, overlays are based on each other, or all are too large together.
+        UserError: a file cannot be read or holds several layers, overlays are based on each other, or all are
+            too large together.
     """
     source = read_source(path)
+    _require_one_layer(source, path)
     text, at = source.text, source
     for _ in range(_MAX_LAYERS):
         last = layers_of(at)[-1]
@@ -52,6 +56,8 @@ def read_site(path: Path) -> Source:
             at = read_source(file)
         except UserError as error:
             raise _unusable(span, error.diagnostics[0].headline) from error
+        if _SEPARATOR.search(at.text):
+            raise _unusable(span, f"{quoted(at.path)} has a line `--- # …`; write `---` alone, or delete it")
         text = f"{text}{'' if text.endswith(chr(10)) else chr(10)}--- # {name}\n{at.text}"
         if len(text.encode()) > MAX_BYTES:
             raise UserError([too_large_error(source.path)])
@@ -71,8 +77,7 @@ def is_reference_site(layer: Source) -> bool:
     Returns:
         True if it has the same text.
     """
-    path = reference_site_path()
-    return layer.path == str(path) or layer.text == read_source(path).text
+    return layer.text == read_source(reference_site_path()).text
 
 
 def site_content(path: Path, content: bytes) -> bytes:
@@ -151,6 +156,21 @@ def layer_span(source: Source, start: int, end: int) -> SourceSpan:
         if first <= start:
             return SourceSpan(layer, start - first, end - first)
     raise MisuseError(f"no place {start}..{end} in {source.path}")
+
+
+def _require_one_layer(source: Source, path: Path) -> None:
+    """Refuse several layers in one file, unless a registry has stored it: its name is its digest.
+
+    Raises:
+        UserError: it holds several.
+    """
+    mark = _SEPARATOR.search(source.text) if OVERLAY_SCHEMA in source.text else None
+    if mark is None or path.stem == hashlib.sha256(source.text.encode()).hexdigest():
+        return
+    headline = "an overlay and the site that it is based on are two files"
+    span = SpanLabel(SourceSpan(source, mark.start(), mark.end() - 1), "begins another file here")
+    help_ = ("write the site into a file of its own, and its path after `base:`",)
+    raise UserError([Diagnostic("AE002", headline, span, help=help_)])
 
 
 def _starts(source: Source) -> tuple[int, ...]:

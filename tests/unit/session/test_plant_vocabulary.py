@@ -20,6 +20,8 @@ from aeros.session.plant_vocabulary import require_declared_measurements, requir
 from aeros.sim.kinematic.plant import make_plant
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
+from aeros.spec.expr.types import RealType
+from aeros.spec.expr.units import ANGLE, TIME
 from aeros.spec.model.site import Site
 from aeros.spec.scenes.load import load_scene
 from aeros.spec.text.discovery import reference_site_path
@@ -157,3 +159,19 @@ def test_a_site_with_other_words_for_actions_suits_a_simulator_if_it_says_what_t
         "  reach_to: {means: move_tool, …}",
         "  snap: {means: look, …}",
     ]
+
+
+def test_the_words_of_a_simulator_with_other_parameters_do_not_suit_it(tmp_path: Path) -> None:
+    site = renamed_site(tmp_path, means=True)
+    configuration = prove_configuration([ROOT / "ecms" / "fetch_object"], site, certified=False)[0]
+    kinds = dict(configuration.site.kinds)
+    name = next(one for one, kind in kinds.items() if kind.plant_word == "move_tool")
+    speed = kinds[name].parameters["speed"]
+    turning = replace(speed, variable=replace(speed.variable, type=RealType(ANGLE * TIME**-1)))
+    kinds[name] = replace(kinds[name], parameters={**kinds[name].parameters, "speed": turning})
+    other = replace(configuration, site=replace(configuration.site, kinds=kinds))
+    require_known_actions(cast("Plant", Measuring()), other)
+    with pytest.raises(
+        PlantSetupError, match="parameters are not those of the plant's `move_tool`: `speed` is"
+    ):
+        require_known_actions(cast("Plant", Acting()), other)

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from aeros.spec.obligations.parallel import interference_claims, parallel_obligations
@@ -135,3 +137,17 @@ def test_resources_that_both_branches_use_are_shown_in_each() -> None:
     ]
     assert texts == [("holds `arm`", "holds `arm`"), ("moves `arm`", "moves it too")]
     assert reported[0].headline == "these branches need 2 of `arm` at the same time; the site has 1"
+
+
+def test_a_value_that_follows_in_one_branch_may_be_moved_by_the_other() -> None:
+    # At the end either branch may have been the last.
+    ecm = module()
+    skills = dict(ecm.skills)
+    (ended,) = (id_ for id_, one in skills["roll"].outcomes.items() if not one.failure)
+    outcomes = dict(skills["roll"].outcomes)
+    for value, expected in ((None, {}), (False, {"AE860"})):
+        outcomes[ended] = replace(outcomes[ended], consequences={"table_tidy": value})
+        skills["roll"] = replace(skills["roll"], outcomes=outcomes)
+        skills["sweep_arm"] = replace(skills["sweep_arm"], disturbed={"table_tidy": "`hand`"})
+        found = failed(interference_claims(ecm.compositions["both"], skills, site()))
+        assert set(found.values()) == set(expected)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
 
 import pytest
@@ -56,7 +57,7 @@ def test_overlays_come_before_the_site_that_they_are_based_on(folder: Path) -> N
 
 def test_a_stored_copy_of_all_layers_is_the_same_text_without_the_files(folder: Path, tmp_path: Path) -> None:
     text = read_site(folder / "upper.yaml").text
-    copy = tmp_path / "elsewhere" / "copy.yaml"
+    copy = tmp_path / "elsewhere" / f"{hashlib.sha256(text.encode()).hexdigest()}.yaml"
     copy.parent.mkdir()
     copy.write_text(text)
     assert read_site(copy).text == text
@@ -84,6 +85,7 @@ def test_an_overlay_without_a_base_adds_to_the_reference_site(tmp_path: Path) ->
     assert base.text == reference_site_path().read_text()
     assert is_reference_site(base)
     assert is_reference_site(Source("copy.yaml", base.text))
+    assert not is_reference_site(Source(str(reference_site_path()), SITE))
     assert not is_reference_site(upper)
 
 
@@ -112,3 +114,17 @@ def test_layers_are_too_large_together_if_they_could_not_be_read_again(tmp_path:
     with pytest.raises(UserError) as raised:
         read_site(tmp_path / "cell.yaml")
     assert [one.code for one in raised.value.diagnostics] == ["AE003"]
+
+
+def test_what_looks_like_an_overlay_brings_no_site_of_its_own(folder: Path) -> None:
+    text = read_site(folder / "upper.yaml").text
+    (folder / "mine.yaml").write_text(text)
+    with pytest.raises(UserError, match="are two files"):
+        read_site(folder / "mine.yaml")
+
+
+def test_a_base_with_a_line_that_begins_a_layer_is_refused(folder: Path) -> None:
+    (folder / "site.yaml").write_text(f"--- # my cell\n{SITE}")
+    assert read_site(folder / "site.yaml").text.endswith(SITE)
+    with pytest.raises(UserError, match="write `---` alone"):
+        read_site(folder / "upper.yaml")

@@ -129,8 +129,8 @@ def test_a_corner_of_a_volume_is_a_constant_point() -> None:
         assert evaluate(found[0], {}) == values
         assert found[1] == VectorType(LENGTH)
     with pytest.raises(ExpressionTypeError) as raised:
-        attribute(name(volume), "uper", SCOPE)
-    assert (raised.value.message, raised.value.cure) == ("a volume has no `uper`", "did you mean `upper`?")
+        attribute(name(volume), "uppr", SCOPE)
+    assert (raised.value.message, raised.value.cure) == ("a volume has no `uppr`", "did you mean `upper`?")
     with pytest.raises(ExpressionTypeError) as raised:
         attribute(name(volume), "centre", SCOPE)
     assert raised.value.cure == "it has the corners `lower` and `upper`"
