@@ -238,7 +238,7 @@ class _VocabularyElaborator:
                 "AE138",
                 f"`{kind.name}` cannot mean `{means.value}`: {'; '.join(differences)}",
                 means.span,
-                help=(f"declare the parameters of `{means.value}`, or delete `means`",),
+                help=(f"declare the parameters of `{means.value}` and the actuators, or delete `means`",),
             )
 
     def _claim(self, name: TextField, what: str, meaning: str) -> bool:

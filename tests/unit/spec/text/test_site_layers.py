@@ -116,7 +116,7 @@ def test_layers_are_too_large_together_if_they_could_not_be_read_again(tmp_path:
     assert [one.code for one in raised.value.diagnostics] == ["AE003"]
 
 
-def test_what_looks_like_an_overlay_brings_no_site_of_its_own(folder: Path) -> None:
+def test_a_file_that_looks_like_an_overlay_brings_no_site_of_its_own(folder: Path) -> None:
     text = read_site(folder / "upper.yaml").text
     (folder / "mine.yaml").write_text(text)
     with pytest.raises(UserError, match="are two files"):
