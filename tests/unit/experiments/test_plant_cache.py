@@ -274,6 +274,7 @@ def test_a_plant_that_draws_something_else_when_asked_again_is_noticed() -> None
         list(answers_of(runtime, "abc"))
 
 
+@pytest.mark.deep
 @pytest.mark.physics
 def test_on_physics_trials_that_share_find_what_each_finds_alone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch

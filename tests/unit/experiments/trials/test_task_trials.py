@@ -70,6 +70,7 @@ def test_an_agent_forgoes_retries_that_28_failures_have_made_hopeless_which_is_n
     assert 1 + exact["replans"] + exact["retries"] == 33
 
 
+@pytest.mark.deep
 def test_in_place_of_a_plan_that_is_late_the_rest_of_the_one_before_is_followed() -> None:
     options = {"retries": 0, "recovery": False, "replans": 2, "planning_timeout": 3.0, "replan_delay_s": 6.5}
     changed = {"architecture": "aeros", "rate": "1", "options": options}

@@ -38,7 +38,7 @@ def reference_site(folder: Path) -> Path:
         pytest.param(
             site_with_other_names, "area=counter_space", bindings("clean_table"), marks=pytest.mark.deep
         ),
-        (slower_site, "area=table_area", ()),
+        pytest.param(slower_site, "area=table_area", (), marks=pytest.mark.deep),
     ],
 )
 def test_it_is_configured_composed_and_true_in_the_simulator(

@@ -74,7 +74,7 @@ def test_a_setting_replaces_one_of_the_same_name_below(tmp_path: Path) -> None:
         ("policy: {}\n", "AE101"),
         ("grants: {a: {actuators: [whels]}}\n", "AE122"),
         ("blocks: [{id: x, action: wipe, reason: y}, {id: x, action: wipe, reason: y}]\n", "AE120"),
-        ("--- # more.yaml\nid: x\n", "AE102"),
+        ("--- # more.yaml\nid: x\n", "AE002"),
     ],
 )
 def test_a_faulty_overlay_is_no_site(tmp_path: Path, text: str, code: str) -> None:
