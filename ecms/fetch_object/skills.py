@@ -77,7 +77,7 @@ PUSHES = 5
 """Largest number of pushes before the next grasp."""
 
 BACK = 0.4
-"""How far behind its places along the stands the base goes to see the floor before them, m."""
+"""Distance behind the places along the stands from which the mast sees the floor before them, m."""
 
 LOOKS = 5
 """Number of further looks for an object that a picture does not show."""

@@ -7,7 +7,7 @@ from typing import Any
 
 from aeros.spec.expr.doubles import to_doubles
 from aeros.spec.model.ecm import Ecm
-from aeros.spec.model.task_parameters import parameters_behind_variables
+from aeros.spec.model.task_parameters import arguments_in_force, parameters_behind_variables
 
 
 class ParameterFacts:
@@ -21,10 +21,8 @@ class ParameterFacts:
     """
 
     def __init__(self, modules: Mapping[str, Ecm]) -> None:
-        parameters = {name: one for ecm in modules.values() for name, one in ecm.task_parameters.items()}
-        self.defaults: Mapping[str, Any] = to_doubles(
-            {name: one.default for name, one in parameters.items() if one.default is not None}
-        )
+        parameters = {name for ecm in modules.values() for name in ecm.task_parameters}
+        self.defaults: Mapping[str, Any] = to_doubles(arguments_in_force(modules.values(), {}))
         behind = parameters_behind_variables(modules.values())
         self._depending = {name: sorted(one) for name, one in behind.items() if name not in parameters}
         self.restart()

@@ -8,7 +8,6 @@ Every other file holds one layer: what looks like an overlay brings no site of i
 
 from __future__ import annotations
 
-import hashlib
 import os
 import re
 from functools import lru_cache
@@ -18,6 +17,7 @@ from typing import Final
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, SpanLabel, quoted
 from aeros.spec.diagnostics.errors import MisuseError, UserError
 from aeros.spec.diagnostics.source import Source, SourceSpan
+from aeros.spec.text.digests import text_digest
 from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.text.files import MAX_BYTES, read_source, too_large_error
 from aeros.spec.text.nodes import MappingNode, ScalarNode
@@ -165,7 +165,7 @@ def _require_one_layer(source: Source, path: Path) -> None:
         UserError: it holds several.
     """
     mark = _SEPARATOR.search(source.text) if OVERLAY_SCHEMA in source.text else None
-    if mark is None or path.stem == hashlib.sha256(source.text.encode()).hexdigest():
+    if mark is None or path.stem == text_digest(source.text):
         return
     headline = "an overlay and the site that it is based on are two files"
     span = SpanLabel(SourceSpan(source, mark.start(), mark.end() - 1), "begins another file here")

@@ -68,7 +68,7 @@ _JOINT_STATES = ("joint_position", "joint_velocity", "joint_torque")
 
 
 FIRST_NUMBERS = {"make_dumplings.count": 1.0, "make_dumplings.dumplings_cooked": 0.0}
-"""What the numbers of a goal are at the start of a run."""
+"""Values of the numbers in goals at the start of a run."""
 
 
 def value_of(message: Any, name: str) -> Any:
