@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from aeros.agent.memory.experience import ExperiencedModules
 from aeros.agent.memory.sightings import sighting_of_free_space, sighting_of_obstacle, sightings_of
 from aeros.agent.memory.store import Memory
+from aeros.agent.memory.things import sightings_of_things
+from aeros.agent.world.things import ThingState, things_of
 from aeros.agent.world.world import WorldModel
 from aeros.runtime.ports import Runtime
 from aeros.spec.model.cause import Cause
@@ -28,7 +30,7 @@ class PlanningMemory:
         self._obstacles: frozenset[str] = frozenset()
 
     def note(self, world: WorldModel) -> None:
-        """Remember what is known in a world, and the obstacles of now.
+        """Remember what is known in a world, with its things, and the obstacles of now.
 
         Args:
             world: the world.
@@ -38,6 +40,7 @@ class PlanningMemory:
         self._memory.note_sightings(
             (
                 *sightings_of(world, self._runtime.site.state),
+                *sightings_of_things(self._things(world), world, self._runtime.site.state),
                 *map(sighting_of_obstacle, obstacles),
                 *(sighting_of_free_space(name, world.time) for name in sorted(self._obstacles - names)),
             )
@@ -52,13 +55,17 @@ class PlanningMemory:
             failures: causes of step failures since the previous plan.
 
         Returns:
-            The world with the failures, and with the last values seen of what is unknown in it.
+            The world with the failures, its things, and the last values seen of what is unknown in it.
         """
         self.note(world)
         remembered = {
             name: one.value for name, one in self._memory.remembered_values().items() if name in world.unknown
         }
-        return replace(world, failures=tuple(failures), remembered=remembered)
+        things = {one.name: one.to_json() for one in self._things(world)}
+        return replace(world, failures=tuple(failures), remembered=remembered, things=things)
+
+    def _things(self, world: WorldModel) -> Iterator[ThingState]:
+        return things_of(world, self._runtime.active_modules().values())
 
     def recall(self, modules: Mapping[str, Ecm]) -> Mapping[str, Ecm]:
         """Give modules the probabilities and durations that memory has learned.

@@ -17,6 +17,7 @@ from typing import Final, TypeAlias
 from aeros.agent.errors import AgentError
 from aeros.agent.identity import lock_folder
 from aeros.agent.memory.schema import open_database
+from aeros.agent.memory.things import THING
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,15 +66,17 @@ def filter_by_skill(name: str) -> DeletionFilter:
 
 
 def filter_by_variable(name: str) -> DeletionFilter:
-    """Select what was seen of a variable.
+    """Select what was seen of a variable or of a thing.
 
     Args:
-        name: name of the variable.
+        name: name of the variable or of the thing.
 
     Returns:
         A function that deletes these rows.
     """
-    return lambda database: database.execute("DELETE FROM sightings WHERE variable = ?", (name,))
+    prefix = f"{THING}{name} "
+    sql = "DELETE FROM sightings WHERE variable = ? OR substr(variable, 1, ?) = ?"
+    return lambda database: database.execute(sql, (name, len(prefix), prefix))
 
 
 def filter_by_session(number: int) -> DeletionFilter:

@@ -146,12 +146,26 @@ def sightings_of(world: WorldModel, state: Mapping[str, Declared]) -> Iterator[S
     Yields:
         Each known value.
     """
-    for name, value in world.known.items():
-        declared, stamp = state[name], world.stamps[name]
-        module, dot, _ = name.rpartition(".")
-        uncertainty = None if declared.uncertainty is None else float(declared.uncertainty)
-        source = stamp.source or (module if dot else None)
-        yield Sighting(name, to_json_value(value), stamp.time, source, uncertainty)
+    for name in world.known:
+        yield sighting_of_variable(name, world, state)
+
+
+def sighting_of_variable(name: str, world: WorldModel, state: Mapping[str, Declared]) -> Sighting:
+    """Return the known value of a variable as a sighting.
+
+    Args:
+        name: name of the variable.
+        world: the world, in which it is known.
+        state: declared state variables by name.
+
+    Returns:
+        The sighting.
+    """
+    declared, stamp = state[name], world.stamps[name]
+    module, dot, _ = name.rpartition(".")
+    uncertainty = None if declared.uncertainty is None else float(declared.uncertainty)
+    source = stamp.source or (module if dot else None)
+    return Sighting(name, to_json_value(world.known[name]), stamp.time, source, uncertainty)
 
 
 def sighting_of_obstacle(obstacle: Obstacle) -> Sighting:

@@ -170,6 +170,7 @@ def _task_prompt(
         "must_always_hold": [one.text for one in routed.task.invariants],
         "measured": {name: to_json_value(world.known.get(name)) for name in sorted(read) if "." not in name},
         "last_seen": {name: world.remembered[name] for name in sorted(read & world.remembered.keys())},
+        "things": dict(world.things),
         "most_retries": retries,
         "skills": [describe_skill(choices) for choices in skills_of(domain).values()],
     }

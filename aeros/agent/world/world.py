@@ -56,6 +56,8 @@ class WorldModel:
         failures: causes of step failures since the previous plan; for planners, read by no condition.
         remembered: value last seen of each variable that is unknown now, as JSON, of any session; for
             planners, read by no condition.
+        things: what is known of each thing that a module declares, as JSON, by its name; for planners, read
+            by no condition.
     """
 
     time: float
@@ -65,6 +67,7 @@ class WorldModel:
     stamps: Mapping[str, MeasurementStamp] = field(default_factory=dict)
     failures: tuple[Cause, ...] = ()
     remembered: Mapping[str, Any] = field(default_factory=dict)
+    things: Mapping[str, Any] = field(default_factory=dict)
 
     def at_time(self, now: float) -> WorldModel:
         """Drop the values that are too old at a later time, with nothing measured since.

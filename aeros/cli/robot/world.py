@@ -15,6 +15,7 @@ from aeros.agent.agent import MEMORY_FILE
 from aeros.agent.errors import AgentError
 from aeros.agent.memory.queries import open_memory_reader
 from aeros.agent.memory.sightings import RememberedValue
+from aeros.agent.memory.things import THING, RememberedThing, remembered_things
 from aeros.cli.arguments import add_command
 from aeros.exit_codes import Exit
 from aeros.session.plant_factory import PLANTS
@@ -28,7 +29,8 @@ SCHEMA: Final = "aeros/world/1"
 _EXAMPLES: Final = """\
 The agent writes what it measures after each step, with the sensor or module that measured it, and the
 declared bound of the uncertainty.  Values are in SI units.  They are memories: a value that is not
-measured now is unknown to every condition, however new it is here.
+measured now is unknown to every condition, however new it is here.  Things come first: the kind, the place,
+and what it is on or in, as the modules declare it.
 
 examples:
   aeros world                              everything that the latest session's plant showed
@@ -46,7 +48,7 @@ def add_to(commands: Subparsers) -> None:
         commands: Subparsers of `aeros`.
     """
     parser = add_command(commands, "world", __doc__, _EXAMPLES)
-    parser.add_argument("text", nargs="?", default="", help="only variables whose names contain this")
+    parser.add_argument("text", nargs="?", default="", help="only names that contain this")
     parser.add_argument("--plant", choices=PLANTS, help="seen on this plant (default: the latest session's)")
     parser.add_argument(
         "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"
@@ -63,13 +65,58 @@ def _command(arguments: argparse.Namespace) -> Exit:
         print(f"aeros: {refusal}", file=sys.stderr)
         return Exit.REJECTED
     found = [one for one in every if arguments.text in one.variable]
+    things = remembered_things(found)
+    variables = [one for one in found if not one.variable.startswith(THING)]
     now = datetime.now(UTC)
     if arguments.format == "json":
-        data = {"schema": SCHEMA, "variables": [{**asdict(one), "age_s": one.age(now)} for one in found]}
+        data = {
+            "schema": SCHEMA,
+            "things": [_thing_to_json(one, now) for one in things],
+            "variables": [{**asdict(one), "age_s": one.age(now)} for one in variables],
+        }
         print(json.dumps(data, indent=1))
-    else:
-        print("\n".join(map(escape_invisible, _lines(found, now))) or "nothing was seen")
+        return Exit.SUCCESS
+    lines = [*_thing_lines(things, now), *([""] if things and variables else []), *_lines(variables, now)]
+    print("\n".join(map(escape_invisible, lines)) or "nothing was seen")
     return Exit.SUCCESS
+
+
+def _thing_to_json(thing: RememberedThing, now: datetime) -> dict[str, Any]:
+    attributes = {name: {**asdict(one), "age_s": one.age(now)} for name, one in thing.attributes.items()}
+    return {"name": thing.name, "kind": thing.kind, "attributes": attributes}
+
+
+def _thing_lines(things: Sequence[RememberedThing], now: datetime) -> Iterator[str]:
+    """Say of each thing what was last seen, newest first; what was seen together has one age."""
+    width = max((len(one.name) for one in things), default=0)
+    for thing in things:
+        by_age: dict[str, list[str]] = {}
+        for name, one in sorted(thing.attributes.items(), key=_newest_position_first):
+            when = f"{_age_text(one.age(now))} ago in session {one.session}"
+            by_age.setdefault(when, []).append(_attribute_text(name, one))
+        seen = [f"{', '.join(texts)}, {when}" for when, texts in by_age.items()]
+        yield f"{thing.name:<{width}}  {thing.kind}: {'; '.join(seen)}"
+
+
+def _newest_position_first(item: tuple[str, RememberedValue]) -> tuple[float, bool, str]:
+    name, one = item
+    return -datetime.fromisoformat(one.seen).timestamp(), name != "position", name
+
+
+def _attribute_text(name: str, one: RememberedValue) -> str:
+    if name == "count":
+        return f"{one.value:g} of them"
+    if name != "position":
+        return name if one.value else f"not {name}"
+    text = f"at {_value_text(one.value)}"
+    if one.uncertainty is not None:
+        text += f" ± {one.uncertainty:g}"
+    return text + (f" (at first {_usual_text(one)})" if one.sessions > 1 else "")
+
+
+def _usual_text(one: RememberedValue) -> str:
+    usual = _value_text(one.usual) if one.usual != one.value else "the same"
+    return f"{usual} in {one.usual_sessions} of {one.sessions} sessions"
 
 
 def _lines(found: Sequence[RememberedValue], now: datetime) -> Iterator[str]:
@@ -81,8 +128,7 @@ def _lines(found: Sequence[RememberedValue], now: datetime) -> Iterator[str]:
         if one.uncertainty is not None:
             parts.append(f"± {one.uncertainty:g} at most")
         if one.sessions > 1:
-            usual = f"at first {_value_text(one.usual)}" if one.usual != one.value else "at first the same"
-            parts.append(f"{usual} in {one.usual_sessions} of {one.sessions} sessions")
+            parts.append(f"at first {_usual_text(one)}")
         yield f"{one.variable:<{width}}  {', '.join(parts)}"
 
 

@@ -14,7 +14,7 @@ from aeros.spec.declared.composition import Composition
 from aeros.spec.declared.configuration import Need, Parameter
 from aeros.spec.declared.field_types import ByVariable, Identifier, Named, Reference, RiskWord, Slug
 from aeros.spec.declared.models import Model, UsedModels
-from aeros.spec.declared.perception import OwnVariable, Perceiver
+from aeros.spec.declared.perception import OwnVariable, Perceiver, Thing
 from aeros.spec.declared.policy import Access
 from aeros.spec.declared.quantity import Quantity
 from aeros.spec.declared.task_parameters import TaskParameter
@@ -366,6 +366,13 @@ class Ecm:
     )
     perceivers: Named[Perceiver] = field(
         default=MappingField(), metadata={"doc": "the functions that measure them"}
+    )
+    things: Named[Thing] = field(
+        default=MappingField(),
+        metadata={
+            "doc": "the things that these describe, for the world model, as in "
+            "`things: {cube: {kind: cube, position: cube_position, held: cube_held}}`"
+        },
     )
 
     @property

@@ -94,6 +94,42 @@ class OwnVariable(ModuleVariable):
 
 
 @dataclass(frozen=True)
+class Thing:
+    """A thing that the module perceives: its kind, the variables that describe it, and where it is.
+
+    Attributes:
+        span: its place in the file.
+    """
+
+    span: SourceSpan
+    kind: Identifier = field(
+        metadata={
+            "doc": "its kind, as in `kind: sponge`; if it is the name of a task parameter, the kind that the "
+            "task asks for"
+        }
+    )
+    position: Identifier | None = field(
+        default=None,
+        metadata={"doc": "the variable with its position, as in `position: sponge_position`"},
+    )
+    count: Identifier | None = field(
+        default=None,
+        metadata={"doc": "the variable that has the number of such things, as in `count: dumplings_cooked`"},
+    )
+    held: ExpressionField | None = field(
+        default=None, metadata={"doc": "the condition under which the robot holds it, as in `held: holding`"}
+    )
+    on: Named[ExpressionField] = field(
+        default=MappingField(),
+        metadata={"doc": "the condition for each place that it may be on, as in `on: {tray: at_tray}`"},
+    )
+    in_: Named[ExpressionField] = field(
+        default=MappingField(),
+        metadata={"doc": "the condition for each place that it may be in, as in `in: {pot: in_pot}`"},
+    )
+
+
+@dataclass(frozen=True)
 class SharedVariable(ModuleVariable):
     """A module's variable that others may read, as the module must declare it."""
 

@@ -18,7 +18,7 @@ from aeros.spec.expr.units import format_number
 from aeros.spec.model.composition import Composition, Step
 from aeros.spec.model.configured import BoundNames
 from aeros.spec.model.models import ModuleModel
-from aeros.spec.model.perception import Definition, Perceiver
+from aeros.spec.model.perception import Definition, Perceiver, Thing
 from aeros.spec.model.policy import Access, WorkerLimits
 from aeros.spec.model.rules import Conjunct, Risk
 from aeros.spec.model.step_graph import map_graph_steps, steps_of
@@ -383,6 +383,7 @@ class Ecm:
             name of the perceiver that provides it, or its own where it has a definition.
         perceivers: perceivers by id.
         definitions: conditions of the predicates that have one, by full name.
+        things: things that its variables describe, by name.
         capability_versions: version of each of its capabilities, by name.
         required_capabilities: capabilities that it needs some module for, by name, with a PEP 440 specifier.
         capability_spans: place of each of these.
@@ -415,6 +416,7 @@ class Ecm:
     state: Mapping[str, Declared] = field(default_factory=dict)
     perceivers: Mapping[str, Perceiver] = field(default_factory=dict)
     definitions: Mapping[str, Definition] = field(default_factory=dict)
+    things: Mapping[str, Thing] = field(default_factory=dict)
     capability_versions: Mapping[str, str] = field(default_factory=dict)
     required_capabilities: Mapping[str, str] = field(default_factory=dict)
     capability_spans: Mapping[str, SourceSpan] = field(default_factory=dict)

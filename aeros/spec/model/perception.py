@@ -100,6 +100,29 @@ class Definition:
 
 
 @dataclass(frozen=True)
+class Thing:
+    """Thing that a module perceives, as its variables describe it.
+
+    Attributes:
+        name: full name, as in `clean_table.sponge`.
+        kind: its kind; empty if `kind_from` has it.
+        kind_from: full name of the task parameter whose value is its kind; None if it has one kind.
+        position: full name of the variable that has its position; None if none is measured.
+        count: full name of the variable that has the number of such things; None for one thing.
+        held: condition under which the robot holds it; None if the module does not say.
+        relations: condition of each relation, as `on tray` or `in pot`.
+    """
+
+    name: str
+    kind: str
+    kind_from: str | None = None
+    position: str | None = None
+    count: str | None = None
+    held: t.Term | None = None
+    relations: Mapping[str, t.Term] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class SiteCamera:
     """Camera of a site.
 

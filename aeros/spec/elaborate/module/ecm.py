@@ -20,6 +20,7 @@ from aeros.spec.elaborate.module.models import elaborate_models
 from aeros.spec.elaborate.module.needs import ModuleNeeds
 from aeros.spec.elaborate.module.skills import elaborate_skill
 from aeros.spec.elaborate.module.tasks import elaborate_tasks
+from aeros.spec.elaborate.module.things import elaborate_things
 from aeros.spec.elaborate.names import resolve_name
 from aeros.spec.elaborate.perception import ModulePerception
 from aeros.spec.elaborate.policy import elaborate_access, elaborate_worker_limits
@@ -110,6 +111,7 @@ def elaborate_ecm(
         state=perception.state,
         perceivers=perception.perceivers,
         definitions=perception.definitions,
+        things=elaborate_things(ecm, site, diagnostics),
         names=bound,
         worker=elaborate_worker_limits(ecm.permissions.worker, site.isolation, diagnostics),
         access_spans={

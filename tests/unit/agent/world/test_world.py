@@ -230,8 +230,8 @@ def test_only_readings_make_a_world() -> None:
     assert made == ["aeros/agent/reading/formal_meaning.py"] * 2 + ["aeros/agent/world/world.py"] * 2
 
 
-def test_only_failures_and_memories_of_a_world_are_replaced_and_never_its_values() -> None:
-    fields = {one.name for one in dataclass_fields(WorldModel)} - {"failures", "remembered"}
+def test_only_what_planners_get_of_a_world_is_replaced_and_never_its_values() -> None:
+    fields = {one.name for one in dataclass_fields(WorldModel)} - {"failures", "remembered", "things"}
     replaced = [
         (path.as_posix(), keyword.arg)
         for path in PYTHON

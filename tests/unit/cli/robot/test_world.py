@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from uuid import uuid4
 
@@ -69,3 +70,30 @@ def test_without_memory_there_is_no_world(tmp_path: Path, capsys: pytest.Capture
 )
 def test_ages_are_in_the_largest_unit(seconds: float, text: str) -> None:
     assert _age_text(seconds) == text
+
+
+def test_a_thing_has_its_kind_and_place_and_each_attribute_its_age(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    earlier = [
+        Sighting("thing fetch.object can position", [1.0, 0.5, 0.25], 1.0, "fetch", 0.01),
+        Sighting("thing fetch.object can on tray", True, 1.0, "fetch", None),
+        Sighting("thing fetch.crumb crumb count", 3, 1.0, "fetch", None),
+    ]
+    later = [Sighting("thing fetch.object can held", False, 1.0, "fetch", None)]
+    for seen in (earlier, later):
+        with open_memory(tmp_path / MEMORY_FILE, Identity(uuid4(), "chef", "", 1), "symbolic") as memory:
+            memory.note_sightings(seen)
+    _, out, _ = run(capsys, "--state", str(tmp_path))
+    crumb, can = (re.sub(r"\d+ s ago", "0 s ago", line) for line in out.splitlines())
+    assert crumb == "fetch.crumb   crumb: 3 of them, 0 s ago in session 1"
+    first, second = can.removeprefix("fetch.object  can: ").split("; ")
+    assert {first, second} == {
+        "at (1, 0.5, 0.25) ± 0.01, on tray, 0 s ago in session 1",
+        "not held, 0 s ago in session 2",
+    }
+    _, out, _ = run(capsys, "object", "--state", str(tmp_path), "--format", "json")
+    (thing,) = json.loads(out)["things"]
+    assert (thing["name"], thing["kind"]) == ("fetch.object", "can")
+    assert thing["attributes"]["position"]["value"] == [1.0, 0.5, 0.25]
+    assert thing["attributes"]["held"]["age_s"] >= 0

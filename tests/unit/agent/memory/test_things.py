@@ -1,0 +1,67 @@
+"""Each attribute of a thing is remembered with its own age, and under its kind."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from uuid import uuid4
+
+from aeros.agent.identity import Identity
+from aeros.agent.memory.deletion import filter_by_variable, forget
+from aeros.agent.memory.sightings import Sighting
+from aeros.agent.memory.store import open_memory
+from aeros.agent.memory.things import remembered_things, sightings_of_things
+from aeros.agent.world.things import ThingState
+from aeros.agent.world.world import world_from_readings
+from aeros.runtime.ports import Reading
+from tests.unit.agent.world.test_things import DECLARED
+
+
+def sightings(thing: ThingState) -> list[Sighting]:
+    readings = {"place": Reading((0.5, 0.0, 0.0), 3.0)}
+    return list(sightings_of_things([thing], world_from_readings(DECLARED, readings, 4.0), DECLARED))
+
+
+def test_numbers_have_the_time_of_their_variable_and_relations_that_of_the_world() -> None:
+    can = ThingState(
+        "fetch.object", "can", (0.5, 0.0, 0.0), None, {"position": "place"}, False, {"on tray": True}
+    )
+    assert [(one.variable, one.value, one.time) for one in sightings(can)] == [
+        ("thing fetch.object can position", [0.5, 0.0, 0.0], 3.0),
+        ("thing fetch.object can held", False, 4.0),
+        ("thing fetch.object can on tray", True, 4.0),
+    ]
+
+
+def test_a_thing_of_unknown_kind_is_not_remembered() -> None:
+    assert sightings(ThingState("fetch.object", None, held=True)) == []
+
+
+def test_each_kind_keeps_its_own_place_over_sessions(tmp_path: Path) -> None:
+    path = tmp_path / "memory.sqlite3"
+    can = [
+        Sighting("thing fetch.object can position", [1.0, 0.0, 0.0], 1.0, "fetch", 0.01),
+        Sighting("thing fetch.object can on tray", True, 1.0, "fetch", None),
+    ]
+    bottle = [
+        Sighting("thing fetch.object bottle held", True, 1.0, "fetch", None),
+        Sighting("fetch.object_seen", True, 1.0, "fetch", None),
+    ]
+    for seen in (can, bottle):
+        with open_memory(path, Identity(uuid4(), "chef", "", 1), "symbolic") as memory:
+            memory.note_sightings(seen)
+            things = remembered_things(memory.remembered_values().values())
+    assert [(one.name, one.kind, sorted(one.attributes)) for one in things] == [
+        ("fetch.object", "bottle", ["held"]),
+        ("fetch.object", "can", ["on tray", "position"]),
+    ]
+    assert things[1].attributes["position"].session == 1
+
+
+def test_a_thing_is_forgotten_with_all_its_kinds_and_nothing_else(tmp_path: Path) -> None:
+    path = tmp_path / "memory.sqlite3"
+    names = ["thing fetch.object can held", "thing fetch.object bottle held", "thing fetch.objects can held"]
+    with open_memory(path, Identity(uuid4(), "chef", "", 1), "symbolic") as memory:
+        memory.note_sightings([Sighting(name, True, 1.0, None, None) for name in names])
+    forget(tmp_path, path, filter_by_variable("fetch.object"))
+    with open_memory(path, Identity(uuid4(), "chef", "", 2), "symbolic") as memory:
+        assert list(memory.remembered_values()) == names[2:]
