@@ -14,6 +14,7 @@ from aeros.spec.text.fields import (
     ExpressionField,
     IntegerField,
     MappingField,
+    NumberField,
     Pattern,
     TextField,
     ValueBounds,
@@ -68,6 +69,13 @@ class OwnVariable(ModuleVariable):
         metadata={
             "doc": "the condition under which a `bool` is true, in place of a perceiver, as in "
             "`definition: block_position.y >= 390 mm`"
+        },
+    )
+    margin: Annotated[NumberField, ValueBounds(0, 10)] | None = field(
+        default=None,
+        metadata={
+            "doc": "of a definition: the number of standard uncertainties by which what it reads may be off; "
+            "where that could change its value, it is unknown, as in `margin: 2`"
         },
     )
     sensor: Identifier | None = field(

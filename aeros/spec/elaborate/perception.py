@@ -15,7 +15,8 @@ from aeros.spec.declared import ecm as declared_ecm
 from aeros.spec.declared import perception as declared
 from aeros.spec.declared import site as declared_site
 from aeros.spec.diagnostics.codes import Diagnostics, SpanLabel, did_you_mean
-from aeros.spec.elaborate.expressions import elaborate_expression, elaborate_quantity
+from aeros.spec.elaborate.definitions import elaborate_definitions
+from aeros.spec.elaborate.expressions import elaborate_quantity
 from aeros.spec.elaborate.names import (
     check_name_is_free,
     meanings_of_names,
@@ -29,17 +30,16 @@ from aeros.spec.elaborate.quantities import (
     elaborate_module_variable,
     elaborate_processor_share,
 )
-from aeros.spec.elaborate.scopes import state_scope
 from aeros.spec.elaborate.task_parameters import TaskParameters
 from aeros.spec.elaborate.vocabulary import SiteVocabulary
 from aeros.spec.expr.doubles import to_doubles
 from aeros.spec.expr.scope import AxisAlignedBox
 from aeros.spec.expr.semantics import evaluate
-from aeros.spec.expr.types import BoolType, VectorType
+from aeros.spec.expr.types import VectorType
 from aeros.spec.expr.units import LENGTH, TIME, format_number, format_quantity
 from aeros.spec.model.configured import BoundNames
 from aeros.spec.model.models import ModuleModel
-from aeros.spec.model.perception import Definition, Perceiver, PerceptionPolicy, PictureRequest, SiteCamera
+from aeros.spec.model.perception import Perceiver, PerceptionPolicy, PictureRequest, SiteCamera
 from aeros.spec.model.site import Site, enums_of_modules
 from aeros.spec.model.task_parameters import OBJECTS
 from aeros.spec.model.variables import Declared
@@ -208,7 +208,7 @@ class ModulePerception:
             enums = {name: one for name, one in site.enums.items() if "." not in name}
             self.site = replace(site, state=state, enums=enums | enums_of_modules(state))
         written = {name.value: one.definition for name, one in ecm.state if one.definition is not None}
-        self.definitions = self._definitions(written, own)
+        self.definitions = elaborate_definitions(ecm, own, self.site, diagnostics)
         declared_here = dict.fromkeys(name.value for name, _ in ecm.state)
         self.perceivers = {
             name.value: self._perceiver(name, perceiver, declared_here, site)
@@ -268,29 +268,6 @@ class ModulePerception:
         known |= {name: sensors[0] for name, sensors in self._names.sensors.items()}
         sensor = resolve_need(quantity.sensor, known, "sensor", self._diagnostics)
         return quantity.sensor.value if sensor is None else sensor
-
-    def _definitions(
-        self, written: Mapping[str, ExpressionField], own: Mapping[str, Declared]
-    ) -> dict[str, Definition]:
-        """Elaborate the definitions, by full name; each may read those above it."""
-        unread = {*written, *(f"{self._module}.{name}" for name in written)}
-        definitions: dict[str, Definition] = {}
-        for name, expression in written.items():
-            if name not in own:
-                continue
-            type_ = own[name].variable.type
-            if not isinstance(type_, BoolType):
-                headline = f"`{name}` is {type_}; only a `bool` can have a definition"
-                self._diagnostics.error("AE203", headline, expression.span)
-                continue
-            full = f"{self._module}.{name}"
-            state = {one: variable for one, variable in self.site.state.items() if one not in unread}
-            scope = state_scope(replace(self.site, state=state))
-            term = elaborate_expression(expression, scope, self._diagnostics)
-            if term is not None:
-                definitions[full] = Definition(term, expression.value, expression.span)
-            unread -= {name, full}
-        return definitions
 
     def _perceiver(
         self, name: TextField, perceiver: declared.Perceiver, own: Mapping[str, None], site: Site

@@ -92,11 +92,14 @@ class Definition:
             definitions say.
         text: the condition as written.
         span: its place.
+        margin: number of declared standard uncertainties by which each value that it reads may be off; where
+            that could change its value, the predicate is unknown.
     """
 
     term: t.Term
     text: str
     span: SourceSpan
+    margin: Fraction = Fraction(0)
 
 
 @dataclass(frozen=True)

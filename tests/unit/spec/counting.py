@@ -12,7 +12,7 @@ from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.site import Site
 from aeros.spec.planning.domain import PlanningDomain, domain_for
-from tests.unit.spec.elaborate.faults import CORPUS, TABLE
+from tests.unit.spec.faults import CORPUS, TABLE
 
 ID = "counts_and_ranges"
 WASHED, NUMBER, AT_EDGE, PLACE = (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 from math import nan
 from typing import Any
@@ -13,10 +14,12 @@ from hypothesis import strategies as st
 from aeros.runtime.perception.active_definition import ActiveDefinition
 from aeros.runtime.ports import Reading
 from aeros.spec.elaborate.scopes import state_scope
+from aeros.spec.expr import terms as t
 from aeros.spec.expr.parser import parse
 from aeros.spec.expr.semantics import Value, is_true
 from aeros.spec.expr.typecheck.check import check
-from aeros.spec.expr.types import BOOL
+from aeros.spec.expr.types import BOOL, RealType
+from aeros.spec.expr.units import LENGTH
 from aeros.spec.model.perception import Definition
 from tests.unit.runtime.perception.kettle import full_site, site
 
@@ -74,3 +77,30 @@ def test_it_is_unknown_where_the_site_does_not_know_a_variable() -> None:
     hot = {**measured(), "kettle.water_hot": Reading(True, NOW)}
     assert ActiveDefinition(about, full_site()).evaluate(hot, NOW) == Reading(True, NOW)
     assert ActiveDefinition(about, site()).evaluate(hot, NOW) is None
+
+
+LEVEL = "level >= 50 mm"
+
+
+@pytest.mark.parametrize(
+    ("margin", "level", "value"),
+    [
+        (0, 0.0501, True),
+        (2, 0.0501, None),
+        (2, 0.0521, True),
+        (2, 0.0499, None),
+        (2, 0.0479, False),
+        (3, 0.0521, None),
+    ],
+)
+def test_within_the_margin_of_the_uncertainty_it_is_unknown(
+    margin: int, level: float, value: bool | None
+) -> None:
+    level_ = t.Variable("level", RealType(LENGTH), t.VariableRole.STATE)
+    declared = replace(full_site().state["human_distance"], variable=level_, uncertainty=Fraction(1, 1000))
+    where = replace(full_site(), state={"level": declared})
+    condition = Definition(
+        check(parse(LEVEL), state_scope(where), BOOL), LEVEL, site().span, Fraction(margin)
+    )
+    found = ActiveDefinition(condition, where).evaluate({"level": Reading(level, NOW)}, NOW)
+    assert found == (None if value is None else Reading(value, NOW))

@@ -13,7 +13,7 @@ from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.model.site import Site
 from aeros.spec.model.tools import Program, Tool
-from tests.unit.spec.elaborate.faults import TABLE
+from tests.unit.spec.faults import TABLE
 
 TOOL = Tool(Program(("ask",)), Fraction(1), ("load", "table_tidy", "fetched", "hand"))
 

@@ -25,7 +25,7 @@ from aeros.spec.elaborate.load import load_site
 from aeros.spec.model.policy import IsolationPolicy
 from aeros.spec.model.site import Site
 from aeros.spec.model.tools import Program, Tool
-from tests.unit.spec.elaborate.faults import TABLE
+from tests.unit.spec.faults import TABLE
 
 ASK = Action("wipe", {"tool": "brush", "pressure": 1.0})
 MOVE = Action("move", {"target": (0.1, 0.1, 0.1), "speed": 0.1})

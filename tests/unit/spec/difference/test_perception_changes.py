@@ -20,7 +20,7 @@ from aeros.spec.expr.types import RealType
 from aeros.spec.expr.units import NUMBER
 from aeros.spec.model.variables import Declared
 from tests.unit.spec.difference.versions import changed
-from tests.unit.spec.elaborate.faults import CORPUS, TABLE
+from tests.unit.spec.faults import CORPUS, TABLE
 
 KETTLE = CORPUS / "accepted" / "measures_its_own_predicate"
 MORE, LESS = Relation.NEWLY_ALLOWED.value, Relation.NEWLY_DENIED.value

@@ -14,7 +14,7 @@ from aeros.spec.expr import terms as t
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.perception import PictureRequest, SiteCamera
 from aeros.spec.model.site import Site
-from tests.unit.spec.elaborate.faults import CORPUS, TABLE, messages_of_module, messages_of_site
+from tests.unit.spec.faults import CORPUS, TABLE, messages_of_module, messages_of_site
 
 OWN = "measures_its_own_predicate"
 

@@ -18,7 +18,7 @@ from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.text.fields import TextField
 from aeros.spec.text.nodes import ScalarNode
-from tests.unit.spec.elaborate.faults import messages_of_module, messages_of_site
+from tests.unit.spec.faults import messages_of_module, messages_of_site
 
 SPAN = Source("site.yaml", "policy").span(0, 6)
 

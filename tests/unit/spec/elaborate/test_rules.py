@@ -8,7 +8,7 @@ import pytest
 
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
-from tests.unit.spec.elaborate.faults import TABLE, messages_of_site
+from tests.unit.spec.faults import TABLE, messages_of_site
 
 
 def test_a_rule_that_governs_no_action_kind_is_refused(tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.unit.spec.elaborate.faults import messages_of_site
+from tests.unit.spec.faults import messages_of_site
 
 
 def test_a_site_without_faults_gives_no_diagnostics(tmp_path: Path) -> None:

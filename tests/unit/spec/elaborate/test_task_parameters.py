@@ -11,7 +11,7 @@ from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.expr.types import EnumType
 from aeros.spec.text.discovery import reference_site_path
-from tests.unit.spec.elaborate.faults import CORPUS, TABLE, messages_of_module, messages_of_site
+from tests.unit.spec.faults import CORPUS, TABLE, messages_of_module, messages_of_site
 
 CASE = "task_with_a_side_and_a_number"
 SIDE = "values: {near: {words: [near side]}, far: {words: [far side]}}\n        default: near"

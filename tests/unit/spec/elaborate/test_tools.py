@@ -10,7 +10,7 @@ import pytest
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.model.tools import Confinement, HttpService, McpService, Program, Tool
-from tests.unit.spec.elaborate.faults import TABLE, messages_of_site
+from tests.unit.spec.faults import TABLE, messages_of_site
 
 STATE = (
     "  fetched: {",

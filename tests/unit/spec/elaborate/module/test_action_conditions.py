@@ -6,7 +6,7 @@ from pathlib import Path
 
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
-from tests.unit.spec.elaborate.faults import CORPUS, TABLE, messages_of_module
+from tests.unit.spec.faults import CORPUS, TABLE, messages_of_module
 
 
 def test_a_condition_keeps_its_text_and_the_parts_that_are_explained() -> None:

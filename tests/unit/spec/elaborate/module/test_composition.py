@@ -22,7 +22,7 @@ from aeros.spec.model.composition import Composition, Step
 from aeros.spec.model.ecm import ForeignNames, Skill
 from aeros.spec.model.site import Site
 from aeros.spec.model.step_graph import If, Par, Seq
-from tests.unit.spec.elaborate.faults import CORPUS, TABLE
+from tests.unit.spec.faults import CORPUS, TABLE
 from tests.unit.spec.text.reading import accepted
 
 

@@ -20,7 +20,7 @@ from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.operator_settings import OperatorSettings
 from aeros.spec.model.site import Site
 from aeros.spec.verification.verify import verify
-from tests.unit.spec.elaborate.faults import CORPUS, TABLE
+from tests.unit.spec.faults import CORPUS, TABLE
 
 MODULE = "waits_less_than_allowed"
 BOUND = ModuleConfiguration({"surface": "tabletop"})

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.unit.spec.elaborate.faults import messages_of_module
+from tests.unit.spec.faults import messages_of_module
 
 
 def test_an_input_hides_no_variable_of_the_state(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from aeros.spec.elaborate.load import elaborate_source
 from aeros.spec.elaborate.module.suitable_things import suitable_things, things_of_sort, wanted_thing
 from aeros.spec.model.site import Site
 from aeros.spec.text.yaml_reader import read_yaml
-from tests.unit.spec.elaborate.faults import TABLE
+from tests.unit.spec.faults import TABLE
 
 OFFERING = (
     ("tabletop: {", "tabletop: {offers: [surface], "),

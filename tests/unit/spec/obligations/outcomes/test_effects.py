@@ -13,7 +13,7 @@ from aeros.spec.obligations.obligation import Obligation
 from aeros.spec.obligations.outcomes.effects import effect_claims
 from aeros.spec.obligations.verdicts import Verdict
 from aeros.spec.verification.discharge import discharge_obligations
-from tests.unit.spec.elaborate.faults import CORPUS, TABLE
+from tests.unit.spec.faults import CORPUS, TABLE
 
 MANIFEST = (CORPUS / "accepted" / "counts_and_ranges" / "ecm.yaml").read_text(encoding="utf-8")
 

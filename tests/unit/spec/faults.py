@@ -9,7 +9,7 @@ from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.render import render_text
 from aeros.spec.elaborate.load import load_ecm, load_site
 
-CORPUS = Path(__file__).parents[3] / "corpus"
+CORPUS = Path(__file__).parents[2] / "corpus"
 TABLE = CORPUS / "site" / "table.yaml"
 
 
