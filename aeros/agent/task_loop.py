@@ -33,6 +33,7 @@ from math import inf
 from typing import Final
 
 from aeros.agent.errands import ErrandPosition
+from aeros.agent.execution.attempt_journal import record_unmet_definitions
 from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.plan_executor import PlanExecutor, PlanFailure
 from aeros.agent.execution.progress import PlanProgress
@@ -47,6 +48,7 @@ from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.task_graph import TaskGraph
 from aeros.agent.recovery.checkpoint import CheckpointStore, TaskCheckpoint
 from aeros.agent.recovery.recover import ProgressRecovery
+from aeros.agent.world.definitions import definition_causes
 from aeros.runtime.ports import AuditEvent, Runtime
 from aeros.spec.expr import terms as t
 
@@ -130,13 +132,17 @@ class TaskLoop:
         else:
             goal = f"if {errand.condition_text}: {goal}"
             reason = self._run_if(condition, errand.condition_text)
+        world = self._attempts.world
+        if world.evaluate(task.goal) is not True:
+            behind = definition_causes(world, world.unmet_parts(task.goal), self._runtime.active_modules())
+            record_unmet_definitions(self._journal, str(self._routed), behind)
         return RunReport(
             instruction=instruction,
             module=self._routed.module,
             task=task.id,
             goal=goal,
             reached=reason is None,
-            measured=self._attempts.world.measured_values(task.goal),
+            measured=world.measured_values(task.goal),
             steps=tuple(self._attempts.records),
             replans=self._replans,
             reason=reason,

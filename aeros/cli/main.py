@@ -25,6 +25,7 @@ _COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "verify": ("author.verify", "prove modules safe under a site's policy"),
     "prove": ("project.prove", "check the theorems about AEROS itself"),
     "run": ("run.run", "run an instruction on a plant"),
+    "look": ("author.look", "run a module's perceivers once on a simulated scene, beside the truth"),
     "tasks": ("run.tasks", "list the tasks that can be asked for, or show how an instruction is understood"),
     "plan": ("author.plan", "plan for a goal from declared preconditions and outcomes, without running it"),
     "decide": ("run.decide", "decide action requests, one per line of JSON"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal, get_args
 
@@ -247,6 +247,28 @@ def open_plant(
             plant.close()
         except OSError as failure:
             raise PlantSetupError(f"the video cannot be written: {failure}") from failure
+
+
+def open_scene(
+    name: str, configuration: Configuration, scene: Scene, seed: int, *, ideal_sensors: bool = False
+) -> AbstractContextManager[Plant]:
+    """Open a simulator in a scene, without people, faults and viewers.
+
+    Args:
+        name: `physics` or `kinematic`.
+        configuration: Its site has the errors of the sensors.
+        scene: The scene.
+        seed: Seed of all random numbers.
+        ideal_sensors: As in `open_plant`.
+
+    Returns:
+        The plant; it is closed however the block ends.
+
+    Raises:
+        PlantSetupError: The extra is missing.
+        UserError: The scene cannot be built.
+    """
+    return closing(_build(name, scene, seed, sensor_setup(configuration, ideal=ideal_sensors)))
 
 
 def connect_plant(path: Path) -> RemotePlant:

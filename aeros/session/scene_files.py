@@ -112,6 +112,30 @@ def scene_named(configuration: Configuration, name: str) -> Scene:
     return require_robot(load_scene(name, folders, cameras, variables))
 
 
+def scene_with(configuration: Configuration, tasks: Sequence[Task], name: str | None) -> Scene:
+    """Load the scene of tasks, or another one.
+
+    Args:
+        configuration: site and active modules.
+        tasks: the tasks.
+        name: a scene, or the path of a file: one with a robot replaces that of the tasks, one without is
+            added; None for none.
+
+    Returns:
+        The scene.
+
+    Raises:
+        UserError: as in `scene_of_tasks`; or there are no tasks, and the scene has no robot.
+    """
+    if name is not None:
+        cameras, variables = _site_cameras(configuration), _state_variables(configuration)
+        module = _module_of(configuration, tasks[0]) if tasks else None
+        found = load_scene(name, module_folders(configuration, module), cameras, variables)
+        if found.robot is not None or not tasks:
+            return require_robot(found)
+    return scene_of_tasks(configuration, tasks, name)
+
+
 def _site_cameras(configuration: Configuration) -> dict[str, Mapping[str, str]]:
     """Return for each module the site's names of cameras by the module's."""
     return {module: ecm.names.cameras for module, ecm in configuration.modules.items()}

@@ -65,6 +65,29 @@ def truth_of(plant: object) -> Mapping[str, int]:
     return {} if source is None else source()
 
 
+def truth_by_variable(
+    truth: Mapping[str, int], module: str, arguments: Mapping[str, Any]
+) -> Mapping[str, int]:
+    """Name truths as a module does.
+
+    Args:
+        truth: the truth of state variables, as `truth_of` reads it.
+        module: id of the module; a scene names that module's own variables by their short names.
+        arguments: values of the parameters of tasks, by full name.
+
+    Returns:
+        The truth that holds for these arguments, by full and by short name.
+    """
+    # Of its own module a scene may say what is the site's, as `holding`, and the other way round.
+    found = {variable: truth[name] for variable, name in truths_for(truth, arguments, module).items()}
+    own = f"{module}."
+    return {
+        **{f"{own}{name}": value for name, value in found.items()},
+        **{name.removeprefix(own): value for name, value in found.items()},
+        **found,
+    }
+
+
 def judge_goal(
     goal: t.Term,
     believed: bool,
@@ -84,14 +107,7 @@ def judge_goal(
     Returns:
         The judgement: false if a conjunct is false, true if all are known and true, else not refereed.
     """
-    # Of its own module a scene may say what is the site's, as `holding`, and the other way round.
-    truth = {variable: truth[name] for variable, name in truths_for(truth, arguments, module).items()}
-    own = f"{module}."
-    truth = {
-        **{f"{own}{name}": value for name, value in truth.items()},
-        **{name.removeprefix(own): value for name, value in truth.items()},
-        **truth,
-    }
+    truth = truth_by_variable(truth, module, arguments)
     names = {name for part in _conjuncts(goal) for name in t.variables_of(part)}
     values = {name: truth[name] for name in sorted(names & truth.keys())}
     judged = [_judge(part, {**arguments, **values}) for part in _conjuncts(goal)]

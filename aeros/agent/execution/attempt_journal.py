@@ -100,6 +100,19 @@ def record_not_started(
     )
 
 
+def record_unmet_definitions(journal: Journal, task: str, causes: tuple[Cause, ...]) -> None:
+    """Record the measured values behind predicates by definition for which a goal is not met.
+
+    Args:
+        journal: takes the entry, if there is any such predicate.
+        task: as `MODULE.TASK`.
+        causes: a cause for each predicate.
+    """
+    if causes:
+        text = "; ".join(f"by definition of {cause}" for cause in causes)
+        journal.record("goal-unmet", f"{task}: {text}", task=task, causes=causes_to_json(causes))
+
+
 def record_end(
     journal: Journal, role: StepRole, dispatch: Dispatch, result: StepResult, judgement: StepAssessment
 ) -> None:

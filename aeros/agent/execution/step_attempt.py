@@ -26,6 +26,7 @@ from aeros.agent.execution.report import StepRecord, StepRole
 from aeros.agent.execution.supervisor import assess_step
 from aeros.agent.execution.uncertain_steps import UncertainSteps
 from aeros.agent.memory.store import EpisodeEnd, EpisodeStart, Memory
+from aeros.agent.world.definitions import definition_causes
 from aeros.agent.world.values import CachingConverter, to_json_value
 from aeros.agent.world.world import WorldModel, world_from_readings
 from aeros.runtime.ports import EndedStep, LogHead, Runtime, StepHandle, StepResult, StepStatus
@@ -266,7 +267,9 @@ class StepRunner:
         causes: tuple[Cause, ...],
     ) -> AttemptResult:
         self._failures += causes
-        record_not_started(self._journal, role, f"{step[0]}.{step[1]}", reason, causes)
+        parts = [part for cause in causes for part in cause.shortfalls]
+        behind = definition_causes(self.world, parts, self._runtime.active_modules())
+        record_not_started(self._journal, role, f"{step[0]}.{step[1]}", reason, (*causes, *behind))
         # Where other steps came between plan and step, their chance decides what the next plan comes to.
         state = self.world.predicates
         is_planned = role is StepRole.STEP and state == self._planned_state

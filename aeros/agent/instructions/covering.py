@@ -11,6 +11,7 @@ from aeros.agent.instructions.arguments import StatedValues, ValuePhrase, counte
 from aeros.agent.instructions.coverage import ONE, Coverage
 from aeros.agent.instructions.lexicon import TaskPhrases
 from aeros.agent.instructions.phrases import Words
+from aeros.agent.instructions.universals import plural_objects, universal_noun
 from aeros.spec.diagnostics.codes import quoted
 
 _ABOUT: Final = (("for",), ("on",))
@@ -50,6 +51,8 @@ class _Cover:
         self._starts_with_object = False
         self._prepositions: list[str] = []
         self._is_order = False
+        self._partial: list[str] = []
+        self._names_all = False
         self._describes_place = False
         self._last: object = None
         two_words = (phrase for phrase in entry.triggers if len(phrase) == 2)
@@ -64,6 +67,7 @@ class _Cover:
             self._pronoun,
             self._beneficiary,
             self._number,
+            self._universal,
             partial(_extent, self._entry, self._words),
             self._unstressed,
             self._preposition,
@@ -79,6 +83,8 @@ class _Cover:
         """Return the coverage after `run`."""
         if not self._stated.names_part:
             self._unknown += self._prepositions
+        if self._names_all:
+            self._unknown += self._partial  # `sort some bolts`: not all of them
         return Coverage(
             self._entry,
             tuple(self._triggers),
@@ -96,6 +102,7 @@ class _Cover:
 
     def _add_object(self, words: Words) -> None:
         self._starts_with_object = self._starts_with_object or not self._triggers
+        self._names_all = self._names_all or words in plural_objects(self._entry)
         self._objects.append(words)
         self._last = self._objects
 
@@ -244,21 +251,37 @@ class _Cover:
         of_them = 2 if words[at + 1 : at + 3] == ("of", "them") and self._objects else 0
         is_head = self._knows_pronoun and self._last is self._triggers and not self._objects
         counted = counted_parameter(entry.routed.task)
+        # `one of the bolts` is not all of them.
+        is_number = number != 1 or bool(plural_objects(entry))
         if is_of_noun or is_behind or of_them or is_head:
             if counted is not None:
                 self._stated.add_number(words[at].removeprefix("x"), number)
-            elif number != 1 or not (is_of_thing or is_head):
+            elif is_number or not (is_of_thing or is_head):
                 self._counts.append(words[at])
             if is_head and not is_of_noun:
                 self._add_object(ONE)
-        elif number != 1 or not is_of_thing:
+        elif is_number or not is_of_thing:
             self._counts.append(words[at])
         has_of = is_of_noun and words[at + 1 : at + 2] == ("of",)
         return 1 + of_them + has_of
 
+    def _universal(self, at: int) -> int:
+        """Cover a word for all of a kind with its noun: `all of the bolts`, `every bolt`."""
+        noun = universal_noun(self._entry, self._words, at)
+        if not noun:
+            return 0
+        counted = counted_parameter(self._entry.routed.task)
+        if counted is not None:
+            said = quoted(self._words[at])
+            self._stated.fault = f"{said} is not understood: `{counted.name}` says how many; say a number"
+        self._add_object(self._words[noun.start : noun.stop])
+        self._names_all = True
+        return noun.stop - at
+
     def _unstressed(self, at: int) -> int:
         word = self._words[at]
         if word in english.FILLERS or word in english.DETERMINERS:
+            self._partial += [word] if word in english.PARTIAL_DETERMINERS else []
             return 1
         if word == "to" and self._last is self._entry.extras:
             # `use the brush to sweep it`
@@ -285,6 +308,8 @@ class _Cover:
 def _extent(entry: TaskPhrases, words: Words, at: int) -> int:
     """Cover `all of` before one thing, and what a task changes before its object: `the dirty table`."""
     found = english.EXTENTS.starting(words, at)
+    if found and words[at + len(found) : at + len(found) + 1] in [(one[0],) for one in plural_objects(entry)]:
+        return 0  # `the full bins` are some of them
     end = at + len(found)
     while end < len(words) and words[end] in english.DETERMINERS:
         end += 1

@@ -28,6 +28,8 @@ def _phrases(*names: str) -> PhraseSet:
 
 # The comments in `english.toml` describe each list.
 DETERMINERS: Final = _words("determiners")
+PARTIAL_DETERMINERS: Final = _words("partial_determiners")
+EACH_DETERMINERS: Final = _words("each_determiners")
 FILLERS: Final = _words("fillers")
 PRONOUNS: Final = _words("pronouns")
 NEGATIVES: Final = _words("negatives")
@@ -131,6 +133,18 @@ def respelt(words: Words) -> Words:
         The words; none that a module declares is changed.
     """
     return tuple("please" if _LONG_PLEASE.fullmatch(word) else _MISSPELT.get(word, word) for word in words)
+
+
+def is_plural(word: str) -> bool:
+    """Say if a declared noun is in the plural, by its ending.
+
+    Args:
+        word: one normalized word.
+
+    Returns:
+        True if it ends with an `s` of its own; False for a plural without one, such as `people`.
+    """
+    return len(word) > 2 and word.endswith("s") and not word.endswith("ss")
 
 
 def participle_bases(word: str) -> frozenset[str]:

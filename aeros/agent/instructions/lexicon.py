@@ -5,13 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Final
 
 from aeros.agent.instructions import english
 from aeros.agent.instructions.arguments import ValuePhrase, value_phrases
 from aeros.agent.instructions.phrases import Words
 from aeros.agent.planning.routing import RoutedTask
-from aeros.spec.diagnostics.words import normalized_words
+from aeros.spec.diagnostics.words import expanded, normalized_words
 from aeros.spec.model.ecm import Ecm, Task
+
+_ARTICLES: Final = frozenset({"a", "an", "the"})
+"""They ask for nothing, so they are free within extras."""
+
+_MAX_EXTRA: Final = 24
+"""Number of words that are compared with extras at most."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +88,8 @@ class TaskPhrases:
                 if _stands_at(one, words, at, is_perfect=is_perfect, is_verb=is_verb):
                     length = len(one)
                     break
+            if phrases is self.extras:
+                length = max(length, _longest_with_articles(phrases, words, at))
             if length > found[1]:
                 found = phrases, length
         return found
@@ -100,7 +109,7 @@ def task_phrases(modules: Mapping[str, Ecm]) -> tuple[TaskPhrases, ...]:
             RoutedTask(name, task),
             _as_words(task.trigger_phrases),
             _as_words(task.object_phrases),
-            _with_bare_nouns(_as_words(task.extra_phrases)),
+            _with_bare_nouns(_as_words([one for text in task.extra_phrases for one in expanded(text)])),
             value_phrases(task),
             _states(task),
         )
@@ -125,9 +134,26 @@ def _as_words(phrases: Sequence[str]) -> tuple[Words, ...]:
 
 
 def _with_bare_nouns(phrases: Sequence[Words]) -> tuple[Words, ...]:
-    """Add each phrase of several words without `the`, as in telegrams: `to other stand`."""
-    bare = {tuple(word for word in one if word != "the") for one in phrases if len(one) > 2}
+    """Add each phrase of several words without articles, as in telegrams: `to other stand`."""
+    bare = {tuple(word for word in one if word not in _ARTICLES) for one in phrases if len(one) > 2}
     return tuple(sorted({*phrases, *bare}, key=lambda one: (-len(one), one)))
+
+
+def _longest_with_articles(phrases: Sequence[Words], words: Words, at: int) -> int:
+    """Return the number of words of the longest phrase with free articles in it: `into the two trays`."""
+    bare = [place for place in range(at, min(len(words), at + _MAX_EXTRA)) if words[place] not in _ARTICLES]
+    if not bare or bare[0] != at or bare[-1] - at + 1 == len(bare):
+        return 0
+    spoken = tuple(words[place] for place in bare)
+    found = next(
+        (
+            one
+            for one in phrases
+            if len(one) > 1 and _stands_at(one, spoken, 0, is_perfect=False, is_verb=False)
+        ),
+        (),
+    )
+    return bare[len(found) - 1] - at + 1 if found else 0
 
 
 def _stands_at(phrase: Words, words: Words, at: int, *, is_perfect: bool, is_verb: bool) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Mapping, Sequence
+from typing import Final
 
 from aeros.agent.errors import AgentError
 from aeros.agent.instructions.coverage import Coverage
@@ -12,6 +13,9 @@ from aeros.agent.instructions.segments import Segment
 from aeros.agent.planning.routing import RoutedTask
 from aeros.spec.diagnostics.codes import quoted
 from aeros.spec.diagnostics.words import normalized_words
+
+_UNSAID: Final = frozenset({"a", "an", "the"})
+"""Words that no two phrases have in common."""
 
 
 class InstructionError(AgentError):
@@ -86,7 +90,11 @@ def not_covered(segment: Segment, coverages: Sequence[Coverage]) -> InstructionE
     routed = best.entry.routed
     if best.unknown:
         unknown = ", ".join(quoted(word) for word in dict.fromkeys(best.unknown))
-        return InstructionError(f"in {text}, `{routed}` does not know {unknown}; {_known_phrases(best)}")
+        near_extra = _nearest_extra(best)
+        said = f"; nearest to that, it knows {quoted(near_extra)}" if near_extra else ""
+        return InstructionError(
+            f"in {text}, `{routed}` does not know {unknown}{said}; {_known_phrases(best)}"
+        )
     if best.values.fault:
         return InstructionError(f"in {text}, {best.values.fault}")
     if best.counts or best.repetitions:
@@ -106,6 +114,17 @@ def _known_phrases(coverage: Coverage) -> str:
         return f"`{entry.routed}` knows {verbs}"
     objects = ", ".join(f"`{' '.join(one)}`" for one in reversed(entry.objects[-8:]))
     return f"`{entry.routed}` knows {verbs} with {objects}"
+
+
+def _nearest_extra(coverage: Coverage) -> str:
+    """Return the extra, as declared, with most of the unknown words in it; empty if none has any."""
+    unknown = set(coverage.unknown)
+    best, shared = "", 0
+    for text in coverage.entry.routed.task.extra_phrases:
+        common = len(unknown.intersection(normalized_words(text)) - _UNSAID)
+        if common > shared:
+            best, shared = text, common
+    return best
 
 
 def _suggestion(words: Words, coverages: Sequence[Coverage]) -> str:

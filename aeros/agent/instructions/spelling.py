@@ -16,6 +16,7 @@ from aeros.agent.instructions import english
 from aeros.agent.instructions.arguments import is_object
 from aeros.agent.instructions.lexicon import TaskPhrases
 from aeros.agent.instructions.phrases import Words
+from aeros.agent.instructions.universals import singular_objects
 from aeros.spec.diagnostics.words import normalized_words
 
 _WORD: Final = re.compile(r"[^\W\d_]+")
@@ -113,7 +114,10 @@ def _vocabulary(tasks: Sequence[TaskPhrases]) -> tuple[frozenset[str], tuple[str
         values.update(word for phrases in stated for text in phrases for word in normalized_words(text))
     corrected = ((acts | (extras - english.ALL_WORDS)) - values - _FUNCTION_WORDS) | _things(tasks)
     targets = sorted(word for one in corrected if len(one) >= _MIN_LENGTH for word in _forms(one))
-    return frozenset(acts | extras | values | conditions | english.ALL_WORDS), tuple(targets)
+    # `sort a bolt` is no slip for `sort bolts`, which asks for all of them.
+    one_of_all = {phrase[-1] for entry in tasks for phrase in singular_objects(entry)}
+    known = acts | extras | values | conditions | one_of_all | english.ALL_WORDS
+    return frozenset(known), tuple(targets)
 
 
 def _phrases(entry: TaskPhrases) -> Iterator[Words]:

@@ -149,12 +149,25 @@ class RunLog:
         if details.get("reached") is True:
             return CausalExplanation(f"{_text(details, 'task')}: goal reached{goal}", failed=failed)
         headline = f"{_text(details, 'task')}: the goal was not reached{goal}"
-        links = [CausalLink(place, _text(details, "reason")), *self._cause_of_end(place)]
+        task = _text(details, "task")
+        unmet = self._unmet_definitions(place, task)
+        links = [CausalLink(place, _text(details, "reason")), *unmet, *self._cause_of_end(place)]
         failures = {one.record: one for one in links if one.is_failed_measurement}
-        failures |= {one.record: one for one in self._failed_measurements(0, place, _text(details, "task"))}
+        failures |= {one.record: one for one in self._failed_measurements(0, place, task)}
         # What a failed perceiver left unknown came before all that followed from it.
         chain = (*failures.values(), *(one for one in links if not one.is_failed_measurement))
         return CausalExplanation(headline, chain, failed)
+
+    def _unmet_definitions(self, end: int, task: str) -> Iterator[CausalLink]:
+        """Yield the values behind predicates by definition for which the goal was not met at the end."""
+        for at, event, details in reversed([one for one in self._notes if one[0] < end]):
+            if event in ("run-ended", "task-selected"):
+                return
+            if event == "goal-unmet" and _text(details, "task") == task:
+                yield CausalLink(
+                    at, "predicates by definition, with the values measured then", _causes(details)
+                )
+                return
 
     def _is_disagreement(self, place: int) -> bool:
         return bool(self._records[place]["event"] == "gate-disagreement")

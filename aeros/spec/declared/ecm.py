@@ -222,14 +222,15 @@ class Task:
     objects: tuple[TextField, ...] = field(
         default=(),
         metadata={
-            "doc": "the phrases for what it acts on, in the singular, as in `objects: [table]`; "
-            "an instruction must name one"
+            "doc": "the phrases for what it acts on, one of which an instruction must name: in the singular for "
+            "one thing, in the plural if the task is done for all there are, as in `objects: [table]`"
         },
     )
     extras: tuple[TextField, ...] = field(
         default=(),
         metadata={
-            "doc": "phrases that may be said as well and ask for nothing more, as in `extras: [to me]`"
+            "doc": "phrases that may be said as well and ask for nothing more; words in brackets may be left "
+            "out, and articles are free, as in `extras: [to me, into (two) trays]`"
         },
     )
     conditions: tuple[NamedCondition, ...] = field(

@@ -16,7 +16,7 @@ from aeros.spec.declared import site as declared_site
 from aeros.spec.declared import task_parameters as declared
 from aeros.spec.declared.quantity import Quantity
 from aeros.spec.diagnostics.codes import Diagnostics
-from aeros.spec.diagnostics.words import normalized_words
+from aeros.spec.diagnostics.words import MAX_OPTIONAL, expanded, normalized_words
 from aeros.spec.elaborate.expressions import elaborate_quantity
 from aeros.spec.elaborate.names import check_name_is_free
 from aeros.spec.elaborate.quantities import elaborate_variable
@@ -179,6 +179,27 @@ def phrases_of(words: Sequence[TextField], diagnostics: Diagnostics) -> tuple[st
     for phrase in words:
         if not normalized_words(phrase.value):
             diagnostics.error("AE112", f"`{phrase.value}` has no word", phrase.span)
+    return tuple(phrase.value.casefold() for phrase in words)
+
+
+def optional_phrases_of(words: Sequence[TextField], diagnostics: Diagnostics) -> tuple[str, ...]:
+    """Elaborate phrases with optional parts in brackets; something is always said.
+
+    Args:
+        words: the declared phrases.
+        diagnostics: receives the faults.
+
+    Returns:
+        The phrases in lower case, with their brackets.
+    """
+    for phrase in words:
+        phrases = expanded(phrase.value)
+        if not phrases:
+            help_ = (f"write at most {MAX_OPTIONAL} optional parts, as in `into (two) (marked) trays`",)
+            headline = f"the brackets of `{phrase.value}` are not closed, nested, empty or too many"
+            diagnostics.error("AE112", headline, phrase.span, help=help_)
+        elif not all(map(normalized_words, phrases)):
+            diagnostics.error("AE112", f"`{phrase.value}` may have no word", phrase.span)
     return tuple(phrase.value.casefold() for phrase in words)
 
 

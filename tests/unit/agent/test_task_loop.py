@@ -24,6 +24,7 @@ from aeros.agent.world.world import WorldModel
 from aeros.runtime.ports import Runtime, StepRequest, StepResult, StepStatus
 from aeros.spec.model.cause import Cause
 from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.perception import Definition
 from aeros.spec.model.policy import Quota
 from tests.unit.agent.dumplings import (
     DUMPLING,
@@ -35,6 +36,7 @@ from tests.unit.agent.dumplings import (
     site,
     skill,
     task,
+    term,
 )
 from tests.unit.agent.fake_runtime import Ending, FakeRuntime
 
@@ -598,3 +600,14 @@ def test_after_help_the_run_goes_on() -> None:
     assert len(asked) == 2
     kinds = runtime.kinds()
     assert (kinds.count("help-asked"), kinds.count("help-given")) == (2, 2)
+
+
+def test_the_values_behind_a_goal_by_definition_are_recorded_when_it_is_not_reached() -> None:
+    definition = Definition(term("fill_level > 0.5"), "fill_level > 0.5", SPAN)
+    kitchen = replace(DUMPLING, definitions={"dumpling_cooked": definition})
+    endings: dict[str, list[Ending]] = {"boil": ["nothing_changed"] * 99}
+    runtime = FakeRuntime(endings=endings, at=site(replans=0), modules={"dumpling": kitchen})
+    assert not run(runtime).reached
+    (noted,) = [details for event, details in runtime.notes if event == "goal-unmet"]
+    assert noted["causes"][0]["rule"] == "dumpling_cooked"
+    assert noted["causes"][0]["shortfalls"][0]["why"] == "is not measured"

@@ -12,7 +12,7 @@ from aeros.spec.elaborate.module.action_conditions import elaborate_action_condi
 from aeros.spec.elaborate.module.callables import CallableNames
 from aeros.spec.elaborate.names import resolve_name
 from aeros.spec.elaborate.scopes import state_scope
-from aeros.spec.elaborate.task_parameters import phrases_of
+from aeros.spec.elaborate.task_parameters import optional_phrases_of, phrases_of
 from aeros.spec.elaborate.values import elaborate_state_values, elaborate_value
 from aeros.spec.expr import terms as t
 from aeros.spec.model.ecm import ActionCondition, Alternative, PlanningRule, Task, TaskInvariant
@@ -73,7 +73,7 @@ class _TaskElaborator:
             goal_conjuncts=() if goal is None else goal.conjuncts,
             word_spans=tuple(word.span for word in task.words),
             object_phrases=phrases_of(task.objects, self._diagnostics),
-            extra_phrases=phrases_of(task.extras, self._diagnostics),
+            extra_phrases=optional_phrases_of(task.extras, self._diagnostics),
             condition_phrases=self._conditions(task.conditions),
             parameters=parameters,
         )

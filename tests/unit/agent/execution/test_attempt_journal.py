@@ -9,6 +9,7 @@ from aeros.agent.execution.attempt_journal import (
     record_not_started,
     record_provider_choice,
     record_start,
+    record_unmet_definitions,
 )
 from aeros.agent.execution.dispatcher import Dispatch
 from aeros.agent.execution.journal import AgentEvent, Journal
@@ -93,3 +94,15 @@ def test_a_step_that_did_not_start_is_recorded_with_its_causes(
     (refused,) = events
     assert refused.text == "step kitchen.steam: no water"
     assert [cause["kind"] for cause in refused.details["causes"]] == ["input"]
+
+
+def test_a_goal_by_definition_is_recorded_with_its_values_and_another_is_not(
+    journal: Journal, events: list[AgentEvent]
+) -> None:
+    record_unmet_definitions(journal, "kitchen.cook", ())
+    assert events == []
+    record_unmet_definitions(journal, "kitchen.cook", (Cause("definition", "hot", "heat > 3"),))
+    (noted,) = events
+    assert (noted.kind, noted.details["task"]) == ("goal-unmet", "kitchen.cook")
+    assert noted.text == "kitchen.cook: by definition of hot: heat > 3"
+    assert noted.details["causes"][0]["kind"] == "definition"

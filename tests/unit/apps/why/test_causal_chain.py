@@ -286,3 +286,14 @@ def test_every_log_is_explained_without_a_traceback(
     assert run.explain_end().headline is not None
     for step in run.steps:
         assert run.explain_step(step).headline
+
+
+def test_the_values_behind_a_goal_by_definition_stand_next_to_its_end() -> None:
+    part = UnmetBound("tidy.bolts", 38.0, "exactly", 3.0)
+    cause = Cause("definition", "tidy.sorted", "bolts == 3", shortfalls=(part,))
+    other = note("goal-unmet", task="tidy.other", causes=causes_to_json([cause]))
+    unmet = note("goal-unmet", task="tidy.clean", causes=causes_to_json([cause]))
+    found = run_log([other, unmet, FAILED]).explain_end()
+    assert [(link.record, link.causes) for link in found.chain[1:]] == [(1, (cause,))]
+    assert found.changes == ("tidy.bolts is 38; exactly 3 required by `tidy.sorted`",)
+    assert run_log([unmet, note("task-selected", task="tidy.clean"), FAILED]).explain_end().changes == ()

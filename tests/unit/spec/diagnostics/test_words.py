@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.spec.diagnostics.words import normalized_words
+from aeros.spec.diagnostics.words import expanded, normalized_words
 
 
 @pytest.mark.parametrize(
@@ -35,3 +35,21 @@ def test_words_are_the_same_however_the_text_is_composed_and_split_no_further(te
     words = normalized_words(text)
     assert normalized_words(unicodedata.normalize("NFD", text)) == words
     assert normalized_words(" ".join(words)) == words
+
+
+@pytest.mark.parametrize(
+    ("text", "phrases"),
+    [
+        ("to me", ("to me",)),
+        ("to (the) tray", ("to the tray", "to tray")),
+        ("(very) (very) well", ("very very well", "very well", "very well", "well")),
+        ("(to me)", ("to me", "")),
+        ("to (the tray", ()),
+        ("to the) tray", ()),
+        ("to ((the) big) tray", ()),
+        ("to () tray", ()),
+        ("(a) (b) (c) (d) (e) (f) (g) h", ()),
+    ],
+)
+def test_bracketed_words_may_be_left_out(text: str, phrases: tuple[str, ...]) -> None:
+    assert expanded(text) == phrases

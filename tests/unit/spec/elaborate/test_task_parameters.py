@@ -9,10 +9,15 @@ import pytest
 
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.elaborate.task_parameters import optional_phrases_of
 from aeros.spec.expr.types import EnumType
 from aeros.spec.text.discovery import reference_site_path
+from aeros.spec.text.fields import TextField
+from aeros.spec.text.nodes import ScalarNode
+from tests.unit.agent.dumplings import SPAN
 from tests.unit.spec.faults import CORPUS, TABLE, messages_of_module, messages_of_site
 
+NODE = ScalarNode("", SPAN)
 CASE = "task_with_a_side_and_a_number"
 SIDE = "values: {near: {words: [near side]}, far: {words: [far side]}}\n        default: near"
 TIMES = 'times: {type: int, range: [1, 3], default: "1"}'
@@ -124,3 +129,24 @@ def test_faults_of_an_object(tmp_path: Path, kind: str, found: list[str]) -> Non
 def test_an_object_has_a_name_that_nothing_else_has(tmp_path: Path) -> None:
     (message,) = messages_of_site(tmp_path, (BEFORE, f"\nobjects:\n  sponge: {{words: [sponge]}}\n{BEFORE}"))
     assert "`sponge` is already" in message
+
+
+@pytest.mark.parametrize(
+    ("text", "headline"),
+    [
+        ("to (the tray", "the brackets of `to (the tray` are not closed, nested, empty or too many"),
+        ("(to me)", "`(to me)` may have no word"),
+    ],
+)
+def test_optional_words_have_closed_brackets_and_leave_a_word(text: str, headline: str) -> None:
+    diagnostics = Diagnostics()
+    optional_phrases_of([TextField(text, SPAN, NODE)], diagnostics)
+    assert [(one.code, one.headline) for one in diagnostics] == [("AE112", headline)]
+
+
+def test_phrases_with_optional_words_keep_their_brackets() -> None:
+    diagnostics = Diagnostics()
+    assert optional_phrases_of([TextField("Into (two) trays", SPAN, NODE)], diagnostics) == (
+        "into (two) trays",
+    )
+    assert not list(diagnostics)

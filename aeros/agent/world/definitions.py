@@ -1,0 +1,44 @@
+"""Causes of predicates by definition: the measured values that make one false, true or unknown."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from aeros.agent.world.world import WorldModel
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.shortfall import UnmetBound
+from aeros.spec.model.cause import Cause, file_and_line
+from aeros.spec.model.ecm import Ecm
+
+
+def definition_causes(
+    world: WorldModel, parts: Iterable[UnmetBound], modules: Mapping[str, Ecm]
+) -> tuple[Cause, ...]:
+    """Explain each predicate by definition that a condition is not met for.
+
+    Args:
+        world: the measured world.
+        parts: the parts of the condition that are not met, as `WorldModel.unmet_parts` returns them.
+        modules: the active modules, which have the definitions.
+
+    Returns:
+        A cause of kind `definition` for each such predicate, and for each that its definition reads and that
+        makes it what it is; its shortfalls are the measured values. Each is explained once.
+    """
+    definitions = {name: one for ecm in modules.values() for name, one in ecm.definitions.items()}
+    found: dict[str, Cause] = {}
+    pending = list(parts)
+    while pending:
+        part = pending.pop(0)
+        definition = definitions.get(part.quantity)
+        if definition is None or part.quantity in found:
+            continue
+        # Of a predicate that is true and should not be, the parts that make it true.
+        term = t.Not(definition.term) if part.value is True else definition.term
+        unmet = world.unmet_parts(term)
+        place = file_and_line(definition.span)
+        found[part.quantity] = Cause(
+            "definition", part.quantity, definition.text, location=place, shortfalls=unmet
+        )
+        pending += unmet
+    return tuple(found.values())

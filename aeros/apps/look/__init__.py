@@ -1,0 +1,1 @@
+"""One look of a module's perceivers at a simulated scene, for `aeros look`."""
