@@ -48,6 +48,9 @@ def duties(wording: Wording) -> Iterator[Wording]:
     """
     for rest in without_each(wording.words, english.DUTIES):
         yield wording.with_object_first(rest, is_perfect=True)
+    for rest in without_each(wording.words, english.MOVES):
+        # `the can needs to go to the left side` is `the can to the left side`
+        yield wording.with_words(rest)
 
 
 def passives(wording: Wording) -> Iterator[Wording]:

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from aeros.agent.instructions.wordings.causatives import causatives
+from aeros.agent.instructions.wordings.causatives import causatives, duties
 from aeros.agent.instructions.wordings.wording import Wording
 
 
@@ -23,3 +23,20 @@ def test_words_are_read_in_another_form(words: str, other: str) -> None:
 
 def test_other_words_have_no_other_form() -> None:
     assert list(causatives(Wording(("fetch", "the", "can")))) == []
+
+
+@pytest.mark.parametrize(
+    ("words", "other"),
+    [
+        ("the table should be wiped", "the table wiped"),
+        ("the can needs to go to the left side", "the can to the left side"),
+        ("the can has to go on the tray", "the can on the tray"),
+    ],
+)
+def test_a_duty_is_read_without_its_verb(words: str, other: str) -> None:
+    assert other in [" ".join(one.words) for one in duties(Wording(tuple(words.split())))]
+
+
+@pytest.mark.parametrize("words", ["the can must not go to the left side", "the can goes to the left side"])
+def test_a_prohibition_or_a_statement_is_no_duty(words: str) -> None:
+    assert list(duties(Wording(tuple(words.split())))) == []
