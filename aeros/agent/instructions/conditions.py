@@ -9,14 +9,30 @@ from typing import Final
 from aeros.agent.instructions import english
 from aeros.agent.instructions.lexicon import TaskPhrases
 from aeros.agent.instructions.phrases import Words
-from aeros.agent.instructions.segments import Segment
+from aeros.agent.instructions.segments import Mood, Segment
 from aeros.spec.diagnostics.words import normalized_words
 from aeros.spec.expr import terms as t
 
 _CONTRACTED: Final = {"isn": "is", "aren": "are", "wasn": "was", "hasn": "has"}
 """Verbs before a contracted `not`, as in `isn't`."""
 
-_UNSTRESSED: Final = frozenset({"yet", "still", "currently", "again", "all", "any", "so", "very", "quite"})
+_UNSTRESSED: Final = frozenset(
+    {
+        "yet",
+        "still",
+        "currently",
+        "again",
+        "all",
+        "any",
+        "so",
+        "very",
+        "quite",
+        "actually",
+        "indeed",
+        "pretty",
+        "totally",
+    }
+)
 _BE: Final = ("is",)
 
 
@@ -56,6 +72,8 @@ def find_condition(condition: Segment, entry: TaskPhrases, *, is_own: bool = Fal
     """
     spoken = _plain(condition.words)
     found = _declared(spoken, entry, is_own=is_own)
+    if found is None and condition.mood is Mood.CONDITION and len(spoken) > 1 and not {*_BE} & {*spoken}:
+        found = _declared((*spoken[:-1], *_BE, spoken[-1]), entry, is_own=is_own)  # `if table dirty`
     if found is None and english.FINDINGS.ending(condition.marker):
         # `if you find the table dirty`, `if you see crumbs on it`
         forms = ((*spoken[:-1], *_BE, *spoken[-1:]), ("there", *_BE, *spoken))

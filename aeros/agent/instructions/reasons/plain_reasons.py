@@ -56,7 +56,11 @@ def require_plain_reason(
     speaks_of_people = words[:1] in (("i",), ("we",), ("he",), ("she",), ("they",))
     refused = english.CHOICES | english.REPETITIONS | english.TURNS
     refused |= frozenset() if speaks_of_people else english.NEGATIVES
-    refused |= frozenset() if reason.link is Link.ADJUNCT else english.PLACES
+    named = {word for entry in tasks for phrase in entry.objects for word in phrase}
+    named |= {word for entry in tasks for value in entry.values for word in value.words}
+    # `the visitors from town arrive at ten` speaks of no thing that the robot could be asked for.
+    is_elsewhere = named.isdisjoint(words)
+    refused |= frozenset() if reason.link is Link.ADJUNCT or is_elsewhere else english.PLACES
     doubtful = [word for word in words if word in refused and not is_stated]
     asked = [
         entry.routed

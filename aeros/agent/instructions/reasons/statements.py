@@ -32,6 +32,8 @@ def is_statement(words: Words) -> bool:
         return False
     if words[0] not in _PERSONS and not english.NEGATIVES.isdisjoint(words):
         return False
+    if words[0] in english.FILLERS:
+        return False  # `please have it cleaned`
     first, second = words[0], words[1]
     rest = frozenset(word for at, word in enumerate(words) if at and not _is_can(words, at))
     if first in _SPEAKERS and not english.DESIRES.isdisjoint(words[1:4]):
