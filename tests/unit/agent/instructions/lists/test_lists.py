@@ -17,6 +17,8 @@ REFUSE = "refuse"
 CONDITIONS = {
     ("if", "table dirty"): ("not table_wiped", "not (table_wiped)"),
     ("unless", "table dirty"): ("table_wiped", "not (not table_wiped)"),
+    ("unless", "table clean"): ("not table_wiped", "not (table_wiped)"),
+    ("if", "table clean"): ("table_wiped", "not (not table_wiped)"),
     ("if", "table untidy"): ("clutter_on_table", "not (table_organized)"),
     ("unless", "table untidy"): ("not (clutter_on_table)", "table_organized"),
 }
@@ -26,6 +28,7 @@ FLOORS = {
     "unseen_2": 0.99,
     "unseen_3": 0.98,
     "unseen_4": 0.9,
+    "unseen_5": 0.5,
     "authors_2": 0.95,
     "authors_3": 0.96,
     "authors_4": 0.97,
