@@ -222,8 +222,8 @@ class Task:
     objects: tuple[TextField, ...] = field(
         default=(),
         metadata={
-            "doc": "the phrases for what it acts on, one of which an instruction must name: in the singular for "
-            "one thing, in the plural if the task is done for all there are, as in `objects: [table]`"
+            "doc": "the phrases for what it acts on, one of which an instruction must name: in the singular "
+            "for one thing, in the plural if the task is done for all there are, as in `objects: [table]`"
         },
     )
     extras: tuple[TextField, ...] = field(
