@@ -15,6 +15,7 @@ from typing import Any, Final
 from hypothesis import strategies as st
 
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.constants import constant_term
 from aeros.spec.expr.types import RealType
 from aeros.spec.expr.units import NUMBER
 from aeros.spec.model.ecm import ActionCondition, Ecm, Outcome, Skill
@@ -86,8 +87,7 @@ def _variable(name: str) -> t.Variable:
 
 
 def _between(low: Fraction, high: Fraction) -> t.Term:
-    ends = (t.Literal(end, _BASE.type) for end in (low, high))  # type: ignore[arg-type]  # a number
-    first, last = ends
+    first, last = (constant_term(end, _BASE.type) for end in (low, high))
     return t.And((t.Compare("<=", first, _BASE), t.Compare("<=", _BASE, last)))
 
 

@@ -11,6 +11,7 @@ from aeros.spec.backends import z3_solver
 from aeros.spec.backends.cvc5_solver import Cvc5
 from aeros.spec.backends.solver_results import SatResult
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.constants import constant_term
 from aeros.spec.expr.lower import scalar_variables, values_by_scalar
 from aeros.spec.expr.parser import parse
 from aeros.spec.expr.random_conditions import ConditionCase, cases, exact_environment
@@ -32,7 +33,7 @@ def test_cvc5_decides_random_cases_as_the_definition(case: ConditionCase) -> Non
     session = z3_solver.IncrementalSolver(VARIABLES.values(), case.ranges)
     scalars = values_by_scalar(VARIABLES, exact_environment(case.values))
     fixed = [
-        t.Compare("==", scalar, t.Literal(scalars[scalar.name], scalar.type))  # type: ignore[arg-type]
+        t.Compare("==", scalar, constant_term(scalars[scalar.name], scalar.type))
         for variable in VARIABLES.values()
         for scalar in scalar_variables(variable)
     ]
@@ -73,7 +74,7 @@ def test_the_sample_of_values_reaches_both_solvers_with_every_kind_of_number() -
     x = VARIABLES["x"]
     far = Fraction(10) ** 41
     for value in (Fraction(1, 3), Fraction(5e-324), Fraction(-(10**40)), Fraction(0)):
-        literal = t.Literal(value, x.type)  # type: ignore[arg-type]
+        literal = constant_term(value, x.type)
         session = z3_solver.IncrementalSolver([x], {"x": (-far, far)})
         assert _answer(session.to_smtlib(t.Compare("==", x, literal))) == "sat"
         assert _answer(session.to_smtlib(t.Compare("==", x, literal), t.Compare("<", x, literal))) == "unsat"

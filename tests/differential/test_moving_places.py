@@ -86,8 +86,10 @@ def is_proved(world: World, composition: Composition, skills: Mapping[str, Skill
     paths = explore_paths(composition, skills, world.site.state)
     for name, situations in paths.states_at_steps.items():
         clause = skills[name.partition("-")[0]].precondition
-        for situation in situations if clause is not None else ():
-            claim = situation.condition(clause.term, world.site.state)  # type: ignore[union-attr]
+        if clause is None:
+            continue
+        for situation in situations:
+            claim = situation.condition(clause.term, world.site.state)
             whole = t.conjunction(*situation.path_condition, t.Not(claim))
             free = sorted(t.variables_of(whole))
             for values in product((False, True), repeat=len(free)):

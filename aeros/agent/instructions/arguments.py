@@ -138,6 +138,17 @@ class StatedValues:
             named = f"`{parameter.name}` is {low} to {high}{parameter.note}"
             self.fault = f"{quoted(word)} is out of range: {named}"
 
+    def add_all(self, word: str) -> None:
+        """Note a word for all of a kind: no number of things says how many that is.
+
+        Args:
+            word: the word as said.
+        """
+        parameter = counted_parameter(self.task)
+        if parameter is not None:
+            named = f"`{parameter.name}` says how many; say a number"
+            self.fault = f"{quoted(word)} is not understood: {named}"
+
     @property
     def names_part(self) -> bool:
         """True if a part of what the task acts on is named, such as its left half."""

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from functools import partial
 from typing import Final
 
 from aeros.agent.instructions import english
 from aeros.agent.instructions.arguments import StatedValues, ValuePhrase, counted_parameter
 from aeros.agent.instructions.coverage import ONE, Coverage
-from aeros.agent.instructions.lexicon import TaskPhrases
+from aeros.agent.instructions.lexicon import TaskPhrases, plural_objects, universal_noun
 from aeros.agent.instructions.phrases import Words
-from aeros.agent.instructions.universals import plural_objects, universal_noun
 from aeros.spec.diagnostics.codes import quoted
 
 _ABOUT: Final = (("for",), ("on",))
@@ -150,9 +149,7 @@ class _Cover:
         """Note if a place may only say which object: `the left can`, `the can on the left`."""
         words = self._words
         default = self._stated.task.parameters[value.parameter].default
-        before = at - 1
-        while before >= 0 and words[before] in english.DETERMINERS:
-            before -= 1
+        before = _before(words, at - 1, english.DETERMINERS)
         following = self._entry.value_phrase(words, end)
         is_of_object = following is not None and not following.is_place
         is_of_object = is_of_object or self._entry.longest(words, end)[0] is self._entry.objects
@@ -172,15 +169,10 @@ class _Cover:
             is_name = words[at] == following.parameter
             return int(is_name or (following.is_place and words[at] in english.PLACE_NOUNS))
         counted = counted_parameter(self._entry.routed.task)
-        nouns = english.COUNT_NOUNS | ({counted.name} if counted is not None else frozenset())
-        begin = at + (words[at] in ("with", "in", "a"))
-        begin += begin > at and words[begin : begin + 1] == ("a",)
-        if words[begin : begin + 1] and words[begin] in nouns:
-            at_number = begin + 1 + (words[begin + 1 : begin + 2] == ("of",))
-            number = english.number_of(words[at_number]) if at_number < len(words) else None
-            if number is not None and counted is not None:
-                self._stated.add_number(words[at_number], number)
-                return at_number + 1 - at
+        at_number = at if counted is None else _labelled_number(words, at, counted.name)
+        if at_number > at:
+            self._stated.add_number(words[at_number], english.number_of(words[at_number]) or 0)
+            return at_number + 1 - at
         return 0
 
     def _possessive(self, at: int) -> int:
@@ -188,11 +180,9 @@ class _Cover:
         following = self._entry.value_phrase(self._words, at + 1)
         if following is None or not following.is_place:
             return 0
-        if self._words[at] == "s" and self._last in (self._objects, self._entry.extras):
-            return 1
-        if self._words[at] in ("its", "their") and (self._knows_pronoun or self._objects):
-            return 1
-        return 0
+        is_of_thing = self._words[at] == "s" and self._last in (self._objects, self._entry.extras)
+        is_known = self._knows_pronoun or bool(self._objects)
+        return int(is_of_thing or (self._words[at] in ("its", "their") and is_known))
 
     def _stated_part(self, parameter: str) -> bool:
         return StatedValues(self._stated.task, {parameter: frozenset()}).names_part
@@ -237,11 +227,7 @@ class _Cover:
         number = english.number_of(words[at][1:] if is_times else words[at])
         if number is None:
             return 0
-        noun = at + 1
-        if words[noun : noun + 1] == ("of",):
-            noun += 1  # `two of those teas`
-        while noun < len(words) and words[noun] in english.DETERMINERS:
-            noun += 1
+        noun = _noun_after_number(words, at)
         nouns = entry.objects or entry.triggers
         is_of_noun = entry.longest(words, noun, is_perfect=self._is_perfect)[0] is nouns
         following = entry.value_phrase(words, noun)
@@ -267,16 +253,11 @@ class _Cover:
 
     def _universal(self, at: int) -> int:
         """Cover a word for all of a kind with its noun: `all of the bolts`, `every bolt`."""
-        noun = universal_noun(self._entry, self._words, at)
-        if not noun:
-            return 0
-        counted = counted_parameter(self._entry.routed.task)
-        if counted is not None:
-            said = quoted(self._words[at])
-            self._stated.fault = f"{said} is not understood: `{counted.name}` says how many; say a number"
-        self._add_object(self._words[noun.start : noun.stop])
-        self._names_all = True
-        return noun.stop - at
+        if noun := universal_noun(self._entry, self._words, at):
+            self._stated.add_all(self._words[at])
+            self._add_object(self._words[noun.start : noun.stop])
+            self._names_all = True
+        return noun.stop - at if noun else 0
 
     def _unstressed(self, at: int) -> int:
         word = self._words[at]
@@ -293,9 +274,7 @@ class _Cover:
         words = self._words
         if words[at] not in english.PART_PREPOSITIONS:
             return 0
-        end = at + 1
-        while end < len(words) and words[end] in english.DETERMINERS | english.POSSESSIVES:
-            end += 1
+        end = _after(words, at + 1, english.DETERMINERS | english.POSSESSIVES)
         value = self._entry.value_phrase(words, end)
         if value is not None and self._stated_part(value.parameter):
             return 1
@@ -305,14 +284,41 @@ class _Cover:
         return 0
 
 
+def _labelled_number(words: Words, at: int, name: str) -> int:
+    """Return the place of the number behind a parameter's name, as in `with a quantity of two`; else `at`."""
+    begin = at + (words[at] in ("with", "in", "a"))
+    begin += begin > at and words[begin : begin + 1] == ("a",)
+    if not words[begin : begin + 1] or words[begin] not in english.COUNT_NOUNS | {name}:
+        return at
+    found = begin + 1 + (words[begin + 1 : begin + 2] == ("of",))
+    return found if found < len(words) and english.number_of(words[found]) is not None else at
+
+
+def _noun_after_number(words: Words, at: int) -> int:
+    """Return the place of the noun behind a number, as in `two of those teas`."""
+    return _after(words, at + 1 + (words[at + 1 : at + 2] == ("of",)), english.DETERMINERS)
+
+
+def _before(words: Words, at: int, skipped: Collection[str]) -> int:
+    """Return the last place up to `at` whose word is none of some words; -1 if there is none."""
+    while at >= 0 and words[at] in skipped:
+        at -= 1
+    return at
+
+
+def _after(words: Words, at: int, skipped: Collection[str]) -> int:
+    """Return the first place from `at` on whose word is none of some words."""
+    while at < len(words) and words[at] in skipped:
+        at += 1
+    return at
+
+
 def _extent(entry: TaskPhrases, words: Words, at: int) -> int:
     """Cover `all of` before one thing, and what a task changes before its object: `the dirty table`."""
     found = english.EXTENTS.starting(words, at)
     if found and words[at + len(found) : at + len(found) + 1] in [(one[0],) for one in plural_objects(entry)]:
         return 0  # `the full bins` are some of them
-    end = at + len(found)
-    while end < len(words) and words[end] in english.DETERMINERS:
-        end += 1
+    end = _after(words, at + len(found), english.DETERMINERS)
     if found:
         phrases, length = entry.longest(words, end)
         is_one = phrases is entry.objects and words[end : end + length] in phrases

@@ -1,8 +1,13 @@
-"""Phrases that the tasks of modules declare, and where they stand in a request."""
+"""Phrases that the tasks of modules declare, and where they stand in a request.
+
+A task declares by a noun in the plural that it is done for all of a kind: `all the bolts`, `every bolt`. Of
+any other task such a word would ask for a number that the task does not do, so it stays unknown, and the
+instruction is refused.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Final
@@ -19,6 +24,9 @@ _ARTICLES: Final = frozenset({"a", "an", "the"})
 
 _MAX_EXTRA: Final = 24
 """Number of words that are compared with extras at most."""
+
+
+_FULL_DETERMINERS: Final = english.DETERMINERS - english.PARTIAL_DETERMINERS
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,3 +186,63 @@ def _is_form(declared: str, word: str, *, is_perfect: bool) -> bool:
         or (declared == "the" and word in english.DETERMINERS | english.POSSESSIVES)
         or (is_perfect and declared in english.participle_bases(word))
     )
+
+
+def plural_objects(entry: TaskPhrases) -> frozenset[Words]:
+    """Return the nouns that a task declares in the plural: it is done for all of that kind.
+
+    Args:
+        entry: the task.
+
+    Returns:
+        The phrases, as declared.
+    """
+    return frozenset(one for one in entry.objects if english.is_plural(one[-1]))
+
+
+def singular_objects(entry: TaskPhrases) -> frozenset[Words]:
+    """Return the singular of each noun that a task declares in the plural.
+
+    Args:
+        entry: the task.
+
+    Returns:
+        Phrases that may stand behind `every`; some may be no words of English.
+    """
+    plurals = plural_objects(entry)
+    return frozenset((*one[:-1], form) for one in plurals for form in english.base_forms(one[-1])) - plurals
+
+
+def universal_noun(entry: TaskPhrases, words: Words, at: int) -> range:
+    """Find the noun behind a word for all of a kind.
+
+    Args:
+        entry: the task.
+        words: words of a request.
+        at: place of the word: `all`, `any`, `each` or `every`.
+
+    Returns:
+        Places of the noun; empty if there is no such word, or the task is not done for all of a kind.
+    """
+    if words[at] in ("all", "any"):
+        begin = at + 1 + (words[at : at + 2] == ("all", "of"))
+        return _noun_at(plural_objects(entry), words, _after_determiners(words, begin))
+    if words[at] not in english.EACH_DETERMINERS:
+        return range(0)
+    begin = at + 1 + (words[at + 1 : at + 2] == ("single",))
+    has_one = words[begin : begin + 1] == ("one",)
+    begin += has_one
+    if words[begin : begin + 1] == ("of",):
+        return _noun_at(plural_objects(entry), words, _after_determiners(words, begin + 1))
+    return range(0) if has_one else _noun_at(singular_objects(entry), words, begin)
+
+
+def _after_determiners(words: Words, at: int) -> int:
+    while at < len(words) and words[at] in _FULL_DETERMINERS:
+        at += 1
+    return at
+
+
+def _noun_at(phrases: Iterable[Words], words: Words, at: int) -> range:
+    length = max((len(one) for one in phrases if words[at : at + len(one)] == one), default=0)
+    return range(at, at + length) if length else range(0)

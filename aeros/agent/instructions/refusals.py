@@ -91,9 +91,9 @@ def not_covered(segment: Segment, coverages: Sequence[Coverage]) -> InstructionE
     if best.unknown:
         unknown = ", ".join(quoted(word) for word in dict.fromkeys(best.unknown))
         near_extra = _nearest_extra(best)
-        said = f"; nearest to that, it knows {quoted(near_extra)}" if near_extra else ""
+        also = f"; nearest to that, it knows {quoted(near_extra)}" if near_extra else ""
         return InstructionError(
-            f"in {text}, `{routed}` does not know {unknown}{said}; {_known_phrases(best)}"
+            f"in {text}, `{routed}` does not know {unknown}{also}; {_known_phrases(best)}"
         )
     if best.values.fault:
         return InstructionError(f"in {text}, {best.values.fault}")

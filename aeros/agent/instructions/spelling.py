@@ -14,9 +14,8 @@ from typing import Final
 
 from aeros.agent.instructions import english
 from aeros.agent.instructions.arguments import is_object
-from aeros.agent.instructions.lexicon import TaskPhrases
+from aeros.agent.instructions.lexicon import TaskPhrases, singular_objects
 from aeros.agent.instructions.phrases import Words
-from aeros.agent.instructions.universals import singular_objects
 from aeros.spec.diagnostics.words import normalized_words
 
 _WORD: Final = re.compile(r"[^\W\d_]+")

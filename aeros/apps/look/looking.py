@@ -186,7 +186,7 @@ def look(
         seconds = notes.seconds.get(key, 0.0)
         perceivers.append(PerceiverLook(perceiver, fault, seconds, tuple(values), is_left_out))
     definitions = tuple(
-        _defined(seen(name, None, "a reading is unknown or too old"), one.text, one.term, readings)
+        _defined(seen(name, None, "a reading is unknown, old or uncertain"), one.text, one.term, readings)
         for name, one in ecm.definitions.items()
     )
     return Look(configuration.site, plant.now(), pictures, tuple(perceivers), definitions)

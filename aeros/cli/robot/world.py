@@ -20,6 +20,7 @@ from aeros.cli.arguments import add_command
 from aeros.exit_codes import Exit
 from aeros.session.plant_factory import PLANTS
 from aeros.spec.diagnostics.render import escape_invisible
+from aeros.spec.model.task_parameters import is_instruction
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -124,7 +125,7 @@ def _lines(found: Sequence[RememberedValue], now: datetime) -> Iterator[str]:
     for one in found:
         parts = [f"{_value_text(one.value)}, {_age_text(one.age(now))} ago in session {one.session}"]
         if one.source is not None:
-            parts.append(f"by {one.source}")
+            parts.append("said by the instruction" if is_instruction(one.source) else f"by {one.source}")
         if one.uncertainty is not None:
             parts.append(f"± {one.uncertainty:g} at most")
         if one.sessions > 1:

@@ -16,6 +16,9 @@ from aeros.cli.terminal import print_line
 from aeros.exit_codes import Exit
 from aeros.runtime.gate.configuration import Configuration
 from aeros.session.setup import open_governor, understand_instruction
+from aeros.spec.expr.types import IntegerType
+from aeros.spec.expr.units import format_number, to_unit
+from aeros.spec.model.task_parameters import TaskParameter
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -84,6 +87,22 @@ def _command(arguments: argparse.Namespace) -> Exit:
     return Exit.SUCCESS
 
 
+def _range_text(parameter: TaskParameter) -> str | None:
+    """Return the range of a parameter that is a number, as in `1 to 3`."""
+    declared = parameter.declared
+    if declared.range is None:
+        return None
+    low, high = (format_number(to_unit(bound, declared.unit)) for bound in declared.range)
+    unit = "" if declared.unit.text == "1" else f" {declared.unit.text}"
+    return f"{low} to {high}{unit}"
+
+
+def _default(parameter: TaskParameter) -> Any:
+    """Return the default as JSON (SI); a whole number has no decimals."""
+    is_whole = isinstance(parameter.declared.variable.type, IntegerType)
+    return int(parameter.default) if is_whole else to_json_value(parameter.default)
+
+
 def _list_tasks(configuration: Configuration, form: str) -> None:
     listed: list[dict[str, Any]] = [
         {
@@ -96,7 +115,8 @@ def _list_tasks(configuration: Configuration, form: str) -> None:
             "parameters": {
                 name: {
                     "values": list(one.values),
-                    "default": None if one.default is None else to_json_value(one.default),
+                    "range": None if one.values else _range_text(one),
+                    "default": None if one.default is None else _default(one),
                     "words": {value: list(stated) for value, stated in one.phrases.items()},
                 }
                 for name, one in task.parameters.items()
@@ -120,6 +140,6 @@ def _list_tasks(configuration: Configuration, form: str) -> None:
             stated = {value: ", ".join(words) for value, words in parameter["words"].items()}
             values = "; ".join(f"{value} ({words})" if words else value for value, words in stated.items())
             default = "" if parameter["default"] is None else f", else {parameter['default']}"
-            print_line(f"  {name:<8} {values}{default}")
+            print_line(f"  {name:<8} {values or parameter['range'] or 'true or false'}{default}")
         for phrase, text in one["conditions"].items():
             print_line(f"  if       {phrase}: {text}")

@@ -27,6 +27,7 @@ from aeros.spec.consequences.disturbance import (
     readings_behind,
 )
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.constants import constant_term
 from aeros.spec.expr.effects import Increment
 from aeros.spec.expr.types import VectorType
 from aeros.spec.model.ecm import Ecm, Outcome, Skill
@@ -189,7 +190,7 @@ def stated_terms(
             term = _expanded(definitions[name].term, definitions) if name in definitions else variable
             stated.append(term if value else t.Not(term))
         elif not isinstance(value, Increment) and not isinstance(variable.type, VectorType):
-            stated.append(t.Compare("==", variable, t.Literal(value, variable.type)))  # type: ignore[arg-type]
+            stated.append(t.Compare("==", variable, constant_term(value, variable.type)))
     return tuple(stated)
 
 

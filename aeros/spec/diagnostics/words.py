@@ -46,7 +46,7 @@ def expanded(text: str) -> tuple[str, ...]:
         return ()
     found = []
     for chosen in product((True, False), repeat=len(optional)):
-        kept = (one if is_said else "" for one, is_said in zip(optional, chosen, strict=True))
+        kept = (one if is_kept else "" for one, is_kept in zip(optional, chosen, strict=True))
         parts = [part for pair in zip(fixed, (*kept, ""), strict=True) for part in pair]
         found.append(" ".join(" ".join(parts).split()))
     return tuple(found)

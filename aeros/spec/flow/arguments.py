@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from fractions import Fraction
-from typing import Any, cast
+from typing import Any
 
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.constants import constant_term
 from aeros.spec.expr.effects import Increment
-from aeros.spec.expr.types import RealType, ScalarType, Type, VectorType
+from aeros.spec.expr.types import RealType
 from aeros.spec.expr.units import NUMBER
 from aeros.spec.model.composition import Step
 from aeros.spec.model.ecm import Skill
@@ -63,22 +63,6 @@ def step_arguments(
         declared.append(replace(brought, variable=replace(brought.variable, name=called)))
         terms[one.name] = declared[-1].variable
     return Arguments(terms, tuple(declared))
-
-
-def constant_term(value: Any, type_: Type) -> t.Term:
-    """Make a term of the value of an effect or an input.
-
-    Args:
-        value: a scalar, or the three components of a vector; numbers in SI units.
-        type_: type of the value; never a family, as no effect or input has one.
-
-    Returns:
-        A literal, or a vector of literals.
-    """
-    if isinstance(type_, VectorType):
-        x, y, z = (t.Literal(Fraction(part), RealType(type_.dimension)) for part in value)
-        return t.Vector(x, y, z)
-    return t.Literal(value, cast("ScalarType", type_))  # no effect or input is a family
 
 
 def effect_term(effect: Any, variable: t.Variable) -> t.Term:

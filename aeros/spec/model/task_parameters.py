@@ -39,7 +39,19 @@ def is_parameter(declared: Declared) -> bool:
     Returns:
         True if an instruction sets it.
     """
-    return declared.sensor is not None and declared.sensor.endswith(f".{_INSTRUCTION}")
+    return declared.sensor is not None and is_instruction(declared.sensor)
+
+
+def is_instruction(source: str) -> bool:
+    """Say if the source of a value is an instruction.
+
+    Args:
+        source: sensor, module or perceiver that measured it.
+
+    Returns:
+        True if it is what `instruction_of` names.
+    """
+    return source.endswith(f".{_INSTRUCTION}")
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ another.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
+from dataclasses import replace
 
 from aeros.spec.diagnostics.codes import Diagnostic, Severity, SpanLabel, did_you_mean
 from aeros.spec.diagnostics.source import SourceSpan
@@ -26,13 +27,11 @@ def policy_name_obligations(ecms: Iterable[ModuleSummary], site: SiteSummary) ->
         A claim for each grant, shared variable and override.
     """
     skills = {ecm.id: ecm.skills for ecm in ecms}
-    for name, span in site.grants.items():
-        warning = _missing_module(
-            f"the site grants further access to `{name}`, which is not in this set",
-            span,
-            "a module that takes this name gets the access: remove the grant until a module needs it",
-        )
-        yield StaticClaim(ClaimForm.GRANT_IS_USED(name), None if name in skills else warning)
+    absent = {name: span for name, span in site.grants.items() if name not in skills}
+    for name in site.grants:
+        # One warning for all of them: a site for several modules is used with a few of them, too.
+        is_first = name == next(iter(absent), None)
+        yield StaticClaim(ClaimForm.GRANT_IS_USED(name), _absent_grants(absent) if is_first else None)
     for name, span in site.shared.items():
         module = name.partition(".")[0]
         warning = _missing_module(
@@ -90,6 +89,19 @@ def absent_settings(name: str, span: SourceSpan | None, names: Collection[str]) 
         return Diagnostic("AE886", headline, help=(help_,))
     headline = f"the site has settings for `{name}`, which is not in this set, so they have no effect"
     return Diagnostic("AE886", headline, SpanLabel(span), help=(help_,), severity=Severity.WARNING)
+
+
+def _absent_grants(grants: Mapping[str, SourceSpan]) -> Diagnostic:
+    """Describe the grants for modules that are not there, at least one."""
+    first, *others = grants.values()
+    named = ", ".join(f"`{name}`" for name in grants)
+    are, name = ("are", "one of these names") if others else ("is", "this name")
+    warning = _missing_module(
+        f"the site grants further access to {named}, which {are} not in this set",
+        first,
+        f"a module that takes {name} gets the access: remove the grant until a module needs it",
+    )
+    return replace(warning, secondary=tuple(SpanLabel(one) for one in others))
 
 
 def _missing_module(headline: str, at: SourceSpan, help_: str) -> Diagnostic:

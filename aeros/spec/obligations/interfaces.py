@@ -20,7 +20,7 @@ from aeros.spec.consequences.consequences import with_consequences
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
-from aeros.spec.flow.arguments import constant_term
+from aeros.spec.expr.constants import constant_term
 from aeros.spec.flow.control_flow import handler_cycle
 from aeros.spec.flow.symbolic_paths import TooManyPathsError, explore_paths
 from aeros.spec.model.composition import STOP_ON_FAILURE, Composition, Step

@@ -14,6 +14,7 @@ from aeros.spec.backends.solver_results import SatResult
 from aeros.spec.closed_loop.invocation import State
 from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.constants import constant_term
 from aeros.spec.expr.effects import Increment, value_after
 from aeros.spec.expr.lower import lower, scalar_variables, values_by_scalar
 from aeros.spec.expr.semantics import Environment
@@ -25,7 +26,6 @@ from aeros.spec.planning.domain import (
     PartialCondition,
     PlanningDomain,
     equality_condition,
-    literal_term,
 )
 from aeros.spec.planning.search_result import AvoidSet, PlanPath, PlanUndecidedError
 
@@ -125,7 +125,7 @@ class _Encoding:
         pick = self._picks[at]
         touching: dict[str, list[t.Term]] = {name: [] for name in self._domain.names}
         for number, (choice, outcome) in enumerate(self._edges):
-            chosen = t.Compare("==", pick, t.Literal(str(number), pick.type))  # type: ignore[arg-type]
+            chosen = t.Compare("==", pick, constant_term(str(number), pick.type))
             then = [self._encode_truth(choice.condition, at), self._is_success(choice, at + 1)]
             for name, effect in outcome.known_effects.items():
                 if name in touching:
@@ -159,7 +159,7 @@ class _Encoding:
         for state, choice in avoided.pairs:
             for number, (one, _) in enumerate(self._edges):
                 if one is choice:
-                    chosen = t.Compare("==", pick, t.Literal(str(number), pick.type))  # type: ignore[arg-type]
+                    chosen = t.Compare("==", pick, constant_term(str(number), pick.type))
                     self._session.assume(t.Not(t.And((self._encode_state(state, at), chosen))))
 
     # Conditions after a number of steps.
@@ -226,4 +226,4 @@ def _with_constants(term: t.Term, constants: Environment) -> t.Term:
         return term
     values = values_by_scalar(read, constants)
     scalars = [scalar for variable in read.values() for scalar in scalar_variables(variable)]
-    return t.substitute(lower(term), {one.name: literal_term(one, values[one.name]) for one in scalars})
+    return t.substitute(lower(term), {one.name: constant_term(values[one.name], one.type) for one in scalars})

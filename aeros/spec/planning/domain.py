@@ -24,11 +24,11 @@ from typing import Any, Final
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.closed_loop.invocation import Invocation, State
 from aeros.spec.consequences.consequences import modules_with_consequences
-from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.constants import constant_term
 from aeros.spec.expr.effects import values_reached
 from aeros.spec.expr.semantics import Environment, Value, is_true
-from aeros.spec.expr.types import BoolType, EnumType, RealType
+from aeros.spec.expr.types import BoolType, EnumType
 from aeros.spec.model.ecm import ActionCondition, Ecm, Outcome, Skill, TaskInvariant
 from aeros.spec.model.hold_conditions import hold_loss_outcomes
 from aeros.spec.model.site import Site
@@ -423,25 +423,7 @@ def equality_condition(variable: t.Variable, value: Value) -> t.Term:
     """
     if isinstance(value, bool):
         return variable if value else t.Not(variable)
-    return t.Compare("==", variable, literal_term(variable, value))
-
-
-def literal_term(variable: t.Variable, value: Value) -> t.Literal:
-    """Make the constant of a scalar variable's type.
-
-    Args:
-        variable: scalar variable.
-        value: exact value of its type.
-
-    Returns:
-        The constant.
-
-    Raises:
-        MisuseError: the variable is not scalar.
-    """
-    if isinstance(value, tuple) or not isinstance(variable.type, BoolType | RealType | EnumType):
-        raise MisuseError(f"`{variable.name}` is no scalar")
-    return t.Literal(value, variable.type)
+    return t.Compare("==", variable, constant_term(value, variable.type))
 
 
 def _format_value(value: Any) -> str:

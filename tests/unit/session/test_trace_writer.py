@@ -47,3 +47,39 @@ def test_a_stream_that_went_away_stops_nothing(tmp_path: Path) -> None:
         trace.write(_OUTPUT)
         trace.write(_OUTPUT)
     assert len((tmp_path / "trace.jsonl").read_text().splitlines()) == 2
+
+
+def printed(tmp_path: Path, *texts: str) -> list[str]:
+    stream = io.StringIO()
+    with TraceWriter(tmp_path / "trace.jsonl", stream) as trace:
+        for number, text in enumerate(texts):
+            trace.write(AgentEvent("note", text, {}, float(number)))
+    assert len((tmp_path / "trace.jsonl").read_text().splitlines()) == len(texts)  # all are in the file
+    return [line.partition("s  ")[2] for line in stream.getvalue().splitlines()]
+
+
+def test_rounds_of_the_same_lines_are_printed_twice_and_then_counted(tmp_path: Path) -> None:
+    around = ["plan", "step not started", "waits"]
+    assert printed(tmp_path, "begin", *around * 60, "end") == [
+        "begin",
+        *around * 2,
+        "the 3 lines above repeated 58 more times",
+        "end",
+    ]
+
+
+def test_a_round_that_breaks_off_is_counted_to_its_last_line(tmp_path: Path) -> None:
+    assert printed(tmp_path, *["a", "b"] * 3, "a") == [
+        "a",
+        "b",
+        "a",
+        "b",
+        "the 2 lines above repeated 1 more time, and 1 of them once more",
+    ]
+
+
+def test_one_line_that_repeats_is_counted_and_other_lines_are_all_printed(tmp_path: Path) -> None:
+    assert printed(tmp_path, "a", "a", "a", "b") == ["a", "a", "the line above repeated 1 more time", "b"]
+    (tmp_path / "trace.jsonl").unlink()
+    different = ["a", "b", "a", "c", "a", "b"]
+    assert printed(tmp_path, *different) == different

@@ -20,12 +20,12 @@ from aeros.spec.elaborate.names import check_name_is_free, meanings_of_names
 from aeros.spec.elaborate.quantities import elaborate_variable
 from aeros.spec.elaborate.values import elaborate_value
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.constants import constant_term
 from aeros.spec.expr.types import (
     IntegerType,
     RealType,
 )
 from aeros.spec.expr.units import NUMBER
-from aeros.spec.flow.arguments import constant_term
 from aeros.spec.model.configured import CAMERAS, BoundNames, ModuleConfiguration
 from aeros.spec.model.site import Site
 from aeros.spec.text.fields import TextField

@@ -64,5 +64,5 @@ def test_an_unknown_predicate_is_explained_by_the_readings_that_are_unknown() ->
     assert str(found) == "wrapper_aligned: `fill_level` is not measured"
 
 
-def test_what_no_definition_says_is_not_explained() -> None:
+def test_predicates_and_numbers_without_a_definition_are_left_out() -> None:
     assert causes("dumpling_cooked and fill_level > 0.5", dumpling_cooked=False, fill_level=0.1) == ()

@@ -14,6 +14,7 @@ from aeros.agent.memory.store import open_memory
 from aeros.cli.main import main
 from aeros.cli.robot.world import _age_text
 from aeros.exit_codes import Exit
+from aeros.spec.model.task_parameters import instruction_of
 
 
 @pytest.fixture
@@ -97,3 +98,9 @@ def test_a_thing_has_its_kind_and_place_and_each_attribute_its_age(
     assert (thing["name"], thing["kind"]) == ("fetch.object", "can")
     assert thing["attributes"]["position"]["value"] == [1.0, 0.5, 0.25]
     assert thing["attributes"]["held"]["age_s"] >= 0
+
+
+def test_a_parameter_is_from_the_instruction(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with open_memory(tmp_path / MEMORY_FILE, Identity(uuid4(), "chef", "", 1), "symbolic") as memory:
+        memory.note_sightings([Sighting("tea.cups", 2, 1.0, instruction_of("tea"), None)])
+    assert run(capsys, "--state", str(tmp_path))[1].endswith(" ago in session 1, said by the instruction\n")

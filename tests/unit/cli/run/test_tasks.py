@@ -42,3 +42,14 @@ def test_a_request_that_is_not_understood_is_refused_with_the_reason(
     refused = json.loads(capsys.readouterr().out)
     assert refused["understood"] is None
     assert "nothing moves" in refused["reason"]
+
+
+def test_a_whole_number_is_listed_with_its_range_and_without_decimals(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    dumplings = ["--ecms", str(ROOT / "ecms/make_dumplings"), "--state", str(tmp_path)]
+    assert main(["tasks", *dumplings]) == 0
+    assert "  count    1 to 2, else 1\n" in capsys.readouterr().out
+    assert main(["tasks", *dumplings, "--format", "json"]) == 0
+    (listed,) = json.loads(capsys.readouterr().out)["tasks"]
+    assert listed["parameters"]["count"] == {"values": [], "range": "1 to 2", "default": 1, "words": {}}

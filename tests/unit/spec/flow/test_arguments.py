@@ -7,9 +7,9 @@ from fractions import Fraction
 
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.types import BOOL, EnumType, RealType, Type, VectorType
+from aeros.spec.expr.types import EnumType, RealType, Type
 from aeros.spec.expr.units import LENGTH, NUMBER
-from aeros.spec.flow.arguments import Arguments, constant_term, step_arguments
+from aeros.spec.flow.arguments import Arguments, step_arguments
 from aeros.spec.model.composition import OutputReference, Step
 from aeros.spec.model.variables import Declared
 from tests.unit.agent.dumplings import given_input, skill
@@ -67,13 +67,3 @@ def test_an_output_of_another_type_leaves_the_input_any_value_it_admits() -> Non
 
 def test_a_skill_without_inputs_has_no_arguments() -> None:
     assert step_arguments(SEE, {"see": SEE}, SKILLS) == Arguments({}, ())
-
-
-def test_a_value_is_a_literal_or_a_vector_of_literals() -> None:
-    metres = RealType(LENGTH)
-    assert constant_term(True, BOOL) == t.TRUE
-    assert constant_term("idle", MODE) == t.Literal("idle", MODE)
-    assert constant_term(Fraction(1, 2), metres) == t.Literal(Fraction(1, 2), metres)
-    assert constant_term((1, 0, Fraction(-1, 2)), VectorType(LENGTH)) == t.Vector(
-        t.Literal(Fraction(1), metres), t.Literal(Fraction(0), metres), t.Literal(Fraction(-1, 2), metres)
-    )

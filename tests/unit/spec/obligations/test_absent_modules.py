@@ -4,7 +4,13 @@ from __future__ import annotations
 
 from aeros.spec.diagnostics.codes import Severity
 from aeros.spec.diagnostics.source import Source
-from aeros.spec.obligations.absent_modules import absent_settings, settings_obligations
+from aeros.spec.model.summary import ModuleSummary, SiteSummary
+from aeros.spec.obligations.absent_modules import (
+    absent_settings,
+    policy_name_obligations,
+    settings_obligations,
+)
+from tests.unit.agent.dumplings import build
 
 SPAN = Source("site.yaml", "polish: {}").span(0, 6)
 
@@ -30,3 +36,17 @@ def test_settings_of_a_site_file_are_a_warning_and_those_of_the_operator_an_erro
 
 def test_without_any_module_none_is_suggested() -> None:
     assert absent_settings("polish", None, ()).help == ("there is no module",)
+
+
+def test_grants_of_several_absent_modules_are_one_warning() -> None:
+    grants = dict.fromkeys(("polish", "serve", "brew"), SPAN)
+    site = build(SiteSummary, grants=grants, shared={}, blocks=())
+    claims = list(policy_name_obligations([build(ModuleSummary, id="serve")], site))
+    assert [str(one.id).rpartition("/")[2] for one in claims] == ["polish", "serve", "brew"]
+    found = [one.diagnostic for one in claims]
+    assert found[1:] == [None, None]
+    assert found[0] is not None
+    assert found[0].headline == (
+        "the site grants further access to `polish`, `brew`, which are not in this set"
+    )
+    assert len(found[0].secondary) == 1

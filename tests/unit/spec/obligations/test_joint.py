@@ -9,7 +9,8 @@ from fractions import Fraction
 import pytest
 
 from aeros.spec.expr import terms as t
-from aeros.spec.flow.arguments import Arguments, constant_term
+from aeros.spec.expr.constants import constant_term
+from aeros.spec.flow.arguments import Arguments
 from aeros.spec.model.composition import Step
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.site import Site

@@ -7,13 +7,9 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
-import pytest
-
 from aeros.agent.planning.strong_cyclic import explain_no_plan
-from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.types import BOOL, EnumType, RealType, VectorType
-from aeros.spec.expr.units import LENGTH, NUMBER
+from aeros.spec.expr.types import BOOL, EnumType
 from aeros.spec.model.ecm import ActionCondition, Ecm, Outcome, TaskInvariant
 from aeros.spec.model.policy import OperatorOverride
 from aeros.spec.model.rules import Rule
@@ -24,7 +20,6 @@ from aeros.spec.planning.domain import (
     PartialCondition,
     domain_for,
     equality_condition,
-    literal_term,
 )
 from aeros.spec.planning.strong_cyclic import StrongCyclicStrategy
 from tests.differential.reference_cases import reference
@@ -224,17 +219,11 @@ def test_the_values_that_a_variable_may_get_are_those_that_outcomes_set() -> Non
     assert domain.variables["area"].type == EnumType("area", ("table", "pot"))
 
 
-def test_a_value_of_a_scalar_is_a_condition_and_a_constant() -> None:
+def test_a_value_of_a_scalar_is_a_condition() -> None:
     mode = EnumType("mode", ("idle",))
-    truth, word, number = (
-        t.Variable(name, type_, t.VariableRole.STATE)
-        for name, type_ in (("a", BOOL), ("m", mode), ("n", RealType(NUMBER)))
+    truth, word = (
+        t.Variable(name, type_, t.VariableRole.STATE) for name, type_ in (("a", BOOL), ("m", mode))
     )
     assert equality_condition(truth, True) == truth
     assert equality_condition(truth, False) == t.Not(truth)
     assert equality_condition(word, "idle") == t.Compare("==", word, t.Literal("idle", mode))
-    assert literal_term(number, Fraction(1)) == t.Literal(Fraction(1), RealType(NUMBER))
-    vector = t.Variable("v", VectorType(LENGTH), t.VariableRole.STATE)
-    for one, value in ((vector, (Fraction(0),) * 3), (vector, Fraction(0)), (number, (Fraction(0),) * 3)):
-        with pytest.raises(MisuseError, match="is no scalar"):
-            literal_term(one, value)

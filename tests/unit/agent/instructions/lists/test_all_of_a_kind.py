@@ -7,10 +7,14 @@ from fractions import Fraction
 
 import pytest
 
-from aeros.agent.instructions.lexicon import task_phrases
+from aeros.agent.instructions.lexicon import (
+    plural_objects,
+    singular_objects,
+    task_phrases,
+    universal_noun,
+)
 from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.instructions.understand import understand
-from aeros.agent.instructions.universals import plural_objects, singular_objects, universal_noun
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import IntegerType
 from aeros.spec.model.ecm import Task
