@@ -58,7 +58,7 @@ def require_plain_reason(
     refused |= frozenset() if speaks_of_people else english.NEGATIVES
     named = {word for entry in tasks for phrase in entry.objects for word in phrase}
     named |= {word for entry in tasks for value in entry.values for word in value.words}
-    # `the visitors from town arrive at ten` speaks of no thing that the robot could be asked for.
+    # `the customers from town arrive at ten` speaks of no thing that the robot could be asked for.
     is_elsewhere = named.isdisjoint(words)
     refused |= frozenset() if reason.link is Link.ADJUNCT or is_elsewhere else english.PLACES
     doubtful = [word for word in words if word in refused and not is_stated]

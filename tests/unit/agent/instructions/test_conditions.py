@@ -33,6 +33,8 @@ def finds(words: str, *, is_own: bool = False) -> bool:
         "tea s cold",
         "that tea is still cold",
         "the tea isn t hot",
+        "tea cold",
+        "the tea actually cold",
         "needed",
     ],
 )
@@ -61,3 +63,8 @@ def test_a_negated_condition_is_negated(words: str) -> None:
     assert found is not None
     assert (found.text, found.negated.text) == ("not (not wrapper_aligned)", "not wrapper_aligned")
     assert found.negated.term == COLD.term
+
+
+def test_a_statement_without_a_verb_is_no_condition() -> None:
+    (entry,) = task_phrases({"kitchen": module("kitchen", (), TEA)})
+    assert find_condition(Segment(Mood.REQUEST, ("tea", "cold"), Link.START), entry) is None

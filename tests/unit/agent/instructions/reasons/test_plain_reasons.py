@@ -47,6 +47,8 @@ def test_reasons_are_set_apart(instruction: str, request_: str, reason: str) -> 
         ("i want dumplings", Link.ADJUNCT, False),
         ("the can on the floor is mine", Link.START, False),
         ("the can on the floor is mine", Link.ADJUNCT, True),
+        ("customers from town arrive at ten", Link.START, True),
+        ("customers on the left arrive at ten", Link.START, False),
     ],
 )
 def test_more_than_a_reason_is_refused(words: str, link: Link, is_plain: bool) -> None:

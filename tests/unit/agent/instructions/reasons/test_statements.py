@@ -27,6 +27,7 @@ def test_a_subject_with_a_finite_verb_states_something(words: str) -> None:
     "words",
     [
         "clean the table",
+        "please have the table cleaned",
         "that table",
         "the table",
         "the red can",
