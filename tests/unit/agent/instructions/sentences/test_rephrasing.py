@@ -17,6 +17,9 @@ from aeros.agent.instructions.sentences.rephrasing import rephrased
         ("cook and leave the table alone", "cook and do not the table"),
         ("bring both the can and the block", "bring the can and the block"),
         ("clean both tables", "clean both tables"),
+        ("need two teas", "i need two teas"),
+        ("if the table s , you know , dirty , clean it", "if the table s dirty , clean it"),
+        ("you know the table , clean it", "you know the table , clean it"),
     ],
 )
 def test_a_sentence_is_written_in_the_words_of_the_grammar(words: str, plain: str) -> None:
