@@ -704,8 +704,10 @@ class Bench:
         spots = [(x, y, self.lift + ASIDE_HEIGHT) for x in ASIDES[0] for y in ASIDES[1]]
         for spot in sorted(spots, key=lambda one: dist(one[:2], press[:2])):
             along, across = _in_frame(self.surroundings, spot, 0.0)
-            is_taken = (np.abs(along) < WRAPPER_HALF[0] + SPARE) & (np.abs(across) < WRAPPER_HALF[1] + SPARE)
-            if not is_taken.any() and _has_room(self.surroundings, (spot[0], spot[1], LOWEST), 0.0):
+            is_occupied = (np.abs(along) < WRAPPER_HALF[0] + SPARE) & (
+                np.abs(across) < WRAPPER_HALF[1] + SPARE
+            )
+            if not is_occupied.any() and _has_room(self.surroundings, (spot[0], spot[1], LOWEST), 0.0):
                 return spot
         return None
 

@@ -541,7 +541,7 @@ def test_both_wrappers_and_both_fillings_are_known_things() -> None:
 
 
 def alone(filling: Vector3) -> dict[str, Any]:
-    """What is seen of a bench with a filling, a stand at (0.45, 0.15) and the pot."""
+    """Values seen of a bench with a filling, a stand at (0.45, 0.15) and the pot."""
     bench = Bench()
     bench.scene.remove("wrapper", "tray", "tray_2", "stand_2", "press")
     bench.scene.put("stand", 0.45, 0.15, 0.025)
