@@ -9,6 +9,8 @@ the dumpling. All lengths in metres, angles in radians, in the world frame; the 
 in which it slopes is of a tilted camera, and is levelled first.
 """
 
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from math import acos, atan2, cos, dist, pi, sin
 from typing import Any, NamedTuple
 
@@ -136,14 +138,24 @@ UNCERTAINTY = 0.004
 ANGLE_UNCERTAINTY = 0.06
 """Standard uncertainty of a heading and of the fold, rad."""
 
-APART = 0.07
-"""Least distance of the middles of two wrappers, level, m: the plates of an open one are 44 mm apart."""
+BETWEEN_HEIGHTS = 0.045
+"""Height between things that lie on the bench and things on press, trays and stands, m."""
+
+SAME_PLATE = 0.04
+"""Distance of two parts of one colour below which they are of one plate, m: it is 42 mm long."""
+
+PLATES_APART = 0.056
+"""Greatest distance of the middles of a wrapper's plates, m: 44 mm if it is open, and plates of two wrappers
+side by side are as far apart as they are wide."""
 
 FILLING_APART = 0.05
 """Greatest distance of a filling from the middle of the wrapper that it may be in, level, m."""
 
 NEAR_PRESS = 0.06
 """Greatest distance of the hinge of a wrapper on the press, or nearly so, from its place, level, m."""
+
+OVER_EDGE = 0.03
+"""Depth of the hinge below its place from which a wrapper lies beside the press, m."""
 
 SETTLED_WITHIN = 0.045
 """Points nearer than this to the middle of a cooked dumpling, level, are of it, m."""
@@ -154,9 +166,23 @@ of its top."""
 
 UNSEEN = (
     "filling_position",
+    "filling_yaw",
+    "filling_has_room",
+    "other_filling_position",
     "wrapper_position",
     "wrapper_yaw",
     "wrapper_fold",
+    "wrapper_has_room",
+    "other_wrapper_position",
+    "press_free",
+    "blocker_position",
+    "blocker_yaw",
+    "blocker_is_filling",
+    "aside_place",
+    "pot_place",
+    "push_start",
+    "push_end",
+    "push_yaw",
     "dough_on_workspace",
     "filling_on_workspace",
     "wrapper_aligned",
@@ -165,6 +191,100 @@ UNSEEN = (
 
 GONE = ("dough_on_workspace", "filling_on_workspace", "wrapper_aligned", "dumpling_wrapped")
 """Variables that are false once the last dumpling is in the pot."""
+
+EMPTY = ("dough_on_workspace", "filling_on_workspace", "wrapper_aligned")
+"""Variables that are false once the wrapper on the press is found to be shut without a filling."""
+
+MOST_PRESSES = 2
+"""Times that the lid comes down on a wrapper that then lies open, after which it is known not to fold."""
+
+MOST_TRIES = 6
+"""Pictures after which a wrapper that stays where it is gives way to another: the hand does not get it."""
+
+LID_OVER = 0.03
+"""Distance of the handle from the press's hinge, towards +x, from which the lid is over the wrapper, m."""
+
+OUTLINE = 0.005
+"""Distance from the outline of a thing within which a point is still of it, m."""
+
+STIRRED = 0.008
+"""Displacement of a dumpling in the pot after which it may have been out of it, m."""
+
+OVER_BENCH = 0.006
+"""Height over the bench above which something lies there, m."""
+
+WRAPPER_HALF, FILLING_HALF = (0.043, 0.028), (0.011, 0.011)
+"""Half the length and width of an open wrapper around its hinge, and of the filling, m."""
+
+LOWEST = 0.012
+"""Height of the lowest grasp, m."""
+
+BED = ((-0.05, 0.05), 0.03)
+"""Where a filling lies on the press, from where the hinge belongs: along x, and to either side, m."""
+
+ASIDES = (tuple(0.38 + 0.04 * step for step in range(6)), tuple(-0.30 + 0.04 * step for step in range(16)))
+"""Places along x and y on the bench where things that are in the way may be put, m."""
+
+ASIDE_HEIGHT, SPARE = 0.02, 0.012
+"""Height of the tool there, and free space around the largest thing, m."""
+
+PUSH_HEIGHT = 0.02
+"""Height of the tool that pushes a thing which is at least 17 mm high, m: the hand is over stands and pot."""
+
+PUSHED_HEIGHT = 0.03
+"""Greatest height of the middle of a thing on the bench that fingers push, m."""
+
+STRAIGHT = 0.2
+"""Heading below which a filling is gripped as if it lay straight, rad: as few pixels show it."""
+
+GRASPS = ((0.28, 0.62), (-0.36, 0.37))
+"""Where the tool may be along x and y, m."""
+
+REACH = ((0.31, 0.62), (-0.36, 0.37), (-0.03, 0.20))
+"""Where a thing is that the hand can grip, or push to where it can, along x, y and z, m."""
+
+HELD_HALF, HELD_OVER_BASE = 0.06, 0.057
+"""Half the width of the largest object that the hand may hold, along the last joint's axes, which are turned
+by 45 degrees, and height of the tool from which that is over what the arm stands on, m."""
+
+BASE_FRONT, LOW_X = 0.27, 0.28
+"""Front end of what the arm stands on, with the clearance of motions, and least x of an empty hand, m."""
+
+MOST_HEADING = 1.7
+"""Greatest heading of a hand that grips, rad."""
+
+PUSHES = tuple(0.02 * step for step in range(1, 11))
+"""Lengths of pushes to try, m."""
+
+FINGERS_HALF, PUSH_AWAY = 0.015, 0.012
+"""Half the thickness of both fingers when they are closed, and how far from a thing they come down, m."""
+
+
+class HandPart(NamedTuple):
+    """A part of the hand, on both sides of the tool point.
+
+    Attributes:
+        thick: how far it reaches along the hand's heading, m.
+        wide: from where to where it reaches along the way of the fingers, m.
+        from_height: height of its lower end over the tool point, m.
+    """
+
+    thick: float
+    wide: tuple[float, float]
+    from_height: float
+
+
+PALM = HandPart(0.037, (-1.0, 0.107), 0.036)
+OPEN_HAND = (PALM, HandPart(0.014, (0.024, 0.058), -0.009))
+CLOSED_HAND = (PALM, HandPart(0.014, (-1.0, 0.018), -0.009))
+"""A hand with its fingers open, or together; with some millimetres to spare."""
+
+
+class Filling(NamedTuple):
+    """A filling that was found: its middle, and the heading of one of its sides."""
+
+    middle: Place
+    yaw: float
 
 
 class Wrapper(NamedTuple):
@@ -187,6 +307,11 @@ class Wrapper(NamedTuple):
         """The middle of plate A."""
         x, y, z = self.hinge
         return (x + HINGE_TO_PLATE * cos(self.yaw), y + HINGE_TO_PLATE * sin(self.yaw), z)
+
+    @property
+    def grip(self) -> Place:
+        """Where a hand grips it: across its hinge, or a closed one across its plates."""
+        return self.middle if self.fold is not None and self.is_closed else self.hinge
 
     def carries(self, filling: Place) -> bool:
         """Return True if a filling's middle is over plate A, about as high as it rests there."""
@@ -217,126 +342,634 @@ class Plate(NamedTuple):
         return min(self.rectangle.length, self.rectangle.width) < EDGE_ON_WIDTH
 
 
+@dataclass(frozen=True)
+class Piece:
+    """A wrapper that is followed from picture to picture.
+
+    Attributes:
+        wrapper: as it was seen last.
+        looks: number of pictures that showed it.
+        unseen: number of pictures since, which did not.
+        is_wrapped: it is a dumpling: it was pressed, seen filled from the side, and not seen open since.
+        is_pressed: the lid has pressed on it with a load that seals.
+        was_open: it was seen open, so that it has hidden no filling from the start.
+        is_shut: it is closed and empty, and no hand of this robot opens it.
+        presses: how often the lid came down on it and left it open, or it came to lie too high for that.
+        tries: number of pictures since it moved in which it was in work and not on the press.
+        in_pot_since: time of the first picture of it at its place in the pot, s; None outside of it.
+        in_pot_at: that place.
+    """
+
+    wrapper: Wrapper
+    looks: int = 1
+    unseen: int = 0
+    is_wrapped: bool = False
+    is_pressed: bool = False
+    was_open: bool = False
+    is_shut: bool = False
+    presses: int = 0
+    tries: int = 0
+    in_pot_since: float | None = None
+    in_pot_at: Place | None = None
+
+    @property
+    def is_stiff(self) -> bool:
+        """True if it does not fold: it lies upside down, and the hand, which points down, cannot turn it."""
+        return self.presses >= MOST_PRESSES
+
+    @property
+    def is_within_reach(self) -> bool:
+        """True if the hand can grip it, or push it to where it can."""
+        return _is_within_reach(self.wrapper.grip)
+
+    @property
+    def is_useless(self) -> bool:
+        """True if it is no dumpling, and none can be made of it."""
+        return self.is_shut or self.is_stiff
+
+
+@dataclass(frozen=True)
+class Bench:
+    """All that pictures have shown of wrappers and fillings on the bench.
+
+    Attributes:
+        pieces: the wrappers, but for those of cooked dumplings.
+        settled: middles of the cooked dumplings in the pot.
+        most_fillings: the largest number of fillings that was seen, those in cooked dumplings included.
+        is_shown: the last picture shows the bench itself.
+        lift: height of the bench, surveyed as 0.
+        work: number of the wrapper that is worked on.
+        fillings: those that the last picture shows.
+        surroundings: points (n, 3) of it that are over the bench.
+        press: where a hinge belongs on the press.
+        pot: middle of the pot's opening.
+        is_pressed: the lid has pressed since the last picture with a load that seals.
+        is_lid_over: it was over the wrapper since then.
+        is_held: the hand may hold something.
+        count: number of dumplings that are asked for.
+    """
+
+    pieces: tuple[Piece, ...] = ()
+    settled: tuple[Place, ...] = ()
+    most_fillings: int = 0
+    is_shown: bool = False
+    lift: float = 0.0
+    work: int | None = None
+    fillings: tuple[Filling, ...] = ()
+    surroundings: Points = field(default_factory=lambda: np.empty((0, 3)))
+    press: Place | None = None
+    pot: Place | None = None
+    is_pressed: bool = False
+    is_lid_over: bool = False
+    is_held: bool = False
+    count: int = 1
+
+    @property
+    def in_work(self) -> Piece | None:
+        """The wrapper that is worked on."""
+        return None if self.work is None else self.pieces[self.work]
+
+    @property
+    def hidden(self) -> int:
+        """Number of fillings that no picture shows any more."""
+        return self.most_fillings - len(self.settled) - len(self.fillings)
+
+    def felt(self, view: View) -> "Bench":
+        """Note load and lid of the press, whether the hand may hold something, and how much is asked for."""
+        is_pressed = any(one.value > SEALING_LOAD for one in view.samples["press_force"])
+        handle, press = (view.readings.get(name) for name in ("press_handle_position", "press_position"))
+        is_over = handle is not None and press is not None and handle[0] - press[0] > LID_OVER
+        return replace(
+            self,
+            is_pressed=self.is_pressed or is_pressed,
+            is_lid_over=self.is_lid_over or is_over,
+            is_held=view.readings.get("holding") is not False,
+            count=int(view.readings.get("count") or 1),
+        )
+
+    def seen_from_side(self, picture: Picture) -> "Bench":
+        """Judge if the wrapper in work is a dumpling, or shut without a filling."""
+        piece = self.in_work
+        if piece is None or not piece.wrapper.is_closed:
+            return self
+        filled = _shows_filling(picture, piece.wrapper)
+        is_pressed = piece.is_pressed or self.is_pressed
+        new = replace(
+            piece,
+            is_pressed=is_pressed,
+            is_wrapped=filled is True and is_pressed,
+            is_shut=piece.is_shut or (filled is None and is_pressed),
+        )
+        pieces = tuple(new if one is piece else one for one in self.pieces)
+        return replace(self, pieces=pieces, is_pressed=False)
+
+    def seen_from_above(self, picture: Picture, press: Place | None, pot: Place | None) -> "Bench":
+        """Follow what a picture from above shows, with the surveyed fixtures."""
+        points, seen_lift = _level(picture)
+        lift = self.lift if seen_lift is None else seen_lift
+        bench = replace(
+            self,
+            is_shown=seen_lift is not None,
+            lift=lift,
+            press=_raised(press, lift),
+            pot=_raised(pot, lift),
+        )
+        shown = _look_from_above(picture, points, self.settled, bench.pot)
+        flat = points.reshape(-1, 3)
+        around = flat[(flat[:, 2] > lift + OVER_BENCH) & (flat[:, 2] < MAX_HEIGHT)]
+        bench = replace(bench, fillings=tuple(shown.fillings), surroundings=around)
+        bench = bench.followed(shown.wrappers).counted().timed(picture.time)
+        settled = [
+            one.wrapper.middle
+            for one in bench.pieces
+            if one.is_wrapped
+            and one.in_pot_since is not None
+            and picture.time - one.in_pot_since >= COOKING_TIME
+        ]
+        if settled:
+            before = bench.in_work
+            pieces = tuple(one for one in bench.pieces if one.wrapper.middle not in settled)
+            work = pieces.index(before) if before in pieces else None
+            bench = replace(bench, pieces=pieces, work=work, settled=(*bench.settled, *settled))
+            shown = _look_from_above(picture, points, bench.settled, bench.pot)
+            bench = replace(bench, fillings=tuple(shown.fillings))
+        return replace(bench, work=bench.chosen())
+
+    def values(self) -> Values:
+        """Return value and uncertainty of what is known of the wrapper and the filling in work."""
+        return {**self.remaining_values(), **self.place_values(), **self.push_values()}
+
+    def followed(self, wrappers: list[Wrapper]) -> "Bench":
+        """Find each wrapper among those of before: what has not moved first."""
+        ways = sorted(
+            (dist(piece.wrapper.middle, one.middle), i, k)
+            for i, piece in enumerate(self.pieces)
+            for k, one in enumerate(wrappers)
+        )
+        found: dict[int, int] = {}
+        for _, i, k in ways:
+            if i not in found and k not in found.values():
+                found[i] = k
+        pieces: list[Piece] = []
+        work = None
+        for i, piece in enumerate(self.pieces):
+            is_in_work = i == self.work
+            pressed = replace(piece, is_pressed=piece.is_pressed or (is_in_work and self.is_pressed))
+            seen = None if i not in found else wrappers[found[i]]
+            if seen is None and piece.looks == 1:
+                continue  # what was seen once and never again was no wrapper
+            if is_in_work:
+                work = len(pieces)
+            if seen is None:
+                pieces.append(replace(pressed, unseen=piece.unseen + 1, in_pot_since=None))
+                continue
+            is_left = is_in_work and dist(seen.hinge, piece.wrapper.hinge) < STIRRED
+            tries = piece.tries + 1 if is_left and not self.is_on_press(piece) else 0
+            shown = replace(pressed, wrapper=seen, unseen=0, looks=piece.looks + 1, tries=tries)
+            if not seen.is_closed:
+                is_perched = self.is_perched(seen) and not self.is_perched(piece.wrapper)
+                presses = piece.presses + int(is_in_work and self.is_lid_over) + int(is_perched)
+                shown = replace(
+                    shown, is_wrapped=False, is_pressed=False, is_shut=False, was_open=True, presses=presses
+                )
+            pieces.append(shown)
+        pieces += [
+            Piece(one, was_open=not one.is_closed)
+            for k, one in enumerate(wrappers)
+            if k not in found.values()
+        ]
+        is_pressed = self.is_pressed and self.work is None
+        return replace(self, pieces=tuple(pieces), work=work, is_pressed=is_pressed, is_lid_over=False)
+
+    def counted(self) -> "Bench":
+        """Count fillings: when all are seen elsewhere, a closed wrapper has none."""
+        free = sum(
+            not any(self.is_inside(one.middle, piece) for piece in self.pieces) for one in self.fillings
+        )
+        most = max(self.most_fillings, len(self.settled) + free)
+        pieces = list(self.pieces)
+        for i, piece in enumerate(self.pieces):
+            is_known = piece.is_wrapped or piece.was_open
+            if is_known and piece.wrapper.is_closed and most <= len(self.settled) + free:
+                pieces[i] = replace(piece, is_wrapped=False, is_shut=piece.wrapper.fold is not None)
+        return replace(self, pieces=tuple(pieces), most_fillings=most)
+
+    def timed(self, time: float) -> "Bench":
+        """Time wrappers in the pot: one that has moved there may have been out of it."""
+        pieces = list(self.pieces)
+        for i, piece in enumerate(self.pieces):
+            at, since, before = piece.wrapper.middle, piece.in_pot_since, piece.in_pot_at
+            if piece.unseen or not self.is_whole_in_pot(piece):
+                pieces[i] = replace(piece, in_pot_since=None)
+            elif since is None or before is None or dist(at, before) > STIRRED:
+                pieces[i] = replace(piece, in_pot_since=time, in_pot_at=at)
+        return replace(self, pieces=tuple(pieces))
+
+    def is_inside(self, filling: Place, piece: Piece) -> bool:
+        """Return True if a filling that is seen is within a dumpling, as where one on its edge is open."""
+        wrapper = piece.wrapper
+        along, across = _in_frame(np.array((filling,)), wrapper.middle, wrapper.yaw)
+        above = filling[2] - wrapper.hinge[2]
+        is_low = above < (wrapper.hinge[2] - self.lift if wrapper.fold is None else CLOSED_HEIGHT)
+        is_within = (np.abs(along) < PLATE_HALF[0] + OUTLINE) & (np.abs(across) < PLATE_HALF[1] + OUTLINE)
+        return piece.is_wrapped and is_low and bool(is_within.all())
+
+    def is_whole_in_pot(self, piece: Piece) -> bool:
+        """Return True if a wrapper is in the pot and no filling lies at it, but outside of the pot."""
+        spilt = [
+            one.middle
+            for one in self.fillings
+            if _is_near(one.middle, piece.wrapper) and not self.is_inside(one.middle, piece)
+        ]
+        return _is_in_pot(piece.wrapper.middle, self.pot) and all(_is_in_pot(one, self.pot) for one in spilt)
+
+    def chosen(self) -> int | None:
+        """Choose the wrapper that is worked on: a dumpling, one on the press, or the one of before."""
+        before = self.in_work
+        if before is not None and (before.unseen == 1 or (before.unseen and self.is_held)):
+            return self.work  # a picture that misses it is none without it, and the hand may hold it
+
+        def rank(number: int) -> tuple[bool, bool, int, bool, bool, float]:
+            one = self.pieces[number]
+            place = self.press if before is None else before.wrapper.hinge
+            moved = 0.0 if place is None else dist(one.wrapper.hinge[:2], place[:2])
+            has_room = self.has_wrapper_room(one)
+            is_possible = not one.is_useless and one.is_within_reach and (has_room or bool(self.push_of(one)))
+            return (
+                not is_possible,
+                not one.is_wrapped,
+                one.tries // MOST_TRIES,
+                not self.is_on_press(one),
+                not has_room,
+                moved,
+            )
+
+        seen = (number for number, one in enumerate(self.pieces) if not one.unseen)
+        return min(seen, key=rank, default=None)
+
+    def filling_in_work(self) -> Filling | None:
+        """Choose the filling that is worked on: at the wrapper, or one that can be gripped, near the pot."""
+
+        def rank(one: Filling) -> tuple[bool, bool, bool, float]:
+            near = self.in_work is not None and _is_near(one.middle, self.in_work.wrapper)
+            from_pot = 0.0 if self.pot is None else dist(one.middle[:2], self.pot[:2])
+            return not near, not _is_within_reach(one.middle), self.filling_heading(one) is None, from_pot
+
+        return min(self.fillings, key=rank, default=None)
+
+    def place_values(self) -> Values:
+        """Return the values of places, and what follows from them.
+
+        Dough and filling stay "on the workspace" as parts of the dumpling, and so does a filling that a
+        closed wrapper hides: then fewer fillings are seen than there are. A wrapper on its edge may be open:
+        it counts as filled only if it was seen wrapped before.
+        """
+        values: Values = {}
+        filling, piece, press = self.filling_in_work(), self.in_work, self.press
+        others = [one.middle for one in self.fillings if one is not filling]
+        if others:
+            values["other_filling_position"] = (others[0], UNCERTAINTY)
+        if filling is not None:
+            heading = self.filling_heading(filling)
+            values["filling_position"] = (filling.middle, UNCERTAINTY)
+            values["filling_has_room"] = (heading is not None,)
+            values["filling_yaw"] = (filling.yaw if heading is None else heading, ANGLE_UNCERTAINTY)
+        pot_place = self.pot_place()
+        if pot_place is not None:
+            values["pot_place"] = (pot_place, UNCERTAINTY)
+        besides = [one for one in self.pieces if one is not piece and not one.unseen]
+        if besides:
+            values["other_wrapper_position"] = (besides[0].wrapper.grip, UNCERTAINTY)
+        values |= self.press_values()
+        if piece is not None and piece.unseen and piece.is_wrapped and self.is_held:
+            values |= dict.fromkeys(
+                ("dough_on_workspace", "filling_on_workspace", "dumpling_wrapped"), (True,)
+            )
+        if piece is None or piece.unseen:
+            return values
+        wrapper, fold = piece.wrapper, piece.wrapper.fold
+        is_inside = filling is not None and _is_near(filling.middle, wrapper)
+        is_hidden = (self.hidden > 0 and not piece.is_shut) or not self.fillings
+        is_hidden = is_hidden and not is_inside and wrapper.is_closed and fold is not None
+        values |= {
+            "wrapper_position": (wrapper.hinge, UNCERTAINTY),
+            "wrapper_yaw": (wrapper.yaw, ANGLE_UNCERTAINTY),
+            "wrapper_has_room": (self.has_wrapper_room(piece),),
+            "filling_on_workspace": (
+                piece.is_wrapped or is_hidden or (filling is not None and wrapper.carries(filling.middle)),
+            ),
+            "dumpling_wrapped": (piece.is_wrapped,),
+        }
+        if fold is not None:
+            values["wrapper_fold"] = (fold, ANGLE_UNCERTAINTY)
+        if press is not None:
+            dx, dy, dz = (a - b for a, b in zip(wrapper.hinge, press, strict=True))
+            on_press = dist((dx, dy), (0.0, 0.0)) < ON_PRESS_WITHIN[0] and abs(dz) < ON_PRESS_WITHIN[1]
+            is_dough = on_press and not piece.is_shut
+            values["dough_on_workspace"] = (piece.is_wrapped or is_dough,)
+            near = all(abs(off) < within for off, within in zip((dx, dy, dz), ALIGNED_WITHIN, strict=True))
+            values["wrapper_aligned"] = (near and abs(wrapper.yaw) < ALIGNED_YAW and is_dough,)
+        return values
+
+    def press_values(self) -> Values:
+        """Return if something has to be taken from the press first, where it is, and a place for it."""
+        if self.press is None:
+            return {}
+        values: Values = {"press_free": (True,)}
+        near = [one for one in self.pieces if not one.unseen and self.is_on_press(one)]
+        for one in near:
+            is_perched = self.is_perched(one.wrapper) and not one.is_wrapped
+            if one is not self.in_work or is_perched:
+                values["press_free"] = (False,)
+                values["blocker_position"] = (one.wrapper.grip, UNCERTAINTY)
+                values["blocker_yaw"] = (one.wrapper.yaw, ANGLE_UNCERTAINTY)
+                values["blocker_is_filling"] = (False,)
+        for filling in self.fillings:
+            dx, dy, dz = (a - b for a, b in zip(filling.middle, self.press, strict=True))
+            if not near and BED[0][0] < dx < BED[0][1] and abs(dy) < BED[1] and dz > -OVER_BENCH:
+                values["press_free"] = (False,)
+                values["blocker_position"] = (filling.middle, UNCERTAINTY)
+                values["blocker_yaw"] = (filling.yaw, ANGLE_UNCERTAINTY)
+                values["blocker_is_filling"] = (True,)
+        aside = None if values["press_free"] == (True,) else self.aside_place()
+        if aside is not None:
+            values["aside_place"] = (aside, UNCERTAINTY)
+        return values
+
+    def aside_place(self) -> Place | None:
+        """Return the free place on the bench, for a wrapper or a filling, that is nearest to the press."""
+        press = self.press
+        if press is None:
+            return None
+        spots = [(x, y, self.lift + ASIDE_HEIGHT) for x in ASIDES[0] for y in ASIDES[1]]
+        for spot in sorted(spots, key=lambda one: dist(one[:2], press[:2])):
+            along, across = _in_frame(self.surroundings, spot, 0.0)
+            is_occupied = (np.abs(along) < WRAPPER_HALF[0] + SPARE) & (
+                np.abs(across) < WRAPPER_HALF[1] + SPARE
+            )
+            if not is_occupied.any() and _has_room(self.surroundings, (spot[0], spot[1], LOWEST), 0.0):
+                return spot
+        return None
+
+    def pot_place(self) -> Place | None:
+        """Return where a dumpling is let go into the pot: beside those there, where least is in its way."""
+        if self.pot is None:
+            return None
+        x, y, z = self.pot
+        aside = (-0.038, 0.040) if self.count > 1 else (0.0, 0.045)
+        first = aside[min(len(self.settled), 1)]
+        low = self.surroundings[self.surroundings[:, 2] > z - POT_DEPTH + OVER_BENCH]
+
+        def crowd(place: Place) -> int:
+            along, across = _in_frame(low, place, 0.0)
+            half = (PLATE_HALF[0] + OUTLINE, OPEN_HAND[1].wide[1])
+            crowded = (np.abs(along) < half[0]) & (np.abs(across) < half[1])
+            return max(int(crowded.sum()) - MIN_PIXELS, 0)  # fewer are noise
+
+        places = [(x + dx, y + dy, z) for dx in (first, 0.0, -0.045, 0.045) for dy in (0.0, 0.035, -0.035)]
+        return min(places, key=crowd)
+
+    def remaining_values(self) -> Values:
+        """Return if enough wrappers and fillings are left, and what is the matter with the others."""
+        lost = [one for one in self.pieces if one.unseen > 1]
+        kept = [one for one in self.pieces if one.unseen <= 1]
+        far = [one for one in kept if not one.is_within_reach]
+        near = [one for one in kept if one.is_within_reach]
+        useless = [one for one in near if one.is_useless]
+        tight = [one for one in near if not one.is_useless and self.is_stuck(one)]
+        far_fillings = [one for one in self.fillings if not _is_within_reach(one.middle)]
+        tight_fillings = [
+            one for one in self.fillings if one not in far_fillings and self.is_filling_stuck(one)
+        ]
+        closed = sum(one.wrapper.is_closed and not one.is_shut for one in near)
+        hidden = min(self.hidden, closed)
+        usable = len(self.fillings) - len(far_fillings) - len(tight_fillings) + hidden
+        wrappers = len(near) - len(useless) - len(tight)
+        needed = self.count - len(self.settled)
+        values: Values = {
+            "wrappers_suffice": (wrappers + int(self.is_held) >= needed,),
+            "fillings_suffice": (usable + int(self.is_held) >= needed,),
+            "wrappers_lost": (len(lost),),
+            "wrappers_out_of_reach": (len(far),),
+            "wrappers_shut": (sum(one.is_shut for one in useless),),
+            "wrappers_not_folding": (sum(not one.is_shut for one in useless),),
+            "wrappers_without_room": (len(tight),),
+            "fillings_lost": (self.hidden - hidden,),
+            "fillings_out_of_reach": (len(far_fillings),),
+            "fillings_without_room": (len(tight_fillings),),
+        }
+        for one in (*tight, *useless, *far, *lost):
+            values["wrapper_last_seen"] = (one.wrapper.hinge, UNCERTAINTY)
+        return values
+
+    def is_stuck(self, piece: Piece) -> bool:
+        """Return True if a hand has no room at a wrapper, and no push gives it room."""
+        return not self.has_wrapper_room(piece) and not self.push_of(piece)
+
+    def is_filling_stuck(self, filling: Filling) -> bool:
+        """Return True if a hand has no room at a filling that it needs, and no push gives it room."""
+        is_laid = any(one.wrapper.carries(filling.middle) for one in self.pieces)
+        return not is_laid and self.filling_heading(filling) is None and not self.push_of_filling(filling)
+
+    def is_perched(self, wrapper: Wrapper) -> bool:
+        """Return True if a wrapper on the press lies too high, as on a filling: so it does not fold."""
+        if self.press is None or dist(wrapper.hinge[:2], self.press[:2]) > NEAR_PRESS:
+            return False
+        return wrapper.hinge[2] - self.press[2] > ON_PRESS_WITHIN[1]
+
+    def is_on_press(self, piece: Piece) -> bool:
+        """Return True if a wrapper lies on the press, or nearly so."""
+        if self.press is None:
+            return False
+        away, above = dist(piece.wrapper.hinge[:2], self.press[:2]), piece.wrapper.hinge[2] - self.press[2]
+        return away < NEAR_PRESS and above > -OVER_EDGE
+
+    def has_wrapper_room(self, piece: Piece) -> bool:
+        """Return True if a hand can grip a wrapper where it is."""
+        wrapper = piece.wrapper
+        if self.is_on_press(piece):
+            return True  # fingers pass its sides
+        if piece.is_wrapped and _is_in_pot(wrapper.middle, self.pot):
+            return True  # it stays there
+        if wrapper.fold is None:
+            return False  # nobody grips it across the hinge while it stands on its edge
+        half = PLATE_HALF[:2] if wrapper.is_closed else WRAPPER_HALF
+        around = self.without(wrapper.grip, wrapper.yaw, half)
+        return _has_room(around, wrapper.grip, wrapper.yaw)
+
+    def filling_heading(self, filling: Filling) -> float | None:
+        """Return the heading at which a hand has room to grip a filling: it is square."""
+        around = self.without(filling.middle, filling.yaw, FILLING_HALF)
+        for heading in _square_headings(filling.yaw):
+            if _has_room(around, filling.middle, heading):
+                return heading
+        return None
+
+    def without(self, middle: Place, yaw: float, half: tuple[float, float]) -> Points:
+        """Return the surroundings without a thing and what lies on it."""
+        along, across = _in_frame(self.surroundings, middle, yaw)
+        return self.surroundings[(np.abs(along) > half[0] + OUTLINE) | (np.abs(across) > half[1] + OUTLINE)]
+
+    def push_values(self) -> Values:
+        """Return a push that gives a hand room at the wrapper, or else at the filling, if it has none."""
+        piece, filling = self.in_work, self.filling_in_work()
+        if piece is not None and not piece.unseen and not self.has_wrapper_room(piece):
+            return self.push_of(piece)
+        if filling is not None and self.filling_heading(filling) is None:
+            return self.push_of_filling(filling)
+        return {}
+
+    def push_of(self, piece: Piece) -> Values:
+        """Return a push that gives a hand room at a wrapper; none if there is none."""
+        wrapper = piece.wrapper
+        half = PLATE_HALF[:2] if wrapper.is_closed else WRAPPER_HALF
+        height = LOWEST if wrapper.fold is not None and not wrapper.is_closed else PUSH_HEIGHT
+        return self.push_along_side(wrapper.grip, wrapper.yaw, (*half, height), (wrapper.yaw,))
+
+    def push_of_filling(self, filling: Filling) -> Values:
+        """Return a push that gives a hand room at a filling; none if there is none."""
+        size = (*FILLING_HALF, PUSH_HEIGHT)
+        return self.push_along_side(filling.middle, filling.yaw, size, _square_headings(filling.yaw))
+
+    def push_along_side(
+        self, middle: Place, yaw: float, size: tuple[float, float, float], grips: tuple[float, ...]
+    ) -> Values:
+        """Return the shortest push along a side of a thing on the bench to where a hand has room to grip it.
+
+        Args:
+            middle: of the thing.
+            yaw: its heading.
+            size: half its length and width, and the height of the tool that pushes it.
+            grips: headings of a hand that may grip it.
+        """
+        half = size[:2]
+        if middle[2] > self.lift + PUSHED_HEIGHT:
+            return {}
+        around = self.without(middle, yaw, half)
+        for length in PUSHES:
+            for side in range(4):
+                way = yaw + side * pi / 2.0
+                u, v = cos(way), sin(way)
+                out, wide = half[side % 2], half[1 - side % 2]
+                end = (middle[0] + length * u, middle[1] + length * v, middle[2])
+                if not any(_has_room(around, end, one) for one in grips):
+                    continue
+                along, across = _in_frame(around, middle, way)
+                is_in_way = (
+                    (along > 0.0) & (along < length + out + OUTLINE) & (np.abs(across) < wide + OUTLINE)
+                )
+                if is_in_way.any():
+                    continue
+                start = -(out + FINGERS_HALF + PUSH_AWAY)
+                first, last = (
+                    (middle[0] + at * u, middle[1] + at * v, self.lift + size[2])
+                    for at in (start, length - out - FINGERS_HALF)
+                )
+                for heading in (wrap_heading(way, pi), wrap_heading(way + pi / 2.0, pi)):
+                    if all(_has_room(around, one, heading, CLOSED_HAND, LOW_X) for one in (first, last)):
+                        return {
+                            "push_start": (first, UNCERTAINTY),
+                            "push_end": (last, UNCERTAINTY),
+                            "push_yaw": (heading, ANGLE_UNCERTAINTY),
+                        }
+        return {}
+
+
 def see_dumpling(view: View) -> Perception:
     """Follow the dumplings: what pictures show now, and what they and the press have shown before.
 
     A picture from the side decides if the wrapper that was seen from above is a dumpling. A wrapper that is
-    seen open is none any more. A dumpling that two pictures show in the pot, long enough apart, is cooked;
-    then the work on the next wrapper begins.
+    seen open is none any more, and neither is a closed one when all fillings are seen elsewhere. A dumpling
+    that two pictures show at one place in the pot, long enough apart, is cooked; then the work on the next
+    wrapper begins. A wrapper that no hand can make a dumpling of is not worked on while there is another.
     """
-    wrapper: Wrapper | None = None
-    lift = 0.0
+    bench = Bench()
     known: dict[str, Any] = {}
-    pressed = wrapped = False
-    in_pot_since: float | None = None
-    settled: list[Place] = []
-    most_fillings = 0
     seen: dict[str, float] = {}
     while True:
-        pressed = pressed or any(one.value > SEALING_LOAD for one in view.samples["press_force"])
+        bench = bench.felt(view)
         for name in ("overhead", "side"):
             picture = view.pictures.get(name)
             if picture is None or picture.time <= seen.get(name, -1.0):
                 continue
             seen[name] = picture.time
             if name == "side":
-                filled = wrapper is not None and wrapper.is_closed and _shows_filling(picture, wrapper)
-                wrapped = filled and pressed
-                known["dumpling_wrapped"] = estimate(wrapped, time=picture.time)
+                bench = bench.seen_from_side(picture)
+                piece = bench.in_work
+                known["dumpling_wrapped"] = estimate(
+                    piece is not None and piece.is_wrapped, time=picture.time
+                )
+                if piece is not None and piece.is_shut:
+                    known |= {one: estimate(False, time=picture.time) for one in EMPTY}
                 continue
-            points, seen_lift = _level(picture)
-            if seen_lift is not None:
-                lift = seen_lift
-            press, pot = (
-                _raised(view.readings.get(name), lift) for name in ("press_position", "pot_position")
-            )
-            shown = _look_from_above(picture, points, settled, pot)
-            most_fillings = max(most_fillings, len(settled) + len(shown.fillings))
-            wrapper = _in_work(shown.wrappers, wrapper, press, pot)
-            filling = _filling_of(shown.fillings, wrapper, pot)
+            press, pot = (view.readings.get(one) for one in ("press_position", "pot_position"))
+            cooked = len(bench.settled)
+            bench = bench.seen_from_above(picture, press, pot)
             known |= dict.fromkeys(UNSEEN)
-            if seen_lift is not None:
-                known["bench_lift"] = estimate(lift, UNCERTAINTY, time=picture.time)
-            if wrapper is not None and not wrapper.is_closed:
-                pressed = wrapped = False
-            if wrapper is None or not _is_whole_in_pot(wrapper, filling, pot):
-                in_pot_since = None
-            elif in_pot_since is None:
-                in_pot_since = picture.time
-            elif wrapped and picture.time - in_pot_since >= COOKING_TIME:
-                settled.append(wrapper.middle)
-                pressed = wrapped = False
-                in_pot_since = None
-                shown = _look_from_above(picture, points, settled, pot)
-                wrapper = _in_work(shown.wrappers, None, press, pot)
-                filling = _filling_of(shown.fillings, wrapper, pot)
-                if wrapper is None:
-                    # What was in the press is in the pot.
-                    known |= {one: estimate(False, time=picture.time) for one in GONE}
-            counts: Values = {"dumpling_cooked": (bool(settled),), "dumplings_cooked": (len(settled),)}
-            known |= {one: estimate(*value, time=picture.time) for one, value in counts.items()}
-            if filling is not None:
-                known["filling_position"] = estimate(filling, UNCERTAINTY, time=picture.time)
-            if wrapper is not None:
-                inside = most_fillings - len(settled) - len(shown.fillings)
-                is_hidden = wrapped or inside > 0 or not shown.fillings
-                found = _values(wrapper, filling, press, wrapped=wrapped, is_hidden=is_hidden)
-                found |= {"dumpling_wrapped": (wrapped,)}
-                known |= {one: estimate(*value, time=picture.time) for one, value in found.items()}
+            found = bench.values() | {
+                "dumpling_cooked": (bool(bench.settled),),
+                "dumplings_cooked": (len(bench.settled),),
+            }
+            if bench.is_shown:
+                found["bench_lift"] = (bench.lift, UNCERTAINTY)
+            if bench.work is None and bench.pieces:
+                found["dumpling_wrapped"] = (False,)  # a dumpling that two pictures miss is none to work with
+            if bench.work is None and len(bench.settled) > cooked:
+                # What was in the press is in the pot.
+                found |= dict.fromkeys(GONE, (False,))
+            known |= {one: estimate(*value, time=picture.time) for one, value in found.items()}
         view = yield known.copy()
-
-
-def _in_work(
-    wrappers: list[Wrapper], before: Wrapper | None, press: Place | None, pot: Place | None
-) -> Wrapper | None:
-    """Choose the wrapper that is worked on: one in the pot or on the press, else the one of before."""
-
-    def rank(one: Wrapper) -> tuple[bool, bool, float]:
-        from_press = 0.0 if press is None else dist(one.hinge[:2], press[:2])
-        moved = from_press if before is None else dist(one.hinge[:2], before.hinge[:2])
-        return not _is_in_pot(one.middle, pot), from_press > NEAR_PRESS, moved
-
-    return min(wrappers, key=rank, default=None)
-
-
-def _filling_of(fillings: list[Place], wrapper: Wrapper | None, pot: Place | None) -> Place | None:
-    """Choose the filling that is worked on: in or at the wrapper, else the nearest to the pot."""
-    near = [one for one in fillings if wrapper is not None and _is_near(one, wrapper)]
-    if near or pot is None:
-        return next(iter(near or fillings), None)
-    return min(fillings, key=lambda one: dist(one[:2], pot[:2]), default=None)
 
 
 def _is_near(filling: Place, wrapper: Wrapper) -> bool:
     return dist(filling[:2], wrapper.middle[:2]) < FILLING_APART
 
 
-def _values(
-    wrapper: Wrapper, filling: Place | None, press: Place | None, *, wrapped: bool, is_hidden: bool
-) -> Values:
-    """Return value and uncertainty of what a picture from above says of a wrapper and of a filling.
+def _is_within_reach(place: Place) -> bool:
+    """Return True if the hand, or a push towards it, can reach a thing there."""
+    return all(low < at < high for at, (low, high) in zip(place, REACH, strict=True))
 
-    Dough and filling stay "on the workspace" as parts of the dumpling, and so does a filling that a closed
-    wrapper hides: then fewer fillings are seen than there are. A wrapper on its edge may be open: it counts
-    as filled only if it was seen wrapped before.
+
+def _square_headings(yaw: float) -> tuple[float, ...]:
+    """Return the headings at which a hand may grip a thing that is square."""
+    return tuple(one for one in (yaw, yaw + pi / 2.0, yaw - pi / 2.0) if abs(one) <= MOST_HEADING)
+
+
+def _in_frame(points: Points, middle: Place, yaw: float) -> tuple[Points, Points]:
+    """Return how far points (n, 3) are from a place along a heading, and across it, each (n,)."""
+    away = points[:, :2] - np.array(middle[:2])
+    return away @ np.array((cos(yaw), sin(yaw))), away @ np.array((-sin(yaw), cos(yaw)))
+
+
+def _has_room(
+    points: Points,
+    place: Place,
+    yaw: float,
+    hand: tuple[HandPart, ...] = OPEN_HAND,
+    least_x: float | None = None,
+) -> bool:
+    """Return True if a hand at `yaw` that grips at a place meets none of points (n, 3), nor the carriage.
+
+    What the hand lifts counts as the largest that it may hold: low and near the carriage is no room for it.
     """
-    fold = wrapper.fold
-    is_inside = filling is not None and _is_near(filling, wrapper)
-    is_hidden = is_hidden and not is_inside and wrapper.is_closed and (fold is not None or wrapped)
-    values: Values = {
-        "wrapper_position": (wrapper.hinge, UNCERTAINTY),
-        "wrapper_yaw": (wrapper.yaw, ANGLE_UNCERTAINTY),
-        "filling_on_workspace": (is_hidden or (filling is not None and wrapper.carries(filling)),),
-    }
-    if fold is not None:
-        values["wrapper_fold"] = (fold, ANGLE_UNCERTAINTY)
-    if press is not None:
-        dx, dy, dz = (a - b for a, b in zip(wrapper.hinge, press, strict=True))
-        on_press = dist((dx, dy), (0.0, 0.0)) < ON_PRESS_WITHIN[0] and abs(dz) < ON_PRESS_WITHIN[1]
-        values["dough_on_workspace"] = (wrapped or on_press,)
-        near = all(abs(off) < within for off, within in zip((dx, dy, dz), ALIGNED_WITHIN, strict=True))
-        values["wrapper_aligned"] = (near and abs(wrapper.yaw) < ALIGNED_YAW,)
-    return values
+    x, y, z = place[0], place[1], max(place[2], LOWEST)
+    if least_x is None:
+        corner = HELD_HALF * (abs(cos(yaw + pi / 4.0)) + abs(sin(yaw + pi / 4.0)))
+        least_x = BASE_FRONT + corner if z < HELD_OVER_BASE else LOW_X
+    if not (x > least_x and GRASPS[0][0] < x < GRASPS[0][1] and GRASPS[1][0] < y < GRASPS[1][1]):
+        return False
+    along, across = _in_frame(points, place, yaw)
+    along, across, above = np.abs(along), np.abs(across), points[:, 2] - z
+    return not any(
+        (
+            (along < part.thick)
+            & (across > part.wide[0])
+            & (across < part.wide[1])
+            & (above > part.from_height)
+        ).sum()
+        >= MIN_PATCH
+        for part in hand
+    )
 
 
 def _raised(place: Place | None, lift: float) -> Place | None:
@@ -367,16 +1000,10 @@ class Shown(NamedTuple):
     """Wrappers and fillings that a picture from above shows; not those of cooked dumplings."""
 
     wrappers: list[Wrapper]
-    fillings: list[Place]
+    fillings: list[Filling]
 
 
-def _is_whole_in_pot(wrapper: Wrapper, filling: Place | None, opening: Place | None) -> bool:
-    """Return True if a wrapper is in the pot and no filling lies at it, but outside of the pot."""
-    is_spilt = filling is not None and _is_near(filling, wrapper) and not _is_in_pot(filling, opening)
-    return _is_in_pot(wrapper.middle, opening) and not is_spilt
-
-
-def _look_from_above(picture: Picture, seen: Points, settled: list[Place], pot: Place | None) -> Shown:
+def _look_from_above(picture: Picture, seen: Points, settled: Sequence[Place], pot: Place | None) -> Shown:
     """Find wrappers and fillings in a picture in which the arm hides nothing.
 
     Args:
@@ -394,34 +1021,59 @@ def _look_from_above(picture: Picture, seen: Points, settled: list[Place], pot: 
     fillings = []
     for part in separate_parts(green.reshape(shape), MIN_PIXELS):
         face, top = top_face(points[part.reshape(-1)])
-        fillings.append((face.x, face.y, top - FILLING_HEIGHT / 2.0))
+        yaw = wrap_heading(face.heading, pi / 2.0)
+        place = (face.x, face.y, top - FILLING_HEIGHT / 2.0)
+        fillings.append(Filling(place, 0.0 if abs(yaw) < STRAIGHT else yaw))
     wrappers = []
-    for part in _apart(points, dough | glazed, shape):
-        wrapper = _wrapper(_plate(points[dough & part]), _plate(points[glazed & part]))
+    for a, b in _paired(points, _plates_of(points, dough, shape), _plates_of(points, glazed, shape)):
+        wrapper = _wrapper(_plate(points[a]), _plate(points[b]))
         if wrapper is None:
             continue
-        is_remainder = bool(settled) and int(((dough | glazed) & part).sum()) < SETTLED_PIXELS
+        is_remainder = bool(settled) and int((a | b).sum()) < SETTLED_PIXELS
         if not (is_remainder and _is_in_pot(wrapper.middle, pot)):
             wrappers.append(wrapper)
     return Shown(wrappers, fillings)
 
 
-def _apart(points: Points, mask: Mask, shape: tuple[int, ...]) -> list[Mask]:
-    """Assign the points of a mask to wrappers: parts that are near each other are of one."""
-    middles: list[Points] = []
-    for part in separate_parts(mask.reshape(shape), MIN_PIXELS):
-        middle = points[part.reshape(-1), :2].mean(axis=0)
-        if all(np.hypot(*(middle - one)) > APART for one in middles):
-            middles.append(middle)
-    if not middles:
-        return []
-    away = np.stack([np.hypot(*(points[:, :2] - one).T) for one in middles])
-    nearest = away.argmin(axis=0)
-    return [mask & (nearest == number) for number in range(len(middles))]
+def _plates_of(points: Points, mask: Mask, shape: tuple[int, ...]) -> list[Mask]:
+    """Separate the points of one colour into plates: parts that are near each other are of one."""
+    plates: list[Mask] = []
+    # In a picture, a plate on the press may touch one on the bench behind it.
+    is_high = points[:, 2] > BETWEEN_HEIGHTS
+    layers = [(mask & layer).reshape(shape) for layer in (is_high, ~is_high)]
+    for part in (one for layer in layers for one in separate_parts(layer, MIN_PIXELS)):
+        one = part.reshape(-1)
+        middle = points[one].mean(axis=0)
+        near = [plate for plate in plates if dist(points[plate].mean(axis=0), middle) < SAME_PLATE]
+        plates = [plate for plate in plates if not any(plate is other for other in near)]
+        for plate in near:
+            one = one | plate
+        plates.append(one)
+    return plates
 
 
-def _shows_filling(picture: Picture, wrapper: Wrapper) -> bool:
-    """Return True if a picture from the side shows filling between the plates, and none outside."""
+def _paired(points: Points, plates_a: list[Mask], plates_b: list[Mask]) -> list[tuple[Mask, Mask]]:
+    """Find the two plates of each wrapper, the nearest first; of a hidden one the mask is empty."""
+    ways = sorted(
+        (dist(points[a].mean(axis=0), points[b].mean(axis=0)), i, k)
+        for i, a in enumerate(plates_a)
+        for k, b in enumerate(plates_b)
+    )
+    pairs: dict[int, int] = {}
+    for away, i, k in ways:
+        if away < PLATES_APART and i not in pairs and k not in pairs.values():
+            pairs[i] = k
+    none = np.zeros(len(points), np.bool_)
+    found = [(a, plates_b[pairs[i]] if i in pairs else none) for i, a in enumerate(plates_a)]
+    return found + [(none, b) for k, b in enumerate(plates_b) if k not in pairs.values()]
+
+
+def _shows_filling(picture: Picture, wrapper: Wrapper) -> bool | None:
+    """Return True if a picture from the side shows filling between the plates, and none outside.
+
+    Returns:
+        None if it shows the wrapper and no filling at all in it or at it.
+    """
     points, dough, glazed, green = _coloured(picture, picture.points())
     c, s = cos(wrapper.yaw), sin(wrapper.yaw)
     away = (points - np.array(wrapper.hinge)) @ np.array(((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)))
@@ -439,6 +1091,8 @@ def _shows_filling(picture: Picture, wrapper: Wrapper) -> bool:
     near = (along > -0.01) & (along < 2.0 * HINGE_TO_PLATE + 0.01) & (np.abs(across) < PLATE_HALF[1] + 0.01)
     between = near & (above > 0.0) & (above < CLOSED_HEIGHT)
     inside = (along < HINGE_TO_PLATE + PLATE_HALF[0]) & (np.abs(across) < PLATE_HALF[1])
+    if len(plates) >= MIN_PIXELS and not between.any():
+        return None
     return int((between & inside).sum()) >= MIN_FILLING_PIXELS and not bool((between & ~inside).any())
 
 

@@ -63,10 +63,6 @@ FILLING_HEIGHT = 0.0145
 DROP_HEIGHT = 0.005
 """Height of the tool over the pot's rim when the dumpling is let go, m."""
 
-BESIDE = {1: (0.0, 0.045), 2: (-0.038, 0.040)}
-"""From the pot's middle to where dumplings are let go, along x, m, for each number that is asked for: they
-lie beside each other. A second one beside one in the middle is let go at the wall."""
-
 LID_CLOSED = 172.0 * pi / 180.0
 """Lid angle, rad, from which force control closes the rest."""
 
@@ -78,6 +74,12 @@ SQUEEZE_FORCE = 4.0
 
 COOKING_TIME = 5.5
 """Time in the pot, s."""
+
+COOKING_TRIES = 2
+"""Number of such times, if pictures show that the dumpling was stirred meanwhile."""
+
+PUSHES = 2
+"""Largest number of pushes that are to give the hand room at a thing."""
 
 WRAPPER_GAP, HANDLE_GAP, FILLING_GAP = 0.056, 0.044, 0.022
 """Gap of fingers that hold the wrapper, open or closed, the press's handle or the filling, m."""
@@ -98,6 +100,15 @@ LOOKS = 5
 WRAPPER = ("wrapper_position", "wrapper_yaw")
 """Pose of the wrapper; unknown if the last picture does not show it."""
 
+BLOCKER = ("blocker_position", "blocker_yaw", "blocker_is_filling", "aside_place")
+"""What is in the way on the press, and a free place on the bench."""
+
+BLOCKERS = 3
+"""Largest number of things to take from the press: two wrappers and a filling between them."""
+
+PUSH = ("push_start", "push_end", "push_yaw")
+"""Way of closed fingers that push a thing to where the hand has room to grip it."""
+
 SPOT = (-0.13, 0.10, 0.0145)
 """Tool position for a filling that was held from the start and has no wrapper to be put on, from the press
 along x and y and from the bench up, m."""
@@ -105,14 +116,11 @@ along x and y and from the bench up, m."""
 LOADED_CLEARANCE = 0.10
 """Height from which a loaded hand comes down slowly, m: the gate expects up to 60 mm below the fingers."""
 
-HAND_HALF = (0.037, 0.107)
-"""Half the thickness and half the width of the hand, with 5 mm to spare, m."""
+PRESS_BACK, PRESS_FRONT = -0.084, 0.045
+"""From the press's hinge to the ends of handle and bed along x, m."""
 
-HAND_HEIGHT = 0.035
-"""Least depth of a grasp below the press's position that brings the hand beside the press, m."""
-
-PRESS_BACK, PRESS_FRONT, PRESS_HALF = -0.084, 0.045, 0.022
-"""From the press's hinge to the ends of handle and bed along x, and to their sides, m."""
+FALLEN = 0.09
+"""Distance from the press within which a thing stands that fell from it, m."""
 
 STANDING = 0.024
 """Height of the wrapper's middle, m, above which it stands on its edge: half of that is 28 mm."""
@@ -135,12 +143,6 @@ OVERHANGING = 0.02
 HALF_WIDTH = 0.028
 """Half the width of the wrapper, m."""
 
-PUSH_AT = 0.06
-"""From the middle of the press to where the hand, along its side, clears it, m."""
-
-PUSH_FROM = 0.075
-"""From the wrapper's hinge back to where the fingers come down to push it, m: half of it is 43 mm long."""
-
 FINGERS_HALF = 0.015
 """Half the thickness of both fingers when they are closed, m."""
 
@@ -154,6 +156,11 @@ def dock(observed: Observation, inputs: Inputs) -> SkillBody:
     yield from _raise_and_draw_in(observed, pace, _drawn_in(observed)[2])
     x, y, _ = observed["dock_position"]
     yield act("move_base", x=x, y=y, speed=BASE_SPEED)
+
+
+def take_stock(observed: Observation, inputs: Inputs) -> SkillBody:
+    """Look at the bench."""
+    yield from _look(observed, inputs["hand_speed"])
 
 
 def prepare(observed: Observation, inputs: Inputs) -> SkillBody:
@@ -202,19 +209,26 @@ def boil(observed: Observation, inputs: Inputs) -> SkillBody:
     pace = inputs["hand_speed"]
     observed = yield from _open_press(observed, pace)
     observed = yield from _look(observed, pace)
-    x, y, z = _fixture(observed, "pot_position")
     if not (_holds(observed, WRAPPER_GAP) or _are_known(observed, WRAPPER)):
         return
     if _holds(observed, WRAPPER_GAP) or not _is_in_pot(observed):
         if not _holds(observed, WRAPPER_GAP):
+            observed = yield from _make_room(observed, pace, "wrapper_has_room", *WRAPPER)
+            if observed.get("wrapper_has_room") is False or not _are_known(observed, WRAPPER):
+                return
             middle, yaw = _on_plate(observed, DUMPLING_GRASP), observed["wrapper_yaw"]
             observed = yield from _take(observed, pace, middle, yaw, 0.046)
-        cooked = observed.get("dumplings_cooked", 0)
-        x += BESIDE[int(observed.get("count", 1))][min(int(cooked), 1)]
+        x, y, z = observed.get("pot_place", _fixture(observed, "pot_position"))
         observed = yield from _do(observed, _put(pace, (x, y, z + DROP_HEIGHT), OPEN))
         observed = yield from _look(observed, pace)
-    yield act("wait", duration=COOKING_TIME)
-    yield act("look", camera="overhead")
+    # One that was stirred meanwhile has to lie there for that long again.
+    cooked = observed.get("dumplings_cooked")
+    for _ in range(COOKING_TRIES):
+        observed = yield act("wait", duration=COOKING_TIME)
+        observed = yield from _look(observed, pace)
+        is_waiting = _are_known(observed, WRAPPER) and observed.get("dumpling_wrapped") is True
+        if observed.get("dumplings_cooked") != cooked or not is_waiting or not _is_in_pot(observed):
+            return
 
 
 def _do(observed: Observation, leg: Leg) -> Task:
@@ -277,26 +291,62 @@ def _lay_wrapper(observed: Observation, pace: float) -> Task:
     """Grip the wrapper across its hinge, wherever it lies, and set it down on the press; if it is seen."""
     press = _fixture(observed, "press_position")
     if not _holds(observed, WRAPPER_GAP):
+        observed = yield from _clear_press(observed, pace)
         if not _are_known(observed, WRAPPER):
             return observed
-        place, yaw = observed["wrapper_position"], observed["wrapper_yaw"]
+        place = observed["wrapper_position"]
         if dist(place, press) < ON_PRESS:
             return (yield from _realign_wrapper(observed, pace))
-        if _is_crowded(observed, place, yaw):
-            if place[2] > STANDING:
-                observed = yield from _do(observed, _topple(observed, pace, place))
-                observed = yield from _look(observed, pace)
-                if not _are_known(observed, WRAPPER):
-                    return observed
-                place = observed["wrapper_position"]
-            observed = yield from _do(observed, _push_along(observed, pace, place))
+        if (
+            observed.get("wrapper_has_room") is False
+            and place[2] > STANDING
+            and _is_beside_press(observed, place)
+        ):
+            observed = yield from _do(observed, _topple(observed, pace, place))
             observed = yield from _look(observed, pace)
-            if not _are_known(observed, WRAPPER):
-                return observed
+        observed = yield from _make_room(observed, pace, "wrapper_has_room", *WRAPPER)
+        if observed.get("wrapper_has_room") is False or not _are_known(observed, WRAPPER):
+            return observed
         observed = yield from _take(
             observed, pace, observed["wrapper_position"], observed["wrapper_yaw"], 0.046
         )
     return (yield from _do(observed, _put(pace, press, OPEN)))
+
+
+def _clear_press(observed: Observation, pace: float) -> Task:
+    """Put what lies on the press and is in the way on the bench, and look."""
+    for _ in range(BLOCKERS):
+        if observed.get("press_free") is not False or not _are_known(observed, BLOCKER):
+            break
+        (x, y, z), aside = observed["blocker_position"], observed["aside_place"]
+        if observed["blocker_is_filling"]:
+            grasp = (x, y, z + FILLING_GRASP)
+            observed = yield from _take(observed, pace, grasp, observed["blocker_yaw"], 0.012, HALF_OPEN)
+        else:
+            observed = yield from _take(observed, pace, (x, y, z), observed["blocker_yaw"], 0.046)
+        observed = yield from _do(observed, _put(pace, aside, OPEN))
+        observed = yield from _look(observed, pace)
+    return observed
+
+
+def _make_room(observed: Observation, pace: float, room: str, *names: str) -> Task:
+    """Push a thing to where the hand has room to grip it, as pictures show the way, and look."""
+    for _ in range(PUSHES):
+        if observed.get(room) is not False or not _are_known(observed, (*PUSH, *names)):
+            break
+        observed = yield from _do(observed, _push(observed, pace))
+        observed = yield from _look(observed, pace, *names)
+    return observed
+
+
+def _push(observed: Observation, pace: float) -> Leg:
+    """Push with closed fingers as the perceiver says."""
+    start, (x, y, z), yaw = observed["push_start"], observed["push_end"], observed["push_yaw"]
+    return (
+        *_reach_closed(observed, pace, start, yaw),
+        act("move_tool", target=(x, y, z), yaw=yaw, speed=NEAR_SPEED),
+        act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=yaw, speed=NEAR_SPEED),
+    )
 
 
 def _realign_wrapper(observed: Observation, pace: float) -> Task:
@@ -338,13 +388,12 @@ def _lay_filling(observed: Observation, pace: float) -> Task:
     if not _holds(observed, FILLING_GAP):
         if "filling_position" not in observed:
             observed = yield from _look(observed, pace, "filling_position")
-        if "filling_position" not in observed:
+        observed = yield from _make_room(observed, pace, "filling_has_room", "filling_position")
+        if "filling_position" not in observed or observed.get("filling_has_room") is False:
             return observed
         x, y, z = observed["filling_position"]
         back = grasp = (x, y, z + FILLING_GRASP)
-        # It is square: where the press is in the way of the hand, it is gripped by its other sides.
-        yaw = pi / 2.0 if _is_crowded(observed, grasp, 0.0) else 0.0
-        observed = yield from _take(observed, pace, grasp, yaw, 0.012, HALF_OPEN)
+        observed = yield from _take(observed, pace, grasp, observed.get("filling_yaw", 0.0), 0.012, HALF_OPEN)
         # The wrapper may have been moved while the filling was fetched, or knocked off.
         observed = yield from _look(observed, pace)
     is_laid_out = observed.get("dough_on_workspace") is True and _are_known(observed, WRAPPER)
@@ -352,33 +401,10 @@ def _lay_filling(observed: Observation, pace: float) -> Task:
     return (yield from _do(observed, _put(pace, goal, HALF_OPEN)))
 
 
-def _is_crowded(observed: Observation, place: Place, yaw: float) -> bool:
-    """Check whether the hand would hit the press in a grasp at `place`."""
-    x, y, z = _fixture(observed, "press_position")
-    if place[2] > z - HAND_HEIGHT:
-        return False
-    for step in range(13):
-        for side in (-1.0, 0.0, 1.0):
-            dx = x + PRESS_BACK + (PRESS_FRONT - PRESS_BACK) * step / 12.0 - place[0]
-            dy = y + side * PRESS_HALF - place[1]
-            thick, wide = abs(dx * cos(yaw) + dy * sin(yaw)), abs(dy * cos(yaw) - dx * sin(yaw))
-            if thick < HAND_HALF[0] and wide < HAND_HALF[1]:
-                return True
-    return False
-
-
-def _push_along(observed: Observation, pace: float, thing: Place) -> Leg:
-    """Push a wrapper that lies or leans beside the press past its end, where the hand has room to grip it."""
-    press = _fixture(observed, "press_position")
-    aside = thing[1] - press[1]
-    y = press[1] + copysign(max(abs(aside), PUSH_AT), aside)
-    begin = (max(thing[0] - PUSH_FROM, press[0] - PUSH_FROM - PRESS_FRONT), y, LOWEST)
-    end = (press[0] + PRESS_FRONT - FINGERS_HALF, y, LOWEST)
-    return (
-        *_reach_closed(observed, pace, begin, pi / 2.0),
-        act("move_tool", target=end, yaw=pi / 2.0, speed=NEAR_SPEED),
-        act("move_tool", target=(end[0], end[1], TRAVEL_HEIGHT), yaw=pi / 2.0, speed=NEAR_SPEED),
-    )
+def _is_beside_press(observed: Observation, thing: Place) -> bool:
+    """Check that a thing is where it comes to from the press: within a fall's reach of its bed."""
+    x, y, _ = _fixture(observed, "press_position")
+    return abs(thing[1] - y) < FALLEN and PRESS_BACK - FALLEN < thing[0] - x < PRESS_FRONT + FALLEN
 
 
 def _topple(observed: Observation, pace: float, thing: Place) -> Leg:

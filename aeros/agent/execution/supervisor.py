@@ -156,7 +156,9 @@ def _filled_in(verdict: str, world: WorldModel) -> str:
 def _short_text(value: Any) -> str:
     if isinstance(value, list):
         return f"({', '.join(map(_short_text, value))})"
-    return "unknown" if value is None else f"{value:.2f}" if isinstance(value, float) else str(value).lower()
+    if isinstance(value, float):
+        return f"{value:.0f}" if value.is_integer() else f"{value:.2f}"
+    return "unknown" if value is None else str(value).lower()
 
 
 def _measured_outcome(skill: Skill, world: WorldModel, before: Mapping[str, Any] | None) -> Outcome | None:

@@ -21,7 +21,7 @@ from aeros.sim.bullet.carrier import Carrier
 from aeros.sim.clock import TICK
 from aeros.sim.faults.degradation import NO_DEGRADATION, Degradation
 from aeros.sim.faults.model import PersonEntersFault, PhysicalFault, PictureFault
-from aeros.sim.geometry import Vector3, add
+from aeros.sim.geometry import Pose, Vector3, add, subtract, to_world
 from aeros.sim.physics import PlantParts
 from aeros.sim.sensor_model import SensorModel
 from aeros.spec.declared.faults import (
@@ -100,9 +100,18 @@ def _carry(carry: CarryFault, source: Generator, parts: PlantParts) -> Iterator[
     if carry.of:
         place = place + np.array(parts.world.pose(parts.scene.body(carry.of)).position)
     x, y, z = place.tolist()
-    carrier = Carrier(parts.world, parts.scene.body(carry.thing), (x, y, z), carry.turn, axis)
+    body = parts.scene.body(carry.thing)
+    carriers = [Carrier(parts.world, body, (x, y, z), carry.turn, axis)]
+    if carry.inside:
+        content = parts.scene.body(carry.inside)
+        away = subtract(parts.world.pose(content).position, parts.world.pose(body).position)
+        half = sin(carry.turn / 2.0)
+        turned = (half * axis[0], half * axis[1], half * axis[2], cos(carry.turn / 2.0))
+        goal = to_world(Pose((x, y, z), turned), away)
+        carriers.append(Carrier(parts.world, content, goal, carry.turn, axis))
     for tick in range(1, carry.over + 1):
-        carrier.push(tick / carry.over)
+        for carrier in carriers:
+            carrier.push(tick / carry.over)
         yield NO_DEGRADATION
 
 

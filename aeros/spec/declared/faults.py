@@ -189,6 +189,7 @@ class CarryFault:
         spread: greatest random offset from that place along each axis, m.
         turn: angle by which it is turned, rad.
         about: axis of that turn in W, a unit vector; None for a random horizontal one.
+        inside: name of another scene object, which lies in it and is carried along; empty for none.
         over: duration in ticks.
     """
 
@@ -210,6 +211,14 @@ class CarryFault:
         ]
         | None
     ) = None
+    inside: Annotated[
+        str,
+        Known(
+            "an object that lies in it and is carried along, as in `inside: filling`",
+            "things",
+            "scene object",
+        ),
+    ] = ""
     over: Annotated[int, Duration("duration; 2 s if absent, as in `over: 1 s`")] = 480
 
 
