@@ -157,6 +157,14 @@ height, m."""
 SPONGE_HEIGHT = 0.03
 """Height of the sponge's foam, m."""
 
+BLOCK_OVER, BLOCK_PIXELS = 0.02, 20
+"""Least height of a block on top of the foam above the foam's top, m, and its least number of pixels: the
+sponge's is 34 mm and some 120 pixels."""
+
+OVERTURNED_FROM = 0.045
+"""Height of the foam's top from which a sponge without its block on top lies on another face, m: on its side
+it is 75 mm high, upside down 64 mm."""
+
 SPONGE_RADIUS = 0.08
 """Radius around the sponge's middle that belongs to the sponge, m."""
 
@@ -259,11 +267,13 @@ def see_table(view: View) -> Perception:
         rgb = picture.rgb.astype(np.float64)
         sponge = _find_sponge(points, rgb)
         values: dict[str, Any] = {"sponge_seen": sponge is not None, **_camera_values(hand)}
+        values["sponge_overturned"] = sponge is not None and _is_overturned(points, *sponge)
         if table is not None:
             values["table_lift"] = estimate(table - area[2], UNCERTAINTY)
         top = area[2] if table is None else table
         if sponge is not None:
             values["sponge_position"] = estimate(_lifted(_middle(sponge), top), UNCERTAINTY)
+            values["sponge_top"] = estimate(sponge[1], UNCERTAINTY)
             values["sponge_yaw"] = estimate(wrap_heading(sponge[0].longer_heading, pi), HEADING_UNCERTAINTY)
         clean, unseen = _clean_share(points, rgb, area, region)
         values["wiped_fraction"] = estimate(clean, 0.01)
@@ -537,6 +547,12 @@ def _middle(sponge: tuple[Rectangle, float]) -> Place:
     return (face.x, face.y, top / 2.0)
 
 
+def _is_overturned(points: Points, face: Rectangle, top: float) -> bool:
+    """Return True if the foam is higher than on the table, and no block is on top of it."""
+    over = _inside(points, face, 0.0) & (points[:, :, 2] > top + BLOCK_OVER)
+    return top > OVERTURNED_FROM and int((over & _stands(points)).sum()) < BLOCK_PIXELS
+
+
 def _pieces(points: Points, cores: Mask, mask: Mask) -> Iterator[Piece]:
     """Locate each piece of a mask, whose core has neither its outermost pixels nor what is very thin."""
     for core in separate_parts(cores, MIN_CORE):
@@ -595,12 +611,18 @@ def _is_hand(points: Points, tool: Place | None) -> Mask:
 
 def _is_of_sponge(points: Points, face: Rectangle, top: float) -> Mask:
     """Find the points of the sponge: over foam that lies flat, else around it, as its block is beside."""
-    x, y = points[:, :, 0] - face.x, points[:, :, 1] - face.y
     if abs(top - SPONGE_HEIGHT) > FLAT:
+        x, y = points[:, :, 0] - face.x, points[:, :, 1] - face.y
         around: Mask = np.hypot(x, y) <= SPONGE_RADIUS
         return around
+    return _inside(points, face, SPONGE_MARGIN)
+
+
+def _inside(points: Points, face: Rectangle, margin: float) -> Mask:
+    """Find the points over a rectangle with a margin around it."""
+    x, y = points[:, :, 0] - face.x, points[:, :, 1] - face.y
     c, s = cos(face.heading), sin(face.heading)
-    half = (face.length / 2.0 + SPONGE_MARGIN, face.width / 2.0 + SPONGE_MARGIN)
+    half = (face.length / 2.0 + margin, face.width / 2.0 + margin)
     over: Mask = (np.abs(x * c + y * s) < half[0]) & (np.abs(y * c - x * s) < half[1])
     return over
 

@@ -127,6 +127,15 @@ them, or no piece that fits the hand."""
 BOTH_SIDES_FIT = 0.065
 """Length below which a piece can be gripped along as well as across, m."""
 
+CARRIAGE_EDGE = 0.27
+"""From the arm's base to where its carriage ends along x, with the clearance that motions keep, m."""
+
+HELD_HALF = 0.06
+"""Half the width of the space that counts as held, along and across the hand, m: whatever was gripped."""
+
+PRESSED_SPONGE = 0.049
+"""Height of the top of the sponge's block above the foam's middle, m."""
+
 DROPS = (-0.045, 0.045)
 """Places along the bin where successive pieces are released, m from its middle."""
 
@@ -162,10 +171,11 @@ def calibrate(observed: Observation, inputs: Inputs) -> SkillBody:
 def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
     """Take the sponge, sweep it over the region in overlapping strokes, put it back and look."""
     pace = inputs["hand_speed"]
+    observed = yield from _let_go_at_the_carriage(observed)
     observed = yield from _overlook(observed, pace)
     observed = yield from _bin_what_is_held(observed, pace)
     if not observed["holding"]:
-        if not _are_known(observed, SPONGE):
+        if not _is_sponge_usable(observed):
             return
         observed = yield from _take_sponge(observed, pace)
     observed = yield from _sense(observed, "area_position", "region")
@@ -186,6 +196,7 @@ def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
 def organize(observed: Observation, inputs: Inputs) -> SkillBody:
     """Put every piece of clutter into the bin, then the sponge to its rest if it is not there, and look."""
     pace = inputs["hand_speed"]
+    observed = yield from _let_go_at_the_carriage(observed)
     observed = yield from _overlook(observed, pace)
     if observed["holding"]:
         observed = yield from _bin_what_is_held(observed, pace)
@@ -197,7 +208,7 @@ def organize(observed: Observation, inputs: Inputs) -> SkillBody:
             break
         observed = yield from _bin_clutter(observed, pace, offset)
         observed = yield from _overlook(observed, pace)
-    if _are_known(observed, SPONGE) and not _sponge_at_rest(observed):
+    if _is_sponge_usable(observed) and not _sponge_at_rest(observed):
         observed = yield from _take_sponge(observed, pace)
         observed = yield from _return_sponge(observed, pace)
         yield from _overlook(observed, pace)
@@ -213,10 +224,11 @@ def verify(observed: Observation, inputs: Inputs) -> SkillBody:
 def recover(observed: Observation, inputs: Inputs) -> SkillBody:
     """Bring the sponge back to its rest, from the hand or from where it fell, rise and look."""
     pace = inputs["hand_speed"]
+    observed = yield from _let_go_at_the_carriage(observed)
     observed = yield from _overlook(observed, pace)
     observed = yield from _bin_what_is_held(observed, pace)
     if not observed["holding"]:
-        if not _are_known(observed, SPONGE):
+        if not _is_sponge_usable(observed):
             return
         observed = yield from _take_sponge(observed, pace)
     observed = yield from _return_sponge(observed, pace)
@@ -288,6 +300,11 @@ def _shows_all(observed: Observation) -> bool:
     return bool(sponge and clutter and counted and known)
 
 
+def _is_sponge_usable(observed: Observation) -> bool:
+    """Check that the sponge's pose is known and its block is on top, where the hand can grip it."""
+    return _are_known(observed, SPONGE) and observed.get("sponge_overturned") is not True
+
+
 def _is_clutter_seen(observed: Observation) -> bool:
     return observed.get("clutter_on_table") is True and _are_known(observed, CLUTTER)
 
@@ -298,7 +315,15 @@ def _sponge_at_rest(observed: Observation) -> bool:
 
 
 def _take_sponge(observed: Observation, pace: float) -> Task:
-    """Grip the sponge across and lift it."""
+    """Grip the sponge across and lift it; one too near the carriage is drawn away from it first."""
+    for _ in range(DRAGS):
+        lack = _lack_at_the_carriage(observed, observed["sponge_position"], observed["sponge_yaw"])
+        if lack > 0.0:
+            x, y, z = observed["sponge_position"]
+            observed = yield from _drag(observed, pace, (x, y, z + PRESSED_SPONGE), (1.0, 0.0), lack + 0.02)
+            observed = yield from _overlook(observed, pace)
+            if not _is_sponge_usable(observed):
+                return observed
     x, y, z = observed["sponge_position"]
     observed = yield from _grasp(observed, pace, (x, y, z + SPONGE_GRASP), observed["sponge_yaw"], 0.02)
     return (yield from _rise(observed, pace, 0.0))
@@ -326,8 +351,10 @@ def _bin_what_is_held(observed: Observation, pace: float) -> Task:
 def _bin_clutter(observed: Observation, pace: float, offset: float) -> Task:
     """Grip the next piece of clutter and let it go over the bin, `offset` along x from its middle."""
     for _ in range(DRAGS):
-        if _room_missing(observed) > 0.0:
-            observed = yield from _drag_from_the_bin(observed, pace)
+        drag = _drag_to_room(observed)
+        if drag is not None:
+            (x, y, z), (away, way) = observed["clutter_position"], drag
+            observed = yield from _drag(observed, pace, (x, y, 2.0 * z - _lift(observed)), away, way)
             observed = yield from _overlook(observed, pace)
             if not _is_clutter_seen(observed):
                 return observed
@@ -365,19 +392,49 @@ def _room_missing(observed: Observation) -> float:
     return HAND_HALF[0] * along_x + HAND_HALF[1] * along_y - max(outside)
 
 
-def _drag_from_the_bin(observed: Observation, pace: float) -> Task:
-    """Press closed fingers on the next piece and draw it off the bin's wall, until a hand has room."""
-    (x, y, z), middle, outside = observed["clutter_position"], observed["bin_position"], _outside(observed)
-    if outside[1] > outside[0]:
-        away, yaw = (0.0, 1.0 if y > middle[1] else -1.0), -pi / 2
-    else:
-        away, yaw = (1.0 if x > middle[0] else -1.0, 0.0), 0.0
-    way = _room_missing(observed) + 0.02
-    x, y, top = x + DRAG_OFFSET * away[0], y + DRAG_OFFSET * away[1], 2.0 * z - _lift(observed) + PAD
+def _drag_to_room(observed: Observation) -> tuple[tuple[float, float], float] | None:
+    """Direction (x, y) and distance (m) to draw the next piece; None if there is room to grip and lift it.
+
+    A piece beside the carriage comes first; where the bin is in between, along that.
+    """
+    (x, y, _), middle, outside = observed["clutter_position"], observed["bin_position"], _outside(observed)
+    lack = _lack_at_the_carriage(observed, observed["clutter_position"], _along_the_bin(observed))
+    if lack > 0.0:
+        if outside[1] < HAND_HALF[1] and x < middle[0]:
+            return (0.0, 1.0 if y > middle[1] else -1.0), HAND_HALF[1] + 0.02 - outside[1]
+        return (1.0, 0.0), lack + 0.02
+    lack = _room_missing(observed)
+    if lack <= 0.0:
+        return None
+    across = outside[1] > outside[0]
+    away = (0.0, 1.0 if y > middle[1] else -1.0) if across else (1.0 if x > middle[0] else -1.0, 0.0)
+    return away, lack + 0.02
+
+
+def _lack_at_the_carriage(observed: Observation, place: Place, yaw: float) -> float:
+    """Room that what is held at `place` lacks beside the carriage, m: without it no motion is allowed."""
+    edge: float = observed["base_position"][0] + CARRIAGE_EDGE
+    return edge + HELD_HALF * (abs(cos(yaw)) + abs(sin(yaw))) - place[0]
+
+
+def _let_go_at_the_carriage(observed: Observation) -> Task:
+    """Open a low hand that came to rest with something so near the carriage that it could not leave."""
+    observed = yield from _sense(observed, "tool_position", "base_position")
+    tool = observed["tool_position"]
+    is_low = tool[2] < _lift(observed) + 2.0 * CLEARANCE
+    if observed.get("holding") is True and is_low and _lack_at_the_carriage(observed, tool, pi / 4.0) > 0.0:
+        observed = yield act("grip", width=OPEN, force=GRIP_FORCE)
+    return observed
+
+
+def _drag(observed: Observation, pace: float, place: Place, away: tuple[float, float], way: float) -> Task:
+    """Press closed fingers on the top of a thing at `place`, and draw it by `way` in the direction `away`."""
+    yaw = 0.0 if away[1] == 0.0 else -pi / 2
+    x, y, top = place[0] + DRAG_OFFSET * away[0], place[1] + DRAG_OFFSET * away[1], place[2] + PAD
     yield act("grip", width=CLOSED, force=GRIP_FORCE)
     yield from _approach(observed, pace, (x, y, top + 0.006), yaw)
-    place = (x + way * away[0], y + way * away[1], top)
-    observed = yield act("slide", target=place, force=DRAG_FORCE, speed=DRAG_SPEED)
+    end = (x + way * away[0], y + way * away[1], top)
+    observed = yield act("slide", target=end, force=DRAG_FORCE, speed=DRAG_SPEED)
     return (yield from _rise(observed, pace, yaw))
 
 

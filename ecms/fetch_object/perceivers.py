@@ -139,8 +139,8 @@ SEARCH_AGE = 60.0
 NEARER = 0.15
 """How much nearer to the arm's base than `REACH` an object on a stand may be, m."""
 
-SEARCHED_SHARE = 0.7
-"""Share of it that the mast can show from the aisle: the rest is behind the stands."""
+SEARCHED_SHARE = 0.9
+"""Share of it that was looked over when nothing is there: two looks from the aisle show 0.98 or more."""
 
 ARRIVED_WITHIN = 0.03
 """Greatest distance of the base from the station at which it has arrived, m."""
