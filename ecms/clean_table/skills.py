@@ -5,7 +5,7 @@ whether a step succeeded: what is measured afterwards does.
 """
 
 from collections.abc import Generator, Iterable
-from math import cos, hypot, pi, sin
+from math import cos, hypot, pi, sin, sqrt
 
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
 
@@ -127,11 +127,22 @@ them, or no piece that fits the hand."""
 BOTH_SIDES_FIT = 0.065
 """Length below which a piece can be gripped along as well as across, m."""
 
-CARRIAGE_EDGE = 0.27
-"""From the arm's base to where its carriage ends along x, with the clearance that motions keep, m."""
+CARRIAGE_HALF = (0.25, 0.225)
+"""Half the length and width of what the arm stands on, m."""
 
-HELD_HALF = 0.06
-"""Half the width of the space that counts as held, along and across the hand, m: whatever was gripped."""
+CARRIAGE_ROOM = 0.11
+"""Least distance of a low grasp from it, m: a ball around the largest thing that may be held has a radius of
+96 mm, motions keep 15 mm, and its middle is 30 mm higher."""
+
+PUSH_START = 0.045
+"""From the middle of a piece to where closed fingers come down to push it away from the carriage, m: past the
+corner of one that is 40 mm long and wide."""
+
+PUSH_NEAREST = 0.275
+"""Least distance of that place from the arm's base, m: fingers, too, keep clear of the carriage."""
+
+PUSH_HEIGHT = 0.018
+"""Height of the tool over the table when it pushes, m: fingertips clear the table by 9 mm."""
 
 PRESSED_SPONGE = 0.049
 """Height of the top of the sponge's block above the foam's middle, m."""
@@ -317,7 +328,7 @@ def _sponge_at_rest(observed: Observation) -> bool:
 def _take_sponge(observed: Observation, pace: float) -> Task:
     """Grip the sponge across and lift it; one too near the carriage is drawn away from it first."""
     for _ in range(DRAGS):
-        lack = _lack_at_the_carriage(observed, observed["sponge_position"], observed["sponge_yaw"])
+        lack = _lack_at_the_carriage(observed, observed["sponge_position"])
         if lack > 0.0:
             x, y, z = observed["sponge_position"]
             observed = yield from _drag(observed, pace, (x, y, z + PRESSED_SPONGE), (1.0, 0.0), lack + 0.02)
@@ -351,13 +362,15 @@ def _bin_what_is_held(observed: Observation, pace: float) -> Task:
 def _bin_clutter(observed: Observation, pace: float, offset: float) -> Task:
     """Grip the next piece of clutter and let it go over the bin, `offset` along x from its middle."""
     for _ in range(DRAGS):
-        drag = _drag_to_room(observed)
-        if drag is not None:
-            (x, y, z), (away, way) = observed["clutter_position"], drag
-            observed = yield from _drag(observed, pace, (x, y, 2.0 * z - _lift(observed)), away, way)
-            observed = yield from _overlook(observed, pace)
-            if not _is_clutter_seen(observed):
-                return observed
+        if _lack_at_the_carriage(observed, observed["clutter_position"]) > 0.0:
+            observed = yield from _push_from_the_carriage(observed, pace)
+        elif _room_missing(observed) > 0.0:
+            observed = yield from _drag_from_the_bin(observed, pace)
+        else:
+            break
+        observed = yield from _overlook(observed, pace)
+        if not _is_clutter_seen(observed):
+            return observed
     x, y, z = observed["clutter_position"]
     room = max(0.0, DROP_ROOM - observed["clutter_length"] / 2.0)
     offset = min(max(offset, -room), room)
@@ -392,29 +405,33 @@ def _room_missing(observed: Observation) -> float:
     return HAND_HALF[0] * along_x + HAND_HALF[1] * along_y - max(outside)
 
 
-def _drag_to_room(observed: Observation) -> tuple[tuple[float, float], float] | None:
-    """Direction (x, y) and distance (m) to draw the next piece; None if there is room to grip and lift it.
-
-    A piece beside the carriage comes first; where the bin is in between, along that.
-    """
-    (x, y, _), middle, outside = observed["clutter_position"], observed["bin_position"], _outside(observed)
-    lack = _lack_at_the_carriage(observed, observed["clutter_position"], _along_the_bin(observed))
-    if lack > 0.0:
-        if outside[1] < HAND_HALF[1] and x < middle[0]:
-            return (0.0, 1.0 if y > middle[1] else -1.0), HAND_HALF[1] + 0.02 - outside[1]
-        return (1.0, 0.0), lack + 0.02
-    lack = _room_missing(observed)
-    if lack <= 0.0:
-        return None
+def _drag_from_the_bin(observed: Observation, pace: float) -> Task:
+    """Draw the next piece off the bin's wall, until a hand has room."""
+    (x, y, z), middle, outside = observed["clutter_position"], observed["bin_position"], _outside(observed)
     across = outside[1] > outside[0]
     away = (0.0, 1.0 if y > middle[1] else -1.0) if across else (1.0 if x > middle[0] else -1.0, 0.0)
-    return away, lack + 0.02
+    top = (x, y, 2.0 * z - _lift(observed))
+    return (yield from _drag(observed, pace, top, away, _room_missing(observed) + 0.02))
 
 
-def _lack_at_the_carriage(observed: Observation, place: Place, yaw: float) -> float:
-    """Room that what is held at `place` lacks beside the carriage, m: without it no motion is allowed."""
-    edge: float = observed["base_position"][0] + CARRIAGE_EDGE
-    return edge + HELD_HALF * (abs(cos(yaw)) + abs(sin(yaw))) - place[0]
+def _push_from_the_carriage(observed: Observation, pace: float) -> Task:
+    """Push the next piece away from the carriage with closed fingers, until it can be lifted."""
+    x, y, _ = observed["clutter_position"]
+    z = _lift(observed) + PUSH_HEIGHT
+    start = max(x - PUSH_START, observed["base_position"][0] + PUSH_NEAREST)
+    way = _lack_at_the_carriage(observed, observed["clutter_position"]) + 0.02
+    yield act("grip", width=CLOSED, force=GRIP_FORCE)
+    yield from _approach(observed, pace, (start, y, z), 0.0)
+    observed = yield act("move_tool", target=(x + way - 0.03, y, z), yaw=0.0, speed=DRAG_SPEED)
+    return (yield from _rise(observed, pace, 0.0))
+
+
+def _lack_at_the_carriage(observed: Observation, place: Place) -> float:
+    """Distance (m) by which a thing at `place` is too near the carriage, along x, to be lifted by a grip."""
+    base = observed["base_position"]
+    ahead = place[0] - base[0] - CARRIAGE_HALF[0]
+    aside = max(0.0, abs(place[1] - base[1]) - CARRIAGE_HALF[1])
+    return sqrt(max(0.0, CARRIAGE_ROOM**2 - aside**2)) - ahead if aside < CARRIAGE_ROOM else 0.0
 
 
 def _let_go_at_the_carriage(observed: Observation) -> Task:
@@ -422,7 +439,7 @@ def _let_go_at_the_carriage(observed: Observation) -> Task:
     observed = yield from _sense(observed, "tool_position", "base_position")
     tool = observed["tool_position"]
     is_low = tool[2] < _lift(observed) + 2.0 * CLEARANCE
-    if observed.get("holding") is True and is_low and _lack_at_the_carriage(observed, tool, pi / 4.0) > 0.0:
+    if observed.get("holding") is True and is_low and _lack_at_the_carriage(observed, tool) > 0.0:
         observed = yield act("grip", width=OPEN, force=GRIP_FORCE)
     return observed
 
