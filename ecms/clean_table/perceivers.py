@@ -59,6 +59,10 @@ DIRT_BRIGHTNESS = 0.7
 WAY_AROUND = 0.04
 """Distance from the area within which sponge and fingers pass, m."""
 
+HAND_AROUND, HAND_FROM = 0.14, 0.07
+"""Distance from the area, along y, within which the hand passes, m, and the height of its underside with a
+margin, m."""
+
 FLAT = 0.012
 """Greatest height of the table's own points, m: depth is some millimetres off."""
 
@@ -193,8 +197,12 @@ HAND_ROOM = (0.15, 0.05)
 HAND_LOWEST = 0.12
 """Height below which the hand counts as something in the way, m: it hides what is there."""
 
-GRASPABLE = (0.065, 0.15, 0.08)
-"""Greatest shorter side, longer side and height of a piece that fits the hand and the bin, m."""
+GRASPABLE = (0.065, 0.15, 0.095)
+"""Greatest shorter side, longer side and height of a piece, or of a heap, that the hand can grip, m."""
+
+HEAP_HEIGHT, HEAP_GRASP = 0.065, 0.035
+"""Height above which a piece is gripped near its top, m, as it may be a heap, and depth of that grasp, m: the
+upper piece comes first, and a single one hangs no lower than what may be held."""
 
 UNCERTAINTY = 0.005
 """Standard uncertainty of a place, m: a pixel is 4 mm."""
@@ -236,7 +244,7 @@ class Piece(NamedTuple):
 
     Attributes:
         points: its points (n, 3), m; z counts from the table.
-        place: its middle at half its height, m.
+        place: its middle at half its height, or near the top of a high one, m.
         heading: of its longer side, rad.
         sides: shorter side, longer side and height, m.
     """
@@ -543,8 +551,9 @@ def _foam_face(points: Points) -> tuple[Rectangle, float]:
 
 
 def _middle(sponge: tuple[Rectangle, float]) -> Place:
+    """Return the foam's middle: half-way up on the table, else as far below its top as when it lies flat."""
     face, top = sponge
-    return (face.x, face.y, top / 2.0)
+    return (face.x, face.y, top / 2.0 if top < OVERTURNED_FROM else top - SPONGE_HEIGHT / 2.0)
 
 
 def _is_overturned(points: Points, face: Rectangle, top: float) -> bool:
@@ -562,7 +571,8 @@ def _pieces(points: Points, cores: Mask, mask: Mask) -> Iterator[Piece]:
         top = float(np.median(top_points(piece)[:, 2]))
         box = min_area_rectangle(top_points(piece, top / 2.0)[:, :2])
         shorter, longer = sorted((box.length, box.width))
-        yield Piece(piece, (box.x, box.y, top / 2.0), box.longer_heading, (shorter, longer, top))
+        middle = top / 2.0 if top < HEAP_HEIGHT else top - HEAP_GRASP
+        yield Piece(piece, (box.x, box.y, middle), box.longer_heading, (shorter, longer, top))
 
 
 def _next_piece(loose: list[Piece], area: Place, region: str, table: float) -> dict[str, Any]:
@@ -633,10 +643,11 @@ def _is_in_bin(place: Place, opening: Place) -> bool:
 
 
 def _is_in_the_way(points: Points, area: Place, region: str) -> bool:
-    """Return True if some point of a thing is where sponge and fingers pass."""
+    """Return True if a thing is where sponge and fingers pass, or as high as the hand where that passes."""
     (left, near), (right, far) = _around(area, _part(AREA, region))
     around = (left - WAY_AROUND, near - WAY_AROUND), (right + WAY_AROUND, far + WAY_AROUND)
-    return _reaches(points, around)
+    beside = (left - WAY_AROUND, near - HAND_AROUND), (right + WAY_AROUND, far + HAND_AROUND)
+    return _reaches(points, around) or _reaches(points[points[:, 2] > HAND_FROM], beside)
 
 
 def _in_rectangle(points: Points, low: tuple[float, float], high: tuple[float, float]) -> Mask:

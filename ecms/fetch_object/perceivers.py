@@ -23,7 +23,7 @@ from aeros.perception import (
     largest_component,
     locate_box,
     locate_cylinder,
-    top_points,
+    upper_points,
 )
 
 Place = tuple[float, float, float]
@@ -345,7 +345,7 @@ def _locate(points: Points, around: Points, kind: Kind) -> tuple[Seen, float | N
         box = locate_box(points, kind.size)
         seen = Seen(box.position, box.top, False, None, box.headings)
     x, y, z = seen.position
-    half = float(np.median(top_points(points)[:, 2])) - z
+    half = float(np.median(upper_points(points)[:, 2])) - z
     level = _level(points, seen.position)
     support = _support(around, seen.position, level)
     if support is None or not SIZES[0] < (level - support) / (2.0 * half) < SIZES[1]:
