@@ -130,7 +130,7 @@ AROUND_STANDS = 0.55
 SEARCH_CELL = 0.08
 """Edge of the squares of floor and stands that are looked over, m: about as large as an object."""
 
-SEARCH_WIDE = ((-0.10, -0.30), (0.25, 0.45))
+SEARCH_WIDE = ((-0.10, -0.45), (0.25, 0.45))
 """Margins of the searched area around the stands' places, along x and y, m."""
 
 SEARCH_AGE = 60.0
@@ -139,8 +139,8 @@ SEARCH_AGE = 60.0
 NEARER = 0.15
 """How much nearer to the arm's base than `REACH` an object on a stand may be, m."""
 
-SEARCHED_SHARE = 0.9
-"""Share of it that was looked over when nothing is there: two looks from the aisle show 0.98 or more."""
+SEARCHED_SHARE = 0.99
+"""Share of it that was looked over when nothing is there: looks from three places behind the aisle show it."""
 
 ARRIVED_WITHIN = 0.03
 """Greatest distance of the base from the station at which it has arrived, m."""

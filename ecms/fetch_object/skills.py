@@ -76,9 +76,9 @@ LONGEST = 0.18
 PUSHES = 5
 """Largest number of pushes before the next grasp."""
 
-BACK, BACK_SHARES = 0.4, (0.25, 0.7)
+BACK, BACK_SHARES = 0.4, (0.3, 0.85, 1.3)
 """Distance behind the way between the stands, m, and shares of that way, at which the mast sees both stands
-and the floor before them."""
+and the floor around them."""
 
 LOOKS = 5
 """Number of further looks for an object that a picture does not show."""
@@ -238,7 +238,7 @@ def _go_there(observed: Observation) -> Task:
 def _along_the_way(observed: Observation) -> tuple[tuple[float, float], ...]:
     """Places (x, y) for the base to search a lost object, m: a step back first, as most is seen from there.
 
-    The nearer of those two comes first; then half-way, at the delivery, at the station. There are none while
+    The nearest of those comes first; then half-way, at the delivery, at the station. There are none while
     the station is unknown.
     """
     if "station_position" not in observed:
