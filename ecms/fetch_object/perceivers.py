@@ -140,7 +140,7 @@ NEARER = 0.15
 """How much nearer to the arm's base than `REACH` an object on a stand may be, m."""
 
 SEARCHED_SHARE = 0.99
-"""Share of it that was looked over when nothing is there: looks from three places behind the aisle show it."""
+"""Share of it that was looked over when nothing is there: looks from three places behind it show all."""
 
 ARRIVED_WITHIN = 0.03
 """Greatest distance of the base from the station at which it has arrived, m."""
