@@ -23,6 +23,7 @@ from aeros.perception.rectangles import (
     min_area_rectangle,
     top_face,
     top_points,
+    upper_points,
     wrap_heading,
 )
 from aeros.perception.smoothing import smooth_colours, without_specks
@@ -77,6 +78,7 @@ __all__ = [
     "top_face",
     "top_points",
     "trim_to_plane",
+    "upper_points",
     "without_specks",
     "wrap_heading",
 ]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeros.perception.points import Vector3
-from aeros.perception.rectangles import top_face, wrap_heading
+from aeros.perception.rectangles import min_area_rectangle, upper_points, wrap_heading
 
 _SQUARE_WITHIN: Final = 0.003
 """Difference of two sides up to which a hand can close on either, m: a pixel of a camera 1 m away."""
@@ -46,7 +46,8 @@ def locate_box(points: NDArray[np.float64], size: tuple[float, ...]) -> BoxPose:
     Returns:
         The box in W.
     """
-    rectangle, level = top_face(points)
+    face = upper_points(points)
+    rectangle, level = min_area_rectangle(face[:, :2]), float(np.median(face[:, 2]))
     seen = sorted((rectangle.length, rectangle.width))
     sides = min(
         (sorted(pair) for pair in combinations(sorted(size), 2)),

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeros.perception.points import Vector3
-from aeros.perception.rectangles import top_points, wrap_heading
+from aeros.perception.rectangles import upper_points, wrap_heading
 
 Points = NDArray[np.float64]
 
@@ -20,7 +20,7 @@ class CylinderPose(NamedTuple):
     Attributes:
         position: its middle, m.
         heading: of its axis if it lies, rad in [-π, π], in either of its two directions; None if it stands.
-        top: height of its highest point, m.
+        top: height below which 99 % of its points are, m: single points may be noise.
     """
 
     position: Vector3
@@ -48,8 +48,8 @@ def locate_cylinder(points: Points, radius: float, height: float) -> CylinderPos
     Returns:
         The cylinder in W.
     """
-    top = float(points[:, 2].max())
-    face = top_points(points)
+    top = float(np.quantile(points[:, 2], 0.99))
+    face = upper_points(points)
     level = float(np.median(face[:, 2]))
     along = _principal_direction(face[:, :2])
     low, high = _extent(face[:, :2], along)

@@ -83,6 +83,25 @@ def top_points(points: NDArray[np.float64], depth: float = TOP_FACE_DEPTH) -> ND
     return highest
 
 
+def upper_points(points: NDArray[np.float64], depth: float = TOP_FACE_DEPTH) -> NDArray[np.float64]:
+    """Select the points of the upper side of a thing, although depth is noisy.
+
+    The level of that side is the 90th percentile of all heights, q90, and the noise adds q99 - q90 below it:
+    with a standard deviation of the noise of 5 mm, 9 of 10 points of a level face are selected, whereas the
+    highest point alone would be 15 mm too high. At least a fifth of the points should be of that side.
+
+    Args:
+        points: (n, 3), n > 0, m.
+        depth: greatest depth below the upper side's level, without noise, m.
+
+    Returns:
+        The points (m, 3) above q90 - depth - (q99 - q90), m; m > 0.
+    """
+    level, highest = np.quantile(points[:, 2], (0.90, 0.99))
+    upper: NDArray[np.float64] = points[points[:, 2] > level - depth - (highest - level)]
+    return upper
+
+
 def top_face(points: NDArray[np.float64], depth: float = TOP_FACE_DEPTH) -> tuple[Rectangle, float]:
     """Find the rectangle around the highest of some points.
 

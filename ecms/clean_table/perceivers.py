@@ -59,6 +59,10 @@ DIRT_BRIGHTNESS = 0.7
 WAY_AROUND = 0.04
 """Distance from the area within which sponge and fingers pass, m."""
 
+HAND_AROUND, HAND_FROM = 0.14, 0.07
+"""Distance from the area, along y, within which the hand passes, m, and the height of its underside with a
+margin, m."""
+
 FLAT = 0.012
 """Greatest height of the table's own points, m: depth is some millimetres off."""
 
@@ -157,6 +161,14 @@ height, m."""
 SPONGE_HEIGHT = 0.03
 """Height of the sponge's foam, m."""
 
+BLOCK_OVER, BLOCK_PIXELS = 0.02, 20
+"""Least height of a block on top of the foam above the foam's top, m, and its least number of pixels: the
+sponge's is 34 mm and some 120 pixels."""
+
+OVERTURNED_FROM = 0.045
+"""Height of the foam's top from which a sponge without its block on top lies on another face, m: on its side
+it is 75 mm high, upside down 64 mm."""
+
 SPONGE_RADIUS = 0.08
 """Radius around the sponge's middle that belongs to the sponge, m."""
 
@@ -185,8 +197,12 @@ HAND_ROOM = (0.15, 0.05)
 HAND_LOWEST = 0.12
 """Height below which the hand counts as something in the way, m: it hides what is there."""
 
-GRASPABLE = (0.065, 0.15, 0.08)
-"""Greatest shorter side, longer side and height of a piece that fits the hand and the bin, m."""
+GRASPABLE = (0.065, 0.15, 0.095)
+"""Greatest shorter side, longer side and height of a piece, or of a heap, that the hand can grip, m."""
+
+HEAP_HEIGHT, HEAP_GRASP = 0.065, 0.035
+"""Height above which a piece is gripped near its top, m, as it may be a heap, and depth of that grasp, m: the
+upper piece comes first, and a single one hangs no lower than what may be held."""
 
 UNCERTAINTY = 0.005
 """Standard uncertainty of a place, m: a pixel is 4 mm."""
@@ -228,7 +244,7 @@ class Piece(NamedTuple):
 
     Attributes:
         points: its points (n, 3), m; z counts from the table.
-        place: its middle at half its height, m.
+        place: its middle at half its height, or near the top of a high one, m.
         heading: of its longer side, rad.
         sides: shorter side, longer side and height, m.
     """
@@ -259,11 +275,13 @@ def see_table(view: View) -> Perception:
         rgb = picture.rgb.astype(np.float64)
         sponge = _find_sponge(points, rgb)
         values: dict[str, Any] = {"sponge_seen": sponge is not None, **_camera_values(hand)}
+        values["sponge_overturned"] = sponge is not None and _is_overturned(points, *sponge)
         if table is not None:
             values["table_lift"] = estimate(table - area[2], UNCERTAINTY)
         top = area[2] if table is None else table
         if sponge is not None:
             values["sponge_position"] = estimate(_lifted(_middle(sponge), top), UNCERTAINTY)
+            values["sponge_top"] = estimate(sponge[1], UNCERTAINTY)
             values["sponge_yaw"] = estimate(wrap_heading(sponge[0].longer_heading, pi), HEADING_UNCERTAINTY)
         clean, unseen = _clean_share(points, rgb, area, region)
         values["wiped_fraction"] = estimate(clean, 0.01)
@@ -533,8 +551,15 @@ def _foam_face(points: Points) -> tuple[Rectangle, float]:
 
 
 def _middle(sponge: tuple[Rectangle, float]) -> Place:
+    """Return the foam's middle: half-way up on the table, else as far below its top as when it lies flat."""
     face, top = sponge
-    return (face.x, face.y, top / 2.0)
+    return (face.x, face.y, top / 2.0 if top < OVERTURNED_FROM else top - SPONGE_HEIGHT / 2.0)
+
+
+def _is_overturned(points: Points, face: Rectangle, top: float) -> bool:
+    """Return True if the foam is higher than on the table, and no block is on top of it."""
+    over = _inside(points, face, 0.0) & (points[:, :, 2] > top + BLOCK_OVER)
+    return top > OVERTURNED_FROM and int((over & _stands(points)).sum()) < BLOCK_PIXELS
 
 
 def _pieces(points: Points, cores: Mask, mask: Mask) -> Iterator[Piece]:
@@ -546,7 +571,8 @@ def _pieces(points: Points, cores: Mask, mask: Mask) -> Iterator[Piece]:
         top = float(np.median(top_points(piece)[:, 2]))
         box = min_area_rectangle(top_points(piece, top / 2.0)[:, :2])
         shorter, longer = sorted((box.length, box.width))
-        yield Piece(piece, (box.x, box.y, top / 2.0), box.longer_heading, (shorter, longer, top))
+        middle = top / 2.0 if top < HEAP_HEIGHT else top - HEAP_GRASP
+        yield Piece(piece, (box.x, box.y, middle), box.longer_heading, (shorter, longer, top))
 
 
 def _next_piece(loose: list[Piece], area: Place, region: str, table: float) -> dict[str, Any]:
@@ -595,12 +621,18 @@ def _is_hand(points: Points, tool: Place | None) -> Mask:
 
 def _is_of_sponge(points: Points, face: Rectangle, top: float) -> Mask:
     """Find the points of the sponge: over foam that lies flat, else around it, as its block is beside."""
-    x, y = points[:, :, 0] - face.x, points[:, :, 1] - face.y
     if abs(top - SPONGE_HEIGHT) > FLAT:
+        x, y = points[:, :, 0] - face.x, points[:, :, 1] - face.y
         around: Mask = np.hypot(x, y) <= SPONGE_RADIUS
         return around
+    return _inside(points, face, SPONGE_MARGIN)
+
+
+def _inside(points: Points, face: Rectangle, margin: float) -> Mask:
+    """Find the points over a rectangle with a margin around it."""
+    x, y = points[:, :, 0] - face.x, points[:, :, 1] - face.y
     c, s = cos(face.heading), sin(face.heading)
-    half = (face.length / 2.0 + SPONGE_MARGIN, face.width / 2.0 + SPONGE_MARGIN)
+    half = (face.length / 2.0 + margin, face.width / 2.0 + margin)
     over: Mask = (np.abs(x * c + y * s) < half[0]) & (np.abs(y * c - x * s) < half[1])
     return over
 
@@ -611,10 +643,11 @@ def _is_in_bin(place: Place, opening: Place) -> bool:
 
 
 def _is_in_the_way(points: Points, area: Place, region: str) -> bool:
-    """Return True if some point of a thing is where sponge and fingers pass."""
+    """Return True if a thing is where sponge and fingers pass, or as high as the hand where that passes."""
     (left, near), (right, far) = _around(area, _part(AREA, region))
     around = (left - WAY_AROUND, near - WAY_AROUND), (right + WAY_AROUND, far + WAY_AROUND)
-    return _reaches(points, around)
+    beside = (left - WAY_AROUND, near - HAND_AROUND), (right + WAY_AROUND, far + HAND_AROUND)
+    return _reaches(points, around) or _reaches(points[points[:, 2] > HAND_FROM], beside)
 
 
 def _in_rectangle(points: Points, low: tuple[float, float], high: tuple[float, float]) -> Mask:

@@ -5,7 +5,7 @@ whether a step succeeded: what is measured afterwards does.
 """
 
 from collections.abc import Generator, Iterable
-from math import cos, hypot, pi, sin
+from math import cos, hypot, pi, sin, sqrt
 
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
 
@@ -127,6 +127,26 @@ them, or no piece that fits the hand."""
 BOTH_SIDES_FIT = 0.065
 """Length below which a piece can be gripped along as well as across, m."""
 
+CARRIAGE_HALF = (0.25, 0.225)
+"""Half the length and width of what the arm stands on, m."""
+
+CARRIAGE_ROOM = 0.11
+"""Least distance of a low grasp from it, m: a ball around the largest thing that may be held has a radius of
+96 mm, motions keep 15 mm, and its middle is 30 mm higher."""
+
+PUSH_START = 0.045
+"""From the middle of a piece to where closed fingers come down to push it away from the carriage, m: past the
+corner of one that is 40 mm long and wide."""
+
+PUSH_NEAREST = 0.275
+"""Least distance of that place from the arm's base, m: fingers, too, keep clear of the carriage."""
+
+PUSH_HEIGHT = 0.018
+"""Height of the tool over the table when it pushes, m: fingertips clear the table by 9 mm."""
+
+PRESSED_SPONGE = 0.049
+"""Height of the top of the sponge's block above the foam's middle, m."""
+
 DROPS = (-0.045, 0.045)
 """Places along the bin where successive pieces are released, m from its middle."""
 
@@ -162,10 +182,11 @@ def calibrate(observed: Observation, inputs: Inputs) -> SkillBody:
 def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
     """Take the sponge, sweep it over the region in overlapping strokes, put it back and look."""
     pace = inputs["hand_speed"]
+    observed = yield from _let_go_at_the_carriage(observed)
     observed = yield from _overlook(observed, pace)
     observed = yield from _bin_what_is_held(observed, pace)
     if not observed["holding"]:
-        if not _are_known(observed, SPONGE):
+        if not _is_sponge_usable(observed):
             return
         observed = yield from _take_sponge(observed, pace)
     observed = yield from _sense(observed, "area_position", "region")
@@ -186,6 +207,7 @@ def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
 def organize(observed: Observation, inputs: Inputs) -> SkillBody:
     """Put every piece of clutter into the bin, then the sponge to its rest if it is not there, and look."""
     pace = inputs["hand_speed"]
+    observed = yield from _let_go_at_the_carriage(observed)
     observed = yield from _overlook(observed, pace)
     if observed["holding"]:
         observed = yield from _bin_what_is_held(observed, pace)
@@ -197,7 +219,7 @@ def organize(observed: Observation, inputs: Inputs) -> SkillBody:
             break
         observed = yield from _bin_clutter(observed, pace, offset)
         observed = yield from _overlook(observed, pace)
-    if _are_known(observed, SPONGE) and not _sponge_at_rest(observed):
+    if _is_sponge_usable(observed) and not _sponge_at_rest(observed):
         observed = yield from _take_sponge(observed, pace)
         observed = yield from _return_sponge(observed, pace)
         yield from _overlook(observed, pace)
@@ -213,10 +235,11 @@ def verify(observed: Observation, inputs: Inputs) -> SkillBody:
 def recover(observed: Observation, inputs: Inputs) -> SkillBody:
     """Bring the sponge back to its rest, from the hand or from where it fell, rise and look."""
     pace = inputs["hand_speed"]
+    observed = yield from _let_go_at_the_carriage(observed)
     observed = yield from _overlook(observed, pace)
     observed = yield from _bin_what_is_held(observed, pace)
     if not observed["holding"]:
-        if not _are_known(observed, SPONGE):
+        if not _is_sponge_usable(observed):
             return
         observed = yield from _take_sponge(observed, pace)
     observed = yield from _return_sponge(observed, pace)
@@ -288,6 +311,11 @@ def _shows_all(observed: Observation) -> bool:
     return bool(sponge and clutter and counted and known)
 
 
+def _is_sponge_usable(observed: Observation) -> bool:
+    """Check that the sponge's pose is known and its block is on top, where the hand can grip it."""
+    return _are_known(observed, SPONGE) and observed.get("sponge_overturned") is not True
+
+
 def _is_clutter_seen(observed: Observation) -> bool:
     return observed.get("clutter_on_table") is True and _are_known(observed, CLUTTER)
 
@@ -298,7 +326,15 @@ def _sponge_at_rest(observed: Observation) -> bool:
 
 
 def _take_sponge(observed: Observation, pace: float) -> Task:
-    """Grip the sponge across and lift it."""
+    """Grip the sponge across and lift it; one too near the carriage is drawn away from it first."""
+    for _ in range(DRAGS):
+        lack = _lack_at_the_carriage(observed, observed["sponge_position"])
+        if lack > 0.0:
+            x, y, z = observed["sponge_position"]
+            observed = yield from _drag(observed, pace, (x, y, z + PRESSED_SPONGE), (1.0, 0.0), lack + 0.02)
+            observed = yield from _overlook(observed, pace)
+            if not _is_sponge_usable(observed):
+                return observed
     x, y, z = observed["sponge_position"]
     observed = yield from _grasp(observed, pace, (x, y, z + SPONGE_GRASP), observed["sponge_yaw"], 0.02)
     return (yield from _rise(observed, pace, 0.0))
@@ -326,11 +362,15 @@ def _bin_what_is_held(observed: Observation, pace: float) -> Task:
 def _bin_clutter(observed: Observation, pace: float, offset: float) -> Task:
     """Grip the next piece of clutter and let it go over the bin, `offset` along x from its middle."""
     for _ in range(DRAGS):
-        if _room_missing(observed) > 0.0:
+        if _lack_at_the_carriage(observed, observed["clutter_position"]) > 0.0:
+            observed = yield from _push_from_the_carriage(observed, pace)
+        elif _room_missing(observed) > 0.0:
             observed = yield from _drag_from_the_bin(observed, pace)
-            observed = yield from _overlook(observed, pace)
-            if not _is_clutter_seen(observed):
-                return observed
+        else:
+            break
+        observed = yield from _overlook(observed, pace)
+        if not _is_clutter_seen(observed):
+            return observed
     x, y, z = observed["clutter_position"]
     room = max(0.0, DROP_ROOM - observed["clutter_length"] / 2.0)
     offset = min(max(offset, -room), room)
@@ -366,18 +406,52 @@ def _room_missing(observed: Observation) -> float:
 
 
 def _drag_from_the_bin(observed: Observation, pace: float) -> Task:
-    """Press closed fingers on the next piece and draw it off the bin's wall, until a hand has room."""
+    """Draw the next piece off the bin's wall, until a hand has room."""
     (x, y, z), middle, outside = observed["clutter_position"], observed["bin_position"], _outside(observed)
-    if outside[1] > outside[0]:
-        away, yaw = (0.0, 1.0 if y > middle[1] else -1.0), -pi / 2
-    else:
-        away, yaw = (1.0 if x > middle[0] else -1.0, 0.0), 0.0
-    way = _room_missing(observed) + 0.02
-    x, y, top = x + DRAG_OFFSET * away[0], y + DRAG_OFFSET * away[1], 2.0 * z - _lift(observed) + PAD
+    across = outside[1] > outside[0]
+    away = (0.0, 1.0 if y > middle[1] else -1.0) if across else (1.0 if x > middle[0] else -1.0, 0.0)
+    top = (x, y, 2.0 * z - _lift(observed))
+    return (yield from _drag(observed, pace, top, away, _room_missing(observed) + 0.02))
+
+
+def _push_from_the_carriage(observed: Observation, pace: float) -> Task:
+    """Push the next piece away from the carriage with closed fingers, until it can be lifted."""
+    x, y, _ = observed["clutter_position"]
+    z = _lift(observed) + PUSH_HEIGHT
+    start = max(x - PUSH_START, observed["base_position"][0] + PUSH_NEAREST)
+    way = _lack_at_the_carriage(observed, observed["clutter_position"]) + 0.02
+    yield act("grip", width=CLOSED, force=GRIP_FORCE)
+    yield from _approach(observed, pace, (start, y, z), 0.0)
+    observed = yield act("move_tool", target=(x + way - 0.03, y, z), yaw=0.0, speed=DRAG_SPEED)
+    return (yield from _rise(observed, pace, 0.0))
+
+
+def _lack_at_the_carriage(observed: Observation, place: Place) -> float:
+    """Distance (m) by which a thing at `place` is too near the carriage, along x, to be lifted by a grip."""
+    base = observed["base_position"]
+    ahead = place[0] - base[0] - CARRIAGE_HALF[0]
+    aside = max(0.0, abs(place[1] - base[1]) - CARRIAGE_HALF[1])
+    return sqrt(max(0.0, CARRIAGE_ROOM**2 - aside**2)) - ahead if aside < CARRIAGE_ROOM else 0.0
+
+
+def _let_go_at_the_carriage(observed: Observation) -> Task:
+    """Open a low hand that came to rest with something so near the carriage that it could not leave."""
+    observed = yield from _sense(observed, "tool_position", "base_position")
+    tool = observed["tool_position"]
+    is_low = tool[2] < _lift(observed) + 2.0 * CLEARANCE
+    if observed.get("holding") is True and is_low and _lack_at_the_carriage(observed, tool) > 0.0:
+        observed = yield act("grip", width=OPEN, force=GRIP_FORCE)
+    return observed
+
+
+def _drag(observed: Observation, pace: float, place: Place, away: tuple[float, float], way: float) -> Task:
+    """Press closed fingers on the top of a thing at `place`, and draw it by `way` in the direction `away`."""
+    yaw = 0.0 if away[1] == 0.0 else -pi / 2
+    x, y, top = place[0] + DRAG_OFFSET * away[0], place[1] + DRAG_OFFSET * away[1], place[2] + PAD
     yield act("grip", width=CLOSED, force=GRIP_FORCE)
     yield from _approach(observed, pace, (x, y, top + 0.006), yaw)
-    place = (x + way * away[0], y + way * away[1], top)
-    observed = yield act("slide", target=place, force=DRAG_FORCE, speed=DRAG_SPEED)
+    end = (x + way * away[0], y + way * away[1], top)
+    observed = yield act("slide", target=end, force=DRAG_FORCE, speed=DRAG_SPEED)
     return (yield from _rise(observed, pace, yaw))
 
 

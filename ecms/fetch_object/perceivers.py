@@ -23,7 +23,7 @@ from aeros.perception import (
     largest_component,
     locate_box,
     locate_cylinder,
-    top_points,
+    upper_points,
 )
 
 Place = tuple[float, float, float]
@@ -130,7 +130,7 @@ AROUND_STANDS = 0.55
 SEARCH_CELL = 0.08
 """Edge of the squares of floor and stands that are looked over, m: about as large as an object."""
 
-SEARCH_WIDE = ((-0.10, -0.30), (0.25, 0.45))
+SEARCH_WIDE = ((-0.10, -0.45), (0.25, 0.45))
 """Margins of the searched area around the stands' places, along x and y, m."""
 
 SEARCH_AGE = 60.0
@@ -139,8 +139,8 @@ SEARCH_AGE = 60.0
 NEARER = 0.15
 """How much nearer to the arm's base than `REACH` an object on a stand may be, m."""
 
-SEARCHED_SHARE = 0.7
-"""Share of it that the mast can show from the aisle: the rest is behind the stands."""
+SEARCHED_SHARE = 0.99
+"""Share of it that was looked over when nothing is there: looks from three places behind it show all."""
 
 ARRIVED_WITHIN = 0.03
 """Greatest distance of the base from the station at which it has arrived, m."""
@@ -345,7 +345,7 @@ def _locate(points: Points, around: Points, kind: Kind) -> tuple[Seen, float | N
         box = locate_box(points, kind.size)
         seen = Seen(box.position, box.top, False, None, box.headings)
     x, y, z = seen.position
-    half = float(np.median(top_points(points)[:, 2])) - z
+    half = float(np.median(upper_points(points)[:, 2])) - z
     level = _level(points, seen.position)
     support = _support(around, seen.position, level)
     if support is None or not SIZES[0] < (level - support) / (2.0 * half) < SIZES[1]:

@@ -76,8 +76,9 @@ LONGEST = 0.18
 PUSHES = 5
 """Largest number of pushes before the next grasp."""
 
-BACK = 0.4
-"""Distance behind the places along the stands from which the mast sees the floor before them, m."""
+BACK, BACK_SHARES = 0.4, (0.3, 0.85, 1.3)
+"""Distance behind the way between the stands, m, and shares of that way, at which the mast sees both stands
+and the floor around them."""
 
 LOOKS = 5
 """Number of further looks for an object that a picture does not show."""
@@ -213,9 +214,12 @@ def _is_located(observed: Observation) -> bool:
 
 
 def _search(observed: Observation) -> Task:
-    """Look from one place after the other until the object is seen, and drive to it."""
+    """Look from one place after the other until the object is seen, and drive to it.
+
+    The search ends, too, when pictures have shown every place where it can be.
+    """
     for x, y in _along_the_way(observed):
-        if observed.get("object_detected") is True:
+        if observed.get("object_detected") is True or observed.get("object_absent") is True:
             break
         yield act("move_base", x=x, y=y, speed=BASE_SPEED)
         observed = yield act("look", camera="mast")
@@ -232,17 +236,18 @@ def _go_there(observed: Observation) -> Task:
 
 
 def _along_the_way(observed: Observation) -> tuple[tuple[float, float], ...]:
-    """Places (x, y) for the base to search a lost object, m: half-way, at the delivery, at the station.
+    """Places (x, y) for the base to search a lost object, m: a step back first, as most is seen from there.
 
-    Then farther back, from where the mast sees the floor that was at the carriage's edge before. There are
-    none while the station is unknown.
+    The nearest of those comes first; then half-way, at the delivery, at the station. There are none while
+    the station is unknown.
     """
     if "station_position" not in observed:
         return ()
     (x, y, _), (u, v, _) = observed["station_position"], observed["delivery_position"]
-    near = ((x + u - REACH) / 2, (y + v) / 2), (u - REACH, v), (x, y)
-    back = ((x - BACK, y + (v - y) * share) for share in (0.1, 0.5, 0.9))
-    return (*near, *back)
+    back = [(x - BACK, y + (v - y) * share) for share in BACK_SHARES]
+    here = observed["base_position"][1]
+    back.sort(key=lambda place: abs(place[1] - here))
+    return (*back, ((x + u - REACH) / 2, (y + v) / 2), (u - REACH, v), (x, y))
 
 
 def _free(observed: Observation, pace: float) -> float:

@@ -186,7 +186,8 @@ def test_a_block_of_any_colour_is_in_the_way_and_can_be_gripped(colour: tuple[in
         (Top(0.5, -0.25, 0.04, (0.028, 0.028), GREEN), True),
         (Top(0.5, -0.25, 0.04, (0.036, 0.036), GREEN), False),
         (Top(0.5, -0.25, 0.075, (0.02, 0.02), GREEN), True),
-        (Top(0.5, -0.25, 0.085, (0.02, 0.02), GREEN), False),
+        (Top(0.5, -0.25, 0.09, (0.02, 0.02), GREEN), True),
+        (Top(0.5, -0.25, 0.10, (0.02, 0.02), GREEN), False),
         (Top(0.5, -0.25, 0.04, (0.07, 0.02), GREEN), True),
         (Top(0.5, -0.25, 0.04, (0.08, 0.02), GREEN), False),
     ],
@@ -244,7 +245,45 @@ def test_a_picture_without_the_table_says_neither_clear_nor_cluttered() -> None:
     dazzled = replace(picture, rgb=np.full_like(picture.rgb, 255), depth=np.full_like(picture.depth, 10.0))
     found = Watched("clean_table", "see_table", PLACES).see(0.0, dazzled)
     unknown = {"wiped_fraction": 0.0, "table_wiped": None, "overhead_off": False}
-    assert found == {"sponge_seen": False, **unknown}
+    assert found == {"sponge_seen": False, "sponge_overturned": False, **unknown}
+
+
+BLOCK = Top(0.45, 0.34, 0.064, (0.025, 0.02), (76, 115, 89))
+"""What the hand grips the sponge by, on top of it."""
+
+
+@pytest.mark.parametrize(
+    ("tops", "is_overturned", "height"),
+    [
+        ([SPONGE, BLOCK], False, 0.015),
+        ([SPONGE._replace(z=0.064)], True, 0.049),  # upside down
+        ([SPONGE._replace(z=0.075, half=(0.05, 0.015))], True, 0.06),  # on its side
+        ([SPONGE._replace(z=0.07), BLOCK._replace(z=0.104)], False, 0.055),  # on a cube
+        ([SPONGE._replace(z=0.036, half=(0.06, 0.042))], False, 0.018),  # 20 % larger
+    ],
+)
+def test_a_sponge_is_overturned_if_it_is_high_and_its_block_is_not_on_top(
+    tops: list[Top], is_overturned: bool, height: float
+) -> None:
+    found = seen(*tops)
+    assert (found["sponge_seen"], found["sponge_overturned"]) == (True, is_overturned)
+    assert found["sponge_position"] == pytest.approx((0.45, 0.34, height), abs=0.005)
+    assert found["sponge_top"] == pytest.approx(tops[0].z, abs=0.003)
+
+
+@pytest.mark.parametrize(
+    ("height", "y", "is_clear"), [(0.09, -0.26, False), (0.05, -0.26, True), (0.09, -0.31, True)]
+)
+def test_a_high_thing_beside_the_area_is_in_the_hands_way(height: float, y: float, is_clear: bool) -> None:
+    found = seen(SPONGE, Top(0.45, y, height, (0.01, 0.01), BLUE))
+    assert found["wiping_area_clear"] is is_clear
+
+
+def test_a_heap_is_gripped_by_its_upper_piece() -> None:
+    found = seen(
+        SPONGE, Top(0.45, -0.25, 0.04, (0.02, 0.02), BLUE), Top(0.45, -0.25, 0.09, (0.02, 0.02), GREEN)
+    )
+    assert found["clutter_position"] == pytest.approx((0.45, -0.25, 0.055), abs=0.005)
 
 
 def test_the_first_piece_outside_the_bin_is_the_next_one() -> None:
@@ -341,7 +380,8 @@ def test_without_surveyed_places_no_verdict_is_given() -> None:
     )
     area = {name: PLACES[name] for name in ("area_position", "region")}
     found = Watched("clean_table", "see_table", area).see(0.0, picture)
-    seen_table = {"sponge_seen", "sponge_position", "sponge_yaw", "wiped_fraction", "table_wiped"}
+    of_sponge = {"sponge_seen", "sponge_position", "sponge_yaw", "sponge_top", "sponge_overturned"}
+    seen_table = {*of_sponge, "wiped_fraction", "table_wiped"}
     assert found.keys() == {*seen_table, "table_lift", "overhead_off"}
     mast = draw(OVERHEAD, [SPONGE], name="mast")
     assert Watched("clean_table", "check_table").see(0.0, mast) == {"table_verified": None}

@@ -44,3 +44,34 @@ def test_a_lying_cylinder_has_a_strip_on_top(heading: float) -> None:
     assert found.axis is not None
     assert -pi / 2 <= found.axis < pi / 2
     assert wrap_heading(found.axis - heading, pi) == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("sigma", [0.0, 0.002, 0.003, 0.005])
+@pytest.mark.parametrize("lies", [False, True])
+def test_noise_of_depth_does_not_raise_a_lying_cylinder_or_tip_a_standing_one(
+    lies: bool, sigma: float
+) -> None:
+    """The can of the fetching scene, some 500 pixels of it: noise moves heights, and its ends hardly."""
+    radius, height = 0.022, 0.08
+    random = np.random.default_rng(7)
+    for _ in range(20):
+        if lies:
+            along, around = random.uniform(-height / 2, height / 2, 500), random.uniform(-1.2, 1.2, 500)
+            points = np.column_stack((along, radius * np.sin(around), radius * (1.0 + np.cos(around))))
+        else:
+            away, turn = radius * np.sqrt(random.uniform(0, 1, 200)), random.uniform(-pi, pi, 500)
+            top = np.column_stack(
+                (away * np.cos(turn[:200]), away * np.sin(turn[:200]), np.full(200, height))
+            )
+            side = -np.abs(turn[200:]) / 2.0
+            below = random.uniform(0.0, height, 300)
+            points = np.concatenate(
+                (top, np.column_stack((radius * np.cos(side), radius * np.sin(side), below)))
+            )
+        points[:, 2] += sigma * random.standard_normal(len(points))
+        found = locate_cylinder(points, radius, height)
+        assert (found.axis is not None) is lies
+        assert found.position[2] == pytest.approx(radius if lies else height / 2.0, abs=0.002 + sigma)
+        assert found.top == pytest.approx(2.0 * radius if lies else height, abs=0.001 + 2.5 * sigma)
+        if lies:
+            assert found.axis == pytest.approx(0.0, abs=0.1 + 20.0 * sigma)
