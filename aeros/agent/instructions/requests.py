@@ -153,10 +153,15 @@ def _read(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence[Erran
 
 
 def _follows_as_wish(segment: Segment) -> bool:
-    """Return True for `two teas` of `bring me the can, followed by two teas`."""
+    """Return True for `two teas` of `bring me the can, followed by two teas` or `…, then two teas`.
+
+    `clean the table, then a can` may be about cleaning a can.
+    """
     first = segment.words[:1]
-    is_some = first in _INDEFINITE or english.number_of("".join(first)) is not None
-    return segment.joint.endswith("followed by") and is_some
+    is_number = english.number_of("".join(first)) is not None and first not in _INDEFINITE
+    if segment.link is Link.THEN and is_number:
+        return True
+    return segment.joint.endswith("followed by") and (is_number or first in _INDEFINITE)
 
 
 def _with_arguments(segment: Segment, coverage: Coverage, last: RoutedTask | None) -> Request:

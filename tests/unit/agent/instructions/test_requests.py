@@ -40,3 +40,28 @@ def test_unless_and_not_negate_a_condition_and_each_other(marker: str, condition
 def test_a_choice_a_negation_and_an_unknown_word_are_refused(words: str) -> None:
     with pytest.raises(InstructionError):
         read(words)
+
+
+def read_after(words: str, link: Link, joint: str) -> Request:
+    segment = Segment(Mood.REQUEST, tuple(words.split()), link, joint=joint)
+    return read_request(segment, None, task_phrases(parametric_modules()), [])
+
+
+@pytest.mark.parametrize(
+    ("words", "link", "joint"),
+    [
+        ("two dumplings", Link.THEN, "then"),
+        ("2 dumplings", Link.THEN, "followed by"),
+        ("a dumpling", Link.JOINED, "followed by"),
+    ],
+)
+def test_a_number_of_things_may_follow_as_a_wish(words: str, link: Link, joint: str) -> None:
+    assert read_after(words, link, joint).errand.routed.task.id == "make_dumplings"
+
+
+@pytest.mark.parametrize(
+    ("words", "link"), [("a can", Link.THEN), ("the table", Link.THEN), ("2 dumplings", Link.JOINED)]
+)
+def test_a_thing_without_a_verb_may_be_about_the_verb_before(words: str, link: Link) -> None:
+    with pytest.raises(InstructionError, match="does not say what to do"):
+        read_after(words, link, "and")
