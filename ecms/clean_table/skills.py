@@ -362,6 +362,7 @@ def _bin_what_is_held(observed: Observation, pace: float) -> Task:
 def _bin_clutter(observed: Observation, pace: float, offset: float) -> Task:
     """Grip the next piece of clutter and let it go over the bin, `offset` along x from its middle."""
     for _ in range(DRAGS):
+        observed = yield from _sense(observed, "base_position")
         if _lack_at_the_carriage(observed, observed["clutter_position"]) > 0.0:
             observed = yield from _push_from_the_carriage(observed, pace)
         elif _room_missing(observed) > 0.0:

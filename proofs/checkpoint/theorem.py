@@ -172,7 +172,7 @@ _SKILL: Final = SimpleNamespace(
     success_outcomes=(_OUTCOMES["done"],),
     failures_with_more_effects=lambda _: [],  # each outcome has one effect
 )
-_ECM: Final = SimpleNamespace(id="m", skills={"k": _SKILL}, providers=lambda name: (name,))
+_ECM: Final = SimpleNamespace(id="m", skills={"k": _SKILL}, definitions={}, providers=lambda name: (name,))
 
 
 def _stubbed_attempts(do: PerformStep, modules: Any, world: Any) -> Any:

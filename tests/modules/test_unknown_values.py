@@ -40,6 +40,7 @@ OBSERVED: Final[dict[str, Any]] = {
     "sponge_rest_position": (0.45, 0.34, 0.015),
     "bin_position": (0.45, -0.5, 0.085),
     "sponge_position": (0.5, 0.25, 0.015),
+    "sponge_top": 0.06,
     "sponge_yaw": 0.0,
     "clutter_position": (0.4, -0.25, 0.02),
     "clutter_yaw": 0.3,

@@ -20,6 +20,7 @@ from aeros.cli.author.look_report import as_json, text_lines
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.terminal import print_line
 from aeros.exit_codes import Exit, UsageError
+from aeros.files import make_folder
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.perception.open_perceiver import open_by_policy
 from aeros.runtime.ports import CameraPicture, Plant
@@ -213,7 +214,7 @@ def _site_camera(module: Ecm, name: str) -> str:
 
 def _save(folder: Path, pictures: Collection[CameraPicture]) -> Iterator[str]:
     """Write the pictures; yield a line for each file."""
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     for picture in pictures:
         path = folder / f"{picture.camera}.png"
         save_colours(picture, path)

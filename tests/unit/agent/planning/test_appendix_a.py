@@ -62,6 +62,8 @@ ADDED = {
     "robot_at_table": True,
     "robot_at_bench": True,
     "overhead_off": False,
+    "wrappers_suffice": True,
+    "fillings_suffice": True,
 }
 """Where these hold, the rules that the shipped modules add to the paper's ask for nothing."""
 

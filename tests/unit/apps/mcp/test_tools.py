@@ -31,7 +31,7 @@ from aeros.spec.text.discovery import reference_site_path
 from tests.repo.tree import ROOT
 
 PREPARE = [{"skill": "make_dumplings.prepare"}]
-LAID_OUT = "dough_on_workspace and filling_on_workspace"
+LAID_OUT = "dough_on_workspace and filling_on_workspace and wrappers_suffice and fillings_suffice"
 FREE = McpPolicy(Execute.ALLOWED)
 
 
@@ -153,12 +153,11 @@ def test_skills_are_listed_with_what_a_plan_needs(usual: Cell) -> None:
     found = usual.call("list_skills")
     assert found["task"]["goal"] == "dumplings_cooked >= count"
     (wrap,) = (one for one in found["skills"] if one["skill"] == "make_dumplings.wrap")
-    assert wrap["precondition"] == "robot_at_bench and wrapper_aligned and filling_on_workspace"
-    assert {
-        "outcome": "wrapped",
-        "failure": False,
-        "then": {"make_dumplings.dumpling_wrapped": True},
-    } in wrap["outcomes"]
+    needed = "robot_at_bench and wrapper_aligned and filling_on_workspace"
+    assert wrap["precondition"] == f"{needed} and wrappers_suffice and fillings_suffice"
+    after = ("dumpling_wrapped", "wrappers_suffice", "fillings_suffice")
+    then = {f"make_dumplings.{name}": True for name in after}
+    assert {"outcome": "wrapped", "failure": False, "then": then} in wrap["outcomes"]
     json.dumps(found)
 
 

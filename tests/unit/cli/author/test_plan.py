@@ -220,7 +220,7 @@ def test_the_same_problem_may_be_had_in_pddl(tmp_path: Path, capsys: pytest.Capt
         in domain
     )
     assert (
-        "(make_dumplings--robot_at_bench) (unknown-make_dumplings--wrapper_aligned))"
+        "(make_dumplings--wrappers_suffice) (unknown-make_dumplings--wrapper_aligned))"
         in (tmp_path / "pddl" / "problem.pddl").read_text()
     )
     (tmp_path / "file").write_text("")

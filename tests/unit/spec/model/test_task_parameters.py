@@ -19,7 +19,9 @@ def test_variables_depend_on_the_parameters_that_are_read_for_them_at_any_depth(
     # `track` reads what `find_object` provides.
     assert behind["fetch_object.station_position"] == both
     assert "fetch_object.station_survey" not in behind
-    assert "make_dumplings.dumpling_cooked" not in behind
+    # What is seen decides if enough is left for the count that is asked for.
+    assert behind["make_dumplings.wrappers_suffice"] == frozenset({"make_dumplings.count"})
+    assert "make_dumplings.press_position" not in behind
 
 
 def test_without_parameters_nothing_depends_on_any() -> None:
