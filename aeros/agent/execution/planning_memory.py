@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from aeros.agent.memory.experience import ExperiencedModules
@@ -35,12 +35,15 @@ class PlanningMemory:
         Args:
             world: the world.
         """
+        self._note(world, self._things(world))
+
+    def _note(self, world: WorldModel, things: Iterable[ThingState]) -> None:
         obstacles = self._runtime.obstacles()
         names = frozenset(one.name for one in obstacles)
         self._memory.note_sightings(
             (
                 *sightings_of(world, self._runtime.site.state),
-                *sightings_of_things(self._things(world), world, self._runtime.site.state),
+                *sightings_of_things(things, world, self._runtime.site.state),
                 *map(sighting_of_obstacle, obstacles),
                 *(sighting_of_free_space(name, world.time) for name in sorted(self._obstacles - names)),
             )
@@ -57,12 +60,13 @@ class PlanningMemory:
         Returns:
             The world with the failures, its things, and the last values seen of what is unknown in it.
         """
-        self.note(world)
+        things = tuple(self._things(world))
+        self._note(world, things)
         remembered = {
             name: one.value for name, one in self._memory.remembered_values().items() if name in world.unknown
         }
-        things = {one.name: one.to_json() for one in self._things(world)}
-        return replace(world, failures=tuple(failures), remembered=remembered, things=things)
+        described = {one.name: one.to_json() for one in things}
+        return replace(world, failures=tuple(failures), remembered=remembered, things=described)
 
     def _things(self, world: WorldModel) -> Iterator[ThingState]:
         return things_of(world, self._runtime.active_modules().values())

@@ -194,7 +194,7 @@ def look(
 
 @dataclass
 class _Notes:
-    """What perceivers answered, before it is checked, and their failures.
+    """Answers of perceivers before they are checked, and failures of perceivers.
 
     Attributes:
         opener: opens runs of perceivers.

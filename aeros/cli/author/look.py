@@ -100,7 +100,7 @@ def add_to(commands: Subparsers) -> None:
 
 @dataclass(frozen=True)
 class _Asked:
-    """What to look at.
+    """Module, scene, parameters and cameras of one look.
 
     Attributes:
         module: the module.
