@@ -8,6 +8,7 @@ from pathlib import Path
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.diagnostics.render import render_text
 from aeros.spec.elaborate.load import load_ecm, load_site
+from aeros.spec.model.ecm import Ecm
 
 CORPUS = Path(__file__).parents[2] / "corpus"
 TABLE = CORPUS / "site" / "table.yaml"
@@ -36,6 +37,15 @@ def messages_of_module(
     found = load_ecm(folder, site, sink)
     assert (found is None) == sink.has_errors
     return [render_text(one).splitlines()[0] for one in sink]
+
+
+def loaded_module(folder: Path) -> tuple[Ecm | None, list[tuple[str, str]]]:
+    """The module of a folder at the table's site, and code and headline of each diagnostic."""
+    sink = Diagnostics()
+    site = load_site(TABLE, sink)
+    assert site is not None
+    found = load_ecm(folder, site, sink)
+    return None if found is None else found.ecm, [(one.code, one.headline) for one in sink]
 
 
 def _edited(text: str, edits: tuple[tuple[str, str], ...]) -> str:

@@ -8,11 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from aeros.spec.diagnostics.codes import Diagnostics
-from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.model.ecm import Ecm
+from tests.unit.spec.faults import CORPUS, loaded_module
 
-CORPUS = Path(__file__).parents[3] / "corpus"
 MODULE = CORPUS / "accepted" / "things_of_two_kinds"
 STATE = "state:\n"
 
@@ -23,11 +21,7 @@ def loaded(variable: str, folder: Path) -> tuple[Ecm | None, list[tuple[str, str
     text = (MODULE / "ecm.yaml").read_text()
     assert text.count("\nthings:\n") == 1
     (folder / MODULE.name / "ecm.yaml").write_text(text.replace("\nthings:\n", f"  {variable}\n\nthings:\n"))
-    sink = Diagnostics()
-    site = load_site(CORPUS / "site" / "table.yaml", sink)
-    assert site is not None
-    found = load_ecm(folder / MODULE.name, site, sink)
-    return None if found is None else found.ecm, [(one.code, one.headline) for one in sink]
+    return loaded_module(folder / MODULE.name)
 
 
 @pytest.mark.parametrize(

@@ -7,23 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from aeros.spec.diagnostics.codes import Diagnostics
-from aeros.spec.elaborate.load import load_ecm, load_site
-from aeros.spec.model.ecm import Ecm
+from tests.unit.spec.faults import loaded_module
 
 HELPER = Path(__file__).parents[4] / "corpus" / "accepted" / "capability_with_an_interface" / "helper"
 
 
-def loaded(folder: Path) -> tuple[Ecm | None, list[tuple[str, str]]]:
-    sink = Diagnostics()
-    site = load_site(HELPER.parents[2] / "site" / "table.yaml", sink)
-    assert site is not None
-    found = load_ecm(folder, site, sink)
-    return None if found is None else found.ecm, [(one.code, one.headline) for one in sink]
-
-
 def test_inputs_outputs_and_conditions_are_in_si() -> None:
-    ecm, problems = loaded(HELPER)
+    ecm, problems = loaded_module(HELPER)
     assert problems == []
     assert ecm is not None
     fetching, weighing = ecm.interfaces["fetching"], ecm.interfaces["weighing"]
@@ -55,6 +45,6 @@ def test_each_fault_of_an_interface_is_reported(
     folder.mkdir()
     (folder / "ecm.yaml").write_text(text)
     (folder / "skills.py").write_text((HELPER / "skills.py").read_text())
-    ecm, problems = loaded(folder)
+    ecm, problems = loaded_module(folder)
     assert ecm is None
     assert [one for one, headline in problems if words in headline] == [code], problems

@@ -7,26 +7,15 @@ from pathlib import Path
 
 import pytest
 
-from aeros.spec.diagnostics.codes import Diagnostics
-from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.expr import terms as t
-from aeros.spec.model.ecm import Ecm
+from tests.unit.spec.faults import CORPUS, loaded_module
 
-CORPUS = Path(__file__).parents[4] / "corpus"
 MODULE = CORPUS / "accepted" / "things_of_two_kinds"
 CRUMB = "{kind: crumb, count: pieces}"
 
 
-def loaded(folder: Path) -> tuple[Ecm | None, list[tuple[str, str]]]:
-    sink = Diagnostics()
-    site = load_site(CORPUS / "site" / "table.yaml", sink)
-    assert site is not None
-    found = load_ecm(folder, site, sink)
-    return None if found is None else found.ecm, [(one.code, one.headline) for one in sink]
-
-
 def test_names_are_full_and_conditions_are_terms() -> None:
-    ecm, problems = loaded(MODULE)
+    ecm, problems = loaded_module(MODULE)
     assert problems == []
     assert ecm is not None
     wanted, crumb = ecm.things["wanted"], ecm.things["crumb"]
@@ -57,6 +46,6 @@ def test_each_fault_of_a_thing_is_reported(tmp_path: Path, thing: str, code: str
     text = (MODULE / "ecm.yaml").read_text()
     assert CRUMB in text
     (folder / "ecm.yaml").write_text(text.replace(CRUMB, thing))
-    ecm, problems = loaded(folder)
+    ecm, problems = loaded_module(folder)
     assert ecm is None
     assert [one for one, headline in problems if words in headline] == [code], problems
