@@ -32,6 +32,13 @@ _END: Final = 5.0
 _PACKAGES: Final = ("aeros", "msgspec")
 """Packages that a zygote needs beyond Python's own library."""
 
+_GROUP_ATTEMPTS: Final = 10
+"""Times that a process computes in a control group before the group counts as without effect.
+
+On a busy machine the process may get so little time that its group need not hold it back: 1 time in 200,
+measured with eight processes on two cores.
+"""
+
 _MAX_MESSAGE_BYTES: Final = 64 * 1024
 
 
@@ -98,15 +105,16 @@ class Zygote:
         try:
             with closing(groups.make()) as group:
                 group.set_limits(ProcessLimits(processor=0.5), period_us=2000)
-                with group.entrances() as entrances:
-                    socket.send_fds(self._channel, [b"compute"], entrances)
-                code = int(self._expect_word(b"computed", _START))
-                if code != 0:
-                    return f"a process that was to enter a control group ended with {code}"
-                if group.throttled_periods() == 0:
-                    return "they were applied and have no effect"
-                group.set_limits(USUAL_LIMITS)
-                return None
+                for _ in range(_GROUP_ATTEMPTS):
+                    with group.entrances() as entrances:
+                        socket.send_fds(self._channel, [b"compute"], entrances)
+                    code = int(self._expect_word(b"computed", _START))
+                    if code != 0:
+                        return f"a process that was to enter a control group ended with {code}"
+                    if group.throttled_periods() > 0:
+                        group.set_limits(USUAL_LIMITS)
+                        return None
+                return "they were applied and have no effect"
         except (ControlGroupError, OSError) as failure:
             return str(failure)
 

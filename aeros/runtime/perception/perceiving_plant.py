@@ -12,11 +12,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from typing import Any
+from typing import Any, Final
 
 from aeros.runtime.execution.governor import Governor
 from aeros.runtime.gate.configuration import Configuration
-from aeros.runtime.isolation.isolated_run import MIN_RESPONSE_TIMEOUT_S
 from aeros.runtime.perception.active_definition import ActiveDefinition
 from aeros.runtime.perception.active_perceiver import ActivePerceiver
 from aeros.runtime.perception.needed_modules import needed_modules
@@ -45,6 +44,13 @@ from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.perception import Perceiver
 from aeros.spec.model.site import Site
 from aeros.spec.model.task_parameters import parameters_behind_variables
+
+SIMULATED_TIMEOUT_S: Final = 5.0
+"""Minimum timeout of a perceiver in simulation, s of real time.
+
+A simulator's clock stands still while a perceiver computes, so a run must not depend on how busy the
+machine is.
+"""
 
 _PerceiverKey = tuple[str, ...]
 
@@ -223,7 +229,7 @@ class PerceivingPlant:
             return
         now = self._plant.now()
         pictures = self.pictures() if any(one.needs_pictures for one in active) else {}
-        least_timeout = 0.0 if self.runs_in_real_time else MIN_RESPONSE_TIMEOUT_S
+        least_timeout = 0.0 if self.runs_in_real_time else SIMULATED_TIMEOUT_S
         for perceiver in active:
             # What one perceiver of a module has just measured, a later one may read.
             known = {**readings, **self._values(), **self._parameter_readings()}

@@ -15,6 +15,7 @@ from aeros.runtime.execution.governor import FixedGovernor
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.gate import GateMode
 from aeros.runtime.isolation.run_factory import SkillRunFactory
+from aeros.runtime.perception import perceiving_plant
 from aeros.runtime.perception.open_perceiver import open_by_policy
 from aeros.runtime.ports import Reading
 from aeros.runtime.proving import prove_configuration
@@ -101,8 +102,9 @@ def test_a_predicate_that_a_module_sees_is_its_precondition_and_its_goal(
     ],
 )  # fmt: skip
 def test_values_of_a_hostile_perceiver_are_unknown_and_the_record_says_why(
-    body: str, why: str, tmp_path: Path
+    body: str, why: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(perceiving_plant, "SIMULATED_TIMEOUT_S", 1.0)
     folder = tmp_path / "point_at_cube"
     shutil.copytree(MODULE, folder)
     code = f"from aeros.perception import estimate\n\n\ndef see_cube(view):\n    {body}\n"
