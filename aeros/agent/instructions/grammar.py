@@ -126,7 +126,7 @@ def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sent
     if len(segments) > 1 and segments[-1].mood is Mood.CONDITION and segments[-2].mood is Mood.REQUEST:
         # As in `clean it, but only if it is dirty`.
         segments[-1] = replace(segments[-1], link=Link.ADJUNCT)
-    is_polite = any(word in _POLITE for word in whole)
+    is_polite = any(word in _POLITE for word in whole) or _is_order(whole)
     carried = carried_words(segments)
     return (*(replace(one, is_polite=is_polite, carried=carried) for one in segments), *reasons)
 
@@ -157,7 +157,15 @@ def _without_greeting(tokens: Words) -> Words:
 
 
 _LATER: Final = ("later",)
+_THANKS: Final = frozenset({"thank", "thanks"})
 _POLITE: Final = frozenset({"please", "pls", "plz", "kindly"})
+
+
+def _is_order(whole: Words) -> bool:
+    """Return True for `two teas`, which asks for them as `two teas, please` does; thanks may be for others."""
+    first = strip_openers(whole)[:1]
+    is_number = any(english.number_of(word.removeprefix("x")) is not None for word in first)
+    return is_number and first not in (("a",), ("an",), ("one",), ("some",)) and _THANKS.isdisjoint(whole)
 
 
 def _require_request(whole: Words, tokens: Words, *, is_question: bool) -> None:

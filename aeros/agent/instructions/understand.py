@@ -38,6 +38,7 @@ from aeros.agent.instructions.refusals import (
 )
 from aeros.agent.instructions.requests import Request, read_request
 from aeros.agent.instructions.segments import Link, Mood, Segment, Sentence
+from aeros.agent.instructions.sentences.corrections import without_corrections
 from aeros.agent.instructions.spelling import unknown_words, without_slips
 from aeros.agent.planning.routing import RoutedTask
 from aeros.spec.diagnostics.codes import quoted
@@ -72,8 +73,10 @@ def understand(
         return Understanding(instruction, (Errand(named[0]),))
     text, slips = without_slips(instruction, tasks)
     try:
+        text, corrections = without_corrections(text, tasks, lambda words: _understand(words, tasks))
         meaning = _understand(text, tasks)
-        return replace(meaning, instruction=instruction, account=(*slips, *meaning.account))
+        account = (*slips, *corrections, *meaning.account)
+        return replace(meaning, instruction=instruction, account=account)
     except (AmbiguousInstructionError, NothingAskedError):
         raise
     except InstructionError as error:

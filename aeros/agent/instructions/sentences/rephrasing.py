@@ -13,7 +13,6 @@ _SPEAKERS: Final = (("i",), ("we",), ("you",), ("they",))
 _DONE: Final = frozenset({"done", "finished", "complete", "completed", "over", "through"})
 _WANTED: Final = frozenset({"needed", "required", "necessary", "wanted"})
 _BE: Final = frozenset({"is", "are", "has", "have"})
-_ASIDES: Final[tuple[Words, ...]] = ((COMMA, "you", "know", COMMA), (COMMA, "like", COMMA))
 _PERFECT: Final[Words] = ("once", "you", "have")
 
 
@@ -24,25 +23,15 @@ def rephrased(tokens: Words) -> Words:
         tokens: words and commas of a sentence.
 
     Returns:
-        The sentence, without `both` and asides; with `once you have` before an act that is to be over, and
+        The sentence, without `both`; with `once you have` before an act that is to be over, and
         with `do not` before one that is prohibited.
     """
-    return _with_prohibitions(_with_perfect(_without_both(_without_asides(_with_speaker(tokens)))))
+    return _with_prohibitions(_with_perfect(_without_both(_with_speaker(tokens))))
 
 
 def _with_speaker(tokens: Words) -> Words:
     """Write `need two teas` as `i need two teas`."""
     return ("i", *tokens) if tokens[:1] == ("need",) else tokens
-
-
-def _without_asides(tokens: Words) -> Words:
-    """Leave out `you know` and `like` between two commas."""
-    for aside in _ASIDES:
-        size = len(aside)
-        for at in range(len(tokens) - size + 1):
-            if tokens[at : at + size] == aside:
-                return _without_asides(tokens[:at] + tokens[at + size :])
-    return tokens
 
 
 def _without_both(tokens: Words) -> Words:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Final
 
 from aeros.agent.instructions import english
@@ -18,6 +18,8 @@ _SENTENCE_END: Final = re.compile(r"(?:[.;!?:\n\r\u2026]|--+|\s[-\u2013\u2014]\s
 _SIGNED_NUMBER: Final = re.compile(r"[-+\u2212\u00b1~<>=/.]\d+|\d+\s?[%/<>=]")
 """A number that means another one than its digits alone."""
 
+_TIMES: Final = re.compile(r"(?i)(?<!\w)(\d+)\s?[x\u00d7](?!\w)")
+"""A number as in an order: `2x dumplings`, which is read as `x2 dumplings`."""
 
 _STARTS_LIST: Final = re.compile(r"(?s)(?:^|\s)\(?(?:1[.)]\s.*\s\(?2[.)]\s|a\)\s.*\s\(?b\)\s)")
 _INLINE_NUMBER: Final = re.compile(r"(?:^|(?<=\s))\(?(?:\d[.)]|[a-h]\))\s+")
@@ -38,7 +40,7 @@ def spoken_sentences(instruction: str) -> Iterator[tuple[Words, bool]]:
     """
     if signed := _SIGNED_NUMBER.search(instruction):
         raise InstructionError(f"the number {quoted(signed.group())} is not understood")
-    rest = _LIST_NUMBER.sub("\n", instruction)
+    rest = _LIST_NUMBER.sub("\n", _TIMES.sub(r"x\1", instruction))
     if _STARTS_LIST.search(instruction):
         rest = _INLINE_NUMBER.sub("\n", rest)
     position = 0
@@ -47,10 +49,16 @@ def spoken_sentences(instruction: str) -> Iterator[tuple[Words, bool]]:
         end = _SENTENCE_END.search(rest, position)
         text = rest[position : end.start() if end else len(rest)]
         position = end.end() if end else len(rest)
-        for part in text.split(COMMA):
-            if words := english.respelt(normalized_words(part)):
-                pause = [] if not tokens or tokens[-1] == COLON else [COMMA]
-                tokens += [*pause, *words]
+        parts = text.split(COMMA)
+        for number, part in enumerate(parts, 1):
+            words = english.respelt(normalized_words(part))
+            words = tuple(word for word in words if word not in english.HESITATIONS)
+            is_between = tokens and tokens[-1] != COLON and number < len(parts)
+            if is_between and words in english.ASIDES:
+                continue
+            if words:
+                has_pause = tokens and tokens[-1] != COLON and not _ends_in_link(tokens)
+                tokens += [*([COMMA] if has_pause else []), *words]
         is_label = strip_ends(tuple(tokens)) in english.LABELS
         if end and end.group().strip() == COLON and is_label:
             tokens = []
@@ -60,3 +68,12 @@ def spoken_sentences(instruction: str) -> Iterator[tuple[Words, bool]]:
             if not (is_label and end and COLON in end.group()):
                 yield tuple(tokens), bool(end and "?" in end.group())
             tokens = []
+
+
+def _ends_in_link(tokens: Sequence[str]) -> bool:
+    """Return True for `…, and then`, after which a pause parts nothing."""
+    return COMMA in tokens and english.SEQUENCE.ending(tuple(tokens)) == tuple(tokens[_last_pause(tokens) :])
+
+
+def _last_pause(tokens: Sequence[str]) -> int:
+    return len(tokens) - tokens[::-1].index(COMMA)

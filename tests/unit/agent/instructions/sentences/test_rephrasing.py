@@ -18,7 +18,6 @@ from aeros.agent.instructions.sentences.rephrasing import rephrased
         ("bring both the can and the block", "bring the can and the block"),
         ("clean both tables", "clean both tables"),
         ("need two teas", "i need two teas"),
-        ("if the table s , you know , dirty , clean it", "if the table s dirty , clean it"),
         ("you know the table , clean it", "you know the table , clean it"),
     ],
 )

@@ -1,0 +1,200 @@
+"""Corrections that a speaker makes at once: `clean the left, no, the right half`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from aeros.agent.instructions import english
+from aeros.agent.instructions.arguments import counted_parameter
+from aeros.agent.instructions.covering import cover
+from aeros.agent.instructions.lexicon import TaskPhrases
+from aeros.agent.instructions.meaning import Understanding
+from aeros.agent.instructions.phrases import Words
+from aeros.agent.instructions.refusals import InstructionError
+from aeros.agent.instructions.segments import COMMA
+from aeros.agent.instructions.sentences.spoken_sentences import spoken_sentences
+from aeros.spec.diagnostics.codes import quoted
+
+_MAX_CORRECTIONS: Final = 3
+"""Limit on the corrections of an instruction."""
+
+_MAX_WORDS: Final = 24
+"""Limit on the words of a sentence that is corrected: all parts of it are tried."""
+
+_LONGER: Final = 2
+"""Words that the corrected part may have more than the words that replace it."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Correction:
+    """One correction.
+
+    Attributes:
+        before: the sentences before.
+        wrong: words of the sentence, or of the sentence before, up to the correction.
+        right: words after it.
+        after: the sentences after.
+    """
+
+    before: tuple[str, ...]
+    wrong: Words
+    right: Words
+    after: tuple[str, ...]
+
+
+def without_corrections(
+    instruction: str, tasks: Sequence[TaskPhrases], read: Callable[[str], Understanding]
+) -> tuple[str, tuple[str, ...]]:
+    """Replace what a speaker corrects by what was said instead.
+
+    A part of the sentence is replaced by the words after the correction if the result is understood, asks
+    for the same task, and changes only those parameters that these words state; or the whole sentence, if
+    these words are a request of their own. If there is no such part, the instruction stays as it is.
+
+    Args:
+        instruction: words of the user.
+        tasks: all tasks.
+        read: finds the meaning of an instruction; raises `InstructionError`.
+
+    Returns:
+        The instruction, and a note for each part that was replaced.
+
+    Raises:
+        InstructionError: the instruction holds a number with a sign, a fraction or the like.
+    """
+    notes: tuple[str, ...] = ()
+    for _ in range(_MAX_CORRECTIONS):
+        correction = _find(instruction)
+        corrected = correction and _corrected(correction, tasks, read)
+        if not correction or not corrected:
+            break
+        words, wrong = corrected
+        instruction = _text((*correction.before, _sentence(words), *correction.after))
+        right = quoted(" ".join(_without_commas(correction.right)))
+        notes += (f"{quoted(' '.join(wrong))}: corrected to {right}",)
+    return instruction, notes
+
+
+def _find(instruction: str) -> _Correction | None:
+    """Find the first correction."""
+    spoken = list(spoken_sentences(instruction))
+    texts = tuple(_sentence(tokens) + "?" * is_question for tokens, is_question in spoken)
+    for number, (tokens, _) in enumerate(spoken):
+        for at, token in enumerate(tokens):
+            begins = token == COMMA or (at == 0 and number > 0)
+            end = _end_of_correction(tokens, at + (token == COMMA)) if begins else 0
+            if not end:
+                continue
+            wrong = tokens[:at] or spoken[number - 1][0]
+            before = texts[:number] if at else texts[: number - 1]
+            return _Correction(before, wrong, tokens[end:], texts[number + 1 :])
+    return None
+
+
+def _end_of_correction(tokens: Words, start: int) -> int:
+    """Return the place after a correction that begins at `start`; 0 if none begins there."""
+    at, is_certain = start, False
+    while True:
+        strong = english.CORRECTIONS.starting(tokens, at)
+        weak = english.WEAK_CORRECTIONS.starting(tokens, at)
+        found = max(strong, weak, key=len)
+        if not found:
+            break
+        at += len(found)
+        has_pause = tokens[at : at + 1] == (COMMA,)
+        # `no` corrects only before a pause: `…, no wiping` prohibits.
+        is_certain |= len(strong) >= len(weak) or has_pause
+        at += has_pause
+    return at if is_certain and at < len(tokens) else 0
+
+
+def _corrected(
+    correction: _Correction, tasks: Sequence[TaskPhrases], read: Callable[[str], Understanding]
+) -> tuple[Words, Words] | None:
+    """Return the corrected words of the sentence and those that were replaced; None if that is not clear."""
+    wrong, right = correction.wrong, correction.right
+    if len(wrong) > _MAX_WORDS or _is_negative(wrong) or _is_negative(right):
+        return None
+    meant_before = _read(_text((*correction.before, _sentence(wrong))), read)
+    alone = _read(_sentence(right), read)
+    stated = _stated(right, tasks)
+    for start, end in _parts(len(wrong), len(_without_commas(right))):
+        words = wrong[:start] + right + wrong[end:]
+        found = _read(_text((*correction.before, _sentence(words))), read)
+        if found is None:
+            continue
+        replaced = _without_commas(wrong[start:end])
+        if meant_before is None:
+            # What the sentence said before is not known as a whole; nothing that it said is lost.
+            is_clear = _stated(replaced, tasks) <= stated and (start > 0 or len(stated) > 0)
+        else:
+            is_whole = end - start == len(wrong)
+            is_clear = _differs_only_in(stated, meant_before, found, may_be_another=is_whole)
+        if is_clear and (alone is None or alone.errands[-1:] == found.errands[-1:]):
+            return words, replaced
+    return None
+
+
+def _parts(size: int, replacing: int) -> Iterator[tuple[int, int]]:
+    """Yield the parts of a sentence that may be corrected: first those at its end, then others, then all."""
+    longest = min(size - 1, replacing + _LONGER)
+    for length in range(1, longest + 1):
+        yield size - length, size
+    for length in range(1, longest + 1):
+        for start in range(size - length - 1, -1, -1):
+            yield start, start + length
+    yield 0, size
+
+
+def _differs_only_in(
+    stated: frozenset[str], before: Understanding, found: Understanding, *, may_be_another: bool
+) -> bool:
+    """Check that a meaning differs only in its last request, and there only in parameters that are stated."""
+    if len(found.errands) != len(before.errands) or found.prohibited != before.prohibited:
+        return False
+    if found.errands[:-1] != before.errands[:-1]:
+        return False
+    one, other = before.errands[-1], found.errands[-1]
+    if not one.routed.covers(other.routed) and one.routed.task is not other.routed.task:
+        return may_be_another
+    if one.condition_text != other.condition_text:
+        return False
+    arguments, changed = one.routed.arguments, other.routed.arguments
+    return all(changed[name] == value for name, value in arguments.items() if name not in stated)
+
+
+def _stated(words: Words, tasks: Sequence[TaskPhrases]) -> frozenset[str]:
+    """Return the parameters of any task that words state a value of."""
+    plain = _without_commas(words)
+    names = {name for entry in tasks for name in cover(entry, plain, knows_pronoun=False).values.stated}
+    if any(english.number_of(word) is not None for word in plain):
+        # A number alone, as in `make one tea, no, two`.
+        names |= {one.name for entry in tasks if (one := counted_parameter(entry.routed.task))}
+    return frozenset(names)
+
+
+def _is_negative(words: Words) -> bool:
+    return not english.NEGATIVES.isdisjoint(words) or any(
+        english.PROHIBITIONS.starting(words, at) for at in range(len(words))
+    )
+
+
+def _read(text: str, read: Callable[[str], Understanding]) -> Understanding | None:
+    try:
+        return read(text)
+    except InstructionError:
+        return None
+
+
+def _sentence(tokens: Words) -> str:
+    return " ".join(tokens).replace(f" {COMMA}", COMMA)
+
+
+def _text(sentences: Sequence[str]) -> str:
+    return " ".join(one if one.endswith("?") else f"{one}." for one in sentences)
+
+
+def _without_commas(tokens: Words) -> Words:
+    return tuple(token for token in tokens if token != COMMA)
