@@ -11,6 +11,7 @@ from aeros.agent.instructions import english
 from aeros.agent.instructions.covering import cover
 from aeros.agent.instructions.lexicon import TaskPhrases
 from aeros.agent.instructions.meaning import Errand
+from aeros.agent.instructions.phrases import Words
 from aeros.agent.instructions.refusals import AmbiguousInstructionError, InstructionError
 from aeros.agent.instructions.requests import read_request
 from aeros.agent.instructions.segments import Link, Mood, Segment, Sentence
@@ -48,7 +49,7 @@ def merged_requests(sentence: Sentence, tasks: Sequence[TaskPhrases], before: Se
             if at in joined:
                 merged[-1] = replace(
                     merged[-1],
-                    words=merged[-1].words + segment.words,
+                    words=_joined(merged[-1].words, segment, tasks),
                     is_light=merged[-1].is_light or segment.is_light,
                 )
             else:
@@ -66,6 +67,18 @@ def merged_requests(sentence: Sentence, tasks: Sequence[TaskPhrases], before: Se
             continue
         return tuple(merged)
     return sentence
+
+
+def _joined(words: Words, segment: Segment, tasks: Sequence[TaskPhrases]) -> Words:
+    """Return the words with those of the segment; with `and` between them if a task declares `wrap and boil`."""
+    joint = tuple(segment.joint.split())
+    for phrase in (one for entry in tasks for one in entry.triggers):
+        for at in range(1, len(phrase) - len(joint)):
+            is_phrase = phrase[at : at + len(joint)] == joint and words[-at:] == phrase[:at]
+            rest = phrase[at + len(joint) :]
+            if is_phrase and segment.words[: len(rest)] == rest:
+                return words + joint + segment.words
+    return words + segment.words
 
 
 def _is_another_thing(first: Segment, segment: Segment, tasks: Sequence[TaskPhrases]) -> bool:

@@ -14,6 +14,8 @@ from aeros.agent.instructions.phrases import Words
 _SPEAKERS: Final = frozenset({"i", "we"})
 _PERSONS: Final = frozenset({"i", "we", "he", "she", "they", "everyone", "everybody", "someone", "somebody"})
 _THINGS: Final = frozenset({"it", "this", "that", "there", "these", "those"})
+_WISHING: Final = frozenset({"want", "wants", "like", "likes", "wish", "wishes", "love", "loves", "plan", "plans"})
+_PERCEIVING: Final = (("see",), ("watch",), ("visit",), ("eat",), ("meet",), ("come",), ("know",), ("sit",), ("work",))
 _FUTURE: Final = frozenset({"will", "ll"})
 
 
@@ -38,6 +40,8 @@ def is_statement(words: Words) -> bool:
     rest = frozenset(word for at, word in enumerate(words) if at and not _is_can(words, at))
     if first in _SPEAKERS and not english.DESIRES.isdisjoint(words[1:4]):
         return False
+    if first in english.DETERMINERS | english.POSSESSIVES and _is_wish_of_others(words):
+        return True
     if rest & english.MODALS and not (first not in _SPEAKERS | _THINGS and rest & english.MODALS <= _FUTURE):
         # `i can't reach it` states something
         return first in _SPEAKERS and (second == "cannot" or words[1:3] in (("can", "t"), ("could", "t")))
@@ -60,3 +64,10 @@ def is_statement(words: Words) -> bool:
 def _is_can(words: Words, at: int) -> bool:
     """Return True for the noun `can`."""
     return words[at] == "can" and (words[at + 1 :] == () or words[at + 1] in english.FINITE)
+
+
+def _is_wish_of_others(words: Words) -> bool:
+    """Return True for `the audit team wants to see the process`: what it asks for is not asked of the robot."""
+    verb = next((at for at, word in enumerate(words) if word in _WISHING), 0)
+    is_infinitive = words[verb + 1 : verb + 2] == ("to",) and words[verb + 2 : verb + 3] in _PERCEIVING
+    return bool(verb) and is_infinitive and not english.PERSONS.isdisjoint(words[1:verb])

@@ -34,13 +34,15 @@ class _Correction:
     Attributes:
         before: the sentences before.
         wrong: words of the sentence, or of the sentence before, up to the correction.
-        right: words after it.
+        right: words after it, up to the next correction.
+        rest: the next correction, and the words after it.
         after: the sentences after.
     """
 
     before: tuple[str, ...]
     wrong: Words
     right: Words
+    rest: Words
     after: tuple[str, ...]
 
 
@@ -71,7 +73,7 @@ def without_corrections(
         if not correction or not corrected:
             break
         words, wrong = corrected
-        instruction = _text((*correction.before, _sentence(words), *correction.after))
+        instruction = _text((*correction.before, _sentence(words + correction.rest), *correction.after))
         right = quoted(" ".join(_without_commas(correction.right)))
         notes += (f"{quoted(' '.join(wrong))}: corrected to {right}",)
     return instruction, notes
@@ -89,7 +91,9 @@ def _find(instruction: str) -> _Correction | None:
                 continue
             wrong = tokens[:at] or spoken[number - 1][0]
             before = texts[:number] if at else texts[: number - 1]
-            return _Correction(before, wrong, tokens[end:], texts[number + 1 :])
+            commas = (to for to in range(end + 1, len(tokens)) if tokens[to] == COMMA)
+            rest = next((to for to in commas if _end_of_correction(tokens, to + 1)), len(tokens))
+            return _Correction(before, wrong, tokens[end:rest], tokens[rest:], texts[number + 1 :])
     return None
 
 

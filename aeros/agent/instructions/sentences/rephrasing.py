@@ -10,6 +10,7 @@ from aeros.agent.instructions.segments import COMMA
 
 _TIMES: Final = frozenset({"once", "after", "when"})
 _SPEAKERS: Final = (("i",), ("we",), ("you",), ("they",))
+_PRONOUNS: Final = (("it",), ("them",))
 _DONE: Final = frozenset({"done", "finished", "complete", "completed", "over", "through"})
 _WANTED: Final = frozenset({"needed", "required", "necessary", "wanted"})
 _BE: Final = frozenset({"is", "are", "has", "have"})
@@ -26,7 +27,7 @@ def rephrased(tokens: Words) -> Words:
         The sentence, without `both`; with `once you have` before an act that is to be over, and
         with `do not` before one that is prohibited.
     """
-    return _with_prohibitions(_with_perfect(_without_both(_with_speaker(tokens))))
+    return _with_prohibitions(_with_perfect(_without_all(_without_both(_with_speaker(tokens)))))
 
 
 def _with_speaker(tokens: Words) -> Words:
@@ -39,6 +40,16 @@ def _without_both(tokens: Words) -> Words:
     for at, word in enumerate(tokens[:-1]):
         if word == "both" and tokens[at + 1] in english.DETERMINERS and "and" in tokens[at:]:
             return tokens[:at] + tokens[at + 1 :]
+    return tokens
+
+
+def _without_all(tokens: Words) -> Words:
+    """Write `clear it all up` and `clear all of it` as `clear it up` and `clear it`."""
+    for at, word in enumerate(tokens):
+        if word == "all" and tokens[at - 1 : at] in _PRONOUNS and at:
+            return tokens[:at] + tokens[at + 1 :]
+        if tokens[at : at + 2] == ("all", "of") and tokens[at + 2 : at + 3] in _PRONOUNS:
+            return tokens[:at] + tokens[at + 2 :]
     return tokens
 
 
@@ -80,13 +91,17 @@ def _finished_act(clause: Words, *, is_state: bool) -> Words:
 
 
 def _with_prohibitions(tokens: Words) -> Words:
-    """Rewrite `the table must not be cleaned` and `leave the table alone` as `do not the table cleaned`."""
+    """Rewrite `the table must not be cleaned` and `leave the table alone` as prohibitions of its cleaning."""
     found: Words = ()
     begin = at = 0
+    is_closed = False
     while at < len(tokens):
         link = english.SEQUENCE.starting(tokens, at) or (tokens[at : at + 1] if tokens[at] == COMMA else ())
         if link:
-            found += _prohibition(tokens[begin:at]) + link
+            clause = _prohibition(tokens[begin:at])
+            is_closed = clause[:1] == ("without",) != tokens[begin : begin + 1] or (is_closed and not clause)
+            # What is left alone ends before `and`: no second thing is prohibited.
+            found += clause + (link if not is_closed or link != ("and",) else (COMMA,) if clause else ())
             begin = at + len(link)
         at += len(link) or 1
     return found + _prohibition(tokens[begin:])
@@ -102,6 +117,8 @@ def _prohibition(clause: Words) -> Words:
     while found := english.OPENERS.starting(clause, len(opener)):
         opener += found
     rest = clause[len(opener) :]
-    if rest[:1] in (("leave",), ("let",)) and rest[-1:] in (("alone",), ("be",)) and len(rest) > 2:
-        return ("do", "not", *rest[1:-1])
+    if rest[:1] in (("leave",), ("let",), ("keep",)) and (end := english.LEFT_ALONE.ending(rest)):
+        if len(rest) > 1 + len(end):
+            # As after `without`, the prohibition ends here.
+            return ("without", *rest[1 : -len(end)])
     return clause

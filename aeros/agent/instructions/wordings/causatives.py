@@ -21,6 +21,8 @@ def causatives(wording: Wording) -> Iterator[Wording]:
     if not causative:
         return
     rest = wording.words[len(causative) :]
+    if rest[:1] and rest[0] in english.ADJECTIVES and rest[1:2] and rest[1] in english.DETERMINERS:
+        rest = (*rest[1:], rest[0])  # `make clean the table`
     for linked in (rest, *without_each(rest, english.COPULAS)):
         if any(english.participle_bases(word) for word in linked):
             yield wording.with_object_first(linked, is_perfect=True)
@@ -48,9 +50,13 @@ def duties(wording: Wording) -> Iterator[Wording]:
     """
     for rest in without_each(wording.words, english.DUTIES):
         yield wording.with_object_first(rest, is_perfect=True)
-    for rest in without_each(wording.words, english.MOVES):
-        # `the can needs to go to the left side` is `the can to the left side`
-        yield wording.with_words(rest)
+    words = wording.words
+    for at in range(1, len(words)):
+        if move := english.MOVES.starting(words, at):
+            # `the can needs to go on the left side` is `the can to the left side`
+            rest = words[at + len(move) :]
+            rest = ("to", *rest[1:]) if rest[:1] and rest[0] in english.POSITIONS else rest
+            yield wording.with_words((*words[:at], *rest))
 
 
 def passives(wording: Wording) -> Iterator[Wording]:

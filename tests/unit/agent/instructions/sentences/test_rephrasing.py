@@ -14,7 +14,7 @@ from aeros.agent.instructions.sentences.rephrasing import rephrased
         ("when the table is wiped , cook", "when the table is wiped , cook"),
         ("once the guests are gone , cook", "once the guests are gone , cook"),
         ("cook , the table must not be cleaned", "cook , do not the table cleaned"),
-        ("cook and leave the table alone", "cook and do not the table"),
+        ("cook and leave the table alone", "cook and without the table"),
         ("bring both the can and the block", "bring the can and the block"),
         ("clean both tables", "clean both tables"),
         ("need two teas", "i need two teas"),
