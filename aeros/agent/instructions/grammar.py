@@ -108,7 +108,8 @@ def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sent
         tokens = ("if", *("is" if word == "be" else word for word in tokens[1:]))
     tokens, more = without_reasons(rephrased(_without_greeting(tokens)))
     reasons += more
-    tokens = strip_ends(tokens)
+    tokens, closers = strip_ends(tokens), tokens
+    closers = closers[len(tokens) :]
     opener = english.OPENERS.starting(tokens)
     leading = english.LEADING.starting(tokens) if COMMA in tokens else ()
     leading = () if len(opener) > len(leading) else leading
@@ -125,6 +126,8 @@ def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sent
         segments[1] = replace(segments[1], link=Link.AFTER if comes_later else Link.THEN)
     if segments[0].mood is Mood.REQUEST:
         _require_request(whole, tokens, is_question=is_question)
+    if segments[-1].mood is Mood.REQUEST and COMMA not in closers:
+        segments[-1] = replace(segments[-1], closers=segments[-1].closers + closers)
     if len(segments) > 1 and segments[-1].mood is Mood.CONDITION and segments[-2].mood is Mood.REQUEST:
         # As in `clean it, but only if it is dirty`.
         segments[-1] = replace(segments[-1], link=Link.ADJUNCT)
@@ -164,7 +167,7 @@ _POLITE: Final = frozenset({"please", "pls", "plz", "kindly"})
 
 
 def _is_order(whole: Words) -> bool:
-    """Return True for `two teas`, which asks for them as `two teas, please` does; thanks may be for others."""
+    """Return True for `two teas`, which asks for them; thanks may be for others."""
     first = strip_openers(whole)[:1]
     is_number = any(english.number_of(word.removeprefix("x")) is not None for word in first)
     return is_number and first not in (("a",), ("an",), ("one",), ("some",)) and _THANKS.isdisjoint(whole)

@@ -115,9 +115,9 @@ def task_phrases(modules: Mapping[str, Ecm]) -> tuple[TaskPhrases, ...]:
     return tuple(
         TaskPhrases(
             RoutedTask(name, task),
-            _as_words(task.trigger_phrases),
+            _as_words(_expanded(task.trigger_phrases)),
             _as_words(task.object_phrases),
-            _with_bare_nouns(_as_words([one for text in task.extra_phrases for one in expanded(text)])),
+            _with_bare_nouns(_as_words(_expanded(task.extra_phrases))),
             value_phrases(task),
             _states(task),
         )
@@ -133,7 +133,12 @@ def _states(task: Task) -> frozenset[str]:
         subject = tuple(word for word in phrase[:-2] if word not in english.DETERMINERS)
         if phrase[-2:-1] == ("is",) and subject in _as_words(task.object_phrases):
             found.add(phrase[-1])
-    return frozenset(found - {word for one in task.trigger_phrases for word in normalized_words(one)})
+    verbs = {word for one in _expanded(task.trigger_phrases) for word in normalized_words(one)}
+    return frozenset(found - verbs)
+
+
+def _expanded(patterns: Sequence[str]) -> list[str]:
+    return [phrase for one in patterns for phrase in expanded(one)]
 
 
 def _as_words(phrases: Sequence[str]) -> tuple[Words, ...]:

@@ -70,7 +70,7 @@ def merged_requests(sentence: Sentence, tasks: Sequence[TaskPhrases], before: Se
 
 
 def _joined(words: Words, segment: Segment, tasks: Sequence[TaskPhrases]) -> Words:
-    """Return the words with those of the segment; with `and` between them if a task declares `wrap and boil`."""
+    """Return the words of both; with `and` between them if a task declares `wrap and boil`."""
     joint = tuple(segment.joint.split())
     for phrase in (one for entry in tasks for one in entry.triggers):
         for at in range(1, len(phrase) - len(joint)):

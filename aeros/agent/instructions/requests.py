@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -13,6 +13,7 @@ from aeros.agent.instructions.coverage import Coverage
 from aeros.agent.instructions.covering import cover
 from aeros.agent.instructions.lexicon import TaskPhrases
 from aeros.agent.instructions.meaning import Errand
+from aeros.agent.instructions.phrases import Words
 from aeros.agent.instructions.refusals import (
     AmbiguousInstructionError,
     InstructionError,
@@ -117,9 +118,7 @@ def _read(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence[Erran
             raise InstructionError(f"{quoted(segment.text)} leaves a choice; ask for one thing")
     last = before[-1].routed if before else None
     refusal: InstructionError | None = None
-    for number in range(len(segment.openers) + 1):
-        # The phrase of a task may begin with words that are openers elsewhere, as in `go on`.
-        words = segment.openers[len(segment.openers) - number :] + segment.words
+    for words in _with_ends(segment):
         # `clean the table, then the can, please` does not wish for the can.
         may_wish = segment.link is Link.START or words[:1] in _INDEFINITE
         for form in wordings(
@@ -150,6 +149,17 @@ def _read(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence[Erran
             refusal = refusal or not_covered(segment, coverages)
     assert refusal is not None  # noqa: S101 - the first round makes one
     raise refusal
+
+
+def _with_ends(segment: Segment) -> Iterator[Words]:
+    """Yield the words of a request, then those with its openers or closers.
+
+    The phrase of a task may begin with words that are openers elsewhere, as in `go on`, or end with closers.
+    """
+    for number in range(len(segment.openers) + 1):
+        yield segment.openers[len(segment.openers) - number :] + segment.words
+    if segment.closers:
+        yield segment.words + segment.closers
 
 
 def _follows_as_wish(segment: Segment) -> bool:

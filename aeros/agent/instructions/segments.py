@@ -47,6 +47,7 @@ class Segment:
         is_new: True if its first words show that it is wanted, even after a prohibition.
         is_perfect: True if its verb is in the perfect, as in `once you have cleaned …`.
         openers: words before those of a request that change nothing in it, unless a task begins with them.
+        closers: words after those of a request that change nothing in it, unless a task ends with them.
         is_polite: True if its sentence has a word such as `please`.
         is_light: True if its verb is one that stands for others, such as `do`.
         carried: words of the first request of its sentence that it may go on with, as `have` in `have the
@@ -61,6 +62,7 @@ class Segment:
     is_new: bool = False
     is_perfect: bool = False
     openers: Words = ()
+    closers: Words = ()
     is_polite: bool = False
     is_light: bool = False
     carried: tuple[Words, ...] = ()

@@ -197,7 +197,8 @@ class Task:
     words: tuple[TextField, ...] = field(
         metadata={
             "doc": "the phrases that ask for this task: verbs, as in `words: [clean, tidy up]`, if it has "
-            "`objects`; verbs may be said in their -ing form"
+            "`objects`; verbs may be said in their -ing form; words in brackets may be left out, and of "
+            "those parted by bars one is said, as in `clear (all) the (clutter|mess) from`"
         }
     )
     goal: ExpressionField = field(metadata={"doc": "the condition that must hold at the end"})

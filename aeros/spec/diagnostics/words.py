@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import unicodedata
+from functools import lru_cache
 from itertools import groupby, product
+from math import prod
 from re import compile as pattern
 from typing import Final
 
-_OPTIONAL: Final = pattern(r"\(([^()]*)\)")
+_GROUP: Final = pattern(r"\(([^()]*)\)")
 
-MAX_OPTIONAL: Final = 6
-"""Limit on the optional parts of a phrase: each doubles the number of phrases."""
+MAX_PHRASES: Final = 512
+"""Limit on the phrases that one pattern stands for."""
 
 
 def normalized_words(text: str) -> tuple[str, ...]:
@@ -29,26 +31,34 @@ def normalized_words(text: str) -> tuple[str, ...]:
     return tuple("".join(run) for is_word, run in groupby(folded, _is_of_word) if is_word)
 
 
+@lru_cache(maxsize=1 << 10)
 def expanded(text: str) -> tuple[str, ...]:
-    """List the phrases that a phrase with optional parts stands for.
+    """List the phrases that a pattern stands for.
 
     Args:
-        text: a phrase; words in brackets may be left out, as in `into (two) (marked) trays`.
+        text: a phrase; words in brackets may be left out, as in `into (two) trays`; of words parted by bars
+            in brackets, one is said, as in `into the (tray|box)`, or none, as in `wipe (up|down|)`.
 
     Returns:
-        The phrases, the longest first; empty if its brackets do not match, a part of it is nested or empty,
-        or it has more than `MAX_OPTIONAL` of them.
+        The phrases, first those with the words in brackets; empty if the brackets do not match, one is nested
+        or has an empty part, or there are more than `MAX_PHRASES` phrases.
     """
-    fixed, optional = _OPTIONAL.split(text)[::2], _OPTIONAL.findall(text)
-    if len(optional) > MAX_OPTIONAL or not all(map(normalized_words, optional)):
+    parts = _GROUP.split(text)
+    if any(bracket in part for part in parts[::2] for bracket in "(|)"):
         return ()
-    if any(bracket in part for part in fixed for bracket in "()"):
+    choices: list[tuple[str, ...]] = []
+    for group in parts[1::2]:
+        *alternatives, last = group.split("|")
+        # A last alternative may be empty: `(up|down|)`.
+        if not all(map(normalized_words, alternatives)) or not (alternatives or normalized_words(last)):
+            return ()
+        choices.append((*alternatives, last) if alternatives else (last, ""))
+    if prod(map(len, choices)) > MAX_PHRASES:
         return ()
     found = []
-    for chosen in product((True, False), repeat=len(optional)):
-        kept = (one if is_kept else "" for one, is_kept in zip(optional, chosen, strict=True))
-        parts = [part for pair in zip(fixed, (*kept, ""), strict=True) for part in pair]
-        found.append(" ".join(" ".join(parts).split()))
+    for chosen in product(*choices):
+        words = (part for pair in zip(parts[::2], (*chosen, ""), strict=True) for part in pair)
+        found.append(" ".join(" ".join(words).split()))
     return tuple(found)
 
 

@@ -16,7 +16,7 @@ from aeros.spec.declared import site as declared_site
 from aeros.spec.declared import task_parameters as declared
 from aeros.spec.declared.quantity import Quantity
 from aeros.spec.diagnostics.codes import Diagnostics
-from aeros.spec.diagnostics.words import MAX_OPTIONAL, expanded, normalized_words
+from aeros.spec.diagnostics.words import MAX_PHRASES, expanded, normalized_words
 from aeros.spec.elaborate.expressions import elaborate_quantity
 from aeros.spec.elaborate.names import check_name_is_free
 from aeros.spec.elaborate.quantities import elaborate_variable
@@ -167,26 +167,24 @@ def elaborate_objects(site: declared_site.Site, diagnostics: Diagnostics) -> dic
 
 
 def phrases_of(words: Sequence[TextField], diagnostics: Diagnostics) -> tuple[str, ...]:
-    """Elaborate phrases; each must have a letter or digit, or nobody could say it.
+    """Elaborate phrases to all that their patterns stand for.
 
     Args:
         words: the declared phrases.
         diagnostics: receives the faults.
 
     Returns:
-        The phrases in lower case.
+        The phrases in lower case, without brackets.
     """
-    for phrase in words:
-        if not normalized_words(phrase.value):
-            diagnostics.error("AE112", f"`{phrase.value}` has no word", phrase.span)
-    return tuple(phrase.value.casefold() for phrase in words)
+    patterns = patterns_of(words, diagnostics)
+    return tuple(dict.fromkeys(phrase for one in patterns for phrase in expanded(one)))
 
 
-def optional_phrases_of(words: Sequence[TextField], diagnostics: Diagnostics) -> tuple[str, ...]:
-    """Elaborate phrases with optional parts in brackets; something is always said.
+def patterns_of(words: Sequence[TextField], diagnostics: Diagnostics) -> tuple[str, ...]:
+    """Elaborate phrases; each must have a letter or digit whatever is left out, or nobody could say it.
 
     Args:
-        words: the declared phrases.
+        words: the declared phrases, with optional words and alternatives in brackets.
         diagnostics: receives the faults.
 
     Returns:
@@ -195,11 +193,13 @@ def optional_phrases_of(words: Sequence[TextField], diagnostics: Diagnostics) ->
     for phrase in words:
         phrases = expanded(phrase.value)
         if not phrases:
-            help_ = (f"write at most {MAX_OPTIONAL} optional parts, as in `into (two) (marked) trays`",)
-            headline = f"the brackets of `{phrase.value}` are not closed, nested, empty or too many"
+            help_ = (f"write at most {MAX_PHRASES} phrases in one, as in `into (two) (trays|boxes)`",)
+            headline = f"the brackets of `{phrase.value}` are not closed, nested, empty or stand for too many"
             diagnostics.error("AE112", headline, phrase.span, help=help_)
         elif not all(map(normalized_words, phrases)):
-            diagnostics.error("AE112", f"`{phrase.value}` may have no word", phrase.span)
+            are_all = not any(map(normalized_words, phrases))
+            headline = f"`{phrase.value}` {'has' if are_all else 'may have'} no word"
+            diagnostics.error("AE112", headline, phrase.span)
     return tuple(phrase.value.casefold() for phrase in words)
 
 

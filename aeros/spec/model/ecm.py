@@ -221,7 +221,7 @@ class Task:
 
     Attributes:
         id: name of the task in its module.
-        trigger_phrases: phrases that ask for it: verbs, if it has object phrases.
+        trigger_phrases: patterns of phrases that ask for it: verbs, if it has object phrases.
         goal: condition on the state.
         goal_text: the goal as written.
         goal_conjuncts: the conditions that the goal is the conjunction of.

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.diagnostics.source import Source, SourceSpan
+from aeros.spec.diagnostics.words import expanded
 from aeros.spec.text.site_layers import layer_span, whole_offset
 
 if TYPE_CHECKING:
@@ -196,7 +197,8 @@ def summarize_module(ecm: Ecm) -> ModuleSummary:
         tuple(
             TaskPhrase(task.id, word, task.object_phrases, span)
             for task in ecm.tasks.values()
-            for word, span in zip(task.trigger_phrases, task.word_spans, strict=True)
+            for pattern, span in zip(task.trigger_phrases, task.word_spans, strict=True)
+            for word in expanded(pattern)
         ),
         effect_values,
         dict(ecm.required_modules),

@@ -14,8 +14,8 @@ from aeros.agent.instructions.phrases import Words
 _SPEAKERS: Final = frozenset({"i", "we"})
 _PERSONS: Final = frozenset({"i", "we", "he", "she", "they", "everyone", "everybody", "someone", "somebody"})
 _THINGS: Final = frozenset({"it", "this", "that", "there", "these", "those"})
-_WISHING: Final = frozenset({"want", "wants", "like", "likes", "wish", "wishes", "love", "loves", "plan", "plans"})
-_PERCEIVING: Final = (("see",), ("watch",), ("visit",), ("eat",), ("meet",), ("come",), ("know",), ("sit",), ("work",))
+_WISHING: Final = frozenset({"want", "wants", "like", "likes", "wish", "wishes", "love", "loves"})
+_OWN_ACTS: Final = frozenset({"see", "watch", "visit", "eat", "meet", "come", "know", "sit", "work"})
 _FUTURE: Final = frozenset({"will", "ll"})
 
 
@@ -67,7 +67,9 @@ def _is_can(words: Words, at: int) -> bool:
 
 
 def _is_wish_of_others(words: Words) -> bool:
-    """Return True for `the audit team wants to see the process`: what it asks for is not asked of the robot."""
+    """Return True for `the team wants to see the process`, which asks the robot for nothing."""
     verb = next((at for at, word in enumerate(words) if word in _WISHING), 0)
-    is_infinitive = words[verb + 1 : verb + 2] == ("to",) and words[verb + 2 : verb + 3] in _PERCEIVING
-    return bool(verb) and is_infinitive and not english.PERSONS.isdisjoint(words[1:verb])
+    is_own_act = words[verb + 1 : verb + 2] == ("to",) and not _OWN_ACTS.isdisjoint(
+        words[verb + 2 : verb + 3]
+    )
+    return bool(verb) and is_own_act and not english.PERSONS.isdisjoint(words[1:verb])

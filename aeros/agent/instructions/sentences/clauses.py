@@ -54,7 +54,10 @@ def segments_of(tokens: Words) -> Iterator[Segment]:
         before = mood
         openers = tokens[position:start] if mood is Mood.REQUEST else ()
         is_light = bool(english.LIGHT_VERBS.ending(openers))
-        yield Segment(mood, words, link, marker, joint, is_new, is_perfect, openers, is_light=is_light)
+        closers = whole[len(words) :] if mood is Mood.REQUEST and whole[: len(words)] == words else ()
+        yield Segment(
+            mood, words, link, marker, joint, is_new, is_perfect, openers, closers, is_light=is_light
+        )
         position, link, joint = after, next_link, next_joint
     if link is not Link.START and joint not in ("", COMMA) and position >= len(tokens):
         raise InstructionError(f"nothing follows after {quoted(joint)}")

@@ -117,8 +117,8 @@ def _prohibition(clause: Words) -> Words:
     while found := english.OPENERS.starting(clause, len(opener)):
         opener += found
     rest = clause[len(opener) :]
-    if rest[:1] in (("leave",), ("let",), ("keep",)) and (end := english.LEFT_ALONE.ending(rest)):
-        if len(rest) > 1 + len(end):
-            # As after `without`, the prohibition ends here.
-            return ("without", *rest[1 : -len(end)])
+    end = english.LEFT_ALONE.ending(rest) if rest[:1] in (("leave",), ("let",), ("keep",)) else ()
+    if end and len(rest) > 1 + len(end):
+        # As after `without`, the prohibition ends here.
+        return ("without", *rest[1 : -len(end)])
     return clause

@@ -12,7 +12,7 @@ from aeros.spec.elaborate.module.action_conditions import elaborate_action_condi
 from aeros.spec.elaborate.module.callables import CallableNames
 from aeros.spec.elaborate.names import resolve_name
 from aeros.spec.elaborate.scopes import state_scope
-from aeros.spec.elaborate.task_parameters import optional_phrases_of, phrases_of
+from aeros.spec.elaborate.task_parameters import patterns_of, phrases_of
 from aeros.spec.elaborate.values import elaborate_state_values, elaborate_value
 from aeros.spec.expr import terms as t
 from aeros.spec.model.ecm import ActionCondition, Alternative, PlanningRule, Task, TaskInvariant
@@ -62,7 +62,7 @@ class _TaskElaborator:
         goal = elaborate_action_condition(task.goal, state_scope(self._site), self._diagnostics)
         return Task(
             id=name.value,
-            trigger_phrases=tuple(word.value.casefold() for word in task.words),
+            trigger_phrases=patterns_of(task.words, self._diagnostics),
             goal=t.FALSE if goal is None else goal.term,
             goal_text=task.goal.value,
             rules=tuple(rule for one in task.rules if (rule := self._rule(one)) is not None),
@@ -73,7 +73,7 @@ class _TaskElaborator:
             goal_conjuncts=() if goal is None else goal.conjuncts,
             word_spans=tuple(word.span for word in task.words),
             object_phrases=phrases_of(task.objects, self._diagnostics),
-            extra_phrases=optional_phrases_of(task.extras, self._diagnostics),
+            extra_phrases=patterns_of(task.extras, self._diagnostics),
             condition_phrases=self._conditions(task.conditions),
             parameters=parameters,
         )
@@ -105,7 +105,8 @@ class _TaskElaborator:
         conditions: dict[str, ActionCondition] = {}
         for one in listed:
             condition = elaborate_action_condition(one.require, state_scope(self._site), self._diagnostics)
-            for phrase, text in zip(one.words, phrases_of(one.words, self._diagnostics), strict=True):
+            spoken = ((word, text) for word in one.words for text in phrases_of((word,), self._diagnostics))
+            for phrase, text in spoken:
                 if text in conditions:
                     self._diagnostics.error("AE120", f"the condition `{text}` is declared twice", phrase.span)
                 if condition is not None:

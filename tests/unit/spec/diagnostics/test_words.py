@@ -48,8 +48,16 @@ def test_words_are_the_same_however_the_text_is_composed_and_split_no_further(te
         ("to the) tray", ()),
         ("to ((the) big) tray", ()),
         ("to () tray", ()),
-        ("(a) (b) (c) (d) (e) (f) (g) h", ()),
+        (
+            "clear (dirt|the mess) (up)",
+            ("clear dirt up", "clear dirt", "clear the mess up", "clear the mess"),
+        ),
+        ("wipe (up|)", ("wipe up", "wipe")),
+        ("wipe (|up)", ()),
+        ("wipe (|)", ()),
+        ("clear | up", ()),
+        ("a" + " (b)" * 10, ()),
     ],
 )
-def test_bracketed_words_may_be_left_out(text: str, phrases: tuple[str, ...]) -> None:
+def test_bracketed_words_are_optional_or_alternatives(text: str, phrases: tuple[str, ...]) -> None:
     assert expanded(text) == phrases

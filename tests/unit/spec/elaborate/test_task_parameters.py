@@ -9,7 +9,7 @@ import pytest
 
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
-from aeros.spec.elaborate.task_parameters import optional_phrases_of
+from aeros.spec.elaborate.task_parameters import patterns_of
 from aeros.spec.expr.types import EnumType
 from aeros.spec.text.discovery import reference_site_path
 from aeros.spec.text.fields import TextField
@@ -134,19 +134,20 @@ def test_an_object_has_a_name_that_nothing_else_has(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "headline"),
     [
-        ("to (the tray", "the brackets of `to (the tray` are not closed, nested, empty or too many"),
+        (
+            "to (the tray",
+            "the brackets of `to (the tray` are not closed, nested, empty or stand for too many",
+        ),
         ("(to me)", "`(to me)` may have no word"),
     ],
 )
 def test_optional_words_have_closed_brackets_and_leave_a_word(text: str, headline: str) -> None:
     diagnostics = Diagnostics()
-    optional_phrases_of([TextField(text, SPAN, NODE)], diagnostics)
+    patterns_of([TextField(text, SPAN, NODE)], diagnostics)
     assert [(one.code, one.headline) for one in diagnostics] == [("AE112", headline)]
 
 
 def test_phrases_with_optional_words_keep_their_brackets() -> None:
     diagnostics = Diagnostics()
-    assert optional_phrases_of([TextField("Into (two) trays", SPAN, NODE)], diagnostics) == (
-        "into (two) trays",
-    )
+    assert patterns_of([TextField("Into (two) trays", SPAN, NODE)], diagnostics) == ("into (two) trays",)
     assert not list(diagnostics)
