@@ -34,6 +34,8 @@ def scoped(sentence: Sentence, tasks: Sequence[TaskPhrases], before: Sequence[Er
     try:
         return check_scopes(sentence)
     except InstructionError:
+        if _is_of_last_alone(sentence, tasks, before):
+            return check_scopes((*sentence[:-2], replace(sentence[-2], link=Link.THEN), sentence[-1]))
         joined = _as_one_request(sentence)
         if joined is None:
             raise
@@ -67,6 +69,25 @@ def _without_comma(segment: Segment, tasks: Sequence[TaskPhrases]) -> Sentence:
 
 def _is_declared(condition: Segment, tasks: Sequence[TaskPhrases]) -> bool:
     return any(find_condition(condition, entry, is_own=True) is not None for entry in tasks)
+
+
+def _is_of_last_alone(sentence: Sentence, tasks: Sequence[TaskPhrases], before: Sequence[Errand]) -> bool:
+    """Return True for `bring the can and clean the table if it is dirty`: `it` can only be the table."""
+    *requests, condition = sentence
+    is_of_it = condition.mood is Mood.CONDITION and condition.words[:1] == ("it",)
+    if not is_of_it or len(requests) < 2 or any(one.mood is not Mood.REQUEST for one in requests):
+        return False
+    context = list(before)
+    try:
+        for request in requests:
+            context.append(read_request(request, None, tasks, context).errand)
+    except InstructionError:
+        return False
+    asked = [entry for one in context[len(before) :] for entry in tasks if entry.routed.covers(one.routed)]
+    return [find_condition(condition, entry, is_own=True) is not None for entry in asked] == [
+        *(False for _ in requests[1:]),
+        True,
+    ]
 
 
 def _as_one_request(sentence: Sentence) -> Sentence | None:
