@@ -6,7 +6,8 @@ from aeros.agent.instructions.condition_scopes import scoped
 from aeros.agent.instructions.grammar import parse_instruction
 from aeros.agent.instructions.lexicon import task_phrases
 from aeros.agent.instructions.refusals import InstructionError
-from tests.unit.agent.instructions.lists.reference import reference_modules
+from aeros.agent.instructions.understand import understand
+from tests.unit.agent.instructions.lists.reference import parametric_modules, reference_modules
 
 
 def segments(text: str) -> list[str]:
@@ -31,3 +32,28 @@ def test_two_verbs_of_one_request_depend_on_one_condition() -> None:
 def test_two_requests_behind_a_condition_are_refused(text: str) -> None:
     with pytest.raises(InstructionError, match="which request depends"):
         segments(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "has_condition"),
+    [
+        ("bring the can and clean the table if it is dirty", [False, True]),
+        ("make dumplings, bring the can, and wipe the table if it is dirty", [False, False, True]),
+    ],
+)
+def test_a_condition_on_it_is_of_the_request_that_it_must_mean(text: str, has_condition: list[bool]) -> None:
+    meaning = understand(text, parametric_modules())
+    assert [one.condition is not None for one in meaning.errands] == has_condition
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "clean the table and bring the can if it is dirty",
+        "clear the table and wipe it if it is dirty",
+        "bring the can and clean the table if necessary",
+    ],
+)
+def test_a_condition_that_may_be_of_both_is_refused(text: str) -> None:
+    with pytest.raises(InstructionError, match="which request depends"):
+        understand(text, parametric_modules())

@@ -14,7 +14,12 @@ from aeros.agent.instructions.understand import understand
 from aeros.spec.model.ecm import Ecm
 from tests.hypothesis_profiles import examples
 from tests.unit.agent.dumplings import CLEAN, DUMPLING, module, task
-from tests.unit.agent.instructions.lists.reference import LETTERS, LISTS, reference_modules
+from tests.unit.agent.instructions.lists.reference import (
+    LETTERS,
+    LISTS,
+    parametric_modules,
+    reference_modules,
+)
 
 GROUPS: dict[str, dict[str, str]] = yaml.safe_load((LISTS / "authors.yaml").read_text())
 EXPECTED = {text: meaning for group in GROUPS.values() for text, meaning in group.items()}
@@ -232,3 +237,26 @@ def test_without_tasks_nothing_is_provided() -> None:
     for modules in ({}, {"empty": module("empty", ())}):
         with pytest.raises(InstructionError, match="no task is installed"):
             understand("make dumplings", modules)
+
+
+@pytest.mark.parametrize(
+    ("instruction", "formal"),
+    [
+        ("get the table ready for our guests", ["serve_table.serve_table"]),
+        ("2 dumplings", ["make_dumplings.make_dumplings(count = 2)"]),
+        (
+            "The red can should end up on the left.",
+            ["fetch_object.fetch_object(object = red_can, to = left)"],
+        ),
+        ("red can, left. go.", ["fetch_object.fetch_object(object = red_can, to = left)"]),
+    ],
+)
+def test_wordings_that_people_used(instruction: str, formal: list[str]) -> None:
+    meaning = understand(instruction, parametric_modules())
+    assert [one.routed.formal_text for one in meaning.errands] == formal
+
+
+@pytest.mark.parametrize("instruction", ["two dumplings, thanks", "one dumpling", "the dumplings", "go"])
+def test_a_thing_is_not_asked_for_by_its_name_alone(instruction: str) -> None:
+    with pytest.raises(InstructionError):
+        understand(instruction, parametric_modules())

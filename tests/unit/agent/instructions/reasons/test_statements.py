@@ -17,6 +17,7 @@ from aeros.agent.instructions.reasons.statements import is_statement
         "my son wants the red can",
         "i can t reach it",
         "there is a mess",
+        "the audit team wants to see the process",
     ],
 )
 def test_a_subject_with_a_finite_verb_states_something(words: str) -> None:
@@ -32,6 +33,8 @@ def test_a_subject_with_a_finite_verb_states_something(words: str) -> None:
         "the table",
         "the red can",
         "i want the table cleaned",
+        "the machine wants to see the process",
+        "the team wants to have the table cleaned",
         "i would hate that",
         "the table must stay dirty",
         "the table needs a wipe",

@@ -16,6 +16,14 @@ from aeros.agent.instructions.sentences.spoken_sentences import spoken_sentences
         ("a) clean it b) cook", ["clean it", "cook"]),
         ("(1) clean it (2) cook", ["clean it", "cook"]),
         ("- clean it\n- cook", ["clean it", "cook"]),
+        ("Um, clean the, er, table", ["clean the , table"]),
+        (
+            "cook and then, you know, if it is hot, well, clean it",
+            ["cook and then , if it is hot , clean it"],
+        ),
+        ("cook, and then, like, clean it", ["cook , and then clean it"]),
+        ("you know, clean it, okay?", ["you know , clean it , okay"]),
+        ("2x teas, 3 X cups", ["x2 teas , x3 cups"]),
     ],
 )
 def test_a_text_is_split_into_sentences_without_labels(text: str, sentences: list[str]) -> None:

@@ -11,6 +11,7 @@ from aeros.agent.instructions.wordings.wording import Wording
     [
         ("have the table cleaned", "the table cleaned"),
         ("make the table nice and clean", "the table clean"),
+        ("make clean the table", "the table clean"),
         ("see that the table gets a wipe", "the table wipe"),
         ("i want a clean table", "a clean table"),
         ("i would be glad if the table were wiped", "the table wiped"),
