@@ -84,17 +84,29 @@ def _find(instruction: str) -> _Correction | None:
     spoken = list(spoken_sentences(instruction))
     texts = tuple(_sentence(tokens) + "?" * is_question for tokens, is_question in spoken)
     for number, (tokens, _) in enumerate(spoken):
-        for at, token in enumerate(tokens):
-            begins = token == COMMA or (at == 0 and number > 0)
-            end = _end_of_correction(tokens, at + (token == COMMA)) if begins else 0
+        for at in range(len(tokens)):
+            end = _end_at(tokens, at) if at or number else 0
             if not end:
                 continue
             wrong = tokens[:at] or spoken[number - 1][0]
             before = texts[:number] if at else texts[: number - 1]
-            commas = (to for to in range(end + 1, len(tokens)) if tokens[to] == COMMA)
-            rest = next((to for to in commas if _end_of_correction(tokens, to + 1)), len(tokens))
+            rest = next((to for to in range(end + 1, len(tokens)) if _ends(tokens, to)), len(tokens))
             return _Correction(before, wrong, tokens[end:rest], tokens[rest:], texts[number + 1 :])
     return None
+
+
+def _end_at(tokens: Words, at: int) -> int:
+    """Return the place after a correction that begins at a place, with or without a pause; 0 if none does."""
+    if tokens[at] == COMMA or at == 0:
+        return _end_of_correction(tokens, at + (tokens[at] == COMMA))
+    # In a transcript without pauses, only phrases of several words are certain.
+    marker = english.CORRECTIONS.starting(tokens, at)
+    return _end_of_correction(tokens, at) if len(marker) > 1 else 0
+
+
+def _ends(tokens: Words, at: int) -> bool:
+    """Return True where the words of a correction end: at the next one, and at the next request."""
+    return bool(_end_at(tokens, at) or english.SEQUENCE.starting(tokens, at + (tokens[at] == COMMA)))
 
 
 def _end_of_correction(tokens: Words, start: int) -> int:
