@@ -104,6 +104,7 @@ def test_clutter_at_the_bin_is_reached_and_a_can_that_lies_is_gripped(
         assert robot.observed()["table_organized"]
 
 
+@pytest.mark.deep
 def test_red_and_magenta_blocks_in_the_area_are_put_into_the_bin_before_it_is_wiped() -> None:
     robot, plant = table(0, "coloured_blocks.yaml")
     with closing(plant):

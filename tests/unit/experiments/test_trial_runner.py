@@ -128,6 +128,7 @@ def test_a_length_of_bursts_with_which_a_trial_would_be_the_same_shares_it(
                 ) == alone(one, seed)
 
 
+@pytest.mark.deep
 @pytest.mark.physics
 def test_physics_shares_trials_alike(tmp_path: Path) -> None:
     faults = (ROOT / "experiments/faults/fetch_object.yaml").read_text()
@@ -404,7 +405,7 @@ def test_an_interrupt_while_workers_are_dismissed_does_not_wait_either(
     assert not _alive(worker)
 
 
-@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
+@pytest.mark.parametrize("how", [signal.SIGKILL, pytest.param(signal.SIGINT, marks=pytest.mark.deep)])
 def test_a_run_that_is_ended_leaves_whole_trials_and_no_worker(how: signal.Signals, tmp_path: Path) -> None:
     process, workers = _started_run(tmp_path)
     latest = time.monotonic() + 60

@@ -108,7 +108,7 @@ def test_an_operators_block_ends_the_calls(tmp_path: Path) -> None:
 
 
 def test_a_quota_counts_calls(tmp_path: Path) -> None:
-    quota = "  quotas:\n    - {id: calls, on: [ask_cookbook], at_most: 1, within: 600 s, rationale: price}\n"
+    quota = "  quotas:\n    - {id: calls, on: [ask_cookbook], at_most: 1, within: 60 s, rationale: price}\n"
     _, records = run(tmp_path, site(tmp_path, "print('{}')", **{"  quotas:\n": quota}))
     first, second = (one["time"] for one in details(records, "tool-answered")[:2])
-    assert second - first >= 600.0
+    assert second - first >= 60.0
