@@ -42,7 +42,7 @@ if UPDATE:
         pytest.fail("README.md was rewritten")
 
 else:
-    # One test: a command may read what the one before it wrote, and the processes of a test run share no state.
+    # One test: a command may read what the one before it wrote.
     @pytest.mark.physics
     def test_the_commands_print_what_the_readme_shows(clone: Path) -> None:
         for command, shown in _COMMANDS:
