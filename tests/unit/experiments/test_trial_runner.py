@@ -91,8 +91,16 @@ def alone(one: TrialCondition, seed: int) -> dict[str, object]:
         return comparable_findings(trial(seed), EQUIVALENT_INTERVAL)
 
 
-@pytest.mark.parametrize("architecture", ["flat", "behaviour_tree", "aeros"])
-@pytest.mark.parametrize("task", ["clean_table", "fetch_object"])
+@pytest.mark.parametrize(
+    ("task", "architecture"),
+    [
+        ("clean_table", "flat"),
+        ("clean_table", "behaviour_tree"),
+        ("fetch_object", "aeros"),
+        *(pytest.param("fetch_object", one, marks=pytest.mark.deep) for one in ("flat", "behaviour_tree")),
+        pytest.param("clean_table", "aeros", marks=pytest.mark.deep),
+    ],
+)
 def test_a_rate_at_which_a_trial_would_be_the_same_shares_it(
     architecture: str, task: str, tmp_path: Path
 ) -> None:
@@ -109,7 +117,7 @@ def test_a_rate_at_which_a_trial_would_be_the_same_shares_it(
                 ) == alone(one, seed)
 
 
-@pytest.mark.parametrize("architecture", ["behaviour_tree", "aeros"])
+@pytest.mark.parametrize("architecture", ["behaviour_tree", pytest.param("aeros", marks=pytest.mark.deep)])
 def test_a_length_of_bursts_with_which_a_trial_would_be_the_same_shares_it(
     architecture: str, tmp_path: Path
 ) -> None:
