@@ -29,6 +29,7 @@ def test_the_benchmark_of_verify_runs() -> None:
     assert [row["modules"] for row in found["synthetic"]] == [2]
 
 
+@pytest.mark.deep
 def test_the_benchmark_of_random_starts_counts_what_runs_record() -> None:
     found = _run("starts", "wipe the left half of the table", "--plant", "kinematic")
     assert (found["runs"], len(found["each"])) == (1, 1)

@@ -156,7 +156,7 @@ def _of_the_repository(names: set[str]) -> set[str]:
         ("fetch_object", "detect", "fetch"),
         ("clean_table", "verify", "table"),
         pytest.param("clean_table", "wipe", "table", marks=pytest.mark.deep),
-        ("make_dumplings", "boil", "dumpling_bench"),
+        pytest.param("make_dumplings", "boil", "dumpling_bench", marks=pytest.mark.deep),
     ],
 )
 def test_each_action_passes_through_few_files(module: str, skill: str, scene: str, tmp_path: Path) -> None:

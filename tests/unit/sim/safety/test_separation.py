@@ -140,6 +140,7 @@ def test_a_held_object_is_not_dropped_when_a_person_comes(run: Run, tmp_path: Pa
     assert code == Exit.SUCCESS
 
 
+@pytest.mark.deep
 def test_a_robot_with_a_bystander_drives_at_reduced_speed(run: Run, tmp_path: Path) -> None:
     instruction, way, floor, _ = NEARBY[1]
     _, referee, records = run(instruction, staying(tmp_path, way, floor), "--timeout", "22")
