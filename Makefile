@@ -9,8 +9,8 @@ PYTHON ?= $(shell python3.11 -c '' 2>/dev/null && echo python3.11 || echo python
 VENV := .venv
 BIN := $(VENV)/bin
 DEMO := runs/demo
-# Two test processes more than there are cores: a third of the time of the tests is waiting.
-JOBS ?= $(shell expr $$(nproc) + 2)
+# One test process more than there are cores: tests wait now and then, and each process imports all tests.
+JOBS ?= $(shell expr $$(nproc) + 1)
 # Commands that tests start a hundred times would otherwise compile their modules each time.
 unexport PYTHONDONTWRITEBYTECODE
 PYTEST = $(BIN)/pytest -n $(JOBS) --dist worksteal

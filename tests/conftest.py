@@ -13,6 +13,7 @@ import signal
 import sys
 import tempfile
 from collections.abc import Generator, Iterable
+from fnmatch import fnmatchcase
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -175,8 +176,8 @@ def _is_at(found: Path, places: Iterable[str]) -> bool:
     """Check that a path is, or is in, one of the places below `tests/`."""
     if not found.is_relative_to(_HERE):
         return False
-    path = found.relative_to(_HERE)
-    return any(path.match(place) or path.is_relative_to(place) for place in places)
+    path = found.relative_to(_HERE).as_posix()
+    return any(fnmatchcase(path, place) or path.startswith(f"{place}/") for place in places)
 
 
 @cache

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Final, NamedTuple
 
 Vector3 = tuple[float, float, float]
@@ -161,10 +162,11 @@ def to_frame(frame: Pose, point: Vector3) -> Vector3:
     Returns:
         The point in `frame`, m.
     """
-    x, y, z, w = frame.orientation
-    return _rotated((-x, -y, -z, w), subtract(point, frame.position))
+    (ox, oy, oz), (x, y, z, w) = frame
+    return _rotated((-x, -y, -z, w), (point[0] - ox, point[1] - oy, point[2] - oz))
 
 
+@lru_cache(maxsize=16)
 def camera_axes(camera: Camera) -> tuple[Vector3, Vector3, Vector3]:
     """Return the unit axes of a camera in W.
 
@@ -205,11 +207,12 @@ def _unit(v: Vector3) -> Vector3:
 
 def _rotated(q: Quaternion, point: Vector3) -> Vector3:
     """Rotate `point` by the unit quaternion q = (r, w): v + 2·w·(r × v) + 2·r × (r × v)."""
-    r, w = q[:3], q[3]
-    once = cross(r, point)
-    twice = cross(r, once)
+    # Written out: simulators without physics spend a tenth of their time here.
+    x, y, z, w = q
+    px, py, pz = point
+    a, b, c = y * pz - z * py, z * px - x * pz, x * py - y * px
     return (
-        point[0] + 2.0 * (w * once[0] + twice[0]),
-        point[1] + 2.0 * (w * once[1] + twice[1]),
-        point[2] + 2.0 * (w * once[2] + twice[2]),
+        px + 2.0 * (w * a + (y * c - z * b)),
+        py + 2.0 * (w * b + (z * a - x * c)),
+        pz + 2.0 * (w * c + (x * b - y * a)),
     )

@@ -61,6 +61,7 @@ def test_wiping_and_then_organizing_cleans_the_table(seed: int) -> None:
         assert all(plant.truth().values())
 
 
+@pytest.mark.deep
 def test_a_sponge_dropped_in_a_stroke_is_recovered_and_wiping_starts_anew() -> None:
     robot, plant = table(2)
     with closing(plant):
@@ -87,7 +88,13 @@ def test_carrying_the_sponge_over_the_dirt_wipes_nothing() -> None:
         assert clean(plant) == 0.0
 
 
-@pytest.mark.parametrize("cube", [((0.41, -1.55, 0.021), 0.1), ((0.493, -1.59, 0.021), -0.288)])
+@pytest.mark.parametrize(
+    "cube",
+    [
+        ((0.41, -1.55, 0.021), 0.1),
+        pytest.param(((0.493, -1.59, 0.021), -0.288), marks=pytest.mark.deep),
+    ],
+)
 def test_clutter_at_the_bin_is_reached_and_a_can_that_lies_is_gripped(
     cube: tuple[Vector3, float], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -104,6 +111,7 @@ def test_clutter_at_the_bin_is_reached_and_a_can_that_lies_is_gripped(
         assert robot.observed()["table_organized"]
 
 
+@pytest.mark.deep
 def test_red_and_magenta_blocks_in_the_area_are_put_into_the_bin_before_it_is_wiped() -> None:
     robot, plant = table(0, "coloured_blocks.yaml")
     with closing(plant):

@@ -40,6 +40,7 @@ def test_each_step_makes_its_own_predicate_true_and_the_last_one_the_goal(seed: 
         assert is_done(plant)
 
 
+@pytest.mark.deep
 def test_rules_finish_a_delivery_that_was_interrupted_on_the_way() -> None:
     robot, plant = room(2)
     with closing(plant):

@@ -20,6 +20,7 @@ def bench(seed: int) -> tuple[Robot, PhysicsPlant]:
     return Robot("make_dumplings", plant), plant
 
 
+@pytest.mark.deep  # tests/repo/pages/test_readme.py makes one on physics
 def test_prepare_wrap_and_boil_make_a_dumpling() -> None:
     robot, plant = bench(3)
     with closing(plant):

@@ -19,7 +19,7 @@ pytestmark = pytest.mark.physics
 @pytest.mark.parametrize(
     ("modules", "instruction", "make_site"),
     [
-        (("ecms/clean_table",), "clean the table", slower_site),
+        pytest.param(("ecms/clean_table",), "clean the table", slower_site, marks=pytest.mark.deep),
         pytest.param(
             ("ecms/make_dumplings",), "make dumplings", site_with_other_names, marks=pytest.mark.deep
         ),

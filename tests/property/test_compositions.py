@@ -40,7 +40,7 @@ from aeros.spec.verification.discharge import discharge_obligations
 from tests.hypothesis_profiles import examples
 from tests.property.mix import Mix
 
-bounded = examples(150, report_multiple_bugs=False)
+bounded = examples(100, report_multiple_bugs=False)
 
 TEXT = Source("generated", "x" * 1000)
 NAMES = ("p", "q", "r")
@@ -404,7 +404,7 @@ def test_a_resource_is_short_exactly_where_some_choice_of_steps_needs_more() -> 
     RESOURCES.assert_both("AE858")
 
 
-@examples(250, report_multiple_bugs=False)
+@examples(150, report_multiple_bugs=False)
 @given(_compositions(), _skills())
 def _resources_are_judged(composition: Composition, skills: dict[str, Skill]) -> None:
     def choices(part: Part) -> Iterator[tuple[str, ...]]:

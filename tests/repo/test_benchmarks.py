@@ -29,8 +29,9 @@ def test_the_benchmark_of_verify_runs() -> None:
     assert [row["modules"] for row in found["synthetic"]] == [2]
 
 
+@pytest.mark.deep
 def test_the_benchmark_of_random_starts_counts_what_runs_record() -> None:
-    found = _run("starts", "--plant", "kinematic")
+    found = _run("starts", "wipe the left half of the table", "--plant", "kinematic")
     assert (found["runs"], len(found["each"])) == (1, 1)
     assert found["steps"] == len(found["each"][0]["way"])
     counts = [found[name] for name in ("reached", "believed", "false_claims", "not_refereed")]
@@ -98,7 +99,9 @@ def test_the_benchmark_of_isolation_runs() -> None:
     ]
 
 
-@pytest.mark.parametrize("trials", [0, pytest.param(1, marks=pytest.mark.deep)])
+@pytest.mark.physics
+@pytest.mark.deep
+@pytest.mark.parametrize("trials", [0, 1])
 def test_the_benchmark_of_the_physics_plant_runs_and_the_motions_are_the_same_each_time(trials: int) -> None:
     found = _run("plant", "--trials", str(trials))
     (row,) = found["tasks"]

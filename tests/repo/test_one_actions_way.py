@@ -111,16 +111,23 @@ def _ways(module: str, skill: str, scene: str, folder: Path) -> list[Way]:
     gate = CompiledGate(configuration)
     for at in gate._decider._fast_paths:
         gate._decider._fast_paths.compile(at)
-    _run(configuration, gate, StepRequest(module, skill, {}), scene, folder / "before.jsonl")
-    ways = _run(configuration, gate, StepRequest(module, skill, {}), scene, folder / "counted.jsonl")
+    files: set[str] = set()
+    request = StepRequest(module, skill, {})
+    _run(configuration, gate, request, scene, folder / "before.jsonl", files)
+    with _traced(files):
+        ways = _run(configuration, gate, request, scene, folder / "counted.jsonl", files)
     return [(kind, _of_the_repository(names)) for kind, names in ways]
 
 
 def _run(
-    configuration: Configuration, gate: CompiledGate, request: StepRequest, scene: str, log: Path
+    configuration: Configuration,
+    gate: CompiledGate,
+    request: StepRequest,
+    scene: str,
+    log: Path,
+    files: set[str],
 ) -> list[Way]:
     ways: list[Way] = []
-    files: set[str] = set()
 
     def open_run(at: Site, ecm: Ecm, of: Skill, inputs: Mapping[str, Any]) -> SkillRunProtocol:
         return _TracedRun(run_in_process(at, ecm, of, inputs), ways, files)
@@ -129,7 +136,6 @@ def _run(
     with (
         AuditLog(log) as audit,
         build_executor(configuration, plant, audit, open_run, gate=gate) as executor,
-        _traced(files),
     ):
         result = executor.run_step(request)
     plant.close()
@@ -149,8 +155,8 @@ def _of_the_repository(names: set[str]) -> set[str]:
     [
         ("fetch_object", "detect", "fetch"),
         ("clean_table", "verify", "table"),
-        ("clean_table", "wipe", "table"),
-        ("make_dumplings", "boil", "dumpling_bench"),
+        pytest.param("clean_table", "wipe", "table", marks=pytest.mark.deep),
+        pytest.param("make_dumplings", "boil", "dumpling_bench", marks=pytest.mark.deep),
     ],
 )
 def test_each_action_passes_through_few_files(module: str, skill: str, scene: str, tmp_path: Path) -> None:

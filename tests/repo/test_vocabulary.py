@@ -8,7 +8,7 @@ from __future__ import annotations
 import ast
 import re
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cache
 from pathlib import Path
 from typing import Final
@@ -36,9 +36,9 @@ def _words(name: str) -> set[str]:
     return {word.lower() for word in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", name)}
 
 
-def _bound_names(tree: ast.AST) -> Iterator[str]:
+def _bound_names(nodes: Iterable[ast.AST]) -> Iterator[str]:
     """Yield every name that a module binds: definitions, parameters, variables, fields, imports."""
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
             yield node.name
         elif isinstance(node, ast.arg):
@@ -64,11 +64,24 @@ def _trees() -> dict[str, ast.Module]:
     }
 
 
+_DEFINING: Final = (ast.Module, ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
+_BINDING: Final = (*_DEFINING, ast.arg, ast.Name, ast.Attribute, ast.alias)
+
+
+@cache
+def _nodes() -> dict[str, list[ast.AST]]:
+    """Nodes that bind names or have a docstring, by file: each tree is walked through once."""
+    return {
+        path: [node for node in ast.walk(tree) if isinstance(node, _BINDING)]
+        for path, tree in _trees().items()
+    }
+
+
 def _banned_names() -> set[str]:
     found = {
         f"word {path} {name}"
-        for path, tree in _trees().items()
-        for name in _bound_names(tree)
+        for path, nodes in _nodes().items()
+        for name in _bound_names(nodes)
         if _words(name) & _banned_in(path)
     }
     return found | {f"file {path}" for path in _trees() if _words(Path(path).stem) & _banned_in(path)}
@@ -78,16 +91,16 @@ def _questions() -> set[str]:
     """Functions whose name, and tests whose docstring, begins with a question word."""
     functions = {
         f"question {path} {node.name}"
-        for path, tree in _trees().items()
-        for node in ast.walk(tree)
+        for path, nodes in _nodes().items()
+        for node in nodes
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
         and node.name.removeprefix("test_").lstrip("_").split("_")[0] in QUESTIONS
     }
     return functions | {
         f"docstring {path} {docstring.splitlines()[0]}"
-        for path, tree in _trees().items()
+        for path, nodes in _nodes().items()
         if path.startswith("tests/")
-        for node in ast.walk(tree)
+        for node in nodes
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef)
         if (docstring := ast.get_docstring(node)) and docstring.split()[0].lower() in QUESTIONS
     }

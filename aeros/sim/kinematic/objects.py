@@ -44,8 +44,11 @@ class Surface(NamedTuple):
         Returns:
             True if it is over the rectangle, up to 5 mm below its height.
         """
-        x, y, z = to_frame(self.centre, place)
-        return abs(x) <= self.half[0] and abs(y) <= self.half[1] and z >= -_CONTACT_TOLERANCE
+        # It is horizontal, so the height above it is the same in both frames.
+        if place[2] - self.centre.position[2] < -_CONTACT_TOLERANCE:
+            return False
+        x, y, _ = to_frame(self.centre, place)
+        return abs(x) <= self.half[0] and abs(y) <= self.half[1]
 
 
 _CONTACT_TOLERANCE: Final = 0.005

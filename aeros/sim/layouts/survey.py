@@ -13,6 +13,9 @@ from collections.abc import Callable, Iterable, Mapping
 from math import dist, radians, tan
 from typing import Final, NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from aeros.sim.geometry import Camera, Pose, Vector3, add, camera_axes, seen_with, subtract
 from aeros.sim.randomness import RandomSource
 from aeros.spec.model.scene import Scene
@@ -100,6 +103,8 @@ class Survey:
         self._markers = markers
         self._errors = errors
         self._chance = chance
+        # Draws of standard deviation 1 of errors that last, by channel.
+        self._lasting: dict[str, NDArray[np.float64]] = {}
 
     def measure(
         self,
@@ -153,12 +158,12 @@ class Survey:
             for one in cameras
             if is_in_view(one.camera, marker.position) and not is_hidden(one.camera.eye, marker)
         ]
-        x, y, z = self._draw(f"survey {name}", 0, errors.setup)
+        x, y, z = self._draw_once(f"survey {name}", errors.setup)
         height = place[2] + _HEIGHT_SHARE * z
         if not views:
             return (place[0] + x, place[1] + y, height)
         distance, nearest = min(views, key=lambda view: view[0])
-        calibration = self._draw(f"calibration {nearest.name}", 0, errors.calibration * distance)
+        calibration = self._draw_once(f"calibration {nearest.name}", errors.calibration * distance)
         noise = self._draw(f"marker {name}", tick, errors.noise * distance * distance)
         displaced = subtract(seen_with(nearest.camera, nearest.believed, marker.position), marker.position)
         if nearest.is_fixed and dist(displaced, (0.0, 0.0, 0.0)) > _MOVED:
@@ -168,6 +173,14 @@ class Survey:
 
     def _draw(self, channel: str, tick: int, size: float) -> Vector3:
         x, y, z = (size * self._chance.generator(channel, tick).standard_normal(3)).tolist()
+        return (x, y, z)
+
+    def _draw_once(self, channel: str, size: float) -> Vector3:
+        """Return an error that is the same at every tick, of a given standard deviation, m."""
+        unit = self._lasting.get(channel)
+        if unit is None:
+            unit = self._lasting[channel] = self._chance.generator(channel).standard_normal(3)
+        x, y, z = (size * unit).tolist()
         return (x, y, z)
 
 

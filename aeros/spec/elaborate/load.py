@@ -219,7 +219,7 @@ def decode_manifest_text(source: Source) -> declared_ecm.Ecm | None:
     return _decode_ecm(source)[0]
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=512)
 def _decode_ecm(source: Source) -> tuple[declared_ecm.Ecm | None, Diagnostics]:
     diagnostics = Diagnostics()
     return _decode_source(source, declared_ecm.Ecm, diagnostics), diagnostics
@@ -238,7 +238,7 @@ class _SameSite:
         return id(self.site)
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=512)
 def _elaborate_unread(
     source: Source, site: _SameSite, folder: str, digests: tuple[str, str]
 ) -> tuple[Ecm | None, Diagnostics]:

@@ -312,6 +312,7 @@ def test_a_plan_that_is_accepted_reaches_the_goal_unless_a_step_fails_and_never_
     assert seen["accepted False, reached False"] > 15
 
 
+@pytest.mark.deep
 def test_a_judge_of_graphs_that_minds_no_outcome_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("aeros.agent.planning.check_plan.StrongCyclicStrategy", _Hopeful)
     with pytest.raises(AssertionError):

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import re
 import shutil
-import subprocess
 from pathlib import Path
 
 import pytest
@@ -19,11 +18,6 @@ from tests.repo.tree import ROOT, UPDATE, text_of
 
 _README = text_of("README.md")
 _COMMANDS = commands_of(_README)
-
-
-def _marked(found: tuple[str, str]) -> object:
-    physics = "aeros run" in found[0] and "symbolic" not in found[0]
-    return pytest.param(*found, id=found[0], marks=[pytest.mark.physics] if physics else [])
 
 
 @pytest.fixture(scope="module")
@@ -48,17 +42,12 @@ if UPDATE:
         pytest.fail("README.md was rewritten")
 
 else:
-    # A command may read what the one before it wrote, so all are run, in order, wherever one is tested.
-    @pytest.fixture(scope="module")
-    def all_ran(clone: Path) -> dict[str, subprocess.CompletedProcess[str]]:
-        return {command: run(command, clone) for command, _ in _COMMANDS}
-
-    @pytest.mark.parametrize(("command", "shown"), [_marked(found) for found in _COMMANDS])
-    def test_the_command_prints_what_the_readme_shows(
-        command: str, shown: str, all_ran: dict[str, subprocess.CompletedProcess[str]]
-    ) -> None:
-        ran = all_ran[command]
-        assert numberless(ran.stdout) == numberless(shown), ran.stderr
+    # One test: a command may read what the one before it wrote.
+    @pytest.mark.physics
+    def test_the_commands_print_what_the_readme_shows(clone: Path) -> None:
+        for command, shown in _COMMANDS:
+            ran = run(command, clone)
+            assert numberless(ran.stdout) == numberless(shown), f"$ {command}\n{ran.stderr}"
 
 
 def test_the_readme_shows_every_command() -> None:

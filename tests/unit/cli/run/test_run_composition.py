@@ -132,7 +132,9 @@ def test_a_composition_reaches_the_goal_on_declared_outcomes(gate: str, tmp_path
     assert started == [f"fetch_object.{skill}" for skill in ("navigate", "detect", "grasp", "deliver")]
 
 
-@pytest.mark.parametrize("plant", ["symbolic", pytest.param("physics", marks=pytest.mark.physics)])
+@pytest.mark.parametrize(
+    "plant", ["symbolic", pytest.param("physics", marks=[pytest.mark.physics, pytest.mark.deep])]
+)
 def test_the_hand_opens_while_the_camera_looks(plant: str, fetching: Path, tmp_path: Path) -> None:
     arguments = ("--composition", "fetch_at_once", "--plant", plant, "--gate", "checked")
     assert _run(tmp_path, fetching, *arguments) == Exit.SUCCESS

@@ -110,7 +110,7 @@ def digest(folder: Path, case: str, seed: int, hashes: int) -> str:
     return combined.hexdigest()
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", ["physics", "symbolic", pytest.param("kinematic", marks=pytest.mark.deep)])
 def test_a_run_repeats_under_any_hash_seed_and_another_seed_is_another_run(case: str, tmp_path: Path) -> None:
     once = digest(tmp_path, case, 3, hashes=1)
     assert digest(tmp_path, case, 3, hashes=2) == once

@@ -109,7 +109,7 @@ class Operator:
             pytest.param("kinematic", start, marks=pytest.mark.deep)
             for start in ("registry", "--site", "default folder")
         ),
-        ("physics", "default folder"),
+        pytest.param("physics", "default folder", marks=pytest.mark.deep),
     ],
 )
 @pytest.mark.usefixtures("folder")
@@ -129,7 +129,7 @@ def test_no_action_is_allowed_after_a_block_has_returned(
     assert _verdicts(_decisions("later")) <= {"DENY"}
 
 
-@pytest.mark.parametrize("options", [(), ("--watchdog",)])
+@pytest.mark.parametrize("options", [(), pytest.param(("--watchdog",), marks=pytest.mark.deep)])
 @pytest.mark.usefixtures("folder")
 def test_a_command_of_another_process_reaches_a_process_that_runs_the_default_folder(
     options: tuple[str, ...],

@@ -42,6 +42,7 @@ def test_nothing_is_promised_of_a_sensor_that_lies() -> None:
     assert KIND.expected_values(condition(noise="0.2"), premises()) == {}
 
 
+@pytest.mark.deep
 @pytest.mark.physics
 def test_a_good_sensor_stops_the_robot_for_who_is_there_and_lets_it_go_on() -> None:
     found = tried(latency="0")
@@ -59,6 +60,7 @@ def test_readings_that_are_too_old_keep_the_robot_where_it_is() -> None:
     assert "at most 0.1 s is allowed" in found["reason"]
 
 
+@pytest.mark.deep
 @pytest.mark.physics
 def test_without_a_monitor_the_referee_says_what_is_violated(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(RuntimeMonitor, "__call__", lambda *_: None)

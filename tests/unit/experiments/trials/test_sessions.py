@@ -94,6 +94,7 @@ def test_the_numbers_of_the_page_about_memory_are_those_that_are_predicted() -> 
     )
 
 
+@pytest.mark.deep
 @pytest.mark.physics
 def test_on_physics_a_skill_fails_as_often_as_its_survey_does_not_answer() -> None:
     first = {**NEVER, "rates": [[1, 1.0]]}

@@ -3,16 +3,25 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from aeros.runtime.tools.exchange import ToolError
-from aeros.runtime.tools.mcp_service import call_mcp
 from aeros.spec.model.policy import IsolationPolicy
 from aeros.spec.model.tools import McpService
 from tests.unit.runtime.tools.services import PYTHON, mcp_server
 
 POLICY = IsolationPolicy(refuses_missing=False)
+
+
+def call_mcp(
+    service: McpService, policy: IsolationPolicy, parameters: dict[str, float], seconds: float
+) -> Any:
+    """Call a tool; the SDK is imported here, as each process that collects the tests would take a second."""
+    from aeros.runtime.tools import mcp_service
+
+    return mcp_service.call_mcp(service, policy, parameters, seconds)
 
 
 @pytest.mark.parametrize(("tool", "seconds"), [("ask", 3.0), ("text", 7.5)])

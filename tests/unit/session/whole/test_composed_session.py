@@ -32,16 +32,22 @@ def reference_site(folder: Path) -> Path:
 
 @pytest.mark.physics
 @pytest.mark.parametrize(
-    ("make_site", "binding", "shipped_settings"),
+    ("plant", "make_site", "binding", "shipped_settings"),
     [
-        (reference_site, "area=table_area", ()),
+        ("kinematic", reference_site, "area=table_area", ()),
+        pytest.param("physics", reference_site, "area=table_area", (), marks=pytest.mark.deep),
         pytest.param(
-            site_with_other_names, "area=counter_space", bindings("clean_table"), marks=pytest.mark.deep
+            "physics",
+            site_with_other_names,
+            "area=counter_space",
+            bindings("clean_table"),
+            marks=pytest.mark.deep,
         ),
-        pytest.param(slower_site, "area=table_area", (), marks=pytest.mark.deep),
+        pytest.param("physics", slower_site, "area=table_area", (), marks=pytest.mark.deep),
     ],
 )
 def test_it_is_configured_composed_and_true_in_the_simulator(
+    plant: str,
     make_site: Callable[[Path], Path],
     binding: str,
     shipped_settings: Sequence[str],
@@ -58,7 +64,7 @@ def test_it_is_configured_composed_and_true_in_the_simulator(
     assert aeros("configure", "lay_block", "--bind", binding, state=state) == Exit.SUCCESS
     for name in ("clean_table", "lay_block"):
         assert aeros("activate", name, state=state) == Exit.SUCCESS
-    run = ("run", "lay the purple block on its spot", "--seed", "4")
+    run = ("run", "lay the purple block on its spot", "--plant", plant, "--seed", "4")
     assert aeros(*run, state=state, out=tmp_path / "run") == Exit.SUCCESS
     assert "goal reached: believed true, true in the simulator" in capsys.readouterr().out
     records = [json.loads(line) for line in (tmp_path / "run" / "audit.jsonl").read_text().splitlines()]

@@ -32,12 +32,10 @@ APPROACHES = (
 """An instruction, who walks up meanwhile, and by when they have been near, s."""
 
 
-def fetch_each_push(rows: Sequence[tuple[Any, ...]], *others: str) -> list[Any]:
-    """Rows of which those of other tasks than fetching, and than `others`, are left to `make deep`."""
+def fetch_each_push(rows: Sequence[tuple[Any, ...]]) -> list[Any]:
+    """Rows of which those of other tasks than fetching are left to `make deep`."""
     return [
-        pytest.param(
-            *row, marks=() if row[0] in ("fetch the object", *others) else pytest.mark.deep, id=row[0]
-        )
+        pytest.param(*row, marks=() if row[0] == "fetch the object" else pytest.mark.deep, id=row[0])
         for row in rows
     ]
 
@@ -131,6 +129,7 @@ people:
 """
 
 
+@pytest.mark.deep
 def test_a_held_object_is_not_dropped_when_a_person_comes(run: Run, tmp_path: Path) -> None:
     people = tmp_path / "twice.yaml"
     people.write_text(TWICE)
@@ -141,6 +140,7 @@ def test_a_held_object_is_not_dropped_when_a_person_comes(run: Run, tmp_path: Pa
     assert code == Exit.SUCCESS
 
 
+@pytest.mark.deep
 def test_a_robot_with_a_bystander_drives_at_reduced_speed(run: Run, tmp_path: Path) -> None:
     instruction, way, floor, _ = NEARBY[1]
     _, referee, records = run(instruction, staying(tmp_path, way, floor), "--timeout", "22")
@@ -150,7 +150,7 @@ def test_a_robot_with_a_bystander_drives_at_reduced_speed(run: Run, tmp_path: Pa
     assert 0.9 * of_the_site("reduced_driving_speed") < driving.max() <= of_the_site("driving_contact_speed")
 
 
-@pytest.mark.parametrize(("instruction", "way", "floor", "until"), fetch_each_push(NEARBY, "clean the table"))
+@pytest.mark.parametrize(("instruction", "way", "floor", "until"), fetch_each_push(NEARBY))
 def test_the_robot_works_slowly_next_to_a_person_who_stays(
     instruction: str, way: tuple[str, ...], floor: str, until: int, run: Run, tmp_path: Path
 ) -> None:
