@@ -228,6 +228,8 @@ def track(view: View) -> Perception:
         kind, place = _kind(given), _place(given)
         if kind is not None and place is not None:
             height = kind.lying_height if given.get("object_lying") is True else kind.height
+            # A larger one that is put down as low as its kind would be pressed on the stand.
+            height *= given.get("object_scale", 1.0)
             x, y, z = place
             z += given.get("stand_lift", 0.0)
             values["object_place"] = estimate((x, y, z + height / 2.0), UNCERTAINTY)

@@ -360,3 +360,17 @@ def test_the_robot_does_not_leave_the_floor_to_reach_a_can() -> None:
 )
 def test_the_robot_is_at_its_station_within_3_cm(base: Vector3, is_there: bool) -> None:
     assert tracked(0.0, base_position=base)["robot_at_target"] is is_there
+
+
+@pytest.mark.parametrize(
+    ("scale", "is_lying", "above"),
+    [(1.0, False, 0.04), (1.2, False, 0.048), (0.85, False, 0.034), (1.2, True, 0.0264)],
+)
+def test_the_middle_of_a_larger_can_belongs_higher_over_the_stand(
+    scale: float, is_lying: bool, above: float
+) -> None:
+    found = tracked(
+        0.0, delivery_position=DELIVERY, object_scale=scale, object_lying=is_lying, stand_lift=0.01
+    )
+    x, y, z = DELIVERY
+    assert found["object_place"] == pytest.approx((x, y, z - 0.04 + 0.01 + above))
