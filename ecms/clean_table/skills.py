@@ -144,6 +144,10 @@ PUSH_NEAREST = 0.275
 PUSH_HEIGHT = 0.018
 """Height of the tool over the table when it pushes, m: fingertips clear the table by 9 mm."""
 
+FOLDED_WITHIN = 0.38
+"""Distance of the tool from the arm's base, m, within which the arm is so folded that its joints turn fast
+for the speed of the hand: it comes there at `CARRY_SPEED` at most."""
+
 PRESSED_SPONGE = 0.049
 """Height of the top of the sponge's block above the foam's middle, m."""
 
@@ -478,9 +482,11 @@ def _grasp(observed: Observation, pace: float, place: Place, yaw: float, width: 
 
 def _approach(observed: Observation, pace: float, place: Place, yaw: float) -> Task:
     """Rise, go over `place`, come down to it, slowly at the end."""
-    observed = yield from _sense(observed, "tool_position")
+    observed = yield from _sense(observed, "tool_position", "base_position")
     x, y, z = place
-    here = observed["tool_position"]
+    here, base = observed["tool_position"], observed["base_position"]
+    if hypot(x - base[0], y - base[1]) < FOLDED_WITHIN:
+        pace = min(pace, CARRY_SPEED)
     if here[2] < TRAVEL_HEIGHT - 0.005 and hypot(x - here[0], y - here[1]) > 0.005:
         yield act("move_tool", target=(here[0], here[1], TRAVEL_HEIGHT), yaw=yaw, speed=_free(observed, pace))
     yield act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=yaw, speed=_free(observed, pace))

@@ -11,7 +11,7 @@ in which it slopes is of a tilted camera, and is levelled first.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from math import acos, atan2, cos, dist, pi, sin
+from math import acos, atan2, cos, dist, pi, sin, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -60,6 +60,18 @@ OFF_SIDE = 0.02
 
 CLOSED_FOLD = 160.0 * pi / 180.0
 """Least fold of a closed wrapper, rad."""
+
+SAME_SIZE = 0.08
+"""Difference of a wrapper's size from the usual one, as a share of it, that the picture makes."""
+
+SIZES = (0.75, 1.3)
+"""Least and greatest size of a wrapper over the usual one."""
+
+SQUARELY = 0.12
+"""Greatest difference of the ratio of its sides from that of a plate, as a share, where all of it shows."""
+
+LEVEL = 0.95
+"""Least vertical part of the normal of a plate that does not look too short."""
 
 FILLING_HEIGHT = 0.017
 """Height of the filling, m."""
@@ -288,14 +300,31 @@ class Filling(NamedTuple):
 
 
 class Wrapper(NamedTuple):
-    """A wrapper that was found: its hinge, the heading of plate A from it, and its fold.
+    """A wrapper that was found: its hinge, the heading of plate A from it, its fold, and its size.
 
-    The fold is 0 open, and None if it is not visible, as of a wrapper on its edge.
+    The fold is 0 open, and None if it is not visible, as of a wrapper on its edge. The scale is its size over
+    the usual one; None where no plate shows that.
     """
 
     hinge: Place
     yaw: float
     fold: float | None
+    scale: float | None = None
+
+    @property
+    def size(self) -> float:
+        """Size over the usual one, which it has where the picture does not show it."""
+        return self.scale or 1.0
+
+    @property
+    def half(self) -> tuple[float, float]:
+        """Half its length and width, around its grip, m."""
+        length, width = PLATE_HALF[:2] if self.is_closed else WRAPPER_HALF
+        return (length * self.size, width * self.size)
+
+    def scaled(self, scale: float | None) -> "Wrapper":
+        """The same wrapper at the same place, of that size."""
+        return Wrapper(self.hinge, self.yaw, self.fold, scale)
 
     @property
     def is_closed(self) -> bool:
@@ -306,7 +335,8 @@ class Wrapper(NamedTuple):
     def middle(self) -> Place:
         """The middle of plate A."""
         x, y, z = self.hinge
-        return (x + HINGE_TO_PLATE * cos(self.yaw), y + HINGE_TO_PLATE * sin(self.yaw), z)
+        away = HINGE_TO_PLATE * self.size
+        return (x + away * cos(self.yaw), y + away * sin(self.yaw), z)
 
     @property
     def grip(self) -> Place:
@@ -319,7 +349,8 @@ class Wrapper(NamedTuple):
         along = dx * cos(self.yaw) + dy * sin(self.yaw)
         across = dy * cos(self.yaw) - dx * sin(self.yaw)
         above = dz - PLATE_HALF[2] - FILLING_HEIGHT / 2
-        return abs(along) < PLATE_HALF[0] and abs(across) < PLATE_HALF[1] and abs(above) < ON_PLATE_WITHIN
+        length, width = PLATE_HALF[0] * self.size, PLATE_HALF[1] * self.size
+        return abs(along) < length and abs(across) < width and abs(above) < ON_PLATE_WITHIN
 
 
 class Plate(NamedTuple):
@@ -335,6 +366,18 @@ class Plate(NamedTuple):
         """True if its rectangle locates it."""
         whole = 4.0 * PLATE_HALF[0] * PLATE_HALF[1]
         return self.rectangle.length * self.rectangle.width > MIN_VISIBLE_AREA * whole
+
+    @property
+    def scale(self) -> float | None:
+        """Its size over the usual one; None unless all of it shows."""
+        sides = (self.rectangle.length, self.rectangle.width)
+        length, width = max(sides) / (2.0 * PLATE_HALF[1]), min(sides) / (2.0 * PLATE_HALF[0])
+        if abs(self.normal[2]) < LEVEL or not 1.0 - SQUARELY < width / length < 1.0 + SQUARELY:
+            return None
+        scale = sqrt(length * width)
+        if not SIZES[0] < scale < SIZES[1]:
+            return None
+        return 1.0 if abs(scale - 1.0) < SAME_SIZE else scale
 
     @property
     def is_on_edge(self) -> bool:
@@ -525,6 +568,8 @@ class Bench:
                 continue
             is_left = is_in_work and dist(seen.hinge, piece.wrapper.hinge) < STIRRED
             tries = piece.tries + 1 if is_left and not self.is_on_press(piece) else 0
+            if seen.scale is None:
+                seen = seen.scaled(piece.wrapper.scale)
             shown = replace(pressed, wrapper=seen, unseen=0, looks=piece.looks + 1, tries=tries)
             if not seen.is_closed:
                 is_perched = self.is_perched(seen) and not self.is_perched(piece.wrapper)
@@ -570,8 +615,11 @@ class Bench:
         wrapper = piece.wrapper
         along, across = _in_frame(np.array((filling,)), wrapper.middle, wrapper.yaw)
         above = filling[2] - wrapper.hinge[2]
-        is_low = above < (wrapper.hinge[2] - self.lift if wrapper.fold is None else CLOSED_HEIGHT)
-        is_within = (np.abs(along) < PLATE_HALF[0] + OUTLINE) & (np.abs(across) < PLATE_HALF[1] + OUTLINE)
+        size = wrapper.size
+        is_low = above < (wrapper.hinge[2] - self.lift if wrapper.fold is None else CLOSED_HEIGHT * size)
+        is_within = (np.abs(along) < PLATE_HALF[0] * size + OUTLINE) & (
+            np.abs(across) < PLATE_HALF[1] * size + OUTLINE
+        )
         return piece.is_wrapped and is_low and bool(is_within.all())
 
     def is_whole_in_pot(self, piece: Piece) -> bool:
@@ -654,6 +702,7 @@ class Bench:
         values |= {
             "wrapper_position": (wrapper.hinge, UNCERTAINTY),
             "wrapper_yaw": (wrapper.yaw, ANGLE_UNCERTAINTY),
+            "wrapper_scale": (wrapper.size, SAME_SIZE / 2.0),
             "wrapper_has_room": (self.has_wrapper_room(piece),),
             "filling_on_workspace": (
                 piece.is_wrapped or is_hidden or (filling is not None and wrapper.carries(filling.middle)),
@@ -793,8 +842,7 @@ class Bench:
             return True  # it stays there
         if wrapper.fold is None:
             return False  # nobody grips it across the hinge while it stands on its edge
-        half = PLATE_HALF[:2] if wrapper.is_closed else WRAPPER_HALF
-        around = self.without(wrapper.grip, wrapper.yaw, half)
+        around = self.without(wrapper.grip, wrapper.yaw, wrapper.half)
         return _has_room(around, wrapper.grip, wrapper.yaw)
 
     def filling_heading(self, filling: Filling) -> float | None:
@@ -822,9 +870,8 @@ class Bench:
     def push_of(self, piece: Piece) -> Values:
         """Return a push that gives a hand room at a wrapper; none if there is none."""
         wrapper = piece.wrapper
-        half = PLATE_HALF[:2] if wrapper.is_closed else WRAPPER_HALF
         height = LOWEST if wrapper.fold is not None and not wrapper.is_closed else PUSH_HEIGHT
-        return self.push_along_side(wrapper.grip, wrapper.yaw, (*half, height), (wrapper.yaw,))
+        return self.push_along_side(wrapper.grip, wrapper.yaw, (*wrapper.half, height), (wrapper.yaw,))
 
     def push_of_filling(self, filling: Filling) -> Values:
         """Return a push that gives a hand room at a filling; none if there is none."""
@@ -1077,6 +1124,7 @@ def _shows_filling(picture: Picture, wrapper: Wrapper) -> bool | None:
     points, dough, glazed, green = _coloured(picture, picture.points())
     c, s = cos(wrapper.yaw), sin(wrapper.yaw)
     away = (points - np.array(wrapper.hinge)) @ np.array(((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)))
+    away /= wrapper.size
     # Both cameras are a little off: its plates are where the other one has seen the wrapper.
     plates = away[
         (dough | glazed) & (np.abs(away - np.array(CLOSED_MIDDLE)) < np.array(CLOSED_ROOM)).all(axis=1)
@@ -1122,12 +1170,20 @@ def _plate(points: Points) -> Plate | None:
 
 
 def _wrapper(a: Plate | None, b: Plate | None) -> Wrapper | None:
+    """Estimate a wrapper from what shows of its plates: of a plate that is hidden, its size is not known."""
+    scales = [one.scale for one in (a, b) if one is not None and one.scale is not None]
+    scale = sum(scales) / len(scales) if scales else None
+    wrapper = _wrapper_of_size(a, b, scale or 1.0)
+    return None if wrapper is None else wrapper.scaled(scale)
+
+
+def _wrapper_of_size(a: Plate | None, b: Plate | None, size: float) -> Wrapper | None:
     if a is not None and b is not None and _covers(b, a):
         a = None
     if a is None:
-        return None if b is None else _wrapper_from_one_plate(b, CLOSED_HEIGHT, is_closed=True)
+        return None if b is None else _wrapper_from_one_plate(b, CLOSED_HEIGHT, size, is_closed=True)
     if b is None:
-        return _wrapper_from_one_plate(a, PLATE_HALF[2], is_closed=False)
+        return _wrapper_from_one_plate(a, PLATE_HALF[2], size, is_closed=False)
     if a.is_on_edge or b.is_on_edge:
         return _wrapper_on_edge(a, b)
     away = (a.rectangle.x - b.rectangle.x, a.rectangle.y - b.rectangle.y)
@@ -1142,7 +1198,7 @@ def _wrapper(a: Plate | None, b: Plate | None) -> Wrapper | None:
     u, v = (near + far) / 2.0, float(across.min() + across.max()) / 2.0
     x, y = (u * way + v * side).tolist()
     fold = acos(max(-1.0, min(1.0, sum(p * q for p, q in zip(a.normal, b.normal, strict=True)))))
-    return Wrapper((x, y, a.height - PLATE_HALF[2]), wrap_heading(heading, 2.0 * pi), fold)
+    return Wrapper((x, y, a.height - PLATE_HALF[2] * size), wrap_heading(heading, 2.0 * pi), fold)
 
 
 def _covers(b: Plate, a: Plate) -> bool:
@@ -1151,18 +1207,18 @@ def _covers(b: Plate, a: Plate) -> bool:
     return b.is_mostly_visible and b.height - a.height > HINGE_TO_PLATE / 2.0 and apart < PLATE_HALF[1]
 
 
-def _wrapper_from_one_plate(plate: Plate, above: float, *, is_closed: bool) -> Wrapper:
+def _wrapper_from_one_plate(plate: Plate, above: float, size: float, *, is_closed: bool) -> Wrapper:
     """Estimate the wrapper from the only visible plate: the upper one if closed, the lower one if open."""
     if plate.is_on_edge:
         return _wrapper_on_edge(plate, plate)
     heading = plate.rectangle.shorter_heading
     if cos(heading) < 0.0:
         heading += pi
-    x = plate.rectangle.x - HINGE_TO_PLATE * cos(heading)
-    y = plate.rectangle.y - HINGE_TO_PLATE * sin(heading)
+    x = plate.rectangle.x - HINGE_TO_PLATE * size * cos(heading)
+    y = plate.rectangle.y - HINGE_TO_PLATE * size * sin(heading)
     tilt = acos(min(1.0, abs(plate.normal[2])))
     fold = pi - tilt if is_closed else 0.0
-    return Wrapper((x, y, plate.height - above), wrap_heading(heading, 2.0 * pi), fold)
+    return Wrapper((x, y, plate.height - above * size), wrap_heading(heading, 2.0 * pi), fold)
 
 
 def _wrapper_on_edge(a: Plate, b: Plate) -> Wrapper:
