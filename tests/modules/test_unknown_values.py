@@ -89,6 +89,7 @@ OBSERVED: Final[dict[str, Any]] = {
     "object_position": (1.8, 0.18, 0.44),
     "stand_lift": 0.0,
     "object_scale": 1.0,
+    "object_aside": 0.0,
     "wrapper_scale": 1.0,
     "object_place": (1.7, -1.1, 0.44),
     "object": "blue_block",
