@@ -141,12 +141,15 @@ corner of one that is 40 mm long and wide."""
 PUSH_NEAREST = 0.275
 """Least distance of that place from the arm's base, m: fingers, too, keep clear of the carriage."""
 
+PUSH_ASIDE = 0.06
+"""Greatest distance of that place along y from the arm's base, m: farther aside, the forearm is at the column."""
+
 PUSH_HEIGHT = 0.018
 """Height of the tool over the table when it pushes, m: fingertips clear the table by 9 mm."""
 
-FOLDED_WITHIN = 0.38
-"""Distance of the tool from the arm's base, m, within which the arm is so folded that its joints turn fast
-for the speed of the hand: it comes there at `CARRY_SPEED` at most."""
+FOLDED_WITHIN, FOLDED_BELOW = 0.38, 0.30
+"""Distance of the tool from the arm's base, level, and height, m, within which the arm is so folded that its
+joints turn fast for the speed of the hand: it comes and goes at `CARRY_SPEED` at most."""
 
 PRESSED_SPONGE = 0.049
 """Height of the top of the sponge's block above the foam's middle, m."""
@@ -279,6 +282,14 @@ def _free(observed: Observation, pace: float) -> float:
     return pace if observed.get("holding") is False else min(CARRY_SPEED, pace)
 
 
+def _unfolding(observed: Observation, pace: float, place: Place) -> float:
+    """Peak speed of a hand to or from a place: the lesser where the arm is folded, low and near its base."""
+    base = observed["base_position"]
+    is_near = hypot(place[0] - base[0], place[1] - base[1]) < FOLDED_WITHIN
+    is_low = place[2] - base[2] < FOLDED_BELOW
+    return min(pace, CARRY_SPEED) if is_near and is_low else pace
+
+
 def _draw_in(observed: Observation, pace: float) -> Task:
     """Bring the tool out of the cameras' sight, over everything that stands on the table."""
     observed = yield from _sense(observed, "tool_position", "base_position")
@@ -288,6 +299,7 @@ def _draw_in(observed: Observation, pace: float) -> Task:
 def _raise_and_draw_in(observed: Observation, pace: float, height: float) -> Task:
     """Raise the tool to `height`, if it is lower, then draw it in."""
     x, y, z = observed["tool_position"]
+    pace = _unfolding(observed, pace, (x, y, z))
     if z < height - 0.005:
         yield act("move_tool", target=(x, y, height), yaw=0.0, speed=_free(observed, pace))
     u, v, w = observed["base_position"]
@@ -420,8 +432,15 @@ def _drag_from_the_bin(observed: Observation, pace: float) -> Task:
 
 
 def _push_from_the_carriage(observed: Observation, pace: float) -> Task:
-    """Push the next piece away from the carriage with closed fingers, until it can be lifted."""
-    x, y, _ = observed["clutter_position"]
+    """Push the next piece away from the carriage with closed fingers, until it can be lifted.
+
+    Where the hand does not come down behind it, as the forearm would be at the column, it is drawn by its top.
+    """
+    x, y, middle = observed["clutter_position"]
+    if abs(y - observed["base_position"][1]) > PUSH_ASIDE:
+        lack = _lack_at_the_carriage(observed, observed["clutter_position"])
+        top = (x, y, 2.0 * middle - _lift(observed))
+        return (yield from _drag(observed, pace, top, (1.0, 0.0), lack + 0.02))
     z = _lift(observed) + PUSH_HEIGHT
     start = max(x - PUSH_START, observed["base_position"][0] + PUSH_NEAREST)
     way = _lack_at_the_carriage(observed, observed["clutter_position"]) + 0.02
@@ -484,9 +503,8 @@ def _approach(observed: Observation, pace: float, place: Place, yaw: float) -> T
     """Rise, go over `place`, come down to it, slowly at the end."""
     observed = yield from _sense(observed, "tool_position", "base_position")
     x, y, z = place
-    here, base = observed["tool_position"], observed["base_position"]
-    if hypot(x - base[0], y - base[1]) < FOLDED_WITHIN:
-        pace = min(pace, CARRY_SPEED)
+    here = observed["tool_position"]
+    pace = _unfolding(observed, pace, place)
     if here[2] < TRAVEL_HEIGHT - 0.005 and hypot(x - here[0], y - here[1]) > 0.005:
         yield act("move_tool", target=(here[0], here[1], TRAVEL_HEIGHT), yaw=yaw, speed=_free(observed, pace))
     yield act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=yaw, speed=_free(observed, pace))
