@@ -142,7 +142,8 @@ PUSH_NEAREST = 0.275
 """Least distance of that place from the arm's base, m: fingers, too, keep clear of the carriage."""
 
 PUSH_ASIDE = 0.06
-"""Greatest distance of that place along y from the arm's base, m: farther aside, the forearm is at the column."""
+"""Greatest distance of that place along y from the arm's base, m: farther aside, the forearm is at the
+column."""
 
 PUSH_HEIGHT = 0.018
 """Height of the tool over the table when it pushes, m: fingertips clear the table by 9 mm."""
@@ -434,7 +435,7 @@ def _drag_from_the_bin(observed: Observation, pace: float) -> Task:
 def _push_from_the_carriage(observed: Observation, pace: float) -> Task:
     """Push the next piece away from the carriage with closed fingers, until it can be lifted.
 
-    Where the hand does not come down behind it, as the forearm would be at the column, it is drawn by its top.
+    Where the hand cannot come down behind it, as the forearm would be at the column, it is drawn by its top.
     """
     x, y, middle = observed["clutter_position"]
     if abs(y - observed["base_position"][1]) > PUSH_ASIDE:

@@ -31,8 +31,8 @@ from aeros.perception import (
     min_area_rectangle,
     separate_parts,
     smooth_colours,
-    top_face,
     trim_to_plane,
+    upper_points,
     without_specks,
     wrap_heading,
 )
@@ -64,7 +64,7 @@ CLOSED_FOLD = 160.0 * pi / 180.0
 SAME_SIZE = 0.08
 """Difference of a wrapper's size from the usual one, as a share of it, that the picture makes."""
 
-SIZES = (0.75, 1.3)
+SIZES = (0.8, 1.3)
 """Least and greatest size of a wrapper over the usual one."""
 
 SQUARELY = 0.12
@@ -249,6 +249,10 @@ PUSHED_HEIGHT = 0.03
 STRAIGHT = 0.2
 """Heading below which a filling is gripped as if it lay straight, rad: as few pixels show it."""
 
+ON_SIDE = 0.0042
+"""Height over that of a filling that lies flat above which it lies on its side, m: it is 22 mm high then, and
+not 17 mm."""
+
 GRASPS = ((0.28, 0.62), (-0.36, 0.37))
 """Where the tool may be along x and y, m."""
 
@@ -345,12 +349,14 @@ class Wrapper(NamedTuple):
 
     def carries(self, filling: Place) -> bool:
         """Return True if a filling's middle is over plate A, about as high as it rests there."""
-        dx, dy, dz = (a - b for a, b in zip(filling, self.middle, strict=True))
-        along = dx * cos(self.yaw) + dy * sin(self.yaw)
-        across = dy * cos(self.yaw) - dx * sin(self.yaw)
-        above = dz - PLATE_HALF[2] - FILLING_HEIGHT / 2
-        length, width = PLATE_HALF[0] * self.size, PLATE_HALF[1] * self.size
-        return abs(along) < length and abs(across) < width and abs(above) < ON_PLATE_WITHIN
+        above = filling[2] - self.hinge[2] - PLATE_HALF[2] - FILLING_HEIGHT / 2
+        return self.is_under(filling) and abs(above) < ON_PLATE_WITHIN
+
+    def is_under(self, filling: Place) -> bool:
+        """Return True if a filling's middle is over plate A, at any height."""
+        along, across = _in_frame(np.array((filling,)), self.middle, self.yaw)
+        within = (np.abs(along) < PLATE_HALF[0] * self.size) & (np.abs(across) < PLATE_HALF[1] * self.size)
+        return bool(within.all())
 
 
 class Plate(NamedTuple):
@@ -658,12 +664,33 @@ class Bench:
     def filling_in_work(self) -> Filling | None:
         """Choose the filling that is worked on: at the wrapper, or one that can be gripped, near the pot."""
 
-        def rank(one: Filling) -> tuple[bool, bool, bool, float]:
+        def rank(one: Filling) -> tuple[bool, bool, bool, bool, float]:
             near = self.in_work is not None and _is_near(one.middle, self.in_work.wrapper)
             from_pot = 0.0 if self.pot is None else dist(one.middle[:2], self.pot[:2])
-            return not near, not _is_within_reach(one.middle), self.filling_heading(one) is None, from_pot
+            has_room = self.filling_heading(one) is not None
+            return self.is_on_side(one), not near, not _is_within_reach(one.middle), not has_room, from_pot
 
         return min(self.fillings, key=rank, default=None)
+
+    def is_on_side(self, filling: Filling) -> bool:
+        """Return True if a filling lies on its side, on bench or wrapper, and another one can be laid.
+
+        The plates do not close on it, and a hand that points down cannot turn it over.
+        """
+        return self.is_too_high(filling) and any(
+            one is not filling
+            and not self.is_too_high(one)
+            and _is_within_reach(one.middle)
+            and self.filling_heading(one) is not None
+            for one in self.fillings
+        )
+
+    def is_too_high(self, filling: Filling) -> bool:
+        """Return True if a filling on bench or wrapper is higher than one that lies flat."""
+        wrapper = None if self.in_work is None or self.in_work.unseen else self.in_work.wrapper
+        is_laid = wrapper is not None and wrapper.is_under(filling.middle)
+        ground = wrapper.hinge[2] + PLATE_HALF[2] if wrapper is not None and is_laid else self.lift
+        return ON_SIDE < filling.middle[2] - ground - FILLING_HEIGHT / 2.0 < FILLING_HEIGHT
 
     def place_values(self) -> Values:
         """Return the values of places, and what follows from them.
@@ -731,11 +758,12 @@ class Bench:
             if one is not self.in_work or is_perched:
                 values["press_free"] = (False,)
                 values["blocker_position"] = (one.wrapper.grip, UNCERTAINTY)
-                values["blocker_yaw"] = (one.wrapper.yaw, ANGLE_UNCERTAINTY)
+                values["blocker_yaw"] = (wrap_heading(one.wrapper.yaw, pi), ANGLE_UNCERTAINTY)
                 values["blocker_is_filling"] = (False,)
         for filling in self.fillings:
             dx, dy, dz = (a - b for a, b in zip(filling.middle, self.press, strict=True))
-            if not near and BED[0][0] < dx < BED[0][1] and abs(dy) < BED[1] and dz > -OVER_BENCH:
+            is_at_bed = BED[0][0] < dx < BED[0][1] and abs(dy) < BED[1] and dz > -OVER_BENCH
+            if is_at_bed and (not near or self.is_on_side(filling)):
                 values["press_free"] = (False,)
                 values["blocker_position"] = (filling.middle, UNCERTAINTY)
                 values["blocker_yaw"] = (filling.yaw, ANGLE_UNCERTAINTY)
@@ -977,6 +1005,17 @@ def _is_within_reach(place: Place) -> bool:
     return all(low < at < high for at, (low, high) in zip(place, REACH, strict=True))
 
 
+def _square_heading(face: Points) -> float:
+    """Return the heading of a small square, from its few points (n, 3): that of their fourth moment.
+
+    All points count, whereas the rectangle around them turns with a single one at a corner.
+    """
+    x, y = (face[:, :2] - face[:, :2].mean(axis=0)).T
+    real, imaginary = (x**4 - 6.0 * x**2 * y**2 + y**4).sum(), (4.0 * x * y * (x**2 - y**2)).sum()
+    yaw = atan2(-imaginary, -real) / 4.0
+    return 0.0 if abs(yaw) < STRAIGHT else yaw
+
+
 def _square_headings(yaw: float) -> tuple[float, ...]:
     """Return the headings at which a hand may grip a thing that is square."""
     return tuple(one for one in (yaw, yaw + pi / 2.0, yaw - pi / 2.0) if abs(one) <= MOST_HEADING)
@@ -1067,10 +1106,10 @@ def _look_from_above(picture: Picture, seen: Points, settled: Sequence[Place], p
     shape = picture.rgb.shape[:2]
     fillings = []
     for part in separate_parts(green.reshape(shape), MIN_PIXELS):
-        face, top = top_face(points[part.reshape(-1)])
-        yaw = wrap_heading(face.heading, pi / 2.0)
-        place = (face.x, face.y, top - FILLING_HEIGHT / 2.0)
-        fillings.append(Filling(place, 0.0 if abs(yaw) < STRAIGHT else yaw))
+        face = upper_points(points[part.reshape(-1)])
+        around = min_area_rectangle(face[:, :2])
+        place = (around.x, around.y, float(np.median(face[:, 2])) - FILLING_HEIGHT / 2.0)
+        fillings.append(Filling(place, _square_heading(face)))
     wrappers = []
     for a, b in _paired(points, _plates_of(points, dough, shape), _plates_of(points, glazed, shape)):
         wrapper = _wrapper(_plate(points[a]), _plate(points[b]))

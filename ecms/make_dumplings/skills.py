@@ -403,6 +403,7 @@ def _lay_filling(observed: Observation, pace: float) -> Task:
     x, y, _ = _fixture(observed, "press_position")
     back = (x + SPOT[0], y + SPOT[1], SPOT[2])
     if not _holds(observed, FILLING_GAP):
+        observed = yield from _clear_press(observed, pace)
         if "filling_position" not in observed:
             observed = yield from _look(observed, pace, "filling_position")
         observed = yield from _make_room(observed, pace, "filling_has_room", "filling_position")
