@@ -195,6 +195,7 @@ def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
     observed = yield from _bin_what_is_held(observed, pace)
     if not observed["holding"]:
         if not _is_sponge_usable(observed):
+            yield from _look_at_the_floor(observed)
             return
         observed = yield from _take_sponge(observed, pace)
     observed = yield from _sense(observed, "area_position", "region")
@@ -213,7 +214,10 @@ def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
 
 
 def organize(observed: Observation, inputs: Inputs) -> SkillBody:
-    """Put every piece of clutter into the bin, then the sponge to its rest if it is not there, and look."""
+    """Put every piece of clutter into the bin, then the sponge to its rest if it is not there, and look.
+
+    The table cannot be tidied where the sponge lies overturned: then nothing is moved.
+    """
     pace = inputs["hand_speed"]
     observed = yield from _let_go_at_the_carriage(observed)
     observed = yield from _overlook(observed, pace)
@@ -222,6 +226,8 @@ def organize(observed: Observation, inputs: Inputs) -> SkillBody:
         if observed["holding"]:
             observed = yield from _return_sponge(observed, pace)
         observed = yield from _overlook(observed, pace)
+    if observed.get("sponge_overturned") is True:
+        return
     for offset in DROPS * 2:
         if not _is_clutter_seen(observed):
             break
@@ -230,7 +236,8 @@ def organize(observed: Observation, inputs: Inputs) -> SkillBody:
     if _is_sponge_usable(observed) and not _sponge_at_rest(observed):
         observed = yield from _take_sponge(observed, pace)
         observed = yield from _return_sponge(observed, pace)
-        yield from _overlook(observed, pace)
+        observed = yield from _overlook(observed, pace)
+    yield from _look_at_the_floor(observed)
 
 
 def verify(observed: Observation, inputs: Inputs) -> SkillBody:
@@ -248,6 +255,7 @@ def recover(observed: Observation, inputs: Inputs) -> SkillBody:
     observed = yield from _bin_what_is_held(observed, pace)
     if not observed["holding"]:
         if not _is_sponge_usable(observed):
+            yield from _look_at_the_floor(observed)
             return
         observed = yield from _take_sponge(observed, pace)
     observed = yield from _return_sponge(observed, pace)
@@ -316,6 +324,14 @@ def _overlook(observed: Observation, pace: float) -> Task:
         observed = yield from _sense(observed, "holding", "bin_position", "sponge_rest_position")
         if _shows_all(observed):
             break
+    return observed
+
+
+def _look_at_the_floor(observed: Observation) -> Task:
+    """Look from the mast, if the table has lost something."""
+    is_sponge_lost = observed.get("sponge_seen") is False and observed["holding"] is False
+    if is_sponge_lost or observed.get("clutter_missing") is True:
+        observed = yield act("look", camera="mast")
     return observed
 
 

@@ -46,6 +46,8 @@ OBSERVED: Final[dict[str, Any]] = {
     "clutter_yaw": 0.3,
     "clutter_length": 0.04,
     "wiped_fraction": 0.5,
+    "sponge_floor_position": (0.15, -0.9, -0.3),
+    "piece_floor_position": (0.15, -0.9, -0.3),
     "table_lift": 0.0,
     "clutter_last_seen": (0.4, -0.25, 0.02),
     "overhead_turn": 0.0,
