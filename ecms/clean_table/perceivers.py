@@ -201,7 +201,7 @@ FLOOR_AROUND, FLOOR_BELOW = ((-0.70, -1.30), (0.90, 1.10)), 0.15
 """Lowest and highest corner (x, y) of the floor that is looked over for what fell, from the middle of the
 area to wipe, and its least depth below the table, m."""
 
-FALLEN_HEIGHT, FALLEN_LENGTH = 0.15, 0.20
+FALLEN_HEIGHT, FALLEN_LENGTH = 0.15, 0.17
 """Greatest height and length of what fell, m."""
 
 CARRIAGE = (0.32, 0.30)
