@@ -274,6 +274,10 @@ def track(view: View) -> Perception:
         if "station_survey" in given and "base_position" in given:
             seen = given.get("object_position") if is_fresh else None
             station = _station_for(given["station_survey"], seen, given.get("object_aside", 0.0))
+            if seen is None and given.get("object_absent") is True:
+                # All was looked over: no place is better than this one for another look.
+                x, y, _ = given["base_position"]
+                station = (x, y, station[2])
             values["station_position"] = estimate(station, UNCERTAINTY)
             values["robot_at_target"] = dist(given["base_position"][:2], station[:2]) < ARRIVED_WITHIN
             values["object_out_of_reach"] = False
