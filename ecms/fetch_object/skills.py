@@ -102,7 +102,6 @@ def detect(observed: Observation, inputs: Inputs) -> SkillBody:
     if observed.get("object_detected") is not True:
         observed = yield act("look", camera="mast")
     if observed.get("object_detected") is not True and observed.get("object_absent") is not True:
-        observed = yield from _carry(observed, pace)
         yield from _search(observed)
 
 

@@ -407,3 +407,12 @@ def test_the_base_stays_aside_until_the_can_lies_elsewhere() -> None:
     assert watched.see(1.0, draw(ABOVE, [STANDING], name="mast", time=1.0))["object_aside"] == -0.10
     moved = STANDING._replace(y=0.3)
     assert watched.see(2.0, draw(ABOVE, [moved], name="mast", time=2.0))["object_aside"] == 0.0
+
+
+def test_when_all_was_looked_over_the_base_stays_for_another_look() -> None:
+    here = (-0.39, 1.0, 0.0)
+    found = tracked(1.0, base_position=here, object_absent=True)
+    assert (found["station_position"], found["robot_at_target"]) == (here, True)
+    seen_now = {"object_seen": True, "object_seen_time": 1.0, "object_position": CAN}
+    assert tracked(1.0, base_position=here, object_absent=True, **seen_now)["robot_at_target"] is False
+    assert tracked(1.0, base_position=here, object_absent=False)["station_position"] == STATION
