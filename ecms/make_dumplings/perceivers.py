@@ -67,6 +67,10 @@ SAME_SIZE = 0.08
 SIZES = (0.8, 1.3)
 """Least and greatest size of a wrapper over the usual one."""
 
+LARGEST = 1.12
+"""Greatest size of a wrapper that the press closes over the usual one: one of 1.2 is 34 mm thick when it is
+closed, and lid and bed are 28 mm apart, so that the lid pushes it out."""
+
 SQUARELY = 0.12
 """Greatest difference of the ratio of its sides from that of a plate, as a share, where all of it shows."""
 
@@ -432,9 +436,14 @@ class Piece:
         return _is_within_reach(self.wrapper.grip)
 
     @property
+    def is_too_large(self) -> bool:
+        """True if the press does not close over it."""
+        return self.wrapper.size > LARGEST and not self.is_wrapped
+
+    @property
     def is_useless(self) -> bool:
         """True if it is no dumpling, and none can be made of it."""
-        return self.is_shut or self.is_stiff
+        return self.is_shut or self.is_stiff or self.is_too_large
 
 
 @dataclass(frozen=True)
@@ -828,8 +837,9 @@ class Bench:
             "fillings_suffice": (usable + int(self.is_held) >= needed,),
             "wrappers_lost": (len(lost),),
             "wrappers_out_of_reach": (len(far),),
-            "wrappers_shut": (sum(one.is_shut for one in useless),),
-            "wrappers_not_folding": (sum(not one.is_shut for one in useless),),
+            "wrappers_shut": (sum(one.is_shut and not one.is_too_large for one in useless),),
+            "wrappers_too_large": (sum(one.is_too_large for one in useless),),
+            "wrappers_not_folding": (sum(not (one.is_shut or one.is_too_large) for one in useless),),
             "wrappers_without_room": (len(tight),),
             "fillings_lost": (self.hidden - hidden,),
             "fillings_out_of_reach": (len(far_fillings),),

@@ -640,3 +640,12 @@ def test_the_size_of_a_wrapper_is_measured(scale: float, is_open: bool) -> None:
 def test_the_size_of_a_half_hidden_wrapper_is_not_known() -> None:
     assert wrapper(plate(HINGE_TO_PLATE, DOUGH, 0.3, half=(PLATE_HALF[0], 0.6 * PLATE_HALF[1]))).scale is None
     assert wrapper(*opened(0.3)).scale == 1.0
+
+
+@pytest.mark.parametrize(("scale", "left_over"), [(1.1, 0), (1.2, 1)])
+def test_a_wrapper_that_the_press_does_not_close_over_is_given_up(scale: float, left_over: int) -> None:
+    sized = CODE.Wrapper(HINGE, 0.0, 0.0, scale)
+    bench = CODE.Bench(pieces=(CODE.Piece(sized, looks=2),))
+    values = bench.remaining_values()
+    assert values["wrappers_too_large"] == (left_over,)
+    assert values["wrappers_suffice"] == (left_over == 0,)

@@ -80,6 +80,7 @@ OBSERVED: Final[dict[str, Any]] = {
     "wrappers_out_of_reach": 0,
     "wrappers_shut": 0,
     "wrappers_not_folding": 0,
+    "wrappers_too_large": 0,
     "wrappers_without_room": 0,
     "fillings_lost": 0,
     "fillings_out_of_reach": 0,
