@@ -197,6 +197,16 @@ HAND_ROOM = (0.15, 0.05)
 HAND_LOWEST = 0.12
 """Height below which the hand counts as something in the way, m: it hides what is there."""
 
+FLOOR_AROUND, FLOOR_BELOW = ((-0.70, -1.30), (0.90, 1.10)), 0.15
+"""Lowest and highest corner (x, y) of the floor that is looked over for what fell, from the middle of the
+area to wipe, and its least depth below the table, m."""
+
+FALLEN_HEIGHT, FALLEN_LENGTH = 0.15, 0.17
+"""Greatest height and length of what fell, m."""
+
+CARRIAGE = (0.32, 0.30)
+"""Half the length and width of what the arm stands on, with a margin, m."""
+
 GRASPABLE = (0.065, 0.15, 0.095)
 """Greatest shorter side, longer side and height of a piece, or of a heap, that the hand can grip, m."""
 
@@ -347,6 +357,54 @@ def check_table(view: View) -> Perception:
             opening, rest = _lifted(opening, -area[2]), _lifted(rest, -area[2])
             is_clean = _is_clean(points, picture.rgb.astype(np.float64), (area, opening, rest), region)
         view = yield {"table_verified": is_clean}
+
+
+def see_floor(view: View) -> Perception:
+    """Find the sponge, or a piece that is missed, on the floor around the table, where no arm reaches.
+
+    What a picture has shown there counts until the table has it again.
+    """
+    seen: dict[str, float] = {}
+    fallen: dict[str, Place] = {}
+    while True:
+        readings = view.readings
+        for name, picture in view.pictures.items():
+            if "area_position" not in readings or "base_position" not in readings:
+                continue
+            if picture.time > seen.get(name, -1.0):
+                seen[name] = picture.time
+                fallen |= _find_on_floor(picture, readings["area_position"], readings["base_position"])
+        if readings.get("sponge_seen") is not False:
+            fallen.pop("sponge", None)
+        if readings.get("clutter_missing") is not True:
+            fallen.pop("piece", None)
+        values: dict[str, Any] = {}
+        for thing in ("sponge", "piece"):
+            values[f"{thing}_on_floor"] = thing in fallen
+            if thing in fallen:
+                values[f"{thing}_floor_position"] = estimate(fallen[thing], UNCERTAINTY)
+        view = yield values
+
+
+def _find_on_floor(picture: Picture, area: Place, base: Place) -> dict[str, Place]:
+    """Find what lies on the floor: small, flat, and not at what the arm stands on."""
+    points = picture.points()
+    below = _in_rectangle(points, *_around(area, FLOOR_AROUND)) & (points[:, :, 2] < area[2] - FLOOR_BELOW)
+    if int(below.sum()) < MIN_TABLE:
+        return {}
+    floor = float(np.median(points[below][:, 2]))
+    x, y = np.abs(points[:, :, 0] - base[0]), np.abs(points[:, :, 1] - base[1])
+    above = points[:, :, 2] - floor
+    lies = below & (above > STANDING[0]) & (above < FALLEN_HEIGHT) & ((x > CARRIAGE[0]) | (y > CARRIAGE[1]))
+    yellow = _is_yellow(picture.rgb.astype(np.float64))
+    found: dict[str, Place] = {}
+    for part in separate_parts(lies, MIN_PIXELS):
+        box = min_area_rectangle(points[part][:, :2])
+        if max(box.length, box.width) > FALLEN_LENGTH:
+            continue
+        is_sponge = bool(2 * int((part & yellow).sum()) > int(part.sum()))
+        found["sponge" if is_sponge else "piece"] = (box.x, box.y, floor)
+    return found
 
 
 def _is_clean(points: Points, rgb: Points, places: tuple[Place, Place, Place], region: str) -> bool | None:

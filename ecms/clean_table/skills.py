@@ -141,8 +141,16 @@ corner of one that is 40 mm long and wide."""
 PUSH_NEAREST = 0.275
 """Least distance of that place from the arm's base, m: fingers, too, keep clear of the carriage."""
 
+PUSH_ASIDE = 0.06
+"""Greatest distance of that place along y from the arm's base, m: farther aside, the forearm is at the
+column."""
+
 PUSH_HEIGHT = 0.018
 """Height of the tool over the table when it pushes, m: fingertips clear the table by 9 mm."""
+
+FOLDED_WITHIN, FOLDED_BELOW = 0.38, 0.30
+"""Distance of the tool from the arm's base, level, and height, m, within which the arm is so folded that its
+joints turn fast for the speed of the hand: it comes and goes at `CARRY_SPEED` at most."""
 
 PRESSED_SPONGE = 0.049
 """Height of the top of the sponge's block above the foam's middle, m."""
@@ -187,6 +195,7 @@ def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
     observed = yield from _bin_what_is_held(observed, pace)
     if not observed["holding"]:
         if not _is_sponge_usable(observed):
+            yield from _look_at_the_floor(observed)
             return
         observed = yield from _take_sponge(observed, pace)
     observed = yield from _sense(observed, "area_position", "region")
@@ -205,7 +214,10 @@ def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
 
 
 def organize(observed: Observation, inputs: Inputs) -> SkillBody:
-    """Put every piece of clutter into the bin, then the sponge to its rest if it is not there, and look."""
+    """Put every piece of clutter into the bin, then the sponge to its rest if it is not there, and look.
+
+    The table cannot be tidied where the sponge lies overturned: then nothing is moved.
+    """
     pace = inputs["hand_speed"]
     observed = yield from _let_go_at_the_carriage(observed)
     observed = yield from _overlook(observed, pace)
@@ -214,6 +226,8 @@ def organize(observed: Observation, inputs: Inputs) -> SkillBody:
         if observed["holding"]:
             observed = yield from _return_sponge(observed, pace)
         observed = yield from _overlook(observed, pace)
+    if observed.get("sponge_overturned") is True:
+        return
     for offset in DROPS * 2:
         if not _is_clutter_seen(observed):
             break
@@ -222,7 +236,8 @@ def organize(observed: Observation, inputs: Inputs) -> SkillBody:
     if _is_sponge_usable(observed) and not _sponge_at_rest(observed):
         observed = yield from _take_sponge(observed, pace)
         observed = yield from _return_sponge(observed, pace)
-        yield from _overlook(observed, pace)
+        observed = yield from _overlook(observed, pace)
+    yield from _look_at_the_floor(observed)
 
 
 def verify(observed: Observation, inputs: Inputs) -> SkillBody:
@@ -240,6 +255,7 @@ def recover(observed: Observation, inputs: Inputs) -> SkillBody:
     observed = yield from _bin_what_is_held(observed, pace)
     if not observed["holding"]:
         if not _is_sponge_usable(observed):
+            yield from _look_at_the_floor(observed)
             return
         observed = yield from _take_sponge(observed, pace)
     observed = yield from _return_sponge(observed, pace)
@@ -275,6 +291,14 @@ def _free(observed: Observation, pace: float) -> float:
     return pace if observed.get("holding") is False else min(CARRY_SPEED, pace)
 
 
+def _unfolding(observed: Observation, pace: float, place: Place) -> float:
+    """Peak speed of a hand to or from a place: the lesser where the arm is folded, low and near its base."""
+    base = observed["base_position"]
+    is_near = hypot(place[0] - base[0], place[1] - base[1]) < FOLDED_WITHIN
+    is_low = place[2] - base[2] < FOLDED_BELOW
+    return min(pace, CARRY_SPEED) if is_near and is_low else pace
+
+
 def _draw_in(observed: Observation, pace: float) -> Task:
     """Bring the tool out of the cameras' sight, over everything that stands on the table."""
     observed = yield from _sense(observed, "tool_position", "base_position")
@@ -284,6 +308,7 @@ def _draw_in(observed: Observation, pace: float) -> Task:
 def _raise_and_draw_in(observed: Observation, pace: float, height: float) -> Task:
     """Raise the tool to `height`, if it is lower, then draw it in."""
     x, y, z = observed["tool_position"]
+    pace = _unfolding(observed, pace, (x, y, z))
     if z < height - 0.005:
         yield act("move_tool", target=(x, y, height), yaw=0.0, speed=_free(observed, pace))
     u, v, w = observed["base_position"]
@@ -299,6 +324,14 @@ def _overlook(observed: Observation, pace: float) -> Task:
         observed = yield from _sense(observed, "holding", "bin_position", "sponge_rest_position")
         if _shows_all(observed):
             break
+    return observed
+
+
+def _look_at_the_floor(observed: Observation) -> Task:
+    """Look from the mast, if the table has lost something."""
+    is_sponge_lost = observed.get("sponge_seen") is False and observed["holding"] is False
+    if is_sponge_lost or observed.get("clutter_missing") is True:
+        observed = yield act("look", camera="mast")
     return observed
 
 
@@ -416,8 +449,15 @@ def _drag_from_the_bin(observed: Observation, pace: float) -> Task:
 
 
 def _push_from_the_carriage(observed: Observation, pace: float) -> Task:
-    """Push the next piece away from the carriage with closed fingers, until it can be lifted."""
-    x, y, _ = observed["clutter_position"]
+    """Push the next piece away from the carriage with closed fingers, until it can be lifted.
+
+    Where the hand cannot come down behind it, as the forearm would be at the column, it is drawn by its top.
+    """
+    x, y, middle = observed["clutter_position"]
+    if abs(y - observed["base_position"][1]) > PUSH_ASIDE:
+        lack = _lack_at_the_carriage(observed, observed["clutter_position"])
+        top = (x, y, 2.0 * middle - _lift(observed))
+        return (yield from _drag(observed, pace, top, (1.0, 0.0), lack + 0.02))
     z = _lift(observed) + PUSH_HEIGHT
     start = max(x - PUSH_START, observed["base_position"][0] + PUSH_NEAREST)
     way = _lack_at_the_carriage(observed, observed["clutter_position"]) + 0.02
@@ -478,9 +518,10 @@ def _grasp(observed: Observation, pace: float, place: Place, yaw: float, width: 
 
 def _approach(observed: Observation, pace: float, place: Place, yaw: float) -> Task:
     """Rise, go over `place`, come down to it, slowly at the end."""
-    observed = yield from _sense(observed, "tool_position")
+    observed = yield from _sense(observed, "tool_position", "base_position")
     x, y, z = place
     here = observed["tool_position"]
+    pace = _unfolding(observed, pace, place)
     if here[2] < TRAVEL_HEIGHT - 0.005 and hypot(x - here[0], y - here[1]) > 0.005:
         yield act("move_tool", target=(here[0], here[1], TRAVEL_HEIGHT), yaw=yaw, speed=_free(observed, pace))
     yield act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=yaw, speed=_free(observed, pace))

@@ -6,7 +6,7 @@ All lengths in metres, in the world frame; headings are of a hand at yaw 0, whos
 """
 
 from collections.abc import Mapping
-from math import cos, dist, hypot, pi, sin
+from math import cos, dist, hypot, pi, sin, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,6 +31,12 @@ Place = tuple[float, float, float]
 MIN_PIXELS = 25
 """Least number of pixels of the object: fewer are noise, or an object that is mostly hidden."""
 
+MIN_HIT = 4
+"""Least number of pixels of something that the forearm would hit."""
+
+STILL_WITHIN = 0.05
+"""Greatest distance of two places of an object that lies still, m: pictures differ."""
+
 UNCERTAINTY = 0.005
 """Standard uncertainty of the object's place, m: one and a half pixels of the mast's camera."""
 
@@ -42,6 +48,13 @@ HAND_HALF = (0.06, 0.115)
 
 HAND_CLEARANCE = 0.02
 """Height of the hand above a gripped object, m; lower objects fit between or next to its fingers."""
+
+FOREARM_AWAY, FOREARM_ASIDE, FOREARM_ABOVE = (-0.22, -0.045), (-0.075, 0.135), 0.16
+"""Where the forearm of a hand that grips is: how far beyond the grip, as seen from the arm's base, how far
+to the left of it, and from which height over it, m; it is wider to the left."""
+
+ASIDES = (0.0, -0.10, 0.10, -0.17, 0.17, -0.25, 0.25)
+"""How far to the left of an object the base may stand to grip it, to be tried in this order, m."""
 
 PUSH_HALVES = ((0.035, 0.11), (0.046, 0.046))
 """Half of the space that a pushing hand needs, and of its wrist, which may touch objects next to it, m."""
@@ -169,6 +182,13 @@ class Kind(NamedTuple):
         return (2.0 * self.size[0],) if self.shape == "cylinder" else tuple(sorted(self.size)[:2])
 
 
+class Beside(NamedTuple):
+    """Where an object was seen, and how far to its left the arm's base stands to grip it, m."""
+
+    place: Place
+    aside: float
+
+
 class Seen(NamedTuple):
     """The object in a picture: place, height of its top, if it lies, its heading and those for a hand."""
 
@@ -187,6 +207,7 @@ def find_object(view: View) -> Perception:
     known: dict[str, Any] = {}
     newest = -1.0
     looked: dict[tuple[int, int], float] = {}
+    beside: Beside | None = None
     while True:
         kind = _kind(view.readings)
         if kind is not None and all(place in view.readings for place in SURVEYED):
@@ -198,6 +219,9 @@ def find_object(view: View) -> Perception:
                 found = _look(picture, kind, name == "mast", stands, view.readings)
                 if found["object_seen"] == (True,):
                     looked.clear()
+                    beside = _beside(beside, found)
+                    if beside is not None:
+                        found["object_aside"] = (beside.aside, UNCERTAINTY)
                 elif name == "mast":
                     looked |= dict.fromkeys(_cells(picture, stands), picture.time)
                 share = _share_since(looked, picture.time - SEARCH_AGE, stands)
@@ -206,6 +230,20 @@ def find_object(view: View) -> Perception:
                     known[variable] = None if value is None else estimate(*value, time=picture.time)
             newest = max(picture.time for picture in view.pictures.values())
         view = yield known.copy()
+
+
+def _beside(before: Beside | None, found: Mapping[str, tuple[Any, ...] | None]) -> Beside | None:
+    """Return the last picture's answer to where the base stands; while the object lies still, the farthest.
+
+    From another place a picture shows less or more of what is beside it.
+    """
+    position, aside = found["object_position"], found.get("object_aside")
+    if position is None or aside is None:
+        return before
+    here = Beside(position[0], aside[0])
+    if before is None or dist(before.place, here.place) > STILL_WITHIN:
+        return here
+    return before if abs(before.aside) >= abs(here.aside) else here
 
 
 def track(view: View) -> Perception:
@@ -228,12 +266,18 @@ def track(view: View) -> Perception:
         kind, place = _kind(given), _place(given)
         if kind is not None and place is not None:
             height = kind.lying_height if given.get("object_lying") is True else kind.height
+            # A larger one that is put down as low as its kind would be pressed on the stand.
+            height *= given.get("object_scale", 1.0)
             x, y, z = place
             z += given.get("stand_lift", 0.0)
             values["object_place"] = estimate((x, y, z + height / 2.0), UNCERTAINTY)
         if "station_survey" in given and "base_position" in given:
             seen = given.get("object_position") if is_fresh else None
-            station = _station_for(given["station_survey"], seen)
+            station = _station_for(given["station_survey"], seen, given.get("object_aside", 0.0))
+            if seen is None and given.get("object_absent") is True:
+                # All was looked over: no place is better than this one for another look.
+                x, y, _ = given["base_position"]
+                station = (x, y, station[2])
             values["station_position"] = estimate(station, UNCERTAINTY)
             values["robot_at_target"] = dist(given["base_position"][:2], station[:2]) < ARRIVED_WITHIN
             values["object_out_of_reach"] = False
@@ -270,20 +314,44 @@ def _is_held(given: Mapping[str, Any]) -> bool | None:
     return bool(given["holding"]) and fits
 
 
-def _station_for(surveyed: Place, seen: Place | None) -> Place:
+def _station_for(surveyed: Place, seen: Place | None, aside: float) -> Place:
     """Return where the arm's base should be to pick the can.
 
-    It is the surveyed station, unless the can was seen out of reach from there; then the place on the floor
-    from which it is in reach.
+    It is the surveyed station, unless the can was seen out of reach from there, or the forearm would hit what
+    is beside it; then the place on the floor from which it is in reach, and so far aside.
     """
     if seen is None:
         return surveyed
-    away, aside = dist(seen[:2], surveyed[:2]), abs(seen[1] - surveyed[1])
-    if REACH[0] <= away <= REACH[1] and aside <= REACH_ASIDE:
+    away, off = dist(seen[:2], surveyed[:2]), abs(seen[1] - surveyed[1])
+    if aside == 0.0 and REACH[0] <= away <= REACH[1] and off <= REACH_ASIDE:
         return surveyed
     (west, east), (south, north) = FLOOR
-    x, y = seen[0] - STATION_TO_OBJECT, seen[1]
+    u, v = _base_from(aside)
+    x, y = seen[0] + u, seen[1] + v
     return (min(east, max(west, x)), min(north, max(south, y)), surveyed[2])
+
+
+def _base_from(aside: float) -> tuple[float, float]:
+    """Return where the arm's base is, from the object that it picks, along x and y."""
+    return -sqrt(STATION_TO_OBJECT**2 - aside**2), aside
+
+
+def _aside(points: Points, place: Place) -> float:
+    """Return how far to the left the base stands so that the forearm passes what is beside an object.
+
+    Of a picture's points (h, w, 3). It is 0 if that is so from right before it, and if it is so from nowhere.
+    """
+    high = points[points[:, :, 2] > place[2] + FOREARM_ABOVE]
+    for aside in ASIDES:
+        u, v = _base_from(aside)
+        along, across = np.array((-u, -v)) / STATION_TO_OBJECT, np.array((v, -u)) / STATION_TO_OBJECT
+        off = high[:, :2] - np.array(place[:2])
+        away, left = off @ along, off @ across
+        is_hit = (away > FOREARM_AWAY[0]) & (away < FOREARM_AWAY[1])
+        is_hit &= (left > FOREARM_ASIDE[0]) & (left < FOREARM_ASIDE[1])
+        if int(is_hit.sum()) < MIN_HIT:
+            return aside
+    return 0.0
 
 
 def _look(
@@ -321,6 +389,7 @@ def _look(
     if found.axis is not None and grip is None:
         push = _shortest_push(higher, found.position, found.axis)
     values["object_free"] = (grip is not None,)
+    values["object_aside"] = (_aside(points, found.position), UNCERTAINTY)
     values["object_yaw"] = (found.headings[0] if grip is None else grip, HEADING_UNCERTAINTY)
     values["object_push_start"] = None if push is None else (push[0], UNCERTAINTY)
     values["object_push_way"] = None if push is None else (push[1], UNCERTAINTY)

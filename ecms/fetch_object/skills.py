@@ -97,11 +97,11 @@ def navigate(observed: Observation, inputs: Inputs) -> SkillBody:
 def detect(observed: Observation, inputs: Inputs) -> SkillBody:
     """Move the arm out of sight and look from the mast; look for what is not there along the way."""
     pace = inputs["hand_speed"]
-    observed = yield from _look(observed, pace)
+    if observed.get("object_absent") is not True:
+        observed = yield from _look(observed, pace)
     if observed.get("object_detected") is not True:
         observed = yield act("look", camera="mast")
     if observed.get("object_detected") is not True and observed.get("object_absent") is not True:
-        observed = yield from _carry(observed, pace)
         yield from _search(observed)
 
 

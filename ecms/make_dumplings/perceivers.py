@@ -11,7 +11,7 @@ in which it slopes is of a tilted camera, and is levelled first.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from math import acos, atan2, cos, dist, pi, sin
+from math import acos, atan2, cos, dist, pi, sin, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,8 +31,8 @@ from aeros.perception import (
     min_area_rectangle,
     separate_parts,
     smooth_colours,
-    top_face,
     trim_to_plane,
+    upper_points,
     without_specks,
     wrap_heading,
 )
@@ -60,6 +60,22 @@ OFF_SIDE = 0.02
 
 CLOSED_FOLD = 160.0 * pi / 180.0
 """Least fold of a closed wrapper, rad."""
+
+SAME_SIZE = 0.08
+"""Difference of a wrapper's size from the usual one, as a share of it, that the picture makes."""
+
+SIZES = (0.8, 1.3)
+"""Least and greatest size of a wrapper over the usual one."""
+
+LARGEST = 1.12
+"""Greatest size of a wrapper that the press closes over the usual one: one of 1.2 is 34 mm thick when it is
+closed, and lid and bed are 28 mm apart, so that the lid pushes it out."""
+
+SQUARELY = 0.12
+"""Greatest difference of the ratio of its sides from that of a plate, as a share, where all of it shows."""
+
+LEVEL = 0.95
+"""Least vertical part of the normal of a plate that does not look too short."""
 
 FILLING_HEIGHT = 0.017
 """Height of the filling, m."""
@@ -237,6 +253,10 @@ PUSHED_HEIGHT = 0.03
 STRAIGHT = 0.2
 """Heading below which a filling is gripped as if it lay straight, rad: as few pixels show it."""
 
+ON_SIDE = 0.0042
+"""Height over that of a filling that lies flat above which it lies on its side, m: it is 22 mm high then, and
+not 17 mm."""
+
 GRASPS = ((0.28, 0.62), (-0.36, 0.37))
 """Where the tool may be along x and y, m."""
 
@@ -288,14 +308,31 @@ class Filling(NamedTuple):
 
 
 class Wrapper(NamedTuple):
-    """A wrapper that was found: its hinge, the heading of plate A from it, and its fold.
+    """A wrapper that was found: its hinge, the heading of plate A from it, its fold, and its size.
 
-    The fold is 0 open, and None if it is not visible, as of a wrapper on its edge.
+    The fold is 0 open, and None if it is not visible, as of a wrapper on its edge. The scale is its size over
+    the usual one; None where no plate shows that.
     """
 
     hinge: Place
     yaw: float
     fold: float | None
+    scale: float | None = None
+
+    @property
+    def size(self) -> float:
+        """Size over the usual one, which it has where the picture does not show it."""
+        return self.scale or 1.0
+
+    @property
+    def half(self) -> tuple[float, float]:
+        """Half its length and width, around its grip, m."""
+        length, width = PLATE_HALF[:2] if self.is_closed else WRAPPER_HALF
+        return (length * self.size, width * self.size)
+
+    def scaled(self, scale: float | None) -> "Wrapper":
+        """The same wrapper at the same place, of that size."""
+        return Wrapper(self.hinge, self.yaw, self.fold, scale)
 
     @property
     def is_closed(self) -> bool:
@@ -306,7 +343,8 @@ class Wrapper(NamedTuple):
     def middle(self) -> Place:
         """The middle of plate A."""
         x, y, z = self.hinge
-        return (x + HINGE_TO_PLATE * cos(self.yaw), y + HINGE_TO_PLATE * sin(self.yaw), z)
+        away = HINGE_TO_PLATE * self.size
+        return (x + away * cos(self.yaw), y + away * sin(self.yaw), z)
 
     @property
     def grip(self) -> Place:
@@ -315,11 +353,14 @@ class Wrapper(NamedTuple):
 
     def carries(self, filling: Place) -> bool:
         """Return True if a filling's middle is over plate A, about as high as it rests there."""
-        dx, dy, dz = (a - b for a, b in zip(filling, self.middle, strict=True))
-        along = dx * cos(self.yaw) + dy * sin(self.yaw)
-        across = dy * cos(self.yaw) - dx * sin(self.yaw)
-        above = dz - PLATE_HALF[2] - FILLING_HEIGHT / 2
-        return abs(along) < PLATE_HALF[0] and abs(across) < PLATE_HALF[1] and abs(above) < ON_PLATE_WITHIN
+        above = filling[2] - self.hinge[2] - PLATE_HALF[2] - FILLING_HEIGHT / 2
+        return self.is_under(filling) and abs(above) < ON_PLATE_WITHIN
+
+    def is_under(self, filling: Place) -> bool:
+        """Return True if a filling's middle is over plate A, at any height."""
+        along, across = _in_frame(np.array((filling,)), self.middle, self.yaw)
+        within = (np.abs(along) < PLATE_HALF[0] * self.size) & (np.abs(across) < PLATE_HALF[1] * self.size)
+        return bool(within.all())
 
 
 class Plate(NamedTuple):
@@ -335,6 +376,18 @@ class Plate(NamedTuple):
         """True if its rectangle locates it."""
         whole = 4.0 * PLATE_HALF[0] * PLATE_HALF[1]
         return self.rectangle.length * self.rectangle.width > MIN_VISIBLE_AREA * whole
+
+    @property
+    def scale(self) -> float | None:
+        """Its size over the usual one; None unless all of it shows."""
+        sides = (self.rectangle.length, self.rectangle.width)
+        length, width = max(sides) / (2.0 * PLATE_HALF[1]), min(sides) / (2.0 * PLATE_HALF[0])
+        if abs(self.normal[2]) < LEVEL or not 1.0 - SQUARELY < width / length < 1.0 + SQUARELY:
+            return None
+        scale = sqrt(length * width)
+        if not SIZES[0] < scale < SIZES[1]:
+            return None
+        return 1.0 if abs(scale - 1.0) < SAME_SIZE else scale
 
     @property
     def is_on_edge(self) -> bool:
@@ -383,9 +436,14 @@ class Piece:
         return _is_within_reach(self.wrapper.grip)
 
     @property
+    def is_too_large(self) -> bool:
+        """True if the press does not close over it."""
+        return self.wrapper.size > LARGEST and not self.is_wrapped
+
+    @property
     def is_useless(self) -> bool:
         """True if it is no dumpling, and none can be made of it."""
-        return self.is_shut or self.is_stiff
+        return self.is_shut or self.is_stiff or self.is_too_large
 
 
 @dataclass(frozen=True)
@@ -525,6 +583,8 @@ class Bench:
                 continue
             is_left = is_in_work and dist(seen.hinge, piece.wrapper.hinge) < STIRRED
             tries = piece.tries + 1 if is_left and not self.is_on_press(piece) else 0
+            if seen.scale is None:
+                seen = seen.scaled(piece.wrapper.scale)
             shown = replace(pressed, wrapper=seen, unseen=0, looks=piece.looks + 1, tries=tries)
             if not seen.is_closed:
                 is_perched = self.is_perched(seen) and not self.is_perched(piece.wrapper)
@@ -570,8 +630,11 @@ class Bench:
         wrapper = piece.wrapper
         along, across = _in_frame(np.array((filling,)), wrapper.middle, wrapper.yaw)
         above = filling[2] - wrapper.hinge[2]
-        is_low = above < (wrapper.hinge[2] - self.lift if wrapper.fold is None else CLOSED_HEIGHT)
-        is_within = (np.abs(along) < PLATE_HALF[0] + OUTLINE) & (np.abs(across) < PLATE_HALF[1] + OUTLINE)
+        size = wrapper.size
+        is_low = above < (wrapper.hinge[2] - self.lift if wrapper.fold is None else CLOSED_HEIGHT * size)
+        is_within = (np.abs(along) < PLATE_HALF[0] * size + OUTLINE) & (
+            np.abs(across) < PLATE_HALF[1] * size + OUTLINE
+        )
         return piece.is_wrapped and is_low and bool(is_within.all())
 
     def is_whole_in_pot(self, piece: Piece) -> bool:
@@ -610,12 +673,33 @@ class Bench:
     def filling_in_work(self) -> Filling | None:
         """Choose the filling that is worked on: at the wrapper, or one that can be gripped, near the pot."""
 
-        def rank(one: Filling) -> tuple[bool, bool, bool, float]:
+        def rank(one: Filling) -> tuple[bool, bool, bool, bool, float]:
             near = self.in_work is not None and _is_near(one.middle, self.in_work.wrapper)
             from_pot = 0.0 if self.pot is None else dist(one.middle[:2], self.pot[:2])
-            return not near, not _is_within_reach(one.middle), self.filling_heading(one) is None, from_pot
+            has_room = self.filling_heading(one) is not None
+            return self.is_on_side(one), not near, not _is_within_reach(one.middle), not has_room, from_pot
 
         return min(self.fillings, key=rank, default=None)
+
+    def is_on_side(self, filling: Filling) -> bool:
+        """Return True if a filling lies on its side, on bench or wrapper, and another one can be laid.
+
+        The plates do not close on it, and a hand that points down cannot turn it over.
+        """
+        return self.is_too_high(filling) and any(
+            one is not filling
+            and not self.is_too_high(one)
+            and _is_within_reach(one.middle)
+            and self.filling_heading(one) is not None
+            for one in self.fillings
+        )
+
+    def is_too_high(self, filling: Filling) -> bool:
+        """Return True if a filling on bench or wrapper is higher than one that lies flat."""
+        wrapper = None if self.in_work is None or self.in_work.unseen else self.in_work.wrapper
+        is_laid = wrapper is not None and wrapper.is_under(filling.middle)
+        ground = wrapper.hinge[2] + PLATE_HALF[2] if wrapper is not None and is_laid else self.lift
+        return ON_SIDE < filling.middle[2] - ground - FILLING_HEIGHT / 2.0 < FILLING_HEIGHT
 
     def place_values(self) -> Values:
         """Return the values of places, and what follows from them.
@@ -654,6 +738,7 @@ class Bench:
         values |= {
             "wrapper_position": (wrapper.hinge, UNCERTAINTY),
             "wrapper_yaw": (wrapper.yaw, ANGLE_UNCERTAINTY),
+            "wrapper_scale": (wrapper.size, SAME_SIZE / 2.0),
             "wrapper_has_room": (self.has_wrapper_room(piece),),
             "filling_on_workspace": (
                 piece.is_wrapped or is_hidden or (filling is not None and wrapper.carries(filling.middle)),
@@ -682,11 +767,12 @@ class Bench:
             if one is not self.in_work or is_perched:
                 values["press_free"] = (False,)
                 values["blocker_position"] = (one.wrapper.grip, UNCERTAINTY)
-                values["blocker_yaw"] = (one.wrapper.yaw, ANGLE_UNCERTAINTY)
+                values["blocker_yaw"] = (wrap_heading(one.wrapper.yaw, pi), ANGLE_UNCERTAINTY)
                 values["blocker_is_filling"] = (False,)
         for filling in self.fillings:
             dx, dy, dz = (a - b for a, b in zip(filling.middle, self.press, strict=True))
-            if not near and BED[0][0] < dx < BED[0][1] and abs(dy) < BED[1] and dz > -OVER_BENCH:
+            is_at_bed = BED[0][0] < dx < BED[0][1] and abs(dy) < BED[1] and dz > -OVER_BENCH
+            if is_at_bed and (not near or self.is_on_side(filling)):
                 values["press_free"] = (False,)
                 values["blocker_position"] = (filling.middle, UNCERTAINTY)
                 values["blocker_yaw"] = (filling.yaw, ANGLE_UNCERTAINTY)
@@ -751,8 +837,9 @@ class Bench:
             "fillings_suffice": (usable + int(self.is_held) >= needed,),
             "wrappers_lost": (len(lost),),
             "wrappers_out_of_reach": (len(far),),
-            "wrappers_shut": (sum(one.is_shut for one in useless),),
-            "wrappers_not_folding": (sum(not one.is_shut for one in useless),),
+            "wrappers_shut": (sum(one.is_shut and not one.is_too_large for one in useless),),
+            "wrappers_too_large": (sum(one.is_too_large for one in useless),),
+            "wrappers_not_folding": (sum(not (one.is_shut or one.is_too_large) for one in useless),),
             "wrappers_without_room": (len(tight),),
             "fillings_lost": (self.hidden - hidden,),
             "fillings_out_of_reach": (len(far_fillings),),
@@ -793,8 +880,7 @@ class Bench:
             return True  # it stays there
         if wrapper.fold is None:
             return False  # nobody grips it across the hinge while it stands on its edge
-        half = PLATE_HALF[:2] if wrapper.is_closed else WRAPPER_HALF
-        around = self.without(wrapper.grip, wrapper.yaw, half)
+        around = self.without(wrapper.grip, wrapper.yaw, wrapper.half)
         return _has_room(around, wrapper.grip, wrapper.yaw)
 
     def filling_heading(self, filling: Filling) -> float | None:
@@ -822,9 +908,8 @@ class Bench:
     def push_of(self, piece: Piece) -> Values:
         """Return a push that gives a hand room at a wrapper; none if there is none."""
         wrapper = piece.wrapper
-        half = PLATE_HALF[:2] if wrapper.is_closed else WRAPPER_HALF
         height = LOWEST if wrapper.fold is not None and not wrapper.is_closed else PUSH_HEIGHT
-        return self.push_along_side(wrapper.grip, wrapper.yaw, (*half, height), (wrapper.yaw,))
+        return self.push_along_side(wrapper.grip, wrapper.yaw, (*wrapper.half, height), (wrapper.yaw,))
 
     def push_of_filling(self, filling: Filling) -> Values:
         """Return a push that gives a hand room at a filling; none if there is none."""
@@ -930,6 +1015,17 @@ def _is_within_reach(place: Place) -> bool:
     return all(low < at < high for at, (low, high) in zip(place, REACH, strict=True))
 
 
+def _square_heading(face: Points) -> float:
+    """Return the heading of a small square, from its few points (n, 3): that of their fourth moment.
+
+    All points count, whereas the rectangle around them turns with a single one at a corner.
+    """
+    x, y = (face[:, :2] - face[:, :2].mean(axis=0)).T
+    real, imaginary = (x**4 - 6.0 * x**2 * y**2 + y**4).sum(), (4.0 * x * y * (x**2 - y**2)).sum()
+    yaw = atan2(-imaginary, -real) / 4.0
+    return 0.0 if abs(yaw) < STRAIGHT else yaw
+
+
 def _square_headings(yaw: float) -> tuple[float, ...]:
     """Return the headings at which a hand may grip a thing that is square."""
     return tuple(one for one in (yaw, yaw + pi / 2.0, yaw - pi / 2.0) if abs(one) <= MOST_HEADING)
@@ -1020,10 +1116,10 @@ def _look_from_above(picture: Picture, seen: Points, settled: Sequence[Place], p
     shape = picture.rgb.shape[:2]
     fillings = []
     for part in separate_parts(green.reshape(shape), MIN_PIXELS):
-        face, top = top_face(points[part.reshape(-1)])
-        yaw = wrap_heading(face.heading, pi / 2.0)
-        place = (face.x, face.y, top - FILLING_HEIGHT / 2.0)
-        fillings.append(Filling(place, 0.0 if abs(yaw) < STRAIGHT else yaw))
+        face = upper_points(points[part.reshape(-1)])
+        around = min_area_rectangle(face[:, :2])
+        place = (around.x, around.y, float(np.median(face[:, 2])) - FILLING_HEIGHT / 2.0)
+        fillings.append(Filling(place, _square_heading(face)))
     wrappers = []
     for a, b in _paired(points, _plates_of(points, dough, shape), _plates_of(points, glazed, shape)):
         wrapper = _wrapper(_plate(points[a]), _plate(points[b]))
@@ -1077,6 +1173,7 @@ def _shows_filling(picture: Picture, wrapper: Wrapper) -> bool | None:
     points, dough, glazed, green = _coloured(picture, picture.points())
     c, s = cos(wrapper.yaw), sin(wrapper.yaw)
     away = (points - np.array(wrapper.hinge)) @ np.array(((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)))
+    away /= wrapper.size
     # Both cameras are a little off: its plates are where the other one has seen the wrapper.
     plates = away[
         (dough | glazed) & (np.abs(away - np.array(CLOSED_MIDDLE)) < np.array(CLOSED_ROOM)).all(axis=1)
@@ -1122,12 +1219,20 @@ def _plate(points: Points) -> Plate | None:
 
 
 def _wrapper(a: Plate | None, b: Plate | None) -> Wrapper | None:
+    """Estimate a wrapper from what shows of its plates: of a plate that is hidden, its size is not known."""
+    scales = [one.scale for one in (a, b) if one is not None and one.scale is not None]
+    scale = sum(scales) / len(scales) if scales else None
+    wrapper = _wrapper_of_size(a, b, scale or 1.0)
+    return None if wrapper is None else wrapper.scaled(scale)
+
+
+def _wrapper_of_size(a: Plate | None, b: Plate | None, size: float) -> Wrapper | None:
     if a is not None and b is not None and _covers(b, a):
         a = None
     if a is None:
-        return None if b is None else _wrapper_from_one_plate(b, CLOSED_HEIGHT, is_closed=True)
+        return None if b is None else _wrapper_from_one_plate(b, CLOSED_HEIGHT, size, is_closed=True)
     if b is None:
-        return _wrapper_from_one_plate(a, PLATE_HALF[2], is_closed=False)
+        return _wrapper_from_one_plate(a, PLATE_HALF[2], size, is_closed=False)
     if a.is_on_edge or b.is_on_edge:
         return _wrapper_on_edge(a, b)
     away = (a.rectangle.x - b.rectangle.x, a.rectangle.y - b.rectangle.y)
@@ -1142,7 +1247,7 @@ def _wrapper(a: Plate | None, b: Plate | None) -> Wrapper | None:
     u, v = (near + far) / 2.0, float(across.min() + across.max()) / 2.0
     x, y = (u * way + v * side).tolist()
     fold = acos(max(-1.0, min(1.0, sum(p * q for p, q in zip(a.normal, b.normal, strict=True)))))
-    return Wrapper((x, y, a.height - PLATE_HALF[2]), wrap_heading(heading, 2.0 * pi), fold)
+    return Wrapper((x, y, a.height - PLATE_HALF[2] * size), wrap_heading(heading, 2.0 * pi), fold)
 
 
 def _covers(b: Plate, a: Plate) -> bool:
@@ -1151,18 +1256,18 @@ def _covers(b: Plate, a: Plate) -> bool:
     return b.is_mostly_visible and b.height - a.height > HINGE_TO_PLATE / 2.0 and apart < PLATE_HALF[1]
 
 
-def _wrapper_from_one_plate(plate: Plate, above: float, *, is_closed: bool) -> Wrapper:
+def _wrapper_from_one_plate(plate: Plate, above: float, size: float, *, is_closed: bool) -> Wrapper:
     """Estimate the wrapper from the only visible plate: the upper one if closed, the lower one if open."""
     if plate.is_on_edge:
         return _wrapper_on_edge(plate, plate)
     heading = plate.rectangle.shorter_heading
     if cos(heading) < 0.0:
         heading += pi
-    x = plate.rectangle.x - HINGE_TO_PLATE * cos(heading)
-    y = plate.rectangle.y - HINGE_TO_PLATE * sin(heading)
+    x = plate.rectangle.x - HINGE_TO_PLATE * size * cos(heading)
+    y = plate.rectangle.y - HINGE_TO_PLATE * size * sin(heading)
     tilt = acos(min(1.0, abs(plate.normal[2])))
     fold = pi - tilt if is_closed else 0.0
-    return Wrapper((x, y, plate.height - above), wrap_heading(heading, 2.0 * pi), fold)
+    return Wrapper((x, y, plate.height - above * size), wrap_heading(heading, 2.0 * pi), fold)
 
 
 def _wrapper_on_edge(a: Plate, b: Plate) -> Wrapper:

@@ -84,6 +84,9 @@ PUSHES = 2
 WRAPPER_GAP, HANDLE_GAP, FILLING_GAP = 0.056, 0.044, 0.022
 """Gap of fingers that hold the wrapper, open or closed, the press's handle or the filling, m."""
 
+WRAPPER_GRIP, BLOCKER_GRIP = 0.046, 0.036
+"""Gap that fingers close to around a wrapper, and around one of a size that is not known, m."""
+
 GAP_WITHIN = 0.005
 """Tolerance of the finger gap around these widths, m."""
 
@@ -209,15 +212,15 @@ def boil(observed: Observation, inputs: Inputs) -> SkillBody:
     pace = inputs["hand_speed"]
     observed = yield from _open_press(observed, pace)
     observed = yield from _look(observed, pace)
-    if not (_holds(observed, WRAPPER_GAP) or _are_known(observed, WRAPPER)):
+    if not (_holds_wrapper(observed) or _are_known(observed, WRAPPER)):
         return
-    if _holds(observed, WRAPPER_GAP) or not _is_in_pot(observed):
-        if not _holds(observed, WRAPPER_GAP):
+    if _holds_wrapper(observed) or not _is_in_pot(observed):
+        if not _holds_wrapper(observed):
             observed = yield from _make_room(observed, pace, "wrapper_has_room", *WRAPPER)
             if observed.get("wrapper_has_room") is False or not _are_known(observed, WRAPPER):
                 return
             middle, yaw = _on_plate(observed, DUMPLING_GRASP), observed["wrapper_yaw"]
-            observed = yield from _take(observed, pace, middle, yaw, 0.046)
+            observed = yield from _take(observed, pace, middle, yaw, WRAPPER_GRIP * _size(observed))
         x, y, z = observed.get("pot_place", _fixture(observed, "pot_position"))
         observed = yield from _do(observed, _put(pace, (x, y, z + DROP_HEIGHT), OPEN))
         observed = yield from _look(observed, pace)
@@ -254,7 +257,7 @@ def _look(observed: Observation, pace: float, *names: str) -> Task:
         observed = yield from _raise_and_draw_in(observed, pace, TRAVEL_HEIGHT)
     for _ in range(LOOKS):
         observed = yield act("look", camera="overhead")
-        if _holds(observed, WRAPPER_GAP) or _are_known(observed, (*WRAPPER, *names)):
+        if _holds_wrapper(observed) or _are_known(observed, (*WRAPPER, *names)):
             break
     return observed
 
@@ -279,6 +282,16 @@ def _holds(observed: Observation, gap: float) -> bool:
     return observed["holding"] is True and bool(abs(observed["finger_gap"] - gap) < GAP_WITHIN)
 
 
+def _size(observed: Observation) -> float:
+    """Size of the wrapper over the usual one, as pictures show it."""
+    return float(observed.get("wrapper_scale", 1.0))
+
+
+def _holds_wrapper(observed: Observation) -> bool:
+    """Check that the fingers hold something as wide as the wrapper."""
+    return _holds(observed, WRAPPER_GAP * _size(observed))
+
+
 def _take(
     observed: Observation, pace: float, place: Place, yaw: float, width: float, opened: float = OPEN
 ) -> Task:
@@ -290,7 +303,7 @@ def _take(
 def _lay_wrapper(observed: Observation, pace: float) -> Task:
     """Grip the wrapper across its hinge, wherever it lies, and set it down on the press; if it is seen."""
     press = _fixture(observed, "press_position")
-    if not _holds(observed, WRAPPER_GAP):
+    if not _holds_wrapper(observed):
         observed = yield from _clear_press(observed, pace)
         if not _are_known(observed, WRAPPER):
             return observed
@@ -308,7 +321,11 @@ def _lay_wrapper(observed: Observation, pace: float) -> Task:
         if observed.get("wrapper_has_room") is False or not _are_known(observed, WRAPPER):
             return observed
         observed = yield from _take(
-            observed, pace, observed["wrapper_position"], observed["wrapper_yaw"], 0.046
+            observed,
+            pace,
+            observed["wrapper_position"],
+            observed["wrapper_yaw"],
+            WRAPPER_GRIP * _size(observed),
         )
     return (yield from _do(observed, _put(pace, press, OPEN)))
 
@@ -323,7 +340,7 @@ def _clear_press(observed: Observation, pace: float) -> Task:
             grasp = (x, y, z + FILLING_GRASP)
             observed = yield from _take(observed, pace, grasp, observed["blocker_yaw"], 0.012, HALF_OPEN)
         else:
-            observed = yield from _take(observed, pace, (x, y, z), observed["blocker_yaw"], 0.046)
+            observed = yield from _take(observed, pace, (x, y, z), observed["blocker_yaw"], BLOCKER_GRIP)
         observed = yield from _do(observed, _put(pace, aside, OPEN))
         observed = yield from _look(observed, pace)
     return observed
@@ -352,7 +369,7 @@ def _push(observed: Observation, pace: float) -> Leg:
 def _realign_wrapper(observed: Observation, pace: float) -> Task:
     """Grip the wrapper that lies on the press, and move it to where it belongs; if it is seen."""
     press = _fixture(observed, "press_position")
-    if _holds(observed, WRAPPER_GAP):
+    if _holds_wrapper(observed):
         return (yield from _do(observed, _put(pace, press, OPEN)))
     if not _are_known(observed, WRAPPER):
         return observed
@@ -365,7 +382,7 @@ def _realign_wrapper(observed: Observation, pace: float) -> Task:
         place, yaw = observed["wrapper_position"], observed["wrapper_yaw"]
     # Not lifted: an edge of it may be under the handle's bar.
     along = act("move_tool", target=press, yaw=0.0, speed=NEAR_SPEED)
-    grasp = _grasp(observed, pace, place, yaw, 0.046, DOUGH_FORCE)
+    grasp = _grasp(observed, pace, place, yaw, WRAPPER_GRIP * _size(observed), DOUGH_FORCE)
     return (yield from _do(observed, (*grasp, along, *_release(pace, press, OPEN))))
 
 
@@ -386,6 +403,7 @@ def _lay_filling(observed: Observation, pace: float) -> Task:
     x, y, _ = _fixture(observed, "press_position")
     back = (x + SPOT[0], y + SPOT[1], SPOT[2])
     if not _holds(observed, FILLING_GAP):
+        observed = yield from _clear_press(observed, pace)
         if "filling_position" not in observed:
             observed = yield from _look(observed, pace, "filling_position")
         observed = yield from _make_room(observed, pace, "filling_has_room", "filling_position")
@@ -447,7 +465,8 @@ def _on_plate(observed: Observation, height: float) -> Place:
     """The place `height` above the middle of the wrapper's plate that lies on the bed."""
     x, y, z = observed["wrapper_position"]
     yaw = observed["wrapper_yaw"]
-    return (x + PLATE_MIDDLE * cos(yaw), y + PLATE_MIDDLE * sin(yaw), z + height)
+    away = PLATE_MIDDLE * _size(observed)
+    return (x + away * cos(yaw), y + away * sin(yaw), z + height)
 
 
 def _open_press(observed: Observation, pace: float) -> Task:

@@ -485,3 +485,38 @@ def test_the_mast_verifies_a_clean_table_with_its_sponge_and_nothing_else() -> N
     at = scene.poses["sponge"].position
     scene.poses["sponge"] = Pose((at[0], at[1] - 0.05, at[2]), yaw_orientation(0.2))
     assert not is_verified()
+
+
+# What fell on the floor.
+
+LOST = {"area_position": (0.5, -1.2, 0.0), "base_position": (0.0, -1.2, 0.0)}
+FLOOR = -0.30
+"""Height of the scene's floor, m."""
+
+
+def test_what_the_table_has_lost_is_found_on_the_floor() -> None:
+    scene = Put("table")
+    watched = Watched("clean_table", "see_floor", {**LOST, "sponge_seen": True, "clutter_missing": False})
+    none = {"sponge_on_floor": False, "piece_on_floor": False}
+    assert watched.see(0.0, scene.look("mast"), scene.look("overhead")) == none
+    sponge, cube = (0.15, -2.1, FLOOR + 0.015), (0.25, -2.2, FLOOR + 0.02)
+    scene.put("sponge", *sponge)
+    scene.put("cube", *cube)
+    watched.readings |= {"sponge_seen": False, "clutter_missing": True}
+    found = watched.see(1.0, scene.look("mast", 1.0))
+    assert (found["sponge_on_floor"], found["piece_on_floor"]) == (True, True)
+    assert dist(found["sponge_floor_position"], (*sponge[:2], FLOOR)) < 0.01
+    assert dist(found["piece_floor_position"], (*cube[:2], FLOOR)) < 0.01
+    # The camera over the table does not see that far, which changes nothing.
+    assert watched.see(2.0, scene.look("overhead", 2.0))["sponge_on_floor"] is True
+    # What is on the table again is on the floor no longer.
+    watched.readings |= {"sponge_seen": True, "clutter_missing": None}
+    assert watched.see(3.0) == none
+
+
+def test_nothing_large_and_no_part_of_the_carriage_has_fallen() -> None:
+    scene = Put("table")
+    watched = Watched("clean_table", "see_floor", {**LOST, "sponge_seen": False, "clutter_missing": True})
+    scene.put("bin", 0.15, -2.1, FLOOR + 0.005)
+    scene.put("cube", 0.2, -1.0, FLOOR + 0.02)
+    assert watched.see(0.0, scene.look("mast"))["piece_on_floor"] is False

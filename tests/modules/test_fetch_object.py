@@ -360,3 +360,59 @@ def test_the_robot_does_not_leave_the_floor_to_reach_a_can() -> None:
 )
 def test_the_robot_is_at_its_station_within_3_cm(base: Vector3, is_there: bool) -> None:
     assert tracked(0.0, base_position=base)["robot_at_target"] is is_there
+
+
+@pytest.mark.parametrize(
+    ("scale", "is_lying", "above"),
+    [(1.0, False, 0.04), (1.2, False, 0.048), (0.85, False, 0.034), (1.2, True, 0.0264)],
+)
+def test_the_middle_of_a_larger_can_belongs_higher_over_the_stand(
+    scale: float, is_lying: bool, above: float
+) -> None:
+    found = tracked(
+        0.0, delivery_position=DELIVERY, object_scale=scale, object_lying=is_lying, stand_lift=0.01
+    )
+    x, y, z = DELIVERY
+    assert found["object_place"] == pytest.approx((x, y, z - 0.04 + 0.01 + above))
+
+
+def beside(u: float, v: float) -> Top:
+    """A high thing whose nearest corner is at (u, v) beyond the can and to its left."""
+    half = (0.15, 0.08)
+    return Top(0.6 + u + half[0], 0.2 + v + copysign(half[1], v), 0.3, half, GREY)
+
+
+@pytest.mark.parametrize(
+    ("thing", "aside"),
+    [
+        # The forearm is wider to the left, and is on this side of the can.
+        (beside(-0.07, 0.115), -0.10),
+        (beside(-0.07, -0.115), 0.0),
+        (beside(0.0, 0.115), 0.0),
+        (beside(-0.07, 0.115)._replace(z=0.15), 0.0),
+    ],
+)
+def test_the_base_stands_aside_where_the_forearm_would_hit_something(thing: Top, aside: float) -> None:
+    assert from_mast(STANDING, thing)["object_aside"] == aside
+    u, v = (0.58**2 - aside**2) ** 0.5, -aside
+    found = tracked(
+        1.0, object_aside=aside, object_seen=True, object_seen_time=1.0, object_position=(0.6, 0.2, 0.04)
+    )
+    assert found["station_position"] == pytest.approx((max(-0.595, 0.6 - u), 0.2 - v, 0.0))
+
+
+def test_the_base_stays_aside_until_the_can_lies_elsewhere() -> None:
+    watched = Watched("fetch_object", "find_object", {**WANTED, **SURVEY})
+    watched.see(0.0, draw(ABOVE, [STANDING, beside(-0.07, 0.115)], name="mast"))
+    assert watched.see(1.0, draw(ABOVE, [STANDING], name="mast", time=1.0))["object_aside"] == -0.10
+    moved = STANDING._replace(y=0.3)
+    assert watched.see(2.0, draw(ABOVE, [moved], name="mast", time=2.0))["object_aside"] == 0.0
+
+
+def test_when_all_was_looked_over_the_base_stays_for_another_look() -> None:
+    here = (-0.39, 1.0, 0.0)
+    found = tracked(1.0, base_position=here, object_absent=True)
+    assert (found["station_position"], found["robot_at_target"]) == (here, True)
+    seen_now = {"object_seen": True, "object_seen_time": 1.0, "object_position": CAN}
+    assert tracked(1.0, base_position=here, object_absent=True, **seen_now)["robot_at_target"] is False
+    assert tracked(1.0, base_position=here, object_absent=False)["station_position"] == STATION

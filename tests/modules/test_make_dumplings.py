@@ -577,3 +577,75 @@ def test_a_wrapper_beside_the_press_is_another_one() -> None:
         found = bench.look(1.0)
         assert dist(found["wrapper_position"], PRESS) < 0.005
         assert dist(found["other_wrapper_position"], (0.545 - HINGE_TO_PLATE, 0.062, 0.003)) < 0.005
+
+
+def on_its_side(place: Vector3, *, second: bool) -> dict[str, Any]:
+    """Values seen of a wrapper on the press, with a filling at `place` that lies on its side."""
+    bench = Bench(second=second)
+    bench.put(PRESS, 0.0, filling=None)
+    bench.scene.poses["filling"] = Pose(place, (0.5**0.5, 0.0, 0.0, 0.5**0.5))
+    return bench.look(0.0)
+
+
+def test_a_filling_on_its_side_gives_way_to_one_that_lies_flat() -> None:
+    # It is 22 mm by 22 mm by 17 mm.
+    laid = (PRESS[0] + HINGE_TO_PLATE, PRESS[1], PRESS[2] + PLATE_HALF[2] + 0.011)
+    found = on_its_side(laid, second=True)
+    assert (found["press_free"], found["blocker_is_filling"]) == (False, True)
+    assert dist(found["blocker_position"], laid) < 0.005
+    assert dist(found["filling_position"], laid) > 0.1
+    # It is better than none.
+    alone_there = on_its_side(laid, second=False)
+    assert alone_there["press_free"] is True
+    assert dist(alone_there["filling_position"], laid) < 0.005
+    beside = (0.40, 0.10, 0.011)
+    assert dist(on_its_side(beside, second=True)["filling_position"], beside) > 0.1
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("yaw", [0.0, 0.4, -0.7])
+def test_the_heading_of_a_filling_of_few_pixels_is_no_stray_one(yaw: float, seed: int) -> None:
+    # A filling of 7 by 7 points, 3 mm apart, some of them a point off.
+    chance = np.random.default_rng(seed)
+    grid = np.stack(np.meshgrid(np.arange(-12, 13), np.arange(-12, 13)), axis=-1).reshape(-1, 2) * 0.003
+    c, s = cos(yaw), sin(yaw)
+    inside = (np.abs(grid @ np.array(((c, -s), (s, c)))) < 0.011).all(axis=1)
+    points = np.column_stack((grid[inside], np.full(inside.sum(), 0.06)))
+    points[chance.integers(len(points))] += (0.003, -0.003, 0.0)
+    off = CODE._square_heading(points) - yaw
+    assert abs((off + pi / 4.0) % (pi / 2.0) - pi / 4.0) < 0.15
+
+
+@pytest.mark.parametrize("scale", [0.85, 1.2])
+@pytest.mark.parametrize("is_open", [True, False])
+def test_the_size_of_a_wrapper_is_measured(scale: float, is_open: bool) -> None:
+    tops = opened(0.3) if is_open else [plate(HINGE_TO_PLATE, GLAZE, 0.3)]
+    x, y, z = HINGE
+    larger = [
+        one._replace(
+            x=x + (one.x - x) * scale,
+            y=y + (one.y - y) * scale,
+            z=z + scale * (PLATE_HALF[2] if is_open else CLOSED_HEIGHT),
+            half=(one.half[0] * scale, one.half[1] * scale),
+        )
+        for one in tops
+    ]
+    found = wrapper(*larger)
+    assert found.scale == pytest.approx(scale, abs=0.05)
+    assert found.hinge == pytest.approx(HINGE, abs=0.003)
+    half = (0.043, 0.028) if is_open else PLATE_HALF[:2]
+    assert found.half == pytest.approx((scale * half[0], scale * half[1]), abs=0.003)
+
+
+def test_the_size_of_a_half_hidden_wrapper_is_not_known() -> None:
+    assert wrapper(plate(HINGE_TO_PLATE, DOUGH, 0.3, half=(PLATE_HALF[0], 0.6 * PLATE_HALF[1]))).scale is None
+    assert wrapper(*opened(0.3)).scale == 1.0
+
+
+@pytest.mark.parametrize(("scale", "left_over"), [(1.1, 0), (1.2, 1)])
+def test_a_wrapper_that_the_press_does_not_close_over_is_given_up(scale: float, left_over: int) -> None:
+    sized = CODE.Wrapper(HINGE, 0.0, 0.0, scale)
+    bench = CODE.Bench(pieces=(CODE.Piece(sized, looks=2),))
+    values = bench.remaining_values()
+    assert values["wrappers_too_large"] == (left_over,)
+    assert values["wrappers_suffice"] == (left_over == 0,)
