@@ -66,6 +66,7 @@ def test_recover_realigns_a_wrapper_that_was_put_down_askew(monkeypatch: pytest.
         assert (after["wrapper_aligned"], after["filling_on_workspace"]) == (True, True)
 
 
+@pytest.mark.deep  # tests/modules/test_kinematic.py has the same of the kinematic plant
 def test_an_empty_wrapper_is_folded_but_not_sealed() -> None:
     robot, plant = bench(5)
     with closing(plant):

@@ -23,7 +23,9 @@ pytestmark = pytest.mark.physics
         pytest.param(
             ("ecms/make_dumplings",), "make dumplings", site_with_other_names, marks=pytest.mark.deep
         ),
-        (("ecms/fetch_object",), "fetch the object", site_with_other_names),
+        pytest.param(
+            ("ecms/fetch_object",), "fetch the object", site_with_other_names, marks=pytest.mark.deep
+        ),
         (("learned/hold_sponge",), "hold the sponge", site_with_other_names),
         pytest.param(
             ("ecms/clean_table", "ecms/inspect_table", "ecms/serve_table"),

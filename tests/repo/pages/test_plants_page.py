@@ -17,6 +17,7 @@ _PAGE = text_of("docs/plants.md")
 _BLOCK = re.compile(r"^```(python|console)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
+@pytest.mark.deep  # its runs are like those of the README, the tutorial and docs/bus.md
 @pytest.mark.physics
 def test_the_page_does_what_it_says(tmp_path: Path) -> None:
     shutil.copytree(ROOT / "ecms", tmp_path / "ecms")

@@ -32,6 +32,7 @@ def test_the_stop_is_made_in_the_tick_of_the_hazard_whether_anybody_thinks_or_no
     assert at_once["rest_s"] == asleep["rest_s"] > 0
 
 
+@pytest.mark.deep
 def test_without_a_monitor_the_hazard_stays(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(RuntimeMonitor, "__call__", lambda *_: None)
     found = tried("0")
