@@ -12,6 +12,7 @@ from aeros.runtime.isolation.isolated_run import MIN_RESPONSE_TIMEOUT_S, Isolate
 from aeros.runtime.isolation.layers import APPLY_LAYER
 from aeros.runtime.isolation.zygote_pool import ZygotePool
 from aeros.runtime.ports import StepStatus
+from aeros.runtime.skills.code import CodeFile
 from aeros.runtime.skills.contract import SkillRefusedError
 from aeros.runtime.skills.in_process_run import SkillRunResult
 from aeros.runtime.skills.load import CertifiedCode
@@ -22,7 +23,9 @@ HEAD = "from aeros.skill import act\n"
 
 
 def code(text: str, function: str = "lift") -> CertifiedCode:
-    return CertifiedCode("handling", "skills.py", "/ecms/handling/skills.py", text.encode(), function)
+    return CertifiedCode(
+        CodeFile("handling", "skills.py", "/ecms/handling/skills.py", text.encode()), function
+    )
 
 
 STARTED: list[IsolatedRun] = []
@@ -202,9 +205,10 @@ _RUNTIME = """
 import sys, time
 from aeros.runtime.isolation.isolated_run import IsolatedRun
 from aeros.runtime.isolation.zygote_pool import ZygotePool
+from aeros.runtime.skills.code import CodeFile
 from aeros.runtime.skills.load import CertifiedCode
 text = b"def lift(o, i):\\n    while True: pass\\n    yield\\n"
-run = IsolatedRun(ZygotePool([]), (), CertifiedCode("m", "s.py", "/s.py", text, "lift"), {}, 600.0)
+run = IsolatedRun(ZygotePool([]), (), CertifiedCode(CodeFile("m", "s.py", "/s.py", text), "lift"), {}, 600.0)
 print("running", flush=True)
 run.resume({}, 600.0)
 """
