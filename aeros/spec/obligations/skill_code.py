@@ -29,7 +29,7 @@ from aeros.spec.obligations.skill_syntax.allowed_names import (
     SKILL_NAMES,
     AllowedNames,
 )
-from aeros.spec.obligations.skill_syntax.allowed_syntax import first_refusal
+from aeros.spec.obligations.skill_syntax.allowed_syntax import Refusal, first_refusal
 from aeros.spec.obligations.skill_syntax.bound_names import bound_names, names_bound_by
 from aeros.spec.obligations.skill_syntax.changed_values import first_change_of_actions
 from aeros.spec.obligations.skill_syntax.neighbour_errors import import_cycle_error, missing_neighbour_error
@@ -65,7 +65,11 @@ def skill_code_obligations(
     readable = {path: file for path, file in files.items() if isinstance(file, SkillFile)}
     perceiving = _files_of((one.module_name for one in ecm.perceivers.values()), readable)
     acting = _files_of((one.module_name for one in ecm.skills.values()), readable)
-    acting |= readable.keys() - perceiving  # nothing runs what no entry point leads to
+    for path in readable.keys() - perceiving - acting:  # no entry point leads to it, so nothing runs it
+        looks_like_perceiver = _refusal(path, readable, SKILL_NAMES) and not _refusal(
+            path, readable, PERCEIVER_NAMES
+        )
+        (perceiving if looks_like_perceiver else acting).add(path)
     skill_files = {path: readable[path] for path in readable if path in acting}
     for path, file in files.items():
         if isinstance(file, UnreadableCodeError):
@@ -103,9 +107,8 @@ def _no_forbidden_access(
     ecm: Ecm, path: str, files: ModuleFiles, kinds: Iterable[AllowedNames]
 ) -> Diagnostic | None:
     """Report the first place that is not on the allow-list of each kind of code that the file is."""
-    imported = {name: file for name, file in files_run_by(path, files).items() if name != path}
     for allowed in kinds:
-        refusal = first_refusal(files[path].tree, allowed, imported)
+        refusal = _refusal(path, files, allowed)
         if refusal is not None:
             return Diagnostic(
                 "AE134",
@@ -115,6 +118,11 @@ def _no_forbidden_access(
                 notes=_imported_by(path, files),
             )
     return None
+
+
+def _refusal(path: str, files: ModuleFiles, allowed: AllowedNames) -> Refusal | None:
+    imported = {name: file for name, file in files_run_by(path, files).items() if name != path}
+    return first_refusal(files[path].tree, allowed, imported)
 
 
 def _imported_by(path: str, files: ModuleFiles) -> tuple[str, ...]:

@@ -46,6 +46,20 @@ def _closed() -> Iterator[None]:
         STARTED.pop().close()
 
 
+def test_a_worker_executes_neighbours_from_their_bytes_and_has_no_other_files(nursery: ZygotePool) -> None:
+    text = HEAD + "from .legs import lift_leg\ndef lift(o, i):\n    yield lift_leg(o['x'])\n"
+    legs = HEAD + "def lift_leg(x):\n    return act('say', x=1 / x)\n"
+    file = code(text).file
+    certified = CertifiedCode(file._replace(neighbours=(("legs.py", legs.encode()),)), "lift")
+    STARTED.append(IsolatedRun(nursery, APPLY_LAYER, certified, {}, 20.0))
+    assert STARTED[-1].resume({"x": 2.0}, 60.0) == act("say", x=0.5)
+    STARTED.append(IsolatedRun(nursery, APPLY_LAYER, certified, {}, 20.0))
+    why = "legs.py:3: ZeroDivisionError: division by zero"
+    assert STARTED[-1].resume({"x": 0}, 60.0) == SkillRunResult(StepStatus.RAISED, why)
+    with pytest.raises(SkillRefusedError, match=r"`handling` has no file for `\.legs`"):
+        run(nursery, text)
+
+
 def test_observations_and_inputs_arrive_as_they_were_sent(nursery: ZygotePool) -> None:
     text = HEAD + (
         "def lift(o, i):\n"
