@@ -23,8 +23,8 @@ from aeros.spec.obligations.skill_syntax.bound_names import bound_names, identif
 from aeros.spec.obligations.skill_syntax.neighbours import (
     ModuleFiles,
     defined_classes,
+    imported_classes,
     is_neighbour_import,
-    neighbour_imports,
 )
 from aeros.spec.obligations.skill_syntax.skill_source import Located
 
@@ -152,7 +152,7 @@ class _Reading:
         self._tree = tree
         self._allowed = allowed
         self._imported = imported
-        self._classes = {node.name for node in defined_classes(tree)} | self._imported_classes
+        self._classes = {node.name for node in defined_classes(tree)} | imported_classes(tree, imported)
         self._placed: set[int] = set()  # restricted members that stand where they may
         for node in defined_classes(tree):
             self._place_in_class(node)
@@ -168,16 +168,6 @@ class _Reading:
                 module = _module_name(node)
                 found |= {one.asname or one.name: f"{module}.{one.name}" for one in node.names}
         return found
-
-    @property
-    def _imported_classes(self) -> set[str]:
-        """Names by which the file knows classes of other files of the module."""
-        defined = {
-            (path, node.name) for path, file in self._imported.items() for node in defined_classes(file.tree)
-        }
-        return {
-            one.local_name for one in neighbour_imports(self._tree) if (one.path, one.alias.name) in defined
-        }
 
     @cached_property
     def _known_names(self) -> frozenset[str]:

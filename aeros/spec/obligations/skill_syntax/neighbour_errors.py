@@ -29,8 +29,7 @@ def missing_neighbour_error(
     for one in neighbour_imports(file.tree):
         neighbour = files.get(one.path)
         if neighbour is None:
-            beside = [name for name in files if "/" not in name]
-            near = did_you_mean(one.path, beside)
+            near = did_you_mean(one.path, [name for name in files if "/" not in name])
             help_ = f"did you mean `{near}`?" if near else f"put `{one.path}` into the folder of the module"
             headline, node = f"there is no `{one.path}` in this module", one.statement
             return Diagnostic("AE143", headline, SpanLabel(file.span(node), "imported here"), help=(help_,))

@@ -88,6 +88,20 @@ def defined_classes(tree: ast.Module) -> list[ast.ClassDef]:
     return [node for node in tree.body if isinstance(node, ast.ClassDef)]
 
 
+def imported_classes(tree: ast.Module, files: ModuleFiles) -> set[str]:
+    """Return the names by which a file knows classes of other files.
+
+    Args:
+        tree: syntax tree of the file.
+        files: the module's files.
+
+    Returns:
+        The names.
+    """
+    defined = {(path, node.name) for path, file in files.items() for node in defined_classes(file.tree)}
+    return {one.local_name for one in neighbour_imports(tree) if (one.path, one.alias.name) in defined}
+
+
 def files_run_by(path: str, files: ModuleFiles) -> dict[str, SkillFile]:
     """Find the files that are executed where one is: itself, and all that it imports, directly or not.
 
