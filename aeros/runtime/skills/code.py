@@ -129,7 +129,11 @@ class _Execution:
         members: Sequence[str] | None = (),
         level: int = 0,
     ) -> Any:
-        """Import as `builtins.__import__` does, but a neighbour from its certified bytes."""
+        """Import as `builtins.__import__` does, but a neighbour from its certified bytes.
+
+        Raises:
+            ImportError: the module has no such file, or the file imports itself.
+        """
         if level == 0:
             usual: Any = self._names["__import__"]
             return usual(name, namespace, local_names, members, level)

@@ -12,7 +12,7 @@ from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.site import Site
 from aeros.spec.obligations.skill_code import skill_code_obligations
-from aeros.spec.obligations.skill_syntax.neighbours import files_run_by, files_run_together, import_cycle
+from aeros.spec.obligations.skill_syntax.neighbours import files_run_by, files_run_together
 from aeros.spec.obligations.skill_syntax.skill_source import SkillFile, read_skill_files
 from aeros.spec.text.discovery import reference_site_path
 
@@ -118,36 +118,6 @@ def test_a_file_of_skills_and_of_perceivers_keeps_to_both_lists(loaded: tuple[Ec
 
 
 GRIP = "def wipe(o, i):\n    return\n    yield\n"
-
-
-@pytest.mark.parametrize(
-    ("text", "headline"),
-    [
-        ("from .leg import leg\n", "there is no `leg.py` in this module"),
-        ("from .legs import lag\n", "`legs.py` defines no `lag`"),
-        ("from .legs import act\n", "`legs.py` defines no `act`"),  # imported there
-    ],
-)
-def test_an_import_that_finds_no_file_or_no_name_is_reported(
-    loaded: tuple[Ecm, Site], text: str, headline: str
-) -> None:
-    (found,) = [one for one in _reported(loaded, skills=text + GRIP, legs=LEGS) if one[0] == "AE143"]
-    assert found == ("AE143", headline, "skills.py", 1)
-
-
-def test_a_circle_of_imports_is_reported_once_with_each_import(loaded: tuple[Ecm, Site]) -> None:
-    texts = {
-        "skills": "from .a import x\n" + GRIP,
-        "a": "from .b import y\nx = 1\n",
-        "b": "y = 1\nfrom .a import x\n",
-    }
-    headline = "2 files import each other in a circle"
-    assert _reported(loaded, **texts) == [("AE144", headline, "a.py", 1)]
-    assert [path for path, _ in import_cycle(_files(**texts))] == ["a.py", "b.py"]
-    texts["a"] = "x = 1\n"
-    assert _reported(loaded, **texts) == []
-    (own,) = _reported(loaded, skills=GRIP, a="from .a import x as y\nx = 1\n")
-    assert own == ("AE144", "a file imports itself", "a.py", 1)
 
 
 def test_files_are_executed_for_an_entry_and_together() -> None:
