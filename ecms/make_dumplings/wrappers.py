@@ -12,6 +12,10 @@ from .measures import FILLING_HEIGHT, HINGE_TO_PLATE, PLATE_HALF, POT_DEPTH, POT
 CLOSED_FOLD = 160.0 * pi / 180.0
 """Least fold of a closed wrapper, rad."""
 
+LARGEST = 1.12
+"""Greatest size of a wrapper that the press closes over the usual one: one of 1.2 is 34 mm thick when it is
+closed, and lid and bed are 28 mm apart, so that the lid pushes it out."""
+
 ON_PLATE_WITHIN = 0.006
 """Greatest distance of a filling on the plate from its height at rest, m."""
 
@@ -126,9 +130,14 @@ class Piece:
         return is_within_reach(self.wrapper.grip)
 
     @property
+    def is_too_large(self) -> bool:
+        """True if the press does not close over it."""
+        return self.wrapper.size > LARGEST and not self.is_wrapped
+
+    @property
     def is_useless(self) -> bool:
         """True if it is no dumpling, and none can be made of it."""
-        return self.is_shut or self.is_stiff
+        return self.is_shut or self.is_stiff or self.is_too_large
 
 
 def is_near(filling: Place, wrapper: Wrapper) -> bool:
