@@ -11,7 +11,7 @@ import pytest
 from aeros.perception import Picture
 from aeros.perception.points import point_cloud
 from aeros.sim.geometry import Camera, Pose, Vector3, add, to_world, yaw_of, yaw_orientation
-from ecms.make_dumplings.bench import Bench
+from ecms.make_dumplings.bench import Bench as KnownBench
 from ecms.make_dumplings.measures import CLOSED_HEIGHT, HINGE_TO_PLATE, PLATE_HALF
 from ecms.make_dumplings.perceivers import UNSEEN
 from ecms.make_dumplings.pictures import level_points, look_from_above, shows_filling, square_heading
@@ -648,7 +648,7 @@ def test_the_size_of_a_half_hidden_wrapper_is_not_known() -> None:
 @pytest.mark.parametrize(("scale", "left_over"), [(1.1, 0), (1.2, 1)])
 def test_a_wrapper_that_the_press_does_not_close_over_is_given_up(scale: float, left_over: int) -> None:
     sized = Wrapper(HINGE, 0.0, 0.0, scale)
-    bench = Bench(pieces=(Piece(sized, looks=2),))
+    bench = KnownBench(pieces=(Piece(sized, looks=2),))
     values = remaining_values(bench)
     assert values["wrappers_too_large"] == (left_over,)
     assert values["wrappers_suffice"] == (left_over == 0,)
