@@ -11,7 +11,7 @@ import time
 from aeros.runtime.isolation.isolated_run import IsolatedRun
 from aeros.runtime.isolation.layers import APPLY_LAYER, IsolationLayer
 from aeros.runtime.isolation.zygote_pool import ZygotePool
-from aeros.runtime.skills.contract import execute_skill
+from aeros.runtime.skills.code import CodeFile
 from aeros.runtime.skills.in_process_run import InProcessRun
 from aeros.runtime.skills.load import CertifiedCode
 from aeros.spec.obligations.skill_syntax.allowed_names import ALLOWED_MODULES
@@ -33,7 +33,7 @@ def main() -> None:
     parser.add_argument("--invocations", type=int, default=30, help="how many are timed (default: 30)")
     invocations = parser.parse_args().invocations
     print(f"{platform.platform()}, Python {platform.python_version()}, load {os.getloadavg()[0]:.1f}")
-    code = CertifiedCode("bench", "skills.py", "/skills.py", CODE.encode(), "lift")
+    code = CertifiedCode(CodeFile("bench", "skills.py", "/skills.py", CODE.encode()), "lift")
     began = time.perf_counter()
     nursery = ZygotePool(sorted(ALLOWED_MODULES))
     wrapped = "in bubblewrap" if nursery.missing[IsolationLayer.BUBBLEWRAP] is None else "without bubblewrap"
@@ -53,7 +53,7 @@ def main() -> None:
         closed.append(time.perf_counter() - began)
     nursery.close()
     here = []
-    run_here = InProcessRun(execute_skill(code.module, code.name, code.content, code.path, "lift"), {})
+    run_here = InProcessRun(code.file.generator_function("lift"), {})
     for _ in range(ACTIONS):
         began = time.perf_counter()
         run_here.resume(OBSERVED, 60.0)

@@ -86,8 +86,13 @@ def site_tables(site: Site) -> list[ListedNames]:
             ),
         ),
         ListedNames(
+            "movers of sensors",
+            ("sensor", "changed only by"),
+            tuple((name.value, _list(movers) or "no actuator") for name, movers in site.moved_by),
+        ),
+        ListedNames(
             "actions",
-            ("action", "parameters", "moves", "risk", "limited by", "meaning"),
+            ("action", "parameters", "moves", "risk", "limited by", "action of the simulators", "meaning"),
             tuple(
                 (
                     name.value,
@@ -95,6 +100,7 @@ def site_tables(site: Site) -> list[ListedNames]:
                     _list(kind.actuators),
                     str(kind.risk.value),
                     ", ".join(_rules_on(site, name.value)),
+                    _text(kind.means),
                     kind.description.value,
                 )
                 for name, kind in site.actions

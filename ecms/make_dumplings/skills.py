@@ -11,7 +11,8 @@ from math import atan2, copysign, cos, dist, hypot, pi, sin
 
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
 
-Place = tuple[float, float, float]
+from .measures import HINGE_TO_PLATE, LOWEST, PLATE_HALF, Place
+
 Leg = tuple[Action, ...]
 Task = Generator[Action, Observation, Observation]
 
@@ -30,9 +31,6 @@ HEIGHT_WITHIN = 0.005
 CLEARANCE = 0.04
 """Height above a grasp from which the approach is slow, m."""
 
-LOWEST = 0.012
-"""Height of the lowest grasp, m: fingertips reach 9 mm below the tool centre point."""
-
 OPEN = 0.08
 """Fingers wide open, m."""
 
@@ -47,9 +45,6 @@ DOUGH_FORCE = 5.0
 
 HINGE_HEIGHT = 0.011
 """From the middle of the wrapper's plates up to the hinge's axis, m."""
-
-PLATE_MIDDLE = 0.022
-"""From the wrapper's hinge to the middle of its plates, m."""
 
 DUMPLING_GRASP = 0.004
 """Height of the dumpling's grasp above the lower plate's middle, m: the pads reach past both plates."""
@@ -104,7 +99,7 @@ WRAPPER = ("wrapper_position", "wrapper_yaw")
 """Pose of the wrapper; unknown if the last picture does not show it."""
 
 BLOCKER = ("blocker_position", "blocker_yaw", "blocker_is_filling", "aside_place")
-"""What is in the way on the press, and a free place on the bench."""
+"""Variables of the thing that is in the way on the press, and of a free place on the bench."""
 
 BLOCKERS = 3
 """Largest number of things to take from the press: two wrappers and a filling between them."""
@@ -142,9 +137,6 @@ ON_PRESS = 0.06
 
 OVERHANGING = 0.02
 """Distance of the wrapper from the press's middle, across, beyond which a finger would hit the bed, m."""
-
-HALF_WIDTH = 0.028
-"""Half the width of the wrapper, m."""
 
 FINGERS_HALF = 0.015
 """Half the thickness of both fingers when they are closed, m."""
@@ -389,7 +381,7 @@ def _realign_wrapper(observed: Observation, pace: float) -> Task:
 def _nudge(observed: Observation, pace: float, thing: Place) -> Leg:
     """Push a wrapper that hangs over the press's side back by its outer edge: a finger would hit the bed."""
     _, y, z = _fixture(observed, "press_position")
-    edge = copysign(HALF_WIDTH + FINGERS_HALF, thing[1] - y)
+    edge = copysign(PLATE_HALF[1] + FINGERS_HALF, thing[1] - y)
     begin, end = (thing[0], thing[1] + 1.5 * edge, z), (thing[0], y + edge, z)
     return (
         *_reach_closed(observed, pace, begin, 0.0),
@@ -465,7 +457,7 @@ def _on_plate(observed: Observation, height: float) -> Place:
     """The place `height` above the middle of the wrapper's plate that lies on the bed."""
     x, y, z = observed["wrapper_position"]
     yaw = observed["wrapper_yaw"]
-    away = PLATE_MIDDLE * _size(observed)
+    away = HINGE_TO_PLATE * _size(observed)
     return (x + away * cos(yaw), y + away * sin(yaw), z + height)
 
 

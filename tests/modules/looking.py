@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from functools import cache
-from importlib.util import module_from_spec, spec_from_file_location
+from importlib import import_module
 from types import ModuleType
 from typing import Any, NamedTuple
 
@@ -22,22 +21,16 @@ from aeros.sim.pictures.ray_caster import cast
 from aeros.sim.pictures.scene_solids import SceneSolids, decals_of
 from aeros.sim.randomness import RandomSource
 from aeros.spec.model.scene import BodyPart
-from tests.shipped_scenes import CAMERAS, ECMS, shipped_scene
+from tests.shipped_scenes import CAMERAS, shipped_scene
 
 Colour = tuple[int, int, int]
 GREY: Colour = (128, 128, 128)
 TABLE: Colour = (200, 200, 200)
 
 
-@cache
 def code_of(module: str) -> ModuleType:
     """The file `perceivers.py` of a shipped module."""
-    spec = spec_from_file_location(f"{module}_perceivers", ECMS / module / "perceivers.py")
-    assert spec is not None
-    assert spec.loader is not None
-    code = module_from_spec(spec)
-    spec.loader.exec_module(code)
-    return code
+    return import_module(f"ecms.{module}.perceivers")
 
 
 @dataclass

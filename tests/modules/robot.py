@@ -75,7 +75,7 @@ class Robot:
     def run(self, skill: str, actions: int = 1000) -> str | None:
         """Run a skill, at most `actions` of its actions; None, or why one did not complete."""
         inputs = default_inputs(self._skills[skill])
-        body = runpy.run_path(str(ECMS / self._module / "skills.py"))[skill](self.observed(), inputs)
+        body = runpy.run_module(f"ecms.{self._module}.skills")[skill](self.observed(), inputs)
         try:
             action: Action = next(body)
             for _ in range(actions):

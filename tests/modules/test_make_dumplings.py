@@ -11,10 +11,14 @@ import pytest
 from aeros.perception import Picture
 from aeros.perception.points import point_cloud
 from aeros.sim.geometry import Camera, Pose, Vector3, add, to_world, yaw_of, yaw_orientation
-from tests.modules.looking import Put, Top, Watched, as_picture, code_of, draw
+from ecms.make_dumplings.bench import Bench as KnownBench
+from ecms.make_dumplings.measures import CLOSED_HEIGHT, HINGE_TO_PLATE, PLATE_HALF
+from ecms.make_dumplings.perceivers import UNSEEN
+from ecms.make_dumplings.pictures import level_points, look_from_above, shows_filling, square_heading
+from ecms.make_dumplings.values import remaining_values
+from ecms.make_dumplings.wrappers import Piece, Wrapper, is_in_pot
+from tests.modules.looking import Put, Top, Watched, as_picture, draw
 
-CODE: Any = code_of("make_dumplings")
-HINGE_TO_PLATE, PLATE_HALF, CLOSED_HEIGHT = CODE.HINGE_TO_PLATE, CODE.PLATE_HALF, CODE.CLOSED_HEIGHT
 PRESS, POT = (0.5, 0.0, 0.083), (0.55, 0.33, 0.055)
 CAMERA = Camera(eye=(0.5, 0.0, 1.0), target=(0.5, 0.0, 0.0), up=(1.0, 0.0, 0.0), field_of_view=16.0)
 """1.2 mm a pixel."""
@@ -37,7 +41,7 @@ def opened(yaw: float) -> list[Top]:
 def seen(*tops: Top) -> tuple[Any, Vector3 | None]:
     """Wrapper and filling in a drawn picture."""
     picture = draw(CAMERA, tops)
-    shown = CODE._look_from_above(picture, CODE._level(picture)[0], [], None)
+    shown = look_from_above(picture, level_points(picture)[0], [], None)
     assert max(len(shown.wrappers), len(shown.fillings)) <= 1
     return next(iter(shown.wrappers), None), next((one.middle for one in shown.fillings), None)
 
@@ -143,7 +147,7 @@ def test_a_few_pixels_are_no_plate() -> None:
 # From the side.
 
 SIDE = Camera(eye=(0.6, 0.0, 0.1), target=(0.5, 0.0, 0.1), field_of_view=60.0, width=100, height=100)
-CLOSED = CODE.Wrapper((0.45, 0.0, 0.09), 0.0, pi)
+CLOSED = Wrapper((0.45, 0.0, 0.09), 0.0, pi)
 """Its plates reach from x = 0.451 to 0.493, and from z = 0.09 to 0.115."""
 
 
@@ -155,8 +159,7 @@ def filled(x: float, y: tuple[float, float], z: tuple[float, float], wrapper: An
     green &= (points[:, :, 2] > z[0]) & (points[:, :, 2] < z[1])
     rgb = np.full((100, 100, 3), 128, np.uint8)
     rgb[green] = GREEN
-    shows: bool = CODE._shows_filling(as_picture(SIDE, rgb, depth, "side"), wrapper)
-    return shows
+    return bool(shows_filling(as_picture(SIDE, rgb, depth, "side"), wrapper))
 
 
 def test_filling_shows_between_the_plates_and_none_outside() -> None:
@@ -173,7 +176,7 @@ def test_filling_shows_between_the_plates_and_none_outside() -> None:
 
 
 def test_the_wrapper_may_be_turned() -> None:
-    turned = CODE.Wrapper((0.47, -0.02, 0.09), pi / 2.0, pi)
+    turned = Wrapper((0.47, -0.02, 0.09), pi / 2.0, pi)
     assert filled(0.47, (-0.01, 0.01), (0.095, 0.11), turned)
     assert not filled(0.47, (-0.01, 0.01), (0.095, 0.11), turned._replace(hinge=(0.47, 0.03, 0.09)))
 
@@ -204,8 +207,8 @@ def test_a_wrapper_is_closed_from_160_degrees_on_or_on_its_edge(fold: float | No
     ],
 )
 def test_a_plate_carries_a_filling_that_lies_over_it(filling: Vector3, is_carried: bool) -> None:
-    assert CODE.Wrapper((1.0, 2.0, 3.0), 0.0, 0.0).carries(filling) is is_carried
-    turned = CODE.Wrapper((1.0, 2.0, 3.0), pi / 2, 0.0)
+    assert Wrapper((1.0, 2.0, 3.0), 0.0, 0.0).carries(filling) is is_carried
+    turned = Wrapper((1.0, 2.0, 3.0), pi / 2, 0.0)
     x, y, z = filling
     assert turned.carries((1.0 - (y - 2.0), 2.0 + (x - 1.0), z)) is is_carried
 
@@ -305,7 +308,7 @@ def test_a_picture_without_a_wrapper_says_nothing_of_it() -> None:
     bench.scene.remove("wrapper")
     found = bench.look(1.0)
     assert found["filling_position"] is not None
-    for name in CODE.UNSEEN:
+    for name in UNSEEN:
         if not name.startswith(
             ("filling_position", "filling_yaw", "filling_has_room", "press_free", "pot_", "aside")
         ):
@@ -382,8 +385,8 @@ def test_cooking_starts_anew_after_a_look_outside_the_pot() -> None:
     ],
 )
 def test_the_pot_is_from_its_floor_to_its_opening(place: Vector3, is_inside: bool) -> None:
-    assert CODE._is_in_pot(place, POT) is is_inside
-    assert CODE._is_in_pot(place, None) is False
+    assert is_in_pot(place, POT) is is_inside
+    assert is_in_pot(place, None) is False
 
 
 def test_each_value_has_the_time_of_the_picture_that_shows_it() -> None:
@@ -612,7 +615,7 @@ def test_the_heading_of_a_filling_of_few_pixels_is_no_stray_one(yaw: float, seed
     inside = (np.abs(grid @ np.array(((c, -s), (s, c)))) < 0.011).all(axis=1)
     points = np.column_stack((grid[inside], np.full(inside.sum(), 0.06)))
     points[chance.integers(len(points))] += (0.003, -0.003, 0.0)
-    off = CODE._square_heading(points) - yaw
+    off = square_heading(points) - yaw
     assert abs((off + pi / 4.0) % (pi / 2.0) - pi / 4.0) < 0.15
 
 
@@ -644,8 +647,8 @@ def test_the_size_of_a_half_hidden_wrapper_is_not_known() -> None:
 
 @pytest.mark.parametrize(("scale", "left_over"), [(1.1, 0), (1.2, 1)])
 def test_a_wrapper_that_the_press_does_not_close_over_is_given_up(scale: float, left_over: int) -> None:
-    sized = CODE.Wrapper(HINGE, 0.0, 0.0, scale)
-    bench = CODE.Bench(pieces=(CODE.Piece(sized, looks=2),))
-    values = bench.remaining_values()
+    sized = Wrapper(HINGE, 0.0, 0.0, scale)
+    bench = KnownBench(pieces=(Piece(sized, looks=2),))
+    values = remaining_values(bench)
     assert values["wrappers_too_large"] == (left_over,)
     assert values["wrappers_suffice"] == (left_over == 0,)

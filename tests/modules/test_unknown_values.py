@@ -138,7 +138,7 @@ def test_a_skill_ends_with_any_values_unknown(path: str, skill: str, chance: Ran
         moment = {**OBSERVED, **truths, "holding": chance.random() < 0.5, "finger_gap": gap}
         return {name: one for name, one in moment.items() if name not in seen or chance.random() >= share}
 
-    function = runpy.run_path(str(ROOT / path / "skills.py"))[skill]
+    function = runpy.run_module(f"{path.replace('/', '.')}.skills")[skill]
     policy = SimpleNamespace(run=lambda offset: {"step": offset})
     models = [{"policy": policy}] if len(signature(function).parameters) == 3 else []
     body = function(observed(), default_inputs(ecm.skills[skill]), *models)
@@ -173,7 +173,7 @@ def test_every_value_is_given() -> None:
 def test_an_object_that_no_picture_shows_is_looked_for_again_and_then_left(
     path: str, skill: str, unknown: str, truths: dict[str, bool]
 ) -> None:
-    code = runpy.run_path(str(ROOT / path / "skills.py"))
+    code = runpy.run_module(f"{path.replace('/', '.')}.skills")
     without = {name: value for name, value in OBSERVED.items() if name != unknown} | truths
     models: list[Any] = [{}] if path.startswith("learned/") else []
     body = code[skill](without, default_inputs(module(path).skills[skill]), *models)

@@ -10,6 +10,7 @@ import builtins
 import inspect
 import itertools
 import re
+from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
@@ -17,6 +18,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import aeros.skill
+from aeros.runtime.skills.code import CodeFile
+from aeros.runtime.skills.contract import SkillRefusedError
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import RealType
 from aeros.spec.expr.units import NUMBER
@@ -51,7 +54,7 @@ def _module(*envelope: str) -> Ecm:
     return build(Ecm, id="module", skills={"tidy": skill})
 
 
-ENTRIES, ASKS, REACHES = Mix(), Mix(), Mix()
+ENTRIES, ASKS, REACHES, IMPORTS = Mix(), Mix(), Mix(), Mix()
 _BODIES = [
     "yield act('push')",
     "yield from (act(kind) for kind in ())",
@@ -196,3 +199,36 @@ def _opens_a_door(code: str) -> bool:
         return True
     # Reaching into an object opens nothing by itself: what it gives is what skill code must not hold.
     return re.search(r"\.(__|gi_)", code) is not None
+
+
+_IMPORTS = ["", *(f"from .{file} import {name} as y\n" for file in ("a", "b", "c") for name in ("x", "z"))]
+
+
+def test_an_import_is_refused_exactly_where_executing_the_file_finds_nothing() -> None:
+    for a, b in itertools.product(_IMPORTS, _IMPORTS):
+        code = {"a.py": f"{a}x = 1\n".encode(), "b.py": f"{b}x = 1\n".encode()}
+        claims = skill_code_obligations(_module(), SITE, read_skill_files("", code))
+        reported = {one.diagnostic.code for one in claims if one.diagnostic is not None}
+        outcomes = [_import_error(name, code) for name in code]
+        IMPORTS.compare("AE143", proved="AE143" not in reported, expected=not _lacks_something(a + b))
+        IMPORTS.compare("AE144", proved="AE144" not in reported, expected=not _goes_round(a, b))
+        assert bool(reported) == any(outcomes)
+    IMPORTS.assert_both("AE143", "AE144")
+
+
+def _import_error(name: str, code: Mapping[str, bytes]) -> str:
+    others = tuple(one for one in code.items() if one[0] != name)
+    try:
+        # It has no generator function, which is noticed only after all imports.
+        CodeFile("m", name, name, code[name], others).generator_function("tidy")
+    except SkillRefusedError as refused:
+        return "" if "has no generator function" in str(refused) else str(refused)
+    raise AssertionError(code)
+
+
+def _lacks_something(text: str) -> bool:
+    return ".c " in text or " z " in text
+
+
+def _goes_round(a: str, b: str) -> bool:
+    return ".a " in a or ".b " in b or (".b " in a and ".a " in b)

@@ -71,10 +71,7 @@ class IsolatedRun(IsolatedCode):
         load = LoadSkill(
             WorkerConnection.token(),
             tuple(layer.value for layer in layers),
-            code.module,
-            code.name,
-            code.path,
-            code.content,
+            code.file,
             code.function,
             dict(inputs),
             code.models,

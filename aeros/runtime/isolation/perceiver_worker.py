@@ -107,11 +107,9 @@ class PerceiverWorker:
         names = PerceiverNames(load.members, load.builtins)
         try:
             self._models = load_models(load.models)
-            self._function = execute_perceiver(
-                load.module, load.name, load.source, load.path, load.function, names
-            )
+            self._function = execute_perceiver(load.file, load.function, names)
         except ModelFileError as failure:
-            why = f"a model of module `{load.module}` cannot be loaded: {failure}"
+            why = f"a model of module `{load.file.module}` cannot be loaded: {failure}"
             return SkillRejected(load.token, sanitize_text(why))
         except SkillRefusedError as refusal:
             return SkillRejected(load.token, sanitize_text(str(refusal)))

@@ -20,12 +20,13 @@ import msgspec
 
 from aeros.models.interface import ModelPackage
 from aeros.runtime.isolation.limits import MEMORY
+from aeros.runtime.skills.code import CodeFile
 
 MAX_RESPONSE_BYTES: Final = 64 * 1024
 """Limit on the bytes of one response of a worker; an action takes about a hundred."""
 
 MAX_REQUEST_BYTES: Final = 34 * 1024 * 1024
-"""Limit on the bytes of one request to a worker; the longest holds a file of skill code and its models."""
+"""Limit on the bytes of one request to a worker; the longest holds the code of a module and its models."""
 
 TOKEN_BYTES: Final = 16
 """Bytes of a token."""
@@ -57,10 +58,7 @@ class LoadSkill(WorkerMessage, frozen=True):
 
     Attributes:
         layers: names of the isolation layers to apply before the code runs.
-        module: name of the module.
-        name: path of the file in the module's folder.
-        path: path of the file, for tracebacks.
-        source: the file's bytes.
+        file: the file, and those that it may import.
         function: name of the generator function.
         inputs: inputs of the skill by name, SI.
         models: the models that the skill declares.
@@ -68,10 +66,7 @@ class LoadSkill(WorkerMessage, frozen=True):
     """
 
     layers: tuple[str, ...]
-    module: str
-    name: str
-    path: str
-    source: bytes
+    file: CodeFile
     function: str
     inputs: dict[str, JsonValue | tuple[JsonValue, ...]]
     models: tuple[ModelPackage, ...] = ()
@@ -136,10 +131,7 @@ class LoadPerceiver(WorkerMessage, frozen=True):
     Attributes:
         layers: names of the isolation layers to apply before the code runs.
         memory: greatest memory beyond the zygote's, bytes.
-        module: name of the module.
-        name: path of the file in the module's folder.
-        path: path of the file, for tracebacks.
-        source: the file's bytes.
+        file: the file, and those that it may import.
         function: name of the generator function.
         members: members that the code may import, by module.
         builtins: builtins that it may use.
@@ -150,10 +142,7 @@ class LoadPerceiver(WorkerMessage, frozen=True):
 
     layers: tuple[str, ...]
     memory: int
-    module: str
-    name: str
-    path: str
-    source: bytes
+    file: CodeFile
     function: str
     members: dict[str, tuple[str, ...]]
     builtins: tuple[str, ...]

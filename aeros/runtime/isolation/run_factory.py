@@ -264,7 +264,7 @@ def _imports_numpy(ecm: Ecm) -> bool:
 def _mentions_numpy(content: bytes) -> bool:
     return any(
         (isinstance(node, ast.Import) and any(_is_numpy(alias.name) for alias in node.names))
-        or (isinstance(node, ast.ImportFrom) and _is_numpy(node.module or ""))
+        or (isinstance(node, ast.ImportFrom) and not node.level and _is_numpy(node.module or ""))
         for node in ast.walk(ast.parse(content))
     )
 

@@ -38,7 +38,6 @@ from aeros.runtime.skills.contract import (
     SkillRefusedError,
     check_outputs,
     copy_action,
-    execute_skill,
     start_skill,
 )
 from aeros.runtime.skills.raised import describe_raised
@@ -117,10 +116,11 @@ class _Worker:
         self._load = load
         try:
             self._models = load_models(load.models)
-            self._function = execute_skill(load.module, load.name, load.source, load.path, load.function)
+            self._function = load.file.generator_function(load.function)
         except ModelFileError as failure:
             return SkillRejected(
-                load.token, sanitize_text(f"a model of module `{load.module}` cannot be loaded: {failure}")
+                load.token,
+                sanitize_text(f"a model of module `{load.file.module}` cannot be loaded: {failure}"),
             )
         except SkillRefusedError as refusal:
             return SkillRejected(load.token, sanitize_text(str(refusal)))

@@ -100,9 +100,7 @@ class InProcessPerceiver:
 
     def __init__(self, code: CertifiedCode, perceiver: Perceiver) -> None:
         self._perceiver = perceiver
-        self._function = execute_perceiver(
-            code.module, code.name, code.content, code.path, code.function, NAMES
-        )
+        self._function = execute_perceiver(code.file, code.function, NAMES)
         self._models = load_certified_models(code)
         self._body: Generator[Any, Any, None] | None = None
 
@@ -182,10 +180,7 @@ class IsolatedPerceiver(IsolatedCode):
                 WorkerConnection.token(),
                 tuple(layer.value for layer in layers),
                 perceiver.memory,
-                code.module,
-                code.name,
-                code.path,
-                code.content,
+                code.file,
                 code.function,
                 {name: tuple(sorted(members)) for name, members in names.members.items()},
                 tuple(sorted(names.builtins)),

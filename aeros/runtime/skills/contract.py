@@ -1,4 +1,4 @@
-"""Contract of skill code: loads a generator function, copies its actions, and turns its errors into words.
+"""Contract of skill code: starts its generator, copies its actions, and turns its errors into words.
 
 Used wherever skill code runs: in a worker, and in the runtime's own process for modules that the site
 trusts. It imports very little, so that a worker holds very little.
@@ -6,11 +6,7 @@ trusts. It imports very little, so that a worker holds very little.
 
 from __future__ import annotations
 
-import inspect
-import sys
-from collections.abc import Callable, Mapping
-from functools import lru_cache
-from types import CodeType, ModuleType
+from collections.abc import Callable
 from typing import Final
 
 from aeros.descriptions import describe_exception, type_name
@@ -29,32 +25,6 @@ class SkillRefusedError(Exception):
 
 class NoActionError(Exception):
     """The skill yielded something other than an action, or returned something other than outputs."""
-
-
-def execute_skill(module: str, name: str, content: bytes, path: str, function: str) -> SkillFunction:
-    """Execute a file of skill code and return its generator function.
-
-    `sys.path` is left alone and the module gets a private name, so no other code can be loaded in its place,
-    and it cannot import its neighbours by name.
-
-    Args:
-        module: id of the module.
-        name: path of the file in the module's folder.
-        content: source code, whose digest was checked.
-        path: path of the file, for tracebacks.
-        function: name of the generator function.
-
-    Returns:
-        The function, from a fresh execution of the file.
-
-    Raises:
-        SkillRefusedError: the code raises when loaded, or has no such generator function.
-    """
-    executed = execute_file(module, name, content, path)
-    generator = executed.__dict__.get(function)
-    if not inspect.isgeneratorfunction(generator):
-        raise SkillRefusedError(f"`{name}` of module `{module}` has no generator function `{function}`")
-    return generator
 
 
 def start_skill(
@@ -128,45 +98,3 @@ def check_outputs(value: object) -> dict[str, object] | None:
     if not all(type(name) is str for name in outputs):
         raise NoActionError("the skill returned an output whose name is not a string")
     return outputs
-
-
-def execute_file(
-    module: str, name: str, content: bytes, path: str, builtins: Mapping[str, object] | None = None
-) -> ModuleType:
-    """Execute a file of module code, under a private name.
-
-    Args:
-        module: id of the module.
-        name: path of the file in the module's folder.
-        content: source code, whose digest was checked.
-        path: path of the file, for tracebacks.
-        builtins: builtins of the code; None for Python's own.
-
-    Returns:
-        The executed file.
-
-    Raises:
-        SkillRefusedError: the code raises when loaded.
-    """
-    dotted = name.removesuffix(".py").replace("/", ".")
-    executed = ModuleType(f"_aeros_ecm_{module}.{dotted}")
-    executed.__file__ = path
-    if builtins is not None:
-        executed.__dict__["__builtins__"] = dict(builtins)
-    # Standard library code (dataclasses, pickle) looks up a class's module here.
-    sys.modules[executed.__name__] = executed
-    try:
-        exec(_compile(content, path), executed.__dict__)  # noqa: S102 - what this file is for; digest checked
-    except KeyboardInterrupt:
-        raise
-    except BaseException as failure:
-        del sys.modules[executed.__name__]
-        raise SkillRefusedError(
-            f"the code of module `{module}` fails to load: {describe_exception(failure)}"
-        ) from failure
-    return executed
-
-
-@lru_cache(maxsize=256)
-def _compile(content: bytes, path: str) -> CodeType:
-    return compile(content, path, "exec", dont_inherit=True)

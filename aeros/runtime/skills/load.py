@@ -12,7 +12,8 @@ from typing import Final, NamedTuple
 
 from aeros.models.interface import ModelFileError, ModelPackage
 from aeros.models.load import load_models
-from aeros.runtime.skills.contract import SkillFunction, SkillRefusedError, execute_skill
+from aeros.runtime.skills.code import CodeFile
+from aeros.runtime.skills.contract import SkillFunction, SkillRefusedError
 from aeros.skill import Models
 from aeros.spec.model.ecm import Ecm, Skill
 from aeros.spec.model.perception import Perceiver
@@ -23,23 +24,22 @@ MAX_LOADED_MODELS: Final = 32 * 1024 * 1024
 
 
 class CertifiedCode(NamedTuple):
-    """The file that contains the function of a skill or of a perceiver.
+    """The function of a skill or of a perceiver, in its file.
 
     Attributes:
-        module: id of the module.
-        name: path of the file in the module's folder.
-        path: path of the file.
-        content: its bytes, with the certified digest.
+        file: the file, and those that it may import, with the certified digest.
         function: name of the generator function in it.
         models: the models that it declares, with their certified bytes.
     """
 
-    module: str
-    name: str
-    path: str
-    content: bytes
+    file: CodeFile
     function: str
     models: tuple[ModelPackage, ...] = ()
+
+    @property
+    def module(self) -> str:
+        """Id of the module."""
+        return self.file.module
 
 
 def load_skill(ecm: Ecm, skill: Skill) -> SkillFunction:
@@ -70,7 +70,7 @@ def execute_code(code: CertifiedCode) -> SkillFunction:
     Raises:
         SkillRefusedError: the code raises when loaded, or has no such generator function.
     """
-    return execute_skill(code.module, code.name, code.content, code.path, code.function)
+    return code.file.generator_function(code.function)
 
 
 def certified_code(ecm: Ecm, skill: Skill | Perceiver) -> CertifiedCode:
@@ -81,17 +81,17 @@ def certified_code(ecm: Ecm, skill: Skill | Perceiver) -> CertifiedCode:
         skill: the skill or the perceiver of it.
 
     Returns:
-        The file of its function.
+        Its function and file, and the files beside it.
 
     Raises:
         SkillRefusedError: the code is not the certified code, or lacks that file.
     """
-    name = f"{skill.module_name.replace('.', '/')}.py"
-    content = certified_files(ecm).get(name)
-    if content is None:
+    name, files = f"{skill.module_name}.py", certified_files(ecm)
+    if name not in files:
         raise SkillRefusedError(f"module `{ecm.id}` has no file `{name}`")
-    models = certified_models(ecm, skill.models)
-    return CertifiedCode(ecm.id, name, str(Path(ecm.folder) / name), content, skill.function, models)
+    neighbours = tuple(one for one in files.items() if one[0] != name and "/" not in one[0])
+    file = CodeFile(ecm.id, name, str(Path(ecm.folder) / name), files[name], neighbours)
+    return CertifiedCode(file, skill.function, certified_models(ecm, skill.models))
 
 
 def load_certified_models(code: CertifiedCode) -> Models:

@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import builtins
 import importlib
-import inspect
 from collections.abc import Callable, Collection, Generator, Mapping
 from types import ModuleType
 from typing import Any, NamedTuple
 
-from aeros.runtime.skills.contract import SkillRefusedError, execute_file
+from aeros.runtime.skills.code import CodeFile
 from aeros.skill import Models
 
 PerceiverFunction = Callable[..., Generator[Any, Any, None]]
@@ -32,16 +31,11 @@ class PerceiverNames(NamedTuple):
     builtins: Collection[str]
 
 
-def execute_perceiver(
-    module: str, name: str, content: bytes, path: str, function: str, names: PerceiverNames
-) -> PerceiverFunction:
-    """Execute a file of perceivers and return a generator function of it.
+def execute_perceiver(code: CodeFile, function: str, names: PerceiverNames) -> PerceiverFunction:
+    """Execute a file of perceivers, with the files that it imports, and return a generator function of it.
 
     Args:
-        module: id of the module.
-        name: path of the file in the module's folder.
-        content: source code, whose digest was checked.
-        path: path of the file, for tracebacks.
+        code: the file.
         function: name of the generator function.
         names: names that the code may use.
 
@@ -51,11 +45,7 @@ def execute_perceiver(
     Raises:
         SkillRefusedError: the code raises when loaded, or has no such generator function.
     """
-    executed = execute_file(module, name, content, path, _guarded_builtins(names))
-    generator = executed.__dict__.get(function)
-    if not inspect.isgeneratorfunction(generator):
-        raise SkillRefusedError(f"`{name}` of module `{module}` has no generator function `{function}`")
-    return generator
+    return code.generator_function(function, _guarded_builtins(names))
 
 
 def start_perceiver(function: PerceiverFunction, view: object, models: Models) -> Generator[Any, Any, None]:
@@ -86,13 +76,13 @@ def _guarded_builtins(names: PerceiverNames) -> dict[str, Any]:
         namespace: object = None,
         local_names: object = None,
         members: Collection[str] | None = (),
-        level: int = 0,
+        _: int = 0,  # `CodeFile` imports the other files of a module itself
     ) -> ModuleType:
         if type(members) is list and name.startswith("numpy."):
             # Not a statement, which passes a tuple: NumPy's own C code imports from within a call.
             return importlib.import_module(name)
-        if level or name not in modules:
-            raise ImportError(f"a perceiver may not import `{'.' * level}{name}`")
+        if name not in modules:
+            raise ImportError(f"a perceiver may not import `{name}`")
         if members or "." not in name:
             return modules[name]
         raise ImportError(f"import the members of `{name}` by their names")

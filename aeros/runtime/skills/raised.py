@@ -9,6 +9,7 @@ from types import TracebackType
 from typing import Any, Final
 
 from aeros.descriptions import describe_exception
+from aeros.runtime.skills.code import is_code_of_same_module
 
 _CLOSE: Final = 0.85
 """Least similarity of a misspelt name: variables of one kind, such as positions, have similar names."""
@@ -25,21 +26,20 @@ def describe_raised(failure: BaseException, function: Callable[..., Any], known:
     Returns:
         As in `skills.py:36: KeyError: 'bloc_position'; did you mean `block_position`?`.
     """
-    path = function.__code__.co_filename
-    line = _last_line_in(failure.__traceback__, path)
-    place = "" if line is None else f"{PurePath(path).name}:{line}: "
+    place = _last_place(failure.__traceback__, function)
     missing = _missing_name(failure)
     near = () if missing is None else difflib.get_close_matches(missing, list(known), 1, _CLOSE)
     return f"{place}{describe_exception(failure)}" + (f"; did you mean `{near[0]}`?" if near else "")
 
 
-def _last_line_in(trace: TracebackType | None, path: str) -> int | None:
-    line = None
+def _last_place(trace: TracebackType | None, function: Callable[..., Any]) -> str:
+    """Return file and line of the innermost call in the module's own code, as in `skills.py:36: `."""
+    place = ""
     while trace is not None:
-        if trace.tb_frame.f_code.co_filename == path:
-            line = trace.tb_lineno
+        if is_code_of_same_module(trace.tb_frame.f_globals, function):
+            place = f"{PurePath(trace.tb_frame.f_code.co_filename).name}:{trace.tb_lineno}: "
         trace = trace.tb_next
-    return line
+    return place
 
 
 def _missing_name(failure: BaseException) -> str | None:

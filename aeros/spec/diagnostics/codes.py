@@ -127,6 +127,10 @@ _TABLE: Final = (
     DiagnosticCode("AE140", "overlapping-bodies", "form", "two bodies of a scene overlap"),
     DiagnosticCode("AE141", "unusable-model", "form", "a model file does not describe a body"),
     DiagnosticCode("AE142", "model-interface", "form", "a model's file lacks the interface that is declared"),
+    DiagnosticCode(
+        "AE143", "missing-neighbour", "form", "code imports a file or a name that the module does not have"
+    ),
+    DiagnosticCode("AE144", "import-cycle", "form", "files of a module import each other in a circle"),
     # AE2xx: the expression language
     DiagnosticCode("AE201", "expression-syntax", "form", "an expression cannot be parsed"),
     DiagnosticCode("AE202", "unknown-name", "form", "an expression uses a name that is not declared"),

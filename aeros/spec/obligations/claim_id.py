@@ -240,6 +240,8 @@ class ClaimForm:
 
     # Skill code.
     CODE_REACHES_NOTHING = ClaimPattern("form/code/{path}")
+    CODE_FINDS_NEIGHBOURS = ClaimPattern("form/code/{path}/imports")
+    CODE_IS_ACYCLIC = ClaimPattern("form/code-imports/acyclic")
     CODE_ASKS_PLAINLY = ClaimPattern("form/code/{path}/asking")
     ENTRY_POINT = ClaimPattern("form/{skill}/entry")
     SKILL_ASKS_WITHIN_ENVELOPE = ClaimPattern("form/{skill}/asks")

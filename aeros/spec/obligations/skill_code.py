@@ -2,6 +2,7 @@
 
 Every action that a skill asks for is of a kind in its envelope and is written with that kind's parameters.
 The code is written in the part of Python that `allowed_syntax` lists, in which nothing reaches outside.
+A file may import names that another file of the module defines; each claim follows them to that file.
 Python itself is not proved: code that is not trusted runs isolated, and the gate decides every action.
 """
 
@@ -9,7 +10,7 @@ from __future__ import annotations
 
 import ast
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
 
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel, did_you_mean
@@ -17,20 +18,30 @@ from aeros.spec.model.configured import BoundNames
 from aeros.spec.model.ecm import Ecm, Skill
 from aeros.spec.model.site import Site
 from aeros.spec.obligations.claim_id import ClaimForm
+from aeros.spec.obligations.skill_syntax.action_calls import (
+    ACTION_NAMES,
+    action_calls,
+    written_parameters,
+)
 from aeros.spec.obligations.skill_syntax.allowed_names import (
     GENERIC_TYPES,
     SKILL_INTERFACE,
     SKILL_NAMES,
     AllowedNames,
 )
-from aeros.spec.obligations.skill_syntax.allowed_syntax import first_refusal
-from aeros.spec.obligations.skill_syntax.bound_names import bound_names, names_bound_by, parts_in_same_scope
+from aeros.spec.obligations.skill_syntax.allowed_syntax import Refusal, first_refusal
+from aeros.spec.obligations.skill_syntax.bound_names import bound_names, names_bound_by
 from aeros.spec.obligations.skill_syntax.changed_values import first_change_of_actions
+from aeros.spec.obligations.skill_syntax.neighbour_errors import import_cycle_error, missing_neighbour_error
+from aeros.spec.obligations.skill_syntax.neighbours import (
+    ModuleFiles,
+    files_run_by,
+    files_run_together,
+    neighbour_imports,
+)
 from aeros.spec.obligations.skill_syntax.perceiver_names import PERCEIVER_NAMES
 from aeros.spec.obligations.skill_syntax.skill_source import Located, SkillFile, UnreadableCodeError
 from aeros.spec.obligations.verdicts import StaticClaim
-
-_ACTION_NAMES = ("act", "Action")
 
 _CHANGE_HELP = (
     "yield each action where it is made, or change only what the code itself assigned to a name, "
@@ -51,7 +62,15 @@ def skill_code_obligations(
     Yields:
         The claims, settled.
     """
-    perceiving = {f"{perceiver.module_name}.py" for perceiver in ecm.perceivers.values()}
+    readable = {path: file for path, file in files.items() if isinstance(file, SkillFile)}
+    perceiving = _files_of((one.module_name for one in ecm.perceivers.values()), readable)
+    acting = _files_of((one.module_name for one in ecm.skills.values()), readable)
+    for path in readable.keys() - perceiving - acting:  # no entry point leads to it, so nothing runs it
+        looks_like_perceiver = _refusal(path, readable, SKILL_NAMES) and not _refusal(
+            path, readable, PERCEIVER_NAMES
+        )
+        (perceiving if looks_like_perceiver else acting).add(path)
+    skill_files = {path: readable[path] for path in readable if path in acting}
     for path, file in files.items():
         if isinstance(file, UnreadableCodeError):
             name, help_ = Path(ecm.folder) / path, ("write it as plain UTF-8",)
@@ -60,39 +79,68 @@ def skill_code_obligations(
             )
             yield StaticClaim(ClaimForm.CODE_REACHES_NOTHING(path), found)
             continue
-        allowed = PERCEIVER_NAMES if path in perceiving else SKILL_NAMES
-        yield StaticClaim(ClaimForm.CODE_REACHES_NOTHING(path), _no_forbidden_access(ecm, file, allowed))
-        if path in perceiving:
+        kinds = [SKILL_NAMES] * (path in acting) + [PERCEIVER_NAMES] * (path in perceiving)
+        yield StaticClaim(
+            ClaimForm.CODE_REACHES_NOTHING(path), _no_forbidden_access(ecm, path, readable, kinds)
+        )
+        if any(neighbour_imports(file.tree)):
+            yield StaticClaim(ClaimForm.CODE_FINDS_NEIGHBOURS(path), missing_neighbour_error(file, files))
+        if path not in acting:
             continue
-        yield StaticClaim(ClaimForm.CODE_ASKS_PLAINLY(path), _action_calls_are_readable(file))
+        yield StaticClaim(ClaimForm.CODE_ASKS_PLAINLY(path), _action_calls_are_readable(path, skill_files))
         for skill in ecm.skills.values():
             if path == f"{skill.module_name}.py":
                 yield StaticClaim(
                     ClaimForm.SKILL_ASKS_WITHIN_ENVELOPE(skill.id),
-                    _requests_within_envelope(skill, ecm.names, site, file),
+                    _requests_within_envelope(skill, ecm.names, site, readable),
                 )
+    if any(True for file in readable.values() for _ in neighbour_imports(file.tree)):
+        yield StaticClaim(ClaimForm.CODE_IS_ACYCLIC(), import_cycle_error(readable))
 
 
-def _no_forbidden_access(ecm: Ecm, file: SkillFile, allowed: AllowedNames) -> Diagnostic | None:
-    """Report the first place that is not on the allow-list of this kind of code."""
-    refusal = first_refusal(file.tree, allowed)
-    if refusal is None:
-        return None
-    return Diagnostic(
-        "AE134",
-        f"{allowed.kind} code of `{ecm.id}` {refusal.description}",
-        SpanLabel(file.span(refusal.node), allowed.task),
-        help=(refusal.help,),
-    )
+def _files_of(entries: Iterable[str], files: ModuleFiles) -> set[str]:
+    """Return the paths of the files that are executed for some entry points."""
+    return {path for name in entries for path in files_run_by(f"{name}.py", files)}
 
 
-def _action_calls_are_readable(file: SkillFile) -> Diagnostic | None:
-    """Check that every requested action can be read from the code.
+def _no_forbidden_access(
+    ecm: Ecm, path: str, files: ModuleFiles, kinds: Iterable[AllowedNames]
+) -> Diagnostic | None:
+    """Report the first place that is not on the allow-list of each kind of code that the file is."""
+    for allowed in kinds:
+        refusal = _refusal(path, files, allowed)
+        if refusal is not None:
+            return Diagnostic(
+                "AE134",
+                f"{allowed.kind} code of `{ecm.id}` {refusal.description}",
+                SpanLabel(files[path].span(refusal.node), allowed.task),
+                help=(refusal.help,),
+                notes=_imported_by(path, files),
+            )
+    return None
+
+
+def _refusal(path: str, files: ModuleFiles, allowed: AllowedNames) -> Refusal | None:
+    imported = {name: file for name, file in files_run_by(path, files).items() if name != path}
+    return first_refusal(files[path].tree, allowed, imported)
+
+
+def _imported_by(path: str, files: ModuleFiles) -> tuple[str, ...]:
+    """Name the files by which a file is code of a skill or of a perceiver."""
+    importing = [
+        name for name, file in files.items() if any(one.path == path for one in neighbour_imports(file.tree))
+    ]
+    return (f"`{path}` is imported by {', '.join(f'`{name}`' for name in importing)}",) if importing else ()
+
+
+def _action_calls_are_readable(path: str, files: ModuleFiles) -> Diagnostic | None:
+    """Check that every requested action can be read from the code of a file.
 
     `act` and `Action` are imported under their names and bound nowhere else. They are called, and `Action`
     also stands in types; neither is a value that could be called elsewhere. No name of the file is bound
     twice.
     """
+    file = files[path]
     placed = {id(node.func) for node in file.nodes if isinstance(node, ast.Call)}
     placed |= {id(name) for name in _names_in_types(file) if name.id == "Action"}
     for node in file.nodes:
@@ -106,10 +154,10 @@ def _action_calls_are_readable(file: SkillFile) -> Diagnostic | None:
         place = node if isinstance(node, Located) else place
         if place is None or id(node) in placed:
             continue
-        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load) and node.id in _ACTION_NAMES:
+        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load) and node.id in ACTION_NAMES:
             return _unreadable_call(file, node, f"`{node.id}` is used other than in a call")
         for name in names_bound_by(node):
-            if name in _ACTION_NAMES:
+            if name in ACTION_NAMES:
                 return _unreadable_call(file, place, f"`{name}` is bound a second time")
     bound: set[str] = set()
     for statement in file.tree.body:
@@ -117,7 +165,7 @@ def _action_calls_are_readable(file: SkillFile) -> Diagnostic | None:
             if name in bound:
                 return _unreadable_call(file, statement, f"`{name}` is bound a second time")
             bound.add(name)
-    changed = first_change_of_actions(file)
+    changed = first_change_of_actions(path, files_run_together(path, files))
     if changed is not None:
         what = f"`{ast.unparse(changed)}` may be the parameters of an action, which was made before"
         return _unreadable_call(file, changed, what, _CHANGE_HELP)
@@ -130,7 +178,9 @@ def _names_in_types(file: SkillFile) -> Iterator[ast.Name]:
     imported = {
         alias.asname or alias.name: alias.name
         for node in file.tree.body
-        if isinstance(node, ast.ImportFrom) and node.module in ("collections.abc", "typing")
+        if isinstance(node, ast.ImportFrom)
+        and not node.level
+        and node.module in ("collections.abc", "typing")
         for alias in node.names
     }
     # A name that is bound elsewhere too may stand for anything, such as `Union`, whose `Union[X]` is `X`.
@@ -179,10 +229,10 @@ def _unreadable_call(
 
 
 def _requests_within_envelope(
-    skill: Skill, names: BoundNames, site: Site, file: SkillFile
+    skill: Skill, names: BoundNames, site: Site, files: ModuleFiles
 ) -> Diagnostic | None:
     """Report the first action that the skill's code asks for and its envelope does not hold."""
-    for call in _act_calls(skill.function, file):
+    for file, call in action_calls(f"{skill.module_name}.py", skill.function, files):
         kind = call.args[0] if call.args else None
         if not (isinstance(kind, ast.Constant) and isinstance(kind.value, str)):
             return _unreadable_call(file, call, "the kind of an action is not written out")
@@ -198,7 +248,7 @@ def _requests_within_envelope(
                 help=(help_,),
             )
         declared = site.kinds[kind_of_site].parameters
-        asked = _parameter_names(call)
+        asked = written_parameters(call)
         if asked is None:
             return _unreadable_call(file, call, "the parameters of an action are not written out")
         unknown = [name for name in asked if name not in declared]
@@ -208,42 +258,3 @@ def _requests_within_envelope(
             headline = f"`{kind.value}` has no parameter `{unknown[0]}`"
             return Diagnostic("AE133", headline, SpanLabel(file.span(call)), help=(help_,))
     return None
-
-
-def _parameter_names(call: ast.Call) -> tuple[str, ...] | None:
-    """Return the names of an action's parameters; None if they are not written out."""
-    if isinstance(call.func, ast.Name) and call.func.id == "act":
-        named = [one.arg for one in call.keywords if one.arg is not None]
-        return tuple(named) if len(call.args) == 1 and len(named) == len(call.keywords) else None
-    parameters = call.args[1] if len(call.args) == 2 and not call.keywords else None
-    if not isinstance(parameters, ast.Dict):
-        return None
-    keys = [
-        key.value for key in parameters.keys if isinstance(key, ast.Constant) and isinstance(key.value, str)
-    ]
-    return tuple(keys) if len(keys) == len(parameters.keys) else None
-
-
-def _act_calls(function: str, file: SkillFile) -> Iterator[ast.Call]:
-    """Yield every call of `act` or `Action` that the skill may reach.
-
-    These are in its function, in the functions that it leads to, and everywhere outside of functions.
-    Defaults, annotations and decorators of a function are outside of it: they run when the file is loaded.
-    """
-    seen: set[str] = set()
-    pending: list[ast.AST] = []
-    for statement in file.tree.body:
-        is_function = isinstance(statement, ast.FunctionDef)
-        pending += parts_in_same_scope(statement) if is_function else [statement]
-    pending += [file.functions[function]] if function in file.functions else []
-    while pending:
-        for node in ast.walk(pending.pop()):
-            if isinstance(node, ast.Name) and node.id in file.functions and node.id not in seen:
-                seen.add(node.id)
-                pending.append(file.functions[node.id])
-            elif (
-                isinstance(node, ast.Call)
-                and isinstance(node.func, ast.Name)
-                and node.func.id in _ACTION_NAMES
-            ):
-                yield node

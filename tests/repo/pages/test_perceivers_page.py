@@ -12,6 +12,7 @@ import pytest
 import aeros.perception
 from aeros.perception.view_builder import PictureData, build_view
 from aeros.runtime.perception.perceiver_run import NAMES
+from aeros.runtime.skills.code import CodeFile
 from aeros.runtime.skills.perceiver_code import execute_perceiver
 from aeros.spec.obligations.skill_syntax.allowed_syntax import first_refusal
 from aeros.spec.obligations.skill_syntax.perceiver_names import PERCEIVER_NAMES
@@ -23,7 +24,9 @@ _PAGE = text_of("docs/perceivers.md")
 def test_its_perceiver_is_allowed_and_finds_a_cube() -> None:
     (program,) = re.findall(r"```python\n(.*?)```", _PAGE, re.DOTALL)
     assert first_refusal(ast.parse(program), PERCEIVER_NAMES) is None
-    see = execute_perceiver("m", "perceivers.py", program.encode(), "perceivers.py", "see_cube", NAMES)
+    see = execute_perceiver(
+        CodeFile("m", "perceivers.py", "perceivers.py", program.encode()), "see_cube", NAMES
+    )
     rgb, depth = np.full((120, 160, 3), 200, np.uint8), np.ones((120, 160), np.float32)
     empty = rgb.tobytes()
     # A square of blue 4 cm over the table, in the middle of the picture, straight below the camera.

@@ -32,6 +32,7 @@ def test_every_name_of_the_reference_site_is_listed_once() -> None:
         "objects": site.objects,
         "resources": site.resources,
         "sensors whose quantities modules declare": site.sensors,
+        "movers of sensors": site.moved_by,
     }
     for title, names in declared.items():
         assert listed.pop(title) == [name.value for name, _ in names]
@@ -46,6 +47,15 @@ def test_numbers_and_limits_are_those_of_the_file() -> None:
     assert "speed: real, " in rows["move_tool"][0]
     assert "workspace" in rows["move_tool"][3].split(", ")
     assert rows["overhead"][0] == "table_area" or "bench_area" in rows["overhead"][0]
+
+
+def test_movers_of_sensors_and_actions_under_another_word_are_listed() -> None:
+    found = tables("aeros/sites/panda_cell.yaml")
+    movers = {row[0]: row[1] for row in found["movers of sensors"].rows}
+    assert (movers["wheel_odometry"], movers["cell_survey"]) == ("base", "no actuator")
+    other = tables("tests/corpus/rejected/site/action_that_means_another/site.yaml")["actions"]
+    column = other.columns.index("action of the simulators")
+    assert {row[column] for row in other.rows} == {"", "move_tool"}
 
 
 def test_access_that_an_overlay_grants_is_listed() -> None:

@@ -14,11 +14,18 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
+from types import MappingProxyType
 from typing import Final
 
 from aeros.spec.diagnostics.codes import did_you_mean
 from aeros.spec.obligations.skill_syntax import allowed_names as names
 from aeros.spec.obligations.skill_syntax.bound_names import bound_names, identifiers, names_bound_by
+from aeros.spec.obligations.skill_syntax.neighbours import (
+    ModuleFiles,
+    defined_classes,
+    imported_classes,
+    is_neighbour_import,
+)
 from aeros.spec.obligations.skill_syntax.skill_source import Located
 
 
@@ -98,6 +105,8 @@ _DATACLASS_HELP: Final = (
 
 _ENUMERATION_HELP: Final = "write a member such as `OPEN = 1`"
 
+_NEIGHBOUR_HELP: Final = "import names of a file beside this one, as in `from .pieces import find_plate`"
+
 
 @dataclass(frozen=True)
 class Refusal:
@@ -114,18 +123,23 @@ class Refusal:
     help: str
 
 
-def first_refusal(tree: ast.Module, allowed: names.AllowedNames = names.SKILL_NAMES) -> Refusal | None:
+def first_refusal(
+    tree: ast.Module,
+    allowed: names.AllowedNames = names.SKILL_NAMES,
+    imported: ModuleFiles = MappingProxyType({}),
+) -> Refusal | None:
     """Find the first place in a file of module code that is not allowed.
 
     Args:
         tree: syntax tree of the file.
         allowed: names that this kind of code may use.
+        imported: other files of the module that it imports, directly or not.
 
     Returns:
         The place nearest to the beginning of the file; None if all of it is allowed.
     """
     return min(
-        _Reading(tree, allowed).refusals(),
+        _Reading(tree, allowed, imported).refusals(),
         key=lambda one: (one.node.lineno, one.node.col_offset),
         default=None,
     )
@@ -134,14 +148,14 @@ def first_refusal(tree: ast.Module, allowed: names.AllowedNames = names.SKILL_NA
 class _Reading:
     """One reading of a file: what its names stand for, and what in it is refused."""
 
-    def __init__(self, tree: ast.Module, allowed: names.AllowedNames) -> None:
+    def __init__(self, tree: ast.Module, allowed: names.AllowedNames, imported: ModuleFiles) -> None:
         self._tree = tree
         self._allowed = allowed
-        self._classes = {node.name for node in tree.body if isinstance(node, ast.ClassDef)}
+        self._imported = imported
+        self._classes = {node.name for node in defined_classes(tree)} | imported_classes(tree, imported)
         self._placed: set[int] = set()  # restricted members that stand where they may
-        for node in tree.body:
-            if isinstance(node, ast.ClassDef):
-                self._place_in_class(node)
+        for node in defined_classes(tree):
+            self._place_in_class(node)
 
     @cached_property
     def _origins(self) -> Mapping[str, str]:
@@ -151,7 +165,8 @@ class _Reading:
             if isinstance(node, ast.Import):
                 found |= {one.asname or one.name: one.name for one in node.names}
             elif isinstance(node, ast.ImportFrom):
-                found |= {one.asname or one.name: f"{node.module}.{one.name}" for one in node.names}
+                module = _module_name(node)
+                found |= {one.asname or one.name: f"{module}.{one.name}" for one in node.names}
         return found
 
     @cached_property
@@ -160,8 +175,9 @@ class _Reading:
 
     @cached_property
     def _own_members(self) -> frozenset[str]:
-        """Names of the members of the file's own classes."""
-        classes = (node for node in self._tree.body if isinstance(node, ast.ClassDef))
+        """Names of the members of the classes of the file and of those that it imports."""
+        trees = (self._tree, *(file.tree for file in self._imported.values()))
+        classes = (node for tree in trees for node in defined_classes(tree))
         return frozenset(name for one in classes for part in one.body for name in bound_names(part))
 
     def _origin(self, node: ast.expr) -> str | None:
@@ -319,7 +335,14 @@ class _Reading:
             if refused:
                 yield f"imports `{refused[0]}`", self._allowed.advice
             return
-        module = "." * node.level + (node.module or "")
+        module = _module_name(node)
+        if is_neighbour_import(node):
+            if any(one.name == "*" for one in node.names):
+                yield f"imports everything from `{module}`", _NEIGHBOUR_HELP
+            return
+        if node.level:
+            yield f"imports `{module}`", _NEIGHBOUR_HELP
+            return
         if module not in self._allowed.members:
             yield f"imports `{module}`", self._allowed.advice
             return
@@ -370,6 +393,11 @@ class _Reading:
                 if _reaches_further(name) and not name.startswith("__"):
                     description = f"gives the class `{node.name}` a member `{name}`"
                     yield Refusal(part, description, "choose another name")
+
+
+def _module_name(node: ast.ImportFrom) -> str:
+    """Return the name of the module as it is written, with its dots: `.math` is a file and no `math`."""
+    return "." * node.level + (node.module or "")
 
 
 def _reaches_further(attribute: str) -> bool:

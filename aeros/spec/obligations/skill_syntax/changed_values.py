@@ -9,9 +9,11 @@ from __future__ import annotations
 
 import ast
 from collections import defaultdict
+from collections.abc import Collection, Mapping
 from typing import Final
 
 from aeros.spec.obligations.skill_syntax.bound_names import names_bound_by
+from aeros.spec.obligations.skill_syntax.neighbours import ModuleFiles, neighbour_imports
 from aeros.spec.obligations.skill_syntax.skill_source import SkillFile
 
 _ACTION_NAMES: Final = ("act", "Action")
@@ -42,18 +44,21 @@ _MAKING_EXPRESSIONS: Final = (
 """Expressions whose value is no dict, or a new one."""
 
 
-def first_change_of_actions(file: SkillFile) -> ast.expr | None:
-    """Find the first place at which the parameters of an action may change after the action was made.
+def first_change_of_actions(path: str, files: ModuleFiles) -> ast.expr | None:
+    """Find the first place in a file at which the parameters of an action may change after it was made.
 
     Args:
-        file: a file of skill code that is on the allow-list.
+        path: path of the file.
+        files: skill code that is on the allow-list and may be executed together, the file among it.
 
     Returns:
         The expression that is changed; None if no action can change.
     """
-    if _are_yielded_at_once(file):
+    if _are_yielded_at_once(files):
         return None
-    new = _names_of_new_values(file)
+    file = files[path]
+    bound = {name for one in files.values() for node in one.nodes for name in names_bound_by(node)}
+    new = _names_of_new_values(file, bound)
     changed = [
         base
         for node in file.nodes
@@ -62,20 +67,47 @@ def first_change_of_actions(file: SkillFile) -> ast.expr | None:
     return min(changed, key=lambda one: (one.lineno, one.col_offset), default=None)
 
 
-def _are_yielded_at_once(file: SkillFile) -> bool:
-    """Tell if every action is yielded where it is made, and no code of the file receives what is yielded."""
-    parents = {id(child): node for node in file.nodes for child in ast.iter_child_nodes(node)}
-    makers: set[str] = set()  # functions that yield
+def _are_yielded_at_once(files: ModuleFiles) -> bool:
+    """Tell if every action is yielded where it is made, and no code of the files receives what is yielded."""
+    parents = {
+        id(child): node
+        for file in files.values()
+        for node in file.nodes
+        for child in ast.iter_child_nodes(node)
+    }
+    makers = {path: _yielding_functions(file, parents) for path, file in files.items()}
+    for path, file in files.items():
+        own = makers[path]
+        if own is None:
+            return False
+        imported = {
+            one.local_name
+            for one in neighbour_imports(file.tree)
+            if one.alias.name in (makers.get(one.path) or ())
+        }
+        if not _uses_at_once(file, own | imported, parents):
+            return False
+    return True
+
+
+def _yielding_functions(file: SkillFile, parents: Mapping[int, ast.AST]) -> set[str] | None:
+    """Return the names of the functions that yield; None if anything else does."""
+    makers: set[str] = set()
     for node in file.nodes:
         if isinstance(node, ast.Yield | ast.YieldFrom):
             function = parents[id(node)]
             while not isinstance(function, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
                 if isinstance(function, ast.Module | ast.ClassDef):
-                    return False
+                    return None
                 function = parents[id(function)]
             if isinstance(function, ast.Lambda) or isinstance(parents[id(function)], ast.ClassDef):
-                return False
+                return None
             makers.add(function.name)
+    return makers
+
+
+def _uses_at_once(file: SkillFile, makers: Collection[str], parents: Mapping[int, ast.AST]) -> bool:
+    """Tell if a file yields each action where it makes it, and passes on what each of `makers` yields."""
     for node in file.nodes:
         if not isinstance(node, ast.Name) or not isinstance(node.ctx, ast.Load):
             continue
@@ -88,8 +120,11 @@ def _are_yielded_at_once(file: SkillFile) -> bool:
     return True
 
 
-def _names_of_new_values(file: SkillFile) -> frozenset[str]:
-    """Return the names that stand for values which the code made for them, wherever they are bound."""
+def _names_of_new_values(file: SkillFile, bound: Collection[str]) -> frozenset[str]:
+    """Return the names that stand for values which the code made for them, wherever they are bound.
+
+    The names in `bound` stand for something of the module's own code.
+    """
     values: dict[str, list[ast.expr]] = defaultdict(list)
     read: set[int] = set()  # names in bindings that are understood
     others: set[str] = set()
@@ -112,7 +147,6 @@ def _names_of_new_values(file: SkillFile) -> frozenset[str]:
     for node in file.nodes:
         if id(node) not in read and not (isinstance(node, ast.Name) and isinstance(node.ctx, ast.Del)):
             others |= set(names_bound_by(node))
-    bound = others | values.keys()
     return frozenset(
         name
         for name, given in values.items()
@@ -120,7 +154,7 @@ def _names_of_new_values(file: SkillFile) -> frozenset[str]:
     )
 
 
-def _is_new(value: ast.expr, bound: set[str]) -> bool:
+def _is_new(value: ast.expr, bound: Collection[str]) -> bool:
     """Tell if an expression has a value that nothing else refers to, or none that can be changed."""
     match value:
         case ast.IfExp(body=one, orelse=other):

@@ -15,6 +15,7 @@ from aeros.runtime.isolation.isolated_run import IsolatedRun
 from aeros.runtime.isolation.layers import APPLY_LAYER, IsolationLayer
 from aeros.runtime.isolation.limits import USUAL_LIMITS, ProcessLimits
 from aeros.runtime.isolation.zygote_pool import ZygotePool
+from aeros.runtime.skills.code import CodeFile
 from aeros.runtime.skills.load import CertifiedCode
 from aeros.spec.obligations.skill_syntax.allowed_names import ALLOWED_MODULES
 from tests.host_layers import require_layers
@@ -52,7 +53,7 @@ def probe_code(name: str) -> CertifiedCode:
     body = "\n".join([helpers, "from aeros.skill import act", *lines]) + "\n"
     if "def attack(" in text:
         body += _ATTACK
-    return CertifiedCode("hostile", f"{name}.py", f"/hostile/{name}.py", body.encode(), "probe")
+    return CertifiedCode(CodeFile("hostile", f"{name}.py", f"/hostile/{name}.py", body.encode()), "probe")
 
 
 def _nursery(bubblewrap: bool) -> Iterator[ZygotePool]:

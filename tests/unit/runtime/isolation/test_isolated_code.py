@@ -9,6 +9,7 @@ import pytest
 from aeros.runtime.isolation.isolated_code import IsolatedCode, format_exit_code
 from aeros.runtime.isolation.protocol import CloseSkill, LoadSkill, SkillClosed, WorkerConnection
 from aeros.runtime.isolation.zygote_pool import ZygoteError, ZygotePool
+from aeros.runtime.skills.code import CodeFile
 from aeros.runtime.skills.contract import SkillRefusedError
 
 
@@ -37,7 +38,7 @@ def test_without_a_worker_the_code_is_refused() -> None:
 
 
 def load(source: bytes) -> LoadSkill:
-    return LoadSkill(WorkerConnection.token(), (), "m", "s.py", "/s.py", source, "lift", {})
+    return LoadSkill(WorkerConnection.token(), (), CodeFile("m", "s.py", "/s.py", source), "lift", {})
 
 
 def test_loaded_code_answers_until_its_worker_is_killed(bare: ZygotePool) -> None:

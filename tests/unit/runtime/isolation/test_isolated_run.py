@@ -12,6 +12,7 @@ from aeros.runtime.isolation.isolated_run import MIN_RESPONSE_TIMEOUT_S, Isolate
 from aeros.runtime.isolation.layers import APPLY_LAYER
 from aeros.runtime.isolation.zygote_pool import ZygotePool
 from aeros.runtime.ports import StepStatus
+from aeros.runtime.skills.code import CodeFile
 from aeros.runtime.skills.contract import SkillRefusedError
 from aeros.runtime.skills.in_process_run import SkillRunResult
 from aeros.runtime.skills.load import CertifiedCode
@@ -22,7 +23,9 @@ HEAD = "from aeros.skill import act\n"
 
 
 def code(text: str, function: str = "lift") -> CertifiedCode:
-    return CertifiedCode("handling", "skills.py", "/ecms/handling/skills.py", text.encode(), function)
+    return CertifiedCode(
+        CodeFile("handling", "skills.py", "/ecms/handling/skills.py", text.encode()), function
+    )
 
 
 STARTED: list[IsolatedRun] = []
@@ -41,6 +44,20 @@ def _closed() -> Iterator[None]:
     yield
     while STARTED:
         STARTED.pop().close()
+
+
+def test_a_worker_executes_neighbours_from_their_bytes_and_has_no_other_files(nursery: ZygotePool) -> None:
+    text = HEAD + "from .legs import lift_leg\ndef lift(o, i):\n    yield lift_leg(o['x'])\n"
+    legs = HEAD + "def lift_leg(x):\n    return act('say', x=1 / x)\n"
+    file = code(text).file
+    certified = CertifiedCode(file._replace(neighbours=(("legs.py", legs.encode()),)), "lift")
+    STARTED.append(IsolatedRun(nursery, APPLY_LAYER, certified, {}, 20.0))
+    assert STARTED[-1].resume({"x": 2.0}, 60.0) == act("say", x=0.5)
+    STARTED.append(IsolatedRun(nursery, APPLY_LAYER, certified, {}, 20.0))
+    why = "legs.py:3: ZeroDivisionError: division by zero"
+    assert STARTED[-1].resume({"x": 0}, 60.0) == SkillRunResult(StepStatus.RAISED, why)
+    with pytest.raises(SkillRefusedError, match=r"`handling` has no file for `\.legs`"):
+        run(nursery, text)
 
 
 def test_observations_and_inputs_arrive_as_they_were_sent(nursery: ZygotePool) -> None:
@@ -202,9 +219,10 @@ _RUNTIME = """
 import sys, time
 from aeros.runtime.isolation.isolated_run import IsolatedRun
 from aeros.runtime.isolation.zygote_pool import ZygotePool
+from aeros.runtime.skills.code import CodeFile
 from aeros.runtime.skills.load import CertifiedCode
 text = b"def lift(o, i):\\n    while True: pass\\n    yield\\n"
-run = IsolatedRun(ZygotePool([]), (), CertifiedCode("m", "s.py", "/s.py", text, "lift"), {}, 600.0)
+run = IsolatedRun(ZygotePool([]), (), CertifiedCode(CodeFile("m", "s.py", "/s.py", text), "lift"), {}, 600.0)
 print("running", flush=True)
 run.resume({}, 600.0)
 """

@@ -29,6 +29,7 @@ from aeros.runtime.isolation.protocol import (
     ValuesPerceived,
     WorkerResponse,
 )
+from aeros.runtime.skills.code import CodeFile
 
 TOKEN = b"t" * 16
 SLOTS = (PictureSlot("mast", 2, 1, 0, 64),)
@@ -58,7 +59,15 @@ def load(body: str, top: str = "") -> LoadPerceiver:
     source = f"{top}\ndef see(view):\n    {body}\n".encode()
     members: dict[str, tuple[str, ...]] = {"math": ("pi",)}
     return LoadPerceiver(
-        TOKEN, ("seccomp",), 1 << 26, "m", "eye.py", "/eye.py", source, "see", members, ("list",), SLOTS, 72
+        TOKEN,
+        ("seccomp",),
+        1 << 26,
+        CodeFile("m", "eye.py", "/eye.py", source),
+        "see",
+        members,
+        ("list",),
+        SLOTS,
+        72,
     )
 
 

@@ -21,7 +21,7 @@ from aeros.runtime.isolation.isolated_run import IsolatedRun
 from aeros.runtime.isolation.limits import ProcessLimits
 from aeros.runtime.isolation.zygote_pool import ZygotePool
 from aeros.runtime.ports import StepStatus
-from aeros.runtime.skills.contract import SkillRefusedError, execute_skill
+from aeros.runtime.skills.contract import SkillRefusedError
 from aeros.runtime.skills.in_process_run import InProcessRun, SkillRunResult
 from aeros.skill import Action, act
 from tests.unit.runtime.isolation.conftest import PROBES, Start, probe_code
@@ -264,7 +264,7 @@ def test_processes_of_a_worker_die_when_the_zygote_is_killed(
 
 def _in_process(name: str, inputs: dict[str, Any]) -> InProcessRun:
     code = probe_code(name)
-    return InProcessRun(execute_skill(code.module, code.name, code.content, code.path, code.function), inputs)
+    return InProcessRun(code.file.generator_function(code.function), inputs)
 
 
 def test_in_process_a_skill_keeps_a_second_mind() -> None:

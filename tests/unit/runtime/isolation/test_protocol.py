@@ -39,6 +39,7 @@ from aeros.runtime.isolation.protocol import (
     sanitize_text,
     send_response,
 )
+from aeros.runtime.skills.code import CodeFile
 
 TOKEN = b"0123456789abcdef"
 
@@ -243,7 +244,7 @@ def test_a_worker_may_hang_up_after_its_answer(worker: Worker) -> None:
 
 
 def load(size: int) -> LoadSkill:
-    return LoadSkill(TOKEN, (), "m", "s.py", "/s.py", b"#" * size, "lift", {})
+    return LoadSkill(TOKEN, (), CodeFile("m", "s.py", "/s.py", b"#" * size), "lift", {})
 
 
 def test_a_request_has_a_limit_too(worker: Worker) -> None:
@@ -261,7 +262,13 @@ def test_a_request_has_a_limit_too(worker: Worker) -> None:
 def test_requests_are_received_in_order_until_the_runtime_hangs_up() -> None:
     read, write = os.pipe()
     requests = [
-        LoadSkill(TOKEN, ("seccomp",), "m", "s.py", "/s.py", b"code", "lift", {"at": (1.0, 2.0), "n": 3}),
+        LoadSkill(
+            TOKEN,
+            ("seccomp",),
+            CodeFile("m", "s.py", "/s.py", b"code", (("a.py", b"more"),)),
+            "lift",
+            {"at": (1.0, 2.0), "n": 3},
+        ),
         ResumeSkill(TOKEN, {"near": 1.5, "seen": None}),
         CloseSkill(TOKEN),
     ]

@@ -27,6 +27,7 @@ from aeros.runtime.isolation.protocol import (
     WorkerResponse,
 )
 from aeros.runtime.isolation.worker import serve
+from aeros.runtime.skills.code import CodeFile
 
 SKILL = """
 from aeros.skill import act
@@ -68,7 +69,7 @@ class Talk:
         content = source.encode()
         return self.ask(
             lambda token: LoadSkill(
-                token, layers, "m", "skills.py", "/m/skills.py", content, function, {"height": 0.1}
+                token, layers, CodeFile("m", "skills.py", "/m/skills.py", content), function, {"height": 0.1}
             )
         )
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from aeros.runtime.perception.perceiver_run import ViewInput
 from aeros.runtime.ports import CameraPicture, CameraView
+from aeros.runtime.skills.code import CodeFile
 from aeros.runtime.skills.load import CertifiedCode
 from aeros.spec.diagnostics.source import Source, SourceSpan
 from aeros.spec.model.perception import Perceiver, PictureRequest
@@ -43,7 +44,7 @@ def code(body: str, top: str = "") -> CertifiedCode:
     """A perceiver with this body, in which `view` is the first view."""
     lines = "".join(f"    {line}\n" for line in body.strip("\n").splitlines())
     text = f"{_HEADER}{top}\ndef see(view):\n{lines}"
-    return CertifiedCode("hostile", "eye.py", "/hostile/eye.py", text.encode(), "see")
+    return CertifiedCode(CodeFile("hostile", "eye.py", "/hostile/eye.py", text.encode()), "see")
 
 
 def view(

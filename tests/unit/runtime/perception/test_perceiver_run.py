@@ -195,7 +195,7 @@ ENDINGS: dict[str, tuple[str, str]] = {
     "it imports a member": ("from numpy import memmap\nyield {}", "ImportError: cannot import name 'memmap'"),
     "it imports its neighbour": (
         "from . import skills\nyield {}",
-        "ImportError: a perceiver may not import `.`",
+        "ImportError: module `hostile` has no file for `.`",
     ),
     "it imports the port": (
         "from aeros.perception import points\nyield {}",
@@ -381,7 +381,7 @@ def around(tmp_path: Any) -> Iterator[Surroundings]:
 def test_the_attacks_of_hostile_skills_are_blocked_in_a_perceiver(
     name: str, start: Start, around: Surroundings, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    source = probe_code(name).content.decode()
+    source = probe_code(name).file.content.decode()
     body = f"""
 space = {{"__builtins__": REAL, "__name__": "attack"}}
 try:

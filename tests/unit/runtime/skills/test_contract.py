@@ -1,8 +1,7 @@
-"""Skill code in memory: which function is a skill, and which values are actions and outputs."""
+"""Skill code in memory: which values are actions and outputs."""
 
 from __future__ import annotations
 
-import sys
 from typing import Any
 
 import pytest
@@ -10,71 +9,10 @@ import pytest
 from aeros.runtime.skills.contract import (
     MAX_PARAMETERS,
     NoActionError,
-    SkillRefusedError,
     check_outputs,
     copy_action,
-    execute_skill,
 )
-from aeros.skill import Action, act
-
-CODE = b"""
-from aeros.skill import act
-runs = []
-def lift(observed, inputs):
-    runs.append(1)
-    yield act("move", count=len(runs))
-def no_skill(observed, inputs):
-    return None
-"""
-
-
-def executed(code: bytes = CODE, function: str = "lift", name: str = "parts/skills.py") -> Any:
-    return execute_skill("handling", name, code, "/ecms/handling/parts/skills.py", function)
-
-
-# Code.
-
-
-def test_a_file_is_executed_afresh_under_a_private_name() -> None:
-    for _ in range(2):
-        function = executed()
-        assert next(function({}, {})) == act("move", count=1)
-    assert function.__module__ == "_aeros_ecm_handling.parts.skills"
-    assert sys.modules[function.__module__].__file__ == "/ecms/handling/parts/skills.py"
-    assert function.__code__.co_filename == "/ecms/handling/parts/skills.py"
-
-
-@pytest.mark.parametrize("function", ["absent", "no_skill", "runs", "act"])
-def test_only_a_generator_function_is_a_skill(function: str) -> None:
-    why = f"`parts/skills.py` of module `handling` has no generator function `{function}`"
-    with pytest.raises(SkillRefusedError, match=why):
-        executed(function=function)
-
-
-@pytest.mark.parametrize(
-    ("code", "why"),
-    [
-        (b"raise ValueError('no')", "fails to load: ValueError: no"),
-        (b"raise SystemExit(3)", "fails to load: SystemExit: 3"),
-        (b"def lift(:", "fails to load: SyntaxError"),
-        (b"\xff", "fails to load: SyntaxError"),
-    ],
-)
-def test_code_that_raises_is_refused_and_leaves_no_module(code: bytes, why: str) -> None:
-    with pytest.raises(SkillRefusedError, match=why):
-        executed(code, name="broken.py")
-    assert "_aeros_ecm_handling.broken" not in sys.modules
-
-
-def test_a_keyboard_interrupt_is_nobodys_error() -> None:
-    with pytest.raises(KeyboardInterrupt):
-        executed(b"raise KeyboardInterrupt")
-
-
-def test_code_inherits_no_future_of_ours() -> None:
-    (annotation,) = (executed(b"def lift(o: 1 + 1, i): yield").__annotations__["o"],)
-    assert annotation == 2
-
+from aeros.skill import Action
 
 # Actions.
 

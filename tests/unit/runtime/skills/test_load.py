@@ -10,6 +10,7 @@ import pytest
 from aeros.runtime.skills.contract import SkillRefusedError
 from aeros.runtime.skills.load import load_skill
 from aeros.skill import act
+from aeros.spec.text.digests import code_digest, code_files
 
 GOOD = """
 from __future__ import annotations
@@ -51,6 +52,20 @@ def test_changed_code_is_refused_and_never_executed(make_ecm: Any, tmp_path: Pat
     ecm = make_ecm(GOOD)
     trace = tmp_path / "executed"
     (Path(ecm.folder) / "skills.py").write_text(f"open({str(trace)!r}, 'w')\n{GOOD}")
+    with pytest.raises(SkillRefusedError, match="does not match its certificate"):
+        load_skill(ecm, ecm.skills["lift"])
+    assert not trace.exists()
+
+
+def test_a_changed_neighbour_is_refused_and_never_executed(make_ecm: Any, tmp_path: Path) -> None:
+    made = make_ecm("from .legs import lift_leg\ndef lift(observed, inputs):\n    yield lift_leg(0.1)\n")
+    legs = Path(made.folder) / "legs.py"
+    code = "from aeros.skill import act\ndef lift_leg(height):\n    return act('move', height=height)\n"
+    legs.write_text(code)
+    ecm = replace(made, code_digest=code_digest(code_files(made.folder)))
+    assert next(load_skill(ecm, ecm.skills["lift"])({}, {})) == act("move", height=0.1)
+    trace = tmp_path / "executed"
+    legs.write_text(f"open({str(trace)!r}, 'w')\n{code}")
     with pytest.raises(SkillRefusedError, match="does not match its certificate"):
         load_skill(ecm, ecm.skills["lift"])
     assert not trace.exists()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from aeros.runtime.skills.code import CodeFile
 from aeros.runtime.skills.contract import SkillRefusedError
 from aeros.runtime.skills.perceiver_code import PerceiverFunction, PerceiverNames, execute_perceiver
 
@@ -11,7 +12,7 @@ NAMES = PerceiverNames({"math": {"pi", "fma"}, "numpy": {"abs", "linalg"}, "nump
 
 
 def executed(text: str) -> PerceiverFunction:
-    return execute_perceiver("m", "eye.py", text.encode(), "/eye.py", "see", NAMES)
+    return execute_perceiver(CodeFile("m", "eye.py", "/eye.py", text.encode()), "see", NAMES)
 
 
 def values(body: str) -> object:
@@ -46,7 +47,7 @@ def test_allowed_names_are_there(body: str, expected: object) -> None:
         ("import numpy.linalg; yield", ImportError, "import the members of `numpy.linalg` by their names"),
         ("import numpy.lib; yield", ImportError, "a perceiver may not import `numpy.lib`"),
         ("from numpy import lib; yield", ImportError, "cannot import name 'lib'"),
-        ("from . import skills; yield", ImportError, r"a perceiver may not import `\.`"),
+        ("from . import skills; yield", ImportError, r"module `m` has no file for `\.`"),
         ("yield open('/etc/passwd')", NameError, "'open' is not defined"),
     ],
 )

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.skills.contract import execute_skill
+from aeros.runtime.skills.code import CodeFile
 from aeros.runtime.skills.raised import describe_raised
 
 _PATH = "/modules/tidy/skills.py"
@@ -28,7 +28,7 @@ def odd(observed, inputs):
 
 
 def described(name: str, observed: Any, inputs: Any) -> str:
-    function = execute_skill("tidy", "skills.py", _CODE.encode(), _PATH, name)
+    function = CodeFile("tidy", "skills.py", _PATH, _CODE.encode()).generator_function(name)
     with pytest.raises(BaseException) as raised:  # noqa: PT011  any that the code raises
         list(function(observed, inputs))
     return describe_raised(raised.value, function, ("clutter_position", "holding"))
@@ -53,6 +53,16 @@ def test_an_exception_of_the_codes_own_is_not_asked_for_its_key() -> None:
     assert described("odd", {}, {}) == "skills.py:14: Missing: 'clutter'"
 
 
+def test_the_line_may_be_in_a_file_that_the_code_imports() -> None:
+    near = b"def reach(values):\n    return values['clutter']\n"
+    code = b"from .near import reach\ndef tidy(observed, inputs):\n    yield reach(observed)\n"
+    file = CodeFile("tidy", "skills.py", _PATH, code, (("near.py", near),))
+    function = file.generator_function("tidy")
+    with pytest.raises(KeyError) as raised:
+        list(function({}, {}))
+    assert describe_raised(raised.value, function, ()) == "near.py:2: KeyError: 'clutter'"
+
+
 def test_an_exception_from_elsewhere_has_no_line() -> None:
-    function = execute_skill("tidy", "skills.py", _CODE.encode(), _PATH, "tidy")
+    function = CodeFile("tidy", "skills.py", _PATH, _CODE.encode()).generator_function("tidy")
     assert describe_raised(ValueError("no"), function, ()) == "ValueError: no"

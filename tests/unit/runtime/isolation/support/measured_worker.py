@@ -19,6 +19,7 @@ from aeros.runtime.isolation import zygote_pool as module
 from aeros.runtime.isolation.isolated_run import IsolatedRun
 from aeros.runtime.isolation.layers import IsolationLayer
 from aeros.runtime.isolation.zygote_pool import ZygotePool
+from aeros.runtime.skills.code import CodeFile
 from aeros.runtime.skills.contract import SkillRefusedError
 from aeros.runtime.skills.load import CertifiedCode
 from aeros.skill import Action, act
@@ -289,7 +290,7 @@ def _run(
 def _start(
     pool: ZygotePool, layers: Iterable[IsolationLayer], text: str, inputs: Mapping[str, Any]
 ) -> IsolatedRun:
-    code = CertifiedCode("hostile", "measured.py", "/hostile/measured.py", text.encode(), "probe")
+    code = CertifiedCode(CodeFile("hostile", "measured.py", "/hostile/measured.py", text.encode()), "probe")
     return IsolatedRun(pool, layers, code, inputs, 20.0)
 
 

@@ -11,6 +11,7 @@ from aeros.runtime.isolation.kernel import child_processes
 from aeros.runtime.isolation.limits import ProcessLimits
 from aeros.runtime.isolation.processor_share import processor_time
 from aeros.runtime.isolation.zygote_pool import ZygotePool
+from aeros.runtime.skills.code import CodeFile
 from aeros.runtime.skills.in_process_run import SkillRunResult
 from aeros.runtime.skills.load import CertifiedCode
 
@@ -34,7 +35,7 @@ def lift(observed, inputs):
 
 def start(pool: ZygotePool, text: str, limits: ProcessLimits) -> IsolatedRun:
     """Load code in a worker without layers of its own."""
-    code = CertifiedCode("m", "s.py", "/s.py", text.encode(), "lift")
+    code = CertifiedCode(CodeFile("m", "s.py", "/s.py", text.encode()), "lift")
     return IsolatedRun(pool, (), code, {}, 20.0, limits)
 
 

@@ -69,10 +69,7 @@ _APPLY = """        if layer in requested:
 _LAYERED = (
     "            apply_layers([IsolationLayer(name) for name in load.layers], self._channel, load.memory)\n"
 )
-_LOADED = (
-    "            self._function = "
-    "execute_skill(load.module, load.name, load.source, load.path, load.function)\n"
-)
+_LOADED = "            self._function = load.file.generator_function(load.function)\n"
 _FAILS = """            return SkillRejected(
                 load.token, sanitize_text(f"a layer of isolation cannot be applied: {failure}")
             )"""

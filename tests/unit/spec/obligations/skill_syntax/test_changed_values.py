@@ -13,7 +13,7 @@ KEPT = "kept = act('wait')\n"  # an action at large
 
 
 def changed(text: str) -> str | None:
-    found = first_change_of_actions(SkillFile("skills.py", text.encode()))
+    found = first_change_of_actions("skills.py", {"skills.py": SkillFile("skills.py", text.encode())})
     return None if found is None else ast.unparse(found)
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.skills.contract import execute_skill
+from aeros.runtime.skills.code import CodeFile
 from aeros.skill import Action
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
@@ -97,7 +97,7 @@ def test_any_other_code_is_refused_at_its_line_with_a_remedy(case: Case, loaded:
 @pytest.mark.parametrize("case", ACCEPTED, ids=lambda case: case.name)
 def test_accepted_code_asks_for_nothing_else_when_it_runs(case: Case, loaded: tuple[Ecm, Site]) -> None:
     ecm, site = loaded
-    wipe = execute_skill("clean_table", "skills.py", case.text.encode(), "skills.py", "wipe")
+    wipe = CodeFile("clean_table", "skills.py", "skills.py", case.text.encode()).generator_function("wipe")
     for observed in (
         {},
         {"hand": (1.0, 2.0, 3.0), "tool": "brush"},

@@ -1,0 +1,155 @@
+"""Room to grip a wrapper or a filling, and pushes that give it room."""
+
+from math import cos, pi, sin
+
+import numpy as np
+
+from aeros.perception import Points, wrap_heading
+
+from .bench import Bench
+from .hand import CLOSED_HAND, has_room, in_frame, is_within_reach, square_headings
+from .measures import (
+    ANGLE_UNCERTAINTY,
+    FILLING_HALF,
+    FILLING_HEIGHT,
+    LOW_X,
+    LOWEST,
+    OUTLINE,
+    PLATE_HALF,
+    UNCERTAINTY,
+    Place,
+    Values,
+)
+from .wrappers import Filling, Piece, is_in_pot
+
+PUSH_HEIGHT = 0.02
+"""Height of the tool that pushes a thing which is at least 17 mm high, m: the hand is over stands and pot."""
+
+PUSHED_HEIGHT = 0.03
+"""Greatest height of the middle of a thing on the bench that fingers push, m."""
+
+ON_SIDE = 0.0042
+"""Height over that of a filling that lies flat above which it lies on its side, m: it is 22 mm high then, and
+not 17 mm."""
+
+PUSHES = tuple(0.02 * step for step in range(1, 11))
+"""Lengths of pushes to try, m."""
+
+FINGERS_HALF, PUSH_AWAY = 0.015, 0.012
+"""Half the thickness of both fingers when they are closed, and how far from a thing they come down, m."""
+
+
+def is_on_side(bench: Bench, filling: Filling) -> bool:
+    """Return True if a filling lies on its side, on bench or wrapper, and another one can be laid.
+
+    The plates do not close on it, and a hand that points down cannot turn it over.
+    """
+    return is_too_high(bench, filling) and any(
+        one is not filling
+        and not is_too_high(bench, one)
+        and is_within_reach(one.middle)
+        and filling_heading(bench, one) is not None
+        for one in bench.fillings
+    )
+
+
+def is_too_high(bench: Bench, filling: Filling) -> bool:
+    """Return True if a filling on bench or wrapper is higher than one that lies flat."""
+    wrapper = None if bench.in_work is None or bench.in_work.unseen else bench.in_work.wrapper
+    is_laid = wrapper is not None and wrapper.is_under(filling.middle)
+    ground = wrapper.hinge[2] + PLATE_HALF[2] if wrapper is not None and is_laid else bench.lift
+    return ON_SIDE < filling.middle[2] - ground - FILLING_HEIGHT / 2.0 < FILLING_HEIGHT
+
+
+def is_stuck(bench: Bench, piece: Piece) -> bool:
+    """Return True if a hand has no room at a wrapper, and no push gives it room."""
+    return not has_wrapper_room(bench, piece) and not push_of(bench, piece)
+
+
+def is_filling_stuck(bench: Bench, filling: Filling) -> bool:
+    """Return True if a hand has no room at a filling that it needs, and no push gives it room."""
+    is_laid = any(one.wrapper.carries(filling.middle) for one in bench.pieces)
+    return not is_laid and filling_heading(bench, filling) is None and not push_of_filling(bench, filling)
+
+
+def has_wrapper_room(bench: Bench, piece: Piece) -> bool:
+    """Return True if a hand can grip a wrapper where it is."""
+    wrapper = piece.wrapper
+    if bench.is_on_press(piece):
+        return True  # fingers pass its sides
+    if piece.is_wrapped and is_in_pot(wrapper.middle, bench.pot):
+        return True  # it stays there
+    if wrapper.fold is None:
+        return False  # nobody grips it across the hinge while it stands on its edge
+    around = points_without(bench, wrapper.grip, wrapper.yaw, wrapper.half)
+    return has_room(around, wrapper.grip, wrapper.yaw)
+
+
+def filling_heading(bench: Bench, filling: Filling) -> float | None:
+    """Return the heading at which a hand has room to grip a filling: it is square."""
+    around = points_without(bench, filling.middle, filling.yaw, FILLING_HALF)
+    for heading in square_headings(filling.yaw):
+        if has_room(around, filling.middle, heading):
+            return heading
+    return None
+
+
+def points_without(bench: Bench, middle: Place, yaw: float, half: tuple[float, float]) -> Points:
+    """Return the surroundings without a thing and what lies on it."""
+    along, across = in_frame(bench.surroundings, middle, yaw)
+    return bench.surroundings[(np.abs(along) > half[0] + OUTLINE) | (np.abs(across) > half[1] + OUTLINE)]
+
+
+def push_of(bench: Bench, piece: Piece) -> Values:
+    """Return a push that gives a hand room at a wrapper; none if there is none."""
+    wrapper = piece.wrapper
+    height = LOWEST if wrapper.fold is not None and not wrapper.is_closed else PUSH_HEIGHT
+    return push_along_side(bench, wrapper.grip, wrapper.yaw, (*wrapper.half, height), (wrapper.yaw,))
+
+
+def push_of_filling(bench: Bench, filling: Filling) -> Values:
+    """Return a push that gives a hand room at a filling; none if there is none."""
+    size = (*FILLING_HALF, PUSH_HEIGHT)
+    return push_along_side(bench, filling.middle, filling.yaw, size, square_headings(filling.yaw))
+
+
+def push_along_side(
+    bench: Bench, middle: Place, yaw: float, size: tuple[float, float, float], grips: tuple[float, ...]
+) -> Values:
+    """Return the shortest push along a side of a thing on the bench to where a hand has room to grip it.
+
+    Args:
+        middle: of the thing.
+        yaw: its heading.
+        size: half its length and width, and the height of the tool that pushes it.
+        grips: headings of a hand that may grip it.
+    """
+    half = size[:2]
+    if middle[2] > bench.lift + PUSHED_HEIGHT:
+        return {}
+    around = points_without(bench, middle, yaw, half)
+    for length in PUSHES:
+        for side in range(4):
+            way = yaw + side * pi / 2.0
+            u, v = cos(way), sin(way)
+            out, wide = half[side % 2], half[1 - side % 2]
+            end = (middle[0] + length * u, middle[1] + length * v, middle[2])
+            if not any(has_room(around, end, one) for one in grips):
+                continue
+            along, across = in_frame(around, middle, way)
+            is_in_way = (along > 0.0) & (along < length + out + OUTLINE) & (np.abs(across) < wide + OUTLINE)
+            if is_in_way.any():
+                continue
+            start = -(out + FINGERS_HALF + PUSH_AWAY)
+            first, last = (
+                (middle[0] + at * u, middle[1] + at * v, bench.lift + size[2])
+                for at in (start, length - out - FINGERS_HALF)
+            )
+            for heading in (wrap_heading(way, pi), wrap_heading(way + pi / 2.0, pi)):
+                if all(has_room(around, one, heading, CLOSED_HAND, LOW_X) for one in (first, last)):
+                    return {
+                        "push_start": (first, UNCERTAINTY),
+                        "push_end": (last, UNCERTAINTY),
+                        "push_yaw": (heading, ANGLE_UNCERTAINTY),
+                    }
+    return {}
