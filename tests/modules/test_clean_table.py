@@ -494,7 +494,7 @@ FLOOR = -0.30
 """Height of the scene's floor, m."""
 
 
-def test_what_the_table_has_lost_is_found_on_the_floor() -> None:
+def test_things_that_the_table_has_lost_are_found_on_the_floor() -> None:
     scene = Put("table")
     watched = Watched("clean_table", "see_floor", {**LOST, "sponge_seen": True, "clutter_missing": False})
     none = {"sponge_on_floor": False, "piece_on_floor": False}
