@@ -54,7 +54,7 @@ def parse_instruction(instruction: str) -> tuple[Sentence, ...]:
         raise InstructionError(f"the instruction has more than {MAX_WORDS} words")
     spoken = [one for one in spoken_sentences(instruction) if strip_closers(one[0])]
     spoken = [one for one in spoken if not _is_courtesy(one[0])] or spoken
-    # `The red can to the left. Go.`
+    # `Two teas, please. Go.`
     spoken = [one for at, one in enumerate(spoken) if at == 0 or strip_openers(one[0])]
     sentences: list[Sentence] = []
     for tokens, is_question in without_checks(spoken):

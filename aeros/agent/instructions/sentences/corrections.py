@@ -133,7 +133,7 @@ def _corrected(
     wrong, right = correction.wrong, correction.right
     if len(wrong) > _MAX_WORDS or _is_negative(wrong) or _is_negative(right):
         return None
-    meant_before = _read(_text((*correction.before, _sentence(wrong))), read)
+    asked_before = _read(_text((*correction.before, _sentence(wrong))), read)
     alone = _read(_sentence(right), read)
     stated = _stated(right, tasks)
     for start, end in _parts(len(wrong), len(_without_commas(right))):
@@ -142,12 +142,12 @@ def _corrected(
         if found is None:
             continue
         replaced = _without_commas(wrong[start:end])
-        if meant_before is None:
+        if asked_before is None:
             # What the sentence said before is not known as a whole; nothing that it said is lost.
             is_clear = _stated(replaced, tasks) <= stated and (start > 0 or len(stated) > 0)
         else:
             is_whole = end - start == len(wrong)
-            is_clear = _differs_only_in(stated, meant_before, found, may_be_another=is_whole)
+            is_clear = _differs_only_in(stated, asked_before, found, may_be_another=is_whole)
         if is_clear and (alone is None or alone.errands[-1:] == found.errands[-1:]):
             return words, replaced
     return None

@@ -13,7 +13,7 @@ BLOCK = "fetch_object.fetch_object(object = blue_block, to = middle)"
 
 
 @pytest.mark.parametrize(
-    ("said", "asked_for"),
+    ("text", "asked_for"),
     [
         ("wipe the left, sorry, the right half of the table", [RIGHT]),
         ("clean the right half, no wait, the left half", [LEFT]),
@@ -29,14 +29,14 @@ BLOCK = "fetch_object.fetch_object(object = blue_block, to = middle)"
         ("wipe the left half, no, the right, I mean, the left", [LEFT]),
     ],
 )
-def test_a_correction_changes_what_it_states_and_nothing_else(said: str, asked_for: list[str]) -> None:
-    meaning = understand(said, parametric_modules())
+def test_a_correction_changes_what_it_states_and_nothing_else(text: str, asked_for: list[str]) -> None:
+    meaning = understand(text, parametric_modules())
     assert [errand.routed.formal_text for errand in meaning.errands] == asked_for
     assert any(": corrected to `" in note for note in meaning.account)
 
 
 @pytest.mark.parametrize(
-    "said",
+    "text",
     [
         "do not clean the table, no, fetch the can",
         "clean the table. No, wait, don't.",
@@ -48,9 +48,9 @@ def test_a_correction_changes_what_it_states_and_nothing_else(said: str, asked_f
         "no, the red can",
     ],
 )
-def test_a_correction_that_is_not_clear_is_refused(said: str) -> None:
+def test_a_correction_that_is_not_clear_is_refused(text: str) -> None:
     with pytest.raises(InstructionError):
-        understand(said, parametric_modules())
+        understand(text, parametric_modules())
 
 
 def test_a_prohibition_after_a_comma_is_no_correction() -> None:
