@@ -29,6 +29,8 @@ FLOORS = {
     "unseen_3": 0.98,
     "unseen_4": 0.9,
     "unseen_5": 0.59,
+    "unseen_6": 0.88,
+    "unseen_7": 0.44,
     "authors_2": 0.95,
     "authors_3": 0.96,
     "authors_4": 0.97,
