@@ -87,10 +87,11 @@ def _turned(before: Sentence, sentence: Sentence) -> Sentence:
     Raises:
         InstructionError: one of them is more than a request.
     """
-    both = (*before, *sentence)
+    both = [segment for segment in (*before, *sentence) if segment.mood is not Mood.REASON]
+    reasons = [segment for segment in (*before, *sentence) if segment.mood is Mood.REASON]
     if len(both) != 2 or any(segment.mood is not Mood.REQUEST for segment in both):
         raise InstructionError("the order of more than two requests is clear only with `then`")
-    return (before[0], replace(sentence[0], link=Link.AFTER))
+    return (both[0], replace(both[1], link=Link.AFTER), *reasons)
 
 
 def _parse_sentence(tokens: Words, *, is_question: bool, is_first: bool) -> Sentence:

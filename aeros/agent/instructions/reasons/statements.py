@@ -28,6 +28,8 @@ def is_statement(words: Words) -> bool:
     Returns:
         True if they begin with a subject that has a finite verb.
     """
+    if words[1:2] == ("and",) and words[0] in english.PERSONS and words[2:3] and words[2] in english.PERSONS:
+        words = words[2:]  # `grandma and grandpa are here`
     if len(words) < 2 or not english.NO_STATEMENTS.isdisjoint(words):
         return False
     if english.PROHIBITIONS.starting(words) or english.WISHES.starting(words):
