@@ -15,6 +15,7 @@ MAX_PHRASES: Final = 512
 """Limit on the phrases that one pattern stands for."""
 
 
+@lru_cache(maxsize=1 << 13)
 def normalized_words(text: str) -> tuple[str, ...]:
     """Split text into words, casefolded and in Unicode form NFKC.
 
