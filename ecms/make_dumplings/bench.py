@@ -11,6 +11,10 @@ from .hand import in_frame
 from .measures import CLOSED_HEIGHT, ON_PRESS_WITHIN, OUTLINE, PLATE_HALF, Place
 from .wrappers import Filling, Piece, Wrapper, is_in_pot, is_near
 
+LEANING = 0.015
+"""Least distance of a settled dumpling's middle from the pot's sides, m: less than half of its width, so one
+that lies flat in the pot keeps it."""
+
 NEAR_PRESS = 0.06
 """Greatest distance of the hinge of a wrapper on the press, or nearly so, from its place, level, m."""
 
@@ -77,13 +81,18 @@ class Bench:
         return piece.is_wrapped and is_low and bool(is_within.all())
 
     def is_whole_in_pot(self, piece: Piece) -> bool:
-        """Return True if a wrapper is in the pot and no filling lies at it, but outside of the pot."""
+        """Return True if a wrapper is in the pot and no filling lies at it, but outside of the pot.
+
+        The middle of one that leans at the pot from outside may be measured within it, near its side.
+        """
         spilt = [
             one.middle
             for one in self.fillings
             if is_near(one.middle, piece.wrapper) and not self.is_inside(one.middle, piece)
         ]
-        return is_in_pot(piece.wrapper.middle, self.pot) and all(is_in_pot(one, self.pot) for one in spilt)
+        return is_in_pot(piece.wrapper.middle, self.pot, LEANING) and all(
+            is_in_pot(one, self.pot) for one in spilt
+        )
 
     def is_perched(self, wrapper: Wrapper) -> bool:
         """Return True if a wrapper on the press lies too high, as on a filling: so it does not fold."""

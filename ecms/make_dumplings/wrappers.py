@@ -145,9 +145,13 @@ def is_near(filling: Place, wrapper: Wrapper) -> bool:
     return dist(filling[:2], wrapper.middle[:2]) < FILLING_APART
 
 
-def is_in_pot(place: Place, opening: Place | None) -> bool:
-    """Return True if a place is in the pot with that middle of its opening; False if no pot is known."""
+def is_in_pot(place: Place, opening: Place | None, margin: float = 0.0) -> bool:
+    """Return True if a place is in the pot with that middle of its opening; False if no pot is known.
+
+    `margin` is its least distance from the pot's sides, m.
+    """
     if opening is None:
         return False
     dx, dy, dz = (a - b for a, b in zip(place, opening, strict=True))
-    return abs(dx) < POT_HALF[0] and abs(dy) < POT_HALF[1] and -POT_DEPTH < dz < 0.0
+    is_within = abs(dx) < POT_HALF[0] - margin and abs(dy) < POT_HALF[1] - margin
+    return is_within and -POT_DEPTH < dz < 0.0

@@ -11,6 +11,7 @@ import pytest
 from aeros.perception import Picture
 from aeros.perception.points import point_cloud
 from aeros.sim.geometry import Camera, Pose, Vector3, add, to_world, yaw_of, yaw_orientation
+from ecms.make_dumplings.bench import LEANING
 from ecms.make_dumplings.bench import Bench as KnownBench
 from ecms.make_dumplings.measures import CLOSED_HEIGHT, HINGE_TO_PLATE, PLATE_HALF
 from ecms.make_dumplings.perceivers import UNSEEN
@@ -387,6 +388,18 @@ def test_cooking_starts_anew_after_a_look_outside_the_pot() -> None:
 def test_the_pot_is_from_its_floor_to_its_opening(place: Vector3, is_inside: bool) -> None:
     assert is_in_pot(place, POT) is is_inside
     assert is_in_pot(place, None) is False
+
+
+@pytest.mark.parametrize(
+    ("away", "is_settled"), [(0.0, True), (0.066, True), (0.072, False), (-0.072, False)]
+)
+def test_a_dumpling_that_may_lean_at_the_pot_from_outside_is_not_settled_in_it(
+    away: float, is_settled: bool
+) -> None:
+    x, y, z = POT
+    place = (x, y + away, z - 0.02)
+    assert is_in_pot(place, POT)
+    assert is_in_pot(place, POT, LEANING) is is_settled
 
 
 def test_each_value_has_the_time_of_the_picture_that_shows_it() -> None:
