@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Final
 
 from aeros.agent.instructions import english
 from aeros.agent.instructions.arguments import is_object
@@ -23,6 +24,8 @@ from aeros.agent.instructions.segments import Link, Segment
 from aeros.agent.instructions.wordings.forms import wordings
 from aeros.agent.planning.routing import RoutedTask
 from aeros.spec.diagnostics.codes import quoted
+
+_INDEFINITE: Final = (("a",), ("an",), ("one",), ("some",))
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +120,7 @@ def _read(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence[Erran
     refusal: InstructionError | None = None
     for words in _with_ends(segment):
         # `clean the table, then the can, please` does not wish for the can.
-        may_wish = segment.link is Link.START or words[:1] in english.INDEFINITE
+        may_wish = segment.link is Link.START or words[:1] in _INDEFINITE
         for form in wordings(
             words,
             is_polite=(segment.is_polite and may_wish) or _follows_as_wish(segment),
@@ -165,10 +168,10 @@ def _follows_as_wish(segment: Segment) -> bool:
     `clean the table, then a can` may be about cleaning a can.
     """
     first = segment.words[:1]
-    is_number = english.number_of("".join(first)) is not None and first not in english.INDEFINITE
+    is_number = english.number_of("".join(first)) is not None and first not in _INDEFINITE
     if segment.link is Link.THEN and is_number:
         return True
-    return segment.joint.endswith("followed by") and (is_number or first in english.INDEFINITE)
+    return segment.joint.endswith("followed by") and (is_number or first in _INDEFINITE)
 
 
 def _with_arguments(segment: Segment, coverage: Coverage, last: RoutedTask | None) -> Request:
