@@ -50,11 +50,11 @@ HAND_CLEARANCE = 0.02
 """Height of the hand above a gripped object, m; lower objects fit between or next to its fingers."""
 
 FOREARM_AWAY, FOREARM_ASIDE, FOREARM_ABOVE = (-0.22, -0.045), (-0.075, 0.135), 0.16
-"""Where the forearm of a hand that grips is: how far beyond the grip, as seen from the arm's base, how far
-to the left of it, and from which height over it, m; it is wider to the left."""
+"""The forearm of a hand that grips: its extent away from the arm's base, beyond the grip; its extent to the
+left of the grip; and its least height over the grip, m. It is wider to the left."""
 
 ASIDES = (0.0, -0.10, 0.10, -0.17, 0.17, -0.25, 0.25)
-"""How far to the left of an object the base may stand to grip it, to be tried in this order, m."""
+"""Distances to the left of an object at which the base may stand to grip it, in the order of trial, m."""
 
 PUSH_HALVES = ((0.035, 0.11), (0.046, 0.046))
 """Half of the space that a pushing hand needs, and of its wrist, which may touch objects next to it, m."""
@@ -182,8 +182,8 @@ class Kind(NamedTuple):
         return (2.0 * self.size[0],) if self.shape == "cylinder" else tuple(sorted(self.size)[:2])
 
 
-class Beside(NamedTuple):
-    """Where an object was seen, and how far to its left the arm's base stands to grip it, m."""
+class GripStation(NamedTuple):
+    """Place at which an object was seen, and distance to its left at which the base stands to grip it, m."""
 
     place: Place
     aside: float
@@ -207,7 +207,7 @@ def find_object(view: View) -> Perception:
     known: dict[str, Any] = {}
     newest = -1.0
     looked: dict[tuple[int, int], float] = {}
-    beside: Beside | None = None
+    station: GripStation | None = None
     while True:
         kind = _kind(view.readings)
         if kind is not None and all(place in view.readings for place in SURVEYED):
@@ -219,9 +219,9 @@ def find_object(view: View) -> Perception:
                 found = _look(picture, kind, name == "mast", stands, view.readings)
                 if found["object_seen"] == (True,):
                     looked.clear()
-                    beside = _beside(beside, found)
-                    if beside is not None:
-                        found["object_aside"] = (beside.aside, UNCERTAINTY)
+                    station = _farther_aside(station, found)
+                    if station is not None:
+                        found["object_aside"] = (station.aside, UNCERTAINTY)
                 elif name == "mast":
                     looked |= dict.fromkeys(_cells(picture, stands), picture.time)
                 share = _share_since(looked, picture.time - SEARCH_AGE, stands)
@@ -232,15 +232,17 @@ def find_object(view: View) -> Perception:
         view = yield known.copy()
 
 
-def _beside(before: Beside | None, found: Mapping[str, tuple[Any, ...] | None]) -> Beside | None:
-    """Return the last picture's answer to where the base stands; while the object lies still, the farthest.
+def _farther_aside(
+    before: GripStation | None, found: Mapping[str, tuple[Any, ...] | None]
+) -> GripStation | None:
+    """Return the station by the newest picture; of an object that lies still, the one farthest aside so far.
 
     From another place a picture shows less or more of what is beside it.
     """
     position, aside = found["object_position"], found.get("object_aside")
     if position is None or aside is None:
         return before
-    here = Beside(position[0], aside[0])
+    here = GripStation(position[0], aside[0])
     if before is None or dist(before.place, here.place) > STILL_WITHIN:
         return here
     return before if abs(before.aside) >= abs(here.aside) else here

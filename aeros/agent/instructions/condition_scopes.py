@@ -84,10 +84,8 @@ def _is_of_last_alone(sentence: Sentence, tasks: Sequence[TaskPhrases], before: 
     except InstructionError:
         return False
     asked = [entry for one in context[len(before) :] for entry in tasks if entry.routed.covers(one.routed)]
-    return [find_condition(condition, entry, is_own=True) is not None for entry in asked] == [
-        *(False for _ in requests[1:]),
-        True,
-    ]
+    *earlier, last = (find_condition(condition, entry, is_own=True) is not None for entry in asked)
+    return last and not any(earlier)
 
 
 def _as_one_request(sentence: Sentence) -> Sentence | None:

@@ -107,6 +107,9 @@ ALL_WORDS: Final = frozenset(
     for word in re.findall(r"[^\s(|)<>]+", text)
 )
 """Every word of the lists that instructions use."""
+INDEFINITE: Final = (("a",), ("an",), ("one",), ("some",))
+"""Words for one or some of a kind, no matter which."""
+
 _LONG_PLEASE: Final = re.compile(r"p+l+e+a+s+e+")
 """As in `pleeease`."""
 _MISSPELT: Final[dict[str, str]] = _DATA["misspelt"]

@@ -171,7 +171,7 @@ def _is_order(whole: Words) -> bool:
     """Return True for `two teas`, which asks for them; thanks may be for others."""
     first = strip_openers(whole)[:1]
     is_number = any(english.number_of(word.removeprefix("x")) is not None for word in first)
-    return is_number and first not in (("a",), ("an",), ("one",), ("some",)) and _THANKS.isdisjoint(whole)
+    return is_number and first not in english.INDEFINITE and _THANKS.isdisjoint(whole)
 
 
 def _require_request(whole: Words, tokens: Words, *, is_question: bool) -> None:

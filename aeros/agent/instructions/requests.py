@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
 
 from aeros.agent.instructions import english
 from aeros.agent.instructions.arguments import is_object
@@ -24,8 +23,6 @@ from aeros.agent.instructions.segments import Link, Segment
 from aeros.agent.instructions.wordings.forms import wordings
 from aeros.agent.planning.routing import RoutedTask
 from aeros.spec.diagnostics.codes import quoted
-
-_INDEFINITE: Final = (("a",), ("an",), ("one",), ("some",))
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +117,7 @@ def _read(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence[Erran
     refusal: InstructionError | None = None
     for words in _with_ends(segment):
         # `clean the table, then the can, please` does not wish for the can.
-        may_wish = segment.link is Link.START or words[:1] in _INDEFINITE
+        may_wish = segment.link is Link.START or words[:1] in english.INDEFINITE
         for form in wordings(
             words,
             is_polite=(segment.is_polite and may_wish) or _follows_as_wish(segment),
@@ -168,10 +165,10 @@ def _follows_as_wish(segment: Segment) -> bool:
     `clean the table, then a can` may be about cleaning a can.
     """
     first = segment.words[:1]
-    is_number = english.number_of("".join(first)) is not None and first not in _INDEFINITE
+    is_number = english.number_of("".join(first)) is not None and first not in english.INDEFINITE
     if segment.link is Link.THEN and is_number:
         return True
-    return segment.joint.endswith("followed by") and (is_number or first in _INDEFINITE)
+    return segment.joint.endswith("followed by") and (is_number or first in english.INDEFINITE)
 
 
 def _with_arguments(segment: Segment, coverage: Coverage, last: RoutedTask | None) -> Request:

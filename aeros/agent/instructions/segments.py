@@ -15,6 +15,18 @@ COLON: Final = ":"
 """Token of a colon among the words of a sentence."""
 
 
+def without_commas(tokens: Words) -> Words:
+    """Leave the commas out.
+
+    Args:
+        tokens: words and commas.
+
+    Returns:
+        The words.
+    """
+    return tuple(token for token in tokens if token != COMMA)
+
+
 class Link(Enum):
     """Connection of a segment with the segment before it."""
 

@@ -8,7 +8,7 @@ from aeros.agent.instructions import english
 from aeros.agent.instructions.phrases import Words
 from aeros.agent.instructions.reasons.statements import is_statement
 from aeros.agent.instructions.refusals import InstructionError
-from aeros.agent.instructions.segments import COMMA, Link, Mood, Segment
+from aeros.agent.instructions.segments import COMMA, Link, Mood, Segment, without_commas
 from aeros.spec.diagnostics.codes import quoted
 
 _VERBS: Final = english.FINITE | english.FINITE_OF_PERSONS | english.MODALS | english.DESIRES
@@ -36,7 +36,7 @@ def without_reasons(tokens: Words) -> tuple[Words, list[Segment]]:
         after = at + len(marker)
         if marker == ("so",) and at and not reasons and _is_reason(tokens, at):
             # `the table is dirty, so please clean it`
-            reasons.append(Segment(Mood.REASON, _without_commas(tokens[:at]), Link.START, marker))
+            reasons.append(Segment(Mood.REASON, without_commas(tokens[:at]), Link.START, marker))
             tokens, at = tokens[after:], 0
         elif marker and _begins_reason(tokens, at, marker):
             end = next((to for to in range(after, len(tokens)) if _ends_reason(tokens, to)), len(tokens))
@@ -59,7 +59,7 @@ def _is_reason(tokens: Words, at: int) -> bool:
     """Return True if what stands before `so` states something."""
     if tokens[at + 1 : at + 2] in (("much",), ("many",), ("very",)):
         return False
-    stated = _without_commas(tokens[:at])
+    stated = without_commas(tokens[:at])
     return is_statement(stated) or (tokens[at - 1] == COMMA and tokens[0] in english.SUBJECTS)
 
 
@@ -80,7 +80,3 @@ def _ends_reason(tokens: Words, at: int) -> bool:
     return (
         tokens[at] == COMMA or (bool(link) and link != ("and",)) or bool(english.REASONS.starting(tokens, at))
     )
-
-
-def _without_commas(tokens: Words) -> Words:
-    return tuple(token for token in tokens if token != COMMA)

@@ -13,7 +13,7 @@ from aeros.agent.instructions.lexicon import TaskPhrases
 from aeros.agent.instructions.meaning import Understanding
 from aeros.agent.instructions.phrases import Words
 from aeros.agent.instructions.refusals import InstructionError
-from aeros.agent.instructions.segments import COMMA
+from aeros.agent.instructions.segments import COMMA, without_commas
 from aeros.agent.instructions.sentences.spoken_sentences import spoken_sentences
 from aeros.spec.diagnostics.codes import quoted
 
@@ -74,7 +74,7 @@ def without_corrections(
             break
         words, wrong = corrected
         instruction = _text((*correction.before, _sentence(words + correction.rest), *correction.after))
-        right = quoted(" ".join(_without_commas(correction.right)))
+        right = quoted(" ".join(without_commas(correction.right)))
         notes += (f"{quoted(' '.join(wrong))}: corrected to {right}",)
     return instruction, notes
 
@@ -136,12 +136,12 @@ def _corrected(
     asked_before = _read(_text((*correction.before, _sentence(wrong))), read)
     alone = _read(_sentence(right), read)
     stated = _stated(right, tasks)
-    for start, end in _parts(len(wrong), len(_without_commas(right))):
+    for start, end in _parts(len(wrong), len(without_commas(right))):
         words = wrong[:start] + right + wrong[end:]
         found = _read(_text((*correction.before, _sentence(words))), read)
         if found is None:
             continue
-        replaced = _without_commas(wrong[start:end])
+        replaced = without_commas(wrong[start:end])
         if asked_before is None:
             # What the sentence said before is not known as a whole; nothing that it said is lost.
             is_clear = _stated(replaced, tasks) <= stated and (start > 0 or len(stated) > 0)
@@ -183,7 +183,7 @@ def _differs_only_in(
 
 def _stated(words: Words, tasks: Sequence[TaskPhrases]) -> frozenset[str]:
     """Return the parameters of any task that words state a value of."""
-    plain = _without_commas(words)
+    plain = without_commas(words)
     names = {name for entry in tasks for name in cover(entry, plain, knows_pronoun=False).values.stated}
     if any(english.number_of(word) is not None for word in plain):
         # A number alone, as in `make one tea, no, two`.
@@ -210,7 +210,3 @@ def _sentence(tokens: Words) -> str:
 
 def _text(sentences: Sequence[str]) -> str:
     return " ".join(one if one.endswith("?") else f"{one}." for one in sentences)
-
-
-def _without_commas(tokens: Words) -> Words:
-    return tuple(token for token in tokens if token != COMMA)

@@ -9,7 +9,6 @@ from aeros.agent.instructions import english
 from aeros.agent.instructions.wordings.wording import WANT, Wording
 
 _ABOUT: Final = (("how", "about"), ("what", "about"))
-_INDEFINITE: Final = (("a",), ("an",), ("some",))
 
 
 def wishes(wording: Wording) -> Iterator[Wording]:
@@ -25,7 +24,7 @@ def wishes(wording: Wording) -> Iterator[Wording]:
     if wish := english.WISHES.starting(words):
         yield wording.with_words(WANT + words[len(wish) :])
     if words[:2] in _ABOUT and (
-        words[2:3] in _INDEFINITE or english.number_of("".join(words[2:3])) is not None
+        words[2:3] in english.INDEFINITE or english.number_of("".join(words[2:3])) is not None
     ):
         yield wording.with_words(WANT + words[2:])  # `how about two teas`
     if end := english.WISH_ENDS.ending(words):
