@@ -7,9 +7,11 @@ from dataclasses import dataclass, replace
 from typing import cast
 
 from aeros.spec.backends import compiled, z3_solver
-from aeros.spec.backends.solver_results import SatResult, ScalarValue
+from aeros.spec.backends.smtlib import literal, question_script
+from aeros.spec.backends.solver_results import Question, SatResult, ScalarValue
+from aeros.spec.backends.z3_scripts import truths_at
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.lower import lower, values_by_scalar
+from aeros.spec.expr.lower import lower, scalar_variables, values_by_scalar
 from aeros.spec.expr.random_conditions import Ranges, Raw, exact_environment, to_scalars
 from aeros.spec.expr.semantics import is_true
 
@@ -62,6 +64,22 @@ class Smt:
         results = [session.check_at_values(given, question).result for question in (term, t.Not(term))]
         assert set(results) == {SatResult.SAT, SatResult.UNSAT}, results
         return results[0] is SatResult.SAT
+
+
+@dataclass
+class TextForCvc5:
+    """Evaluated by Z3, so not by the reader that it is written for."""
+
+    name: str = "SMT-LIB text for the second solver"
+
+    def decide(self, term: t.Term, variables: Variables, ranges: Ranges, values: Values) -> bool:
+        script = question_script(Question([*variables.values()], ranges, [term]))
+        types = {part.name: part.type for one in variables.values() for part in scalar_variables(one)}
+        scalars = values_by_scalar(variables, exact_environment(values))
+        point = {name: literal(types[name], cast("ScalarValue", value)) for name, value in scalars.items()}
+        (truths,) = truths_at(script, [point])
+        assert all(truths[:-1])
+        return truths[-1] is True
 
 
 @dataclass

@@ -18,6 +18,7 @@ from tests.differential.backends import (
     NarrowBand,
     Smt,
     StrictOrder,
+    TextForCvc5,
     Together,
 )
 
@@ -55,6 +56,10 @@ def test_a_closure_on_local_variables_decides_as_the_definition() -> None:
 
 def test_a_closure_of_several_conditions_decides_each_as_the_definition() -> None:
     _check(Together(), 80)
+
+
+def test_the_text_for_the_second_solver_means_what_the_definition_says() -> None:
+    _check(TextForCvc5(), 60)
 
 
 def test_smt_decides_as_the_definition() -> None:

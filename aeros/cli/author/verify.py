@@ -26,7 +26,7 @@ from aeros.cli.author.reports.text import as_text
 from aeros.cli.author.scene_checks import add_scene_warnings
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.terminal import print_coloured, print_diagnostics, show_progress
-from aeros.exit_codes import Exit, exit_for
+from aeros.exit_codes import Exit, UsageError, exit_for
 from aeros.spec.backends.answer_store import open_default_store
 from aeros.spec.diagnostics.codes import Diagnostic, Severity
 from aeros.spec.diagnostics.errors import DisagreementError
@@ -39,6 +39,8 @@ from aeros.spec.verification.reports import Progress, Report
 from aeros.spec.verification.verify import Detail, verify
 
 if TYPE_CHECKING:
+    from aeros.spec.backends.solver_results import SecondSolver
+
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
 _EXAMPLES = """\
@@ -52,6 +54,7 @@ examples:
                                               text, and a file for code scanning
   aeros verify ecms/ --check                  write nothing; fail if a certificate is missing or stale
   aeros verify ecms/ --second-solver cvc5     check every obligation with cvc5 too
+  aeros verify ecms/ --strict                 and how each question is written; exit 3 if cvc5 leaves one open
 """
 
 _FORMATS: Final = ("text", "json", "sarif", "junit")
@@ -96,6 +99,12 @@ def add_to(commands: Subparsers) -> None:
         metavar="cvc5",
         help="also check every obligation with cvc5; a disagreement exits with code 4",
     )
+    parser.add_argument(
+        "--strict",
+        action="store_true",
+        help="check every obligation with cvc5, and at points that each question is written for both solvers "
+        "as the language defines it; exit with 3 if anything is left undecided",
+    )
     parser.set_defaults(command=_command)
 
 
@@ -118,11 +127,25 @@ def _command(arguments: argparse.Namespace) -> Exit:
     stale = any(problem.diagnostic.severity is Severity.ERROR for problem in locks)
     if report.conclusion is Conclusion.PROVED and stale:
         return Exit.REJECTED
+    if report.conclusion is Conclusion.PROVED and arguments.strict and not report.is_confirmed:
+        return Exit.UNDECIDED
     return exit_for(report.conclusion)
+
+
+def _second_solver(arguments: argparse.Namespace) -> SecondSolver | None:
+    """Return the solver that was asked for, by name or by `--strict`."""
+    if arguments.second_solver is None and arguments.strict:
+        try:
+            return second_solver("cvc5")
+        except argparse.ArgumentTypeError as error:
+            raise UsageError(f"--strict asks cvc5, and {error}") from error
+    solver: SecondSolver | None = arguments.second_solver
+    return solver
 
 
 def _verify(arguments: argparse.Namespace) -> Report:
     progress: Progress = _progress if sys.stderr.isatty() else lambda _: None
+    second = _second_solver(arguments)
     # Proofs make almost no reference cycles: to look for them takes some hundredths of a run.
     with _no_cycle_search(), nullcontext() if arguments.no_cache else open_default_store() as store:
         return verify(
@@ -131,11 +154,12 @@ def _verify(arguments: argparse.Namespace) -> Report:
             arguments.rlimit,
             progress,
             store,
-            second=arguments.second_solver,
-            detail=Detail.BRIEF if arguments.second_solver is None else Detail.FULL,
+            second=second,
+            detail=Detail.BRIEF if second is None else Detail.FULL,
             jobs=arguments.jobs or available_cpus(),
             seconds=arguments.question_timeout,
             settings=OperatorSettings(configurations=module_configurations(arguments)),
+            strict=arguments.strict,
         )
 
 
@@ -172,7 +196,7 @@ def _renderer(name: str) -> Callable[[VerifyResult], str]:
 def _disagreement(error: DisagreementError) -> str:
     """Describe a disagreement of the solvers, and save the query in a file for a bug report."""
     lines = [
-        f"aeros: the solvers disagree about {escape_invisible(error.about)}:",
+        f"aeros: two answers about {escape_invisible(error.about)} differ:",
         *(f"  {escape_invisible(answer)}" for answer in error.answers),
         "One of the solvers or aeros is wrong; nothing was proved or written.",
     ]

@@ -6,12 +6,14 @@ which never counts as a yes.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Final
 
 import cvc5
 
-from aeros.spec.backends.solver_process import SOLVER_PROCESS, NoAnswerError
-from aeros.spec.backends.solver_results import SatResult, SolverAnswer
+from aeros.spec.backends.smtlib import add_points, split_points
+from aeros.spec.backends.solver_process import SOLVER_PROCESS
+from aeros.spec.backends.solver_results import NoAnswerError, SatResult, SolverAnswer
 
 RLIMIT: Final = 1_000_000
 """cvc5 resource units for one question, the same on every machine: one to three seconds of work."""
@@ -45,19 +47,52 @@ class Cvc5:
             return SolverAnswer(SatResult.UNKNOWN, {}, str(why))
 
 
+def truths_at(script: str, points: Sequence[Mapping[str, str]]) -> list[list[bool | None]]:
+    """Evaluate the assertions of a script at points, without solving.
+
+    Args:
+        script: SMT-LIB text.
+        points: for each point, the value of each constant of the script, as SMT-LIB text by name.
+
+    Returns:
+        For each point the truth of each assertion in order; None where no truth value is left.
+
+    Raises:
+        NoAnswerError: cvc5 cannot read the script.
+    """
+    solver = cvc5.Solver(cvc5.TermManager())
+    try:
+        for _ in _results(solver, add_points(script, points)):
+            pass
+    except RuntimeError as error:
+        raise NoAnswerError(str(error)) from error
+    assertions, values = split_points(solver.getAssertions(), points)
+    truths: list[list[bool | None]] = []
+    for point in values:
+        constants, numbers = [one[0] for one in point], [one[1] for one in point]
+        simple = [solver.simplify(one.substitute(constants, numbers)) for one in assertions]
+        truths.append([one.getBooleanValue() if one.isBooleanValue() else None for one in simple])
+    return truths
+
+
 def _solve_script(script: str, rlimit: int) -> SolverAnswer:
-    terms = cvc5.TermManager()
-    solver = cvc5.Solver(terms)
+    solver = cvc5.Solver(cvc5.TermManager())
     solver.setOption("rlimit-per", str(rlimit))
     solver.setOption("tlimit-per", str(1000 * _SECONDS))
-    parser = cvc5.InputParser(solver)
-    parser.setStringInput(cvc5.InputLanguage.SMT_LIB_2_6, script, "question")
     output = ""
     try:
-        while not (command := parser.nextCommand()).isNull():
-            output = str(command.invoke(solver, parser.getSymbolManager())).strip() or output
+        for result in _results(solver, script):
+            output = result or output
     except RuntimeError as error:  # anything that cvc5 cannot read or do
         return SolverAnswer(SatResult.UNKNOWN, {}, str(error))
     if output in (SatResult.SAT.value, SatResult.UNSAT.value):
         return SolverAnswer(SatResult(output), {})
     return SolverAnswer(SatResult.UNKNOWN, {}, output)
+
+
+def _results(solver: cvc5.Solver, script: str) -> Iterator[str]:
+    """Carry out the commands of a script; yield the output of each."""
+    parser = cvc5.InputParser(solver)
+    parser.setStringInput(cvc5.InputLanguage.SMT_LIB_2_6, script, "question")
+    while not (command := parser.nextCommand()).isNull():
+        yield str(command.invoke(solver, parser.getSymbolManager())).strip()

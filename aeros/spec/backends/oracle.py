@@ -31,16 +31,12 @@ class SolverQuery:
 
     Attributes:
         description: purpose of the question, in words.
-        variables: every free variable of the terms.
-        ranges: closed range (SI) of each real scalar variable.
-        terms: conditions that must hold together.
+        question: the question.
         answer: the answer.
     """
 
     description: str
-    variables: Sequence[t.Variable]
-    ranges: Mapping[str, tuple[Fraction, Fraction]]
-    terms: Sequence[t.Term]
+    question: Question
     answer: SolverAnswer
 
 
@@ -197,7 +193,7 @@ class Oracle:
 
     def _record(self, key: str, question: Question, description: str, answer: SolverAnswer) -> None:
         if self._recording:
-            self.asked.setdefault(key, SolverQuery(description, *question, answer))
+            self.asked.setdefault(key, SolverQuery(description, question, answer))
 
     def _solve(self, question: Question) -> SolverAnswer:
         if self._timeouts.used == self._max_timeouts:

@@ -25,7 +25,14 @@ from itertools import count
 from typing import IO, TYPE_CHECKING, Final, TypeVar, cast
 
 from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT, QUESTION_SECONDS
-from aeros.spec.backends.solver_results import Question, SatResult, ScriptAnswer, SolverAnswer, timeout_answer
+from aeros.spec.backends.solver_results import (
+    NoAnswerError,
+    Question,
+    SatResult,
+    ScriptAnswer,
+    SolverAnswer,
+    timeout_answer,
+)
 from aeros.spec.expr import terms as t
 
 if TYPE_CHECKING:
@@ -49,10 +56,6 @@ _KEEPS_MEMORY: Final = {"MALLOC_TRIM_THRESHOLD_": str(1 << 30), "MALLOC_MMAP_THR
 
 _T = TypeVar("_T")
 _Ranges = Mapping[str, tuple[Fraction, Fraction]]
-
-
-class NoAnswerError(Exception):
-    """A question without an answer; the message is the reason."""
 
 
 class SolverProcess:
@@ -279,6 +282,8 @@ def answer_questions() -> None:
             content = pickle.dumps((answer(*arguments), ""))
         except (MemoryError, RecursionError) as error:
             content = pickle.dumps((None, f"the solver gave up: {type(error).__name__}"))
+        except NoAnswerError as error:
+            content = pickle.dumps((None, str(error)))
         signal.alarm(0)
         _send(sys.stdout.buffer, content)
 
@@ -298,7 +303,7 @@ def _solve_together(questions: Sequence[Question], rlimit: int, seconds: float) 
 
 
 def _solve_script(script: str, rlimit: int) -> ScriptAnswer:
-    from aeros.spec.backends.z3_solver import solve_script
+    from aeros.spec.backends.z3_scripts import solve_script
 
     return solve_script(script, rlimit)
 

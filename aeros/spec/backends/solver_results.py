@@ -37,6 +37,10 @@ class SatResult(Enum):
     UNKNOWN = "unknown"
 
 
+class NoAnswerError(Exception):
+    """A question without an answer; the message is the reason."""
+
+
 @dataclass(frozen=True, slots=True)
 class SolverAnswer:
     """Answer of a solver to one question.

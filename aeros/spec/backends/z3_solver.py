@@ -7,7 +7,6 @@ are integers by their order, constrained to the set.
 
 from __future__ import annotations
 
-import re
 import time
 from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
@@ -20,7 +19,6 @@ from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT, QUESTION_SECONDS
 from aeros.spec.backends.solver_results import (
     SatResult,
     ScalarValue,
-    ScriptAnswer,
     SolverAnswer,
     timeout_answer,
 )
@@ -39,44 +37,6 @@ def solver_version() -> str:
         `z3` and the version of the library that is loaded.
     """
     return f"z3 {z3.get_version_string()}"
-
-
-def solve_script(script: str, rlimit: int = DEFAULT_RLIMIT) -> ScriptAnswer:
-    """Check if the assertions of a script can hold together.
-
-    Args:
-        script: SMT-LIB text with one `check-sat`.
-        rlimit: budget in Z3's resource units.
-
-    Returns:
-        SAT with a model, UNSAT with the size of an unsat core, or UNKNOWN with the reason.
-    """
-    context = z3.Context()
-    solver = z3.Solver(ctx=context)
-    solver.set("random_seed", 0)
-    solver.set("rlimit", rlimit)
-    try:
-        for number, assertion in enumerate(z3.parse_smt2_string(script, ctx=context)):
-            solver.assert_and_track(assertion, f"assertion!{number}")
-        outcome = solver.check()
-    except z3.Z3Exception as error:
-        return ScriptAnswer(SatResult.UNKNOWN, {}, 0, 0, str(error))
-    statistics = solver.statistics()
-    spent = statistics.get_key_value("rlimit count") if "rlimit count" in statistics.keys() else 0  # noqa: SIM118
-    if outcome == z3.unsat:
-        return ScriptAnswer(SatResult.UNSAT, {}, len(solver.unsat_core()), spent)
-    if outcome == z3.unknown:
-        return ScriptAnswer(SatResult.UNKNOWN, {}, 0, spent, solver.reason_unknown())
-    model = solver.model()
-    # Z3's model also has defined functions and names of assertions: keep only declared constants.
-    declared = set(_DECLARED.findall(script))
-    constants = [constant for constant in model.decls() if constant.name() in declared]
-    return ScriptAnswer(
-        SatResult.SAT, {constant.name(): model[constant].sexpr() for constant in constants}, 0, spent
-    )
-
-
-_DECLARED = re.compile(r"^\(declare-const (\S+) ", re.MULTILINE)
 
 
 class SolverContext:
@@ -311,17 +271,19 @@ class IncrementalSolver:
             self._evaluator.pop()
 
     def to_smtlib(self, *terms: t.Term) -> str:
-        """Write the question `check_sat(*terms)` as an SMT-LIB 2.6 script for another solver.
+        """Write the question `check_sat(*terms)`, as Z3 gets it, in SMT-LIB 2.6.
 
         Args:
             terms: boolean terms without past-time operators.
 
         Returns:
-            The script, with the assumptions.
+            The script: the assumptions, then one assertion for each term.
         """
-        solver = z3.Solver(ctx=self._context)
-        solver.add(self._solver.assertions(), *(self._encode(lower(term)) for term in terms))
-        return f"(set-logic ALL)\n{solver.to_smt2()}"
+        # Not by a solver, which leaves out what is trivially true.
+        declared = [constant.decl().sexpr() for _, constant in self._constants.values()]
+        required = (*self._assumptions, *(self._encode(lower(term)) for term in terms))
+        asserted = [f"(assert {one.sexpr()})" for one in required]
+        return "\n".join(("(set-logic ALL)", *declared, *asserted, "(check-sat)\n"))
 
     def _check(self, solver: Any, *, with_model: bool = True) -> SolverAnswer:
         started = time.monotonic()

@@ -40,12 +40,12 @@ class InternalError(Exception):
 
 
 class DisagreementError(InternalError):
-    """Two solvers that decided a question differently, so that nothing of the run can be relied on.
+    """Two answers to one question that differ, so that nothing of the run can be relied on.
 
     Attributes:
         about: purpose of the question.
         script: the question, in SMT-LIB.
-        answers: the two answers.
+        answers: the two answers, of two solvers or of the definition of the language and an encoding.
     """
 
     def __init__(self, description: str, script: str, first: str, second: str) -> None:
@@ -56,4 +56,4 @@ class DisagreementError(InternalError):
         self.answers = (first, second)
 
     def __str__(self) -> str:
-        return f"the solvers disagree about {self.about}: {self.answers[0]}, but {self.answers[1]}"
+        return f"two answers about {self.about} differ: {self.answers[0]}, but {self.answers[1]}"

@@ -64,6 +64,24 @@ def values_by_scalar(variables: Mapping[str, t.Variable], env: Environment) -> d
     return scalars
 
 
+def values_by_variable(variables: Iterable[t.Variable], scalars: Mapping[str, Value]) -> dict[str, Value]:
+    """Put values of scalar variables together, the reverse of `values_by_scalar`.
+
+    Args:
+        variables: the variables.
+        scalars: value of each of their scalar variables by name.
+
+    Returns:
+        Value of each variable by its name.
+    """
+    values: dict[str, Value] = {}
+    for one in variables:
+        parts = tuple(scalars[part.name] for part in scalar_variables(one))
+        is_compound = isinstance(one.type, VectorType | FamilyType)
+        values[one.name] = cast("Value", parts) if is_compound else parts[0]
+    return values
+
+
 def size_bounds(term: t.Term) -> tuple[int, int]:
     """Bound the size of `lower(term)` without lowering.
 

@@ -33,7 +33,8 @@ if TYPE_CHECKING:
     from aeros.spec.model.ecm import Ecm
     from aeros.spec.model.site import Site
     from aeros.spec.verification.discharge import ObligationResult
-    from aeros.spec.verification.second_solver import SecondSolverReport
+    from aeros.spec.verification.second_opinion.cross_check import SecondSolverReport
+    from aeros.spec.verification.second_opinion.encodings import EncodingReport
 
 
 Progress = Callable[[str], None]
@@ -105,6 +106,7 @@ class Report:
         site_model: the site; None where it could not be read, or where only the report was asked for.
         configuration: report on all modules together; None unless several can be read.
         agreement: result of a second solver, where one was asked.
+        encodings: result of the comparison of encodings, where it was asked for.
 
     Example:
         >>> report = aeros.verify("no/such/folder")
@@ -119,6 +121,13 @@ class Report:
     site_model: Site | None
     configuration: SubjectReport | None = None
     agreement: SecondSolverReport | None = None
+    encodings: EncodingReport | None = None
+
+    @property
+    def is_confirmed(self) -> bool:
+        """Whether nothing that was asked a second time was left undecided or unread."""
+        undecided = () if self.agreement is None else self.agreement.undecided_queries
+        return not undecided and (self.encodings is None or not self.encodings.unread_questions)
 
     @property
     def subjects(self) -> tuple[SubjectReport, ...]:

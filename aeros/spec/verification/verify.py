@@ -41,7 +41,8 @@ if TYPE_CHECKING:
     from aeros.spec.backends.oracle import Oracle
     from aeros.spec.backends.solver_results import SecondSolver
     from aeros.spec.model.site import Site
-    from aeros.spec.verification.second_solver import SecondSolverReport
+    from aeros.spec.verification.second_opinion.cross_check import SecondSolverReport
+    from aeros.spec.verification.second_opinion.encodings import EncodingReport
 
 MIN_MODULES_FOR_POOL: Final = 16
 """Smallest number of modules that are proved by more than one process."""
@@ -67,6 +68,7 @@ def verify(
     jobs: int = 1,
     seconds: float = QUESTION_SECONDS,
     active: Collection[Path] | None = None,
+    strict: bool = False,
 ) -> Report:
     """Prove the modules at `paths` under the site at `site_path`.
 
@@ -83,12 +85,13 @@ def verify(
         seconds: the solver's time limit for one query, s.
         active: folders of the active modules, which provide a capability if any of them does.  Where it is
             given, requirements are met by the given modules alone, and else also by modules next to them.
+        strict: with a second solver, also compare the encodings of every question with the definition.
 
     Returns:
         The report.  Modules that cannot be read or proved are in it, as is a site that cannot.
 
     Raises:
-        DisagreementError: `second` decides a query otherwise than Z3 does.
+        DisagreementError: `second` decides a query otherwise than Z3 does, or an encoding is wrong.
         MisuseError: `second` is given for a brief report, for which not everything is asked.
     """
     if second is not None and detail is not Detail.FULL:
@@ -116,6 +119,7 @@ def verify(
         second=second,
         seconds=seconds,
         surroundings=surroundings,
+        strict=strict,
     )
     if store is None or detail is Detail.FULL:
         report, _ = _report(folders, refused, prover, Known(), prover.summarize_module, progress)
@@ -162,12 +166,12 @@ def _report(
     given = {folder: one.summary for folder, one in findings.items() if one.summary is not None}
     around = dependency_candidates(given, summarize, prover.surroundings)
     modules = [module_report(folder, one, site, around) for folder, one in findings.items()]
-    agreement = prover.agreement(progress)
+    agreement, encodings = prover.agreement(progress), prover.encodings(progress)
     prover.close()
     others = _others_with_settings(site, given, folders, prover.surroundings)
     configuration = configuration_report(list(given.values()), site, others)
     about_site = replace(site_report, variables=site.variables)
-    report = Report(about_site, (*refused, *modules), prover.site_model, configuration, agreement)
+    report = Report(about_site, (*refused, *modules), prover.site_model, configuration, agreement, encodings)
     return report, Known((site, site_report) if known.site is None else None, proved)
 
 
@@ -202,7 +206,9 @@ class _LazyProver:
         second: SecondSolver | None,
         seconds: float,
         surroundings: Surroundings,
+        strict: bool,
     ) -> None:
+        self._strict = strict
         self._seconds = seconds
         self.surroundings = surroundings
         self._source = source
@@ -292,9 +298,17 @@ class _LazyProver:
         """Put every query to the second solver, where there is one."""
         if self._second is None:
             return None
-        from aeros.spec.verification.second_solver import cross_check_queries
+        from aeros.spec.verification.second_opinion.cross_check import cross_check_queries
 
         return cross_check_queries(self._oracle.asked.values(), self._second, progress)
+
+    def encodings(self, progress: Progress) -> EncodingReport | None:
+        """Compare the encodings of every query with the definition, where that is asked for."""
+        if self._second is None or not self._strict:
+            return None
+        from aeros.spec.verification.second_opinion.encodings import compare_encodings
+
+        return compare_encodings(self._oracle.asked.values(), progress)
 
     def close(self) -> None:
         """Put the solver's answers into the store."""

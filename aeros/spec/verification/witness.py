@@ -9,9 +9,9 @@ from typing import cast
 
 from aeros.spec.backends.solver_results import ScalarValue
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.lower import scalar_variables
+from aeros.spec.expr.lower import scalar_variables, values_by_variable
 from aeros.spec.expr.semantics import Value, is_true
-from aeros.spec.expr.types import FamilyType, RealType, VectorType
+from aeros.spec.expr.types import RealType
 from aeros.spec.expr.units import Unit, format_number, format_quantity, to_unit
 from aeros.spec.model.variables import Declared
 
@@ -107,7 +107,8 @@ def witness_from_model(
     Returns:
         The witness; None if it does not replay.
     """
-    values = _values(model, declared)
+    variables = [one.variable for one in declared]
+    values = values_by_variable(variables, model)
     if not shown and _is_witness(values, declared, required, replay):
         return Witness(declared, values)
     scalars = dict(model)
@@ -115,7 +116,7 @@ def witness_from_model(
         for part in scalar_variables(one.variable):
             if isinstance(part.type, RealType):
                 scalars[part.name] = _simplify_value(part.name, scalars, one, declared, required, replay)
-    values = _values(scalars, declared)
+    values = values_by_variable(variables, scalars)
     return Witness(declared, values) if _is_witness(values, declared, required, replay) else None
 
 
@@ -130,20 +131,13 @@ def _simplify_value(
     """Return the value with the fewest decimals, in the unit of its declaration, that still is a witness."""
     value = cast("Fraction", scalars[name])
     scaled = value / variable.unit.factor
+    variables = [one.variable for one in declared]
     for digits in range(7):
         candidate = round(scaled, digits) * variable.unit.factor
-        if _is_witness(_values({**scalars, name: candidate}, declared), declared, required, replay):
+        values = values_by_variable(variables, {**scalars, name: candidate})
+        if _is_witness(values, declared, required, replay):
             return candidate
     return value
-
-
-def _values(scalars: Mapping[str, ScalarValue], declared: tuple[Declared, ...]) -> dict[str, Value]:
-    values: dict[str, Value] = {}
-    for one in declared:
-        parts = [scalars[part.name] for part in scalar_variables(one.variable)]
-        compound = isinstance(one.variable.type, VectorType | FamilyType)
-        values[one.name] = cast("Value", tuple(parts) if compound else parts[0])
-    return values
 
 
 def _is_witness(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from typing import Any, Final
 
 from aeros.cli.author.reports.result import VerifyResult
@@ -37,11 +38,20 @@ def as_json(result: VerifyResult) -> str:
             "solver": agreement.solver,
             "questions": agreement.query_count,
             "agreed": agreement.agreed_count,
-            "undecided": [
-                {"about": about, "reason": reason} for about, reason in agreement.undecided_queries
-            ],
+            "undecided": _reasons(agreement.undecided_queries),
+        }
+    encodings = result.report.encodings
+    if encodings is not None:
+        data["encodings"] = {
+            "questions": encodings.question_count,
+            "truths": encodings.truth_count,
+            "unread": _reasons(encodings.unread_questions),
         }
     return json.dumps(data, indent=1, ensure_ascii=True)
+
+
+def _reasons(questions: Sequence[tuple[str, str]]) -> list[dict[str, str]]:
+    return [{"about": about, "reason": reason} for about, reason in questions]
 
 
 def _subject(subject: SubjectReport) -> dict[str, Any]:

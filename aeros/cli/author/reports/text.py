@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from aeros.cli.author.reports.result import VerifyResult
 from aeros.spec.diagnostics.render import escape_invisible, render_text
 from aeros.spec.obligations.verdicts import Conclusion
@@ -43,12 +45,25 @@ def _agreement(result: VerifyResult) -> list[str]:
         return []
     agreement = f"{found.solver} agreed on {found.agreed_count} of {found.query_count} questions"
     if not found.undecided_queries:
-        return ["", agreement]
-    beyond = [
-        f"  {escape_invisible(about)}: {escape_invisible(reason)}"
-        for about, reason in found.undecided_queries
-    ]
-    return ["", f"{agreement}; {len(beyond)} undecided by it (Z3's verdict used):", *beyond]
+        return ["", agreement, *_encodings(result)]
+    beyond = _listed(found.undecided_queries)
+    undecided = f"{agreement}; {len(beyond)} undecided by it (Z3's verdict used):"
+    return ["", undecided, *beyond, *_encodings(result)]
+
+
+def _encodings(result: VerifyResult) -> list[str]:
+    """Summarize the comparison of encodings, if there was one."""
+    found = result.report.encodings
+    if found is None:
+        return []
+    unread = _listed(found.unread_questions)
+    compared = f"both encodings of {found.question_count} questions agree with the definition of the language"
+    line = f"{compared}, by {found.truth_count} truth values at points"
+    return [f"{line}; not read:", *unread] if unread else [line]
+
+
+def _listed(questions: Sequence[tuple[str, str]]) -> list[str]:
+    return [f"  {escape_invisible(about)}: {escape_invisible(reason)}" for about, reason in questions]
 
 
 def _summary(subject: SubjectReport, width: int) -> str:

@@ -4,16 +4,18 @@ import json
 import re
 import shutil
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from aeros.cli.main import main
 from aeros.exit_codes import Exit
-from aeros.spec.backends import cvc5_solver
+from aeros.spec.backends import cvc5_solver, smtlib
 from aeros.spec.backends.cvc5_solver import Cvc5
 from aeros.spec.backends.solver_process import SolverProcess
 from aeros.spec.backends.solver_results import SatResult, SolverAnswer
+from aeros.spec.expr import terms as t
 from aeros.spec.verification.certificate import LOCK
 
 CORPUS = Path(__file__).parents[3] / "corpus"
@@ -55,7 +57,7 @@ def test_a_second_solver_that_lies_ends_the_run_and_nothing_is_written(
     assert verify(module, "--format", "json", "--output", output) == Exit.INTERNAL_ERROR
     shown = capsys.readouterr()
     assert shown.out == ""
-    assert "the solvers disagree about policy/" in shown.err
+    assert "two answers about policy/" in shown.err
     assert re.search(rf"^  (z3 [\d.]+|AEROS, by bounds alone,) says {truth.value}$", shown.err, re.MULTILINE)
     assert re.search(rf"^  cvc5 [\d.]+ says {_OPPOSITE[truth].value}$", shown.err, re.MULTILINE)
     assert "Please report it" in shown.err
@@ -74,7 +76,7 @@ def test_kept_answers_are_examined_too(
     _lies_of(monkeypatch, SatResult.SAT)
     monkeypatch.setattr(SolverProcess, "check_sat", None)  # Z3 is not asked again
     assert verify(module) == Exit.INTERNAL_ERROR
-    assert f"about policy/wait/satisfiable ({SITE}):" in capsys.readouterr().err
+    assert f"about policy/wait/satisfiable ({SITE}) differ:" in capsys.readouterr().err
     assert (module / LOCK).read_bytes() == lock
 
 
@@ -115,6 +117,50 @@ def test_questions_beyond_the_second_solver_are_reported_and_the_answer_of_z3_st
     reported = json.loads(capsys.readouterr().out)["second_solver"]
     assert reported["agreed"] == 0
     assert len(reported["undecided"]) == reported["questions"] > 50
+
+
+def test_strict_compares_how_questions_are_written_too(
+    module: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["verify", str(module), "--site", SITE, "--strict"]) == Exit.SUCCESS
+    shown = capsys.readouterr().out
+    assert re.search(r"^cvc5 [\d.]+ agreed on (\d+) of \1 questions$", shown, re.MULTILINE)
+    assert re.search(r"^both encodings of \d+ questions agree with the definition", shown, re.MULTILINE)
+    assert main(["verify", str(module), "--site", SITE, "--strict", "--format", "json"]) == Exit.SUCCESS
+    compared = json.loads(capsys.readouterr().out)["encodings"]
+    assert compared["unread"] == []
+    assert compared["truths"] > 20 * compared["questions"] > 1000
+
+
+def test_strict_takes_nothing_on_trust_that_one_solver_alone_decided(
+    module: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    unknown = SolverAnswer(SatResult.UNKNOWN, {}, "out of its depth")
+    monkeypatch.setattr(Cvc5, "solve_script", lambda *_: unknown)
+    assert main(["verify", str(module), "--site", SITE, "--strict"]) == Exit.UNDECIDED
+    assert "undecided by it" in capsys.readouterr().out
+
+
+def test_strict_ends_the_run_where_a_question_is_written_wrongly(
+    module: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    right = smtlib._Script._scalar
+
+    def wrong(self: smtlib._Script, term: t.Term) -> str:
+        return right(self, replace(term, kind="max") if isinstance(term, t.Extremum) else term)
+
+    monkeypatch.setattr(smtlib._Script, "_scalar", wrong)
+    assert main(["verify", str(module), "--site", SITE, "--strict"]) == Exit.INTERNAL_ERROR
+    assert "differ:" in capsys.readouterr().err
+
+
+def test_strict_without_cvc5_names_the_cure(
+    module: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.delitem(sys.modules, cvc5_solver.__name__)
+    monkeypatch.setitem(sys.modules, "cvc5", None)
+    assert main(["verify", str(module), "--site", SITE, "--strict"]) == Exit.USAGE
+    assert "pip install 'aeros[cvc5]'" in capsys.readouterr().err
 
 
 def test_without_cvc5_the_cure_is_named(

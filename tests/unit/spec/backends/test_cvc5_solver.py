@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from aeros.spec.backends.cvc5_solver import Cvc5
-from aeros.spec.backends.solver_results import SatResult
+from aeros.spec.backends.cvc5_solver import Cvc5, truths_at
+from aeros.spec.backends.solver_results import NoAnswerError, SatResult
 
 _BETWEEN = "(set-logic ALL)(declare-fun x () Real)(assert (< 0 x {}))(check-sat)"
 _HARD = """(set-logic ALL)
@@ -31,3 +31,16 @@ def test_a_budget_that_runs_out_is_undecided_with_a_reason() -> None:
 @pytest.mark.parametrize("script", ["", "(assert", "(assert (< y 0))(check-sat)", "(set-logic ALL)"])
 def test_a_script_that_cannot_be_read_is_undecided(script: str) -> None:
     assert Cvc5().solve_script(script).result is SatResult.UNKNOWN
+
+
+def test_each_assertion_is_evaluated_at_each_point() -> None:
+    script = "(set-logic ALL)(declare-const x Real)(assert (< 0 x))(assert (< x 1.0))(check-sat)"
+    points = [{"x": "0.5"}, {"x": "(/ 1.0 1000000000000000000000.0)"}, {"x": "0.0"}, {"x": "2.0"}, {}]
+    assert truths_at(script, points) == [
+        [True, True], [True, True], [False, True], [True, False], [None, None]
+    ]  # fmt: skip
+
+
+def test_text_that_cannot_be_read_is_not_evaluated() -> None:
+    with pytest.raises(NoAnswerError):
+        truths_at("(assert", [])

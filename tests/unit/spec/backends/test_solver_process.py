@@ -11,8 +11,8 @@ from fractions import Fraction
 
 import pytest
 
-from aeros.spec.backends.solver_process import SOLVER_PROCESS, NoAnswerError, SolverProcess, SolverSession
-from aeros.spec.backends.solver_results import SatResult, SolverAnswer
+from aeros.spec.backends.solver_process import SOLVER_PROCESS, SolverProcess, SolverSession
+from aeros.spec.backends.solver_results import NoAnswerError, SatResult, SolverAnswer
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import RealType
 from aeros.spec.expr.units import NUMBER

@@ -42,7 +42,7 @@ def test_the_families_are_apart() -> None:
 def test_a_disagreement_says_what_about_and_keeps_the_question() -> None:
     error = DisagreementError("the safety of `wrap`", "(check-sat)", "z3 says sat", "cvc5 says unsat")
     assert isinstance(error, InternalError)
-    assert str(error) == "the solvers disagree about the safety of `wrap`: z3 says sat, but cvc5 says unsat"
+    assert str(error) == "two answers about the safety of `wrap` differ: z3 says sat, but cvc5 says unsat"
     assert (error.about, error.script) == ("the safety of `wrap`", "(check-sat)")
     assert error.answers == ("z3 says sat", "cvc5 says unsat")
     there = pickle.loads(pickle.dumps(error))  # noqa: S301  we wrote it

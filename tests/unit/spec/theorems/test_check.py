@@ -95,7 +95,7 @@ def test_a_second_solver_alone_decides_and_checks_the_assumptions() -> None:
 
 
 def test_solvers_that_disagree_stop_the_run() -> None:
-    with pytest.raises(DisagreementError, match=r"about it: z3 says PROVED, but second says REFUTED"):
+    with pytest.raises(DisagreementError, match=r"about it differ: z3 says PROVED, but second says REFUTED"):
         SolverPanel(second=Sayer(SatResult.SAT)).check("it", PROVED)
     with pytest.raises(DisagreementError):
         SolverPanel(second=Sayer(SatResult.UNSAT)).check("it", REFUTED)

@@ -12,7 +12,7 @@ from aeros.cli.author.reports.text import as_text
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.obligations.verdicts import Conclusion
 from aeros.spec.verification.reports import Report, SubjectReport
-from aeros.spec.verification.second_solver import SecondSolverReport
+from aeros.spec.verification.second_opinion.cross_check import SecondSolverReport
 from tests.unit.cli.author.reports.results import result_of
 
 SITE = SubjectReport("bench", Path("site.yaml"), Conclusion.PROVED, ())

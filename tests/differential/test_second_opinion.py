@@ -1,7 +1,8 @@
-"""cvc5 agrees with Z3 on every query of the reference modules and of both corpora.
+"""A second opinion on every query of the reference modules and of both corpora.
 
-`make test` asks it half of the queries of the reference modules and of a twentieth of the cases, `make
-deep` all.
+cvc5 agrees with Z3, and the texts for both with the definition of the language. `make test` asks half of
+the queries of the reference modules and of a twentieth of the cases, and compares texts of a tenth of them;
+`make deep` takes all.
 """
 
 from __future__ import annotations
@@ -13,13 +14,14 @@ from pathlib import Path
 import pytest
 
 import aeros.spec.verification.examine
-import aeros.spec.verification.second_solver
+import aeros.spec.verification.second_opinion.cross_check
 from aeros.spec.backends.answer_store import AnswerStore
 from aeros.spec.backends.cvc5_solver import Cvc5
 from aeros.spec.backends.oracle import SolverQuery
 from aeros.spec.backends.solver_results import SecondSolver
 from aeros.spec.text.discovery import reference_site_path
-from aeros.spec.verification.second_solver import SecondSolverReport, cross_check_queries
+from aeros.spec.verification.second_opinion.cross_check import SecondSolverReport, cross_check_queries
+from aeros.spec.verification.second_opinion.encodings import compare_encodings
 from aeros.spec.verification.verify import verify
 
 ROOT = Path(__file__).parents[2]
@@ -36,14 +38,15 @@ def _queries_of(cases: Sequence[Path], folder: Path) -> list[SolverQuery]:
         asked: Iterable[SolverQuery], second: SecondSolver, progress: Callable[[str], None]
     ) -> SecondSolverReport:
         for one in asked:
-            found.setdefault((tuple(one.variables), tuple(one.ranges.items()), tuple(one.terms)), one)
+            q = one.question
+            found.setdefault((tuple(q.variables), tuple(q.ranges.items()), tuple(q.terms)), one)
         return SecondSolverReport(second.name, 0, ())
 
     store = AnswerStore(folder / "answers.sqlite3")
     second = Cvc5()
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(CORPUS)
-        patch.setattr(aeros.spec.verification.second_solver, "cross_check_queries", collect)
+        patch.setattr(aeros.spec.verification.second_opinion.cross_check, "cross_check_queries", collect)
         patch.setattr(
             aeros.spec.verification.examine,
             "examine_site",
@@ -61,7 +64,7 @@ def _queries_of(cases: Sequence[Path], folder: Path) -> list[SolverQuery]:
 @pytest.mark.parametrize(
     ("step", "least"), [(20, 120), pytest.param(1, 800, marks=pytest.mark.deep)], ids=["some", "all"]
 )
-def test_cvc5_agrees_with_z3_on_the_reference_modules_and_both_corpora(
+def test_solvers_and_texts_agree_on_the_reference_modules_and_both_corpora(
     step: int, least: int, tmp_path: Path
 ) -> None:
     cases = [
@@ -75,3 +78,6 @@ def test_cvc5_agrees_with_z3_on_the_reference_modules_and_both_corpora(
     assert undecided <= BEYOND
     assert step > 1 or undecided == BEYOND
     assert agreement.agreed_count > least
+    encodings = compare_encodings(questions[:: min(step, 5)], lambda _: None)
+    assert encodings.unread_questions == ()
+    assert encodings.truth_count > 80 * least

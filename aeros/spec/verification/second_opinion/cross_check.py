@@ -1,7 +1,7 @@
 """Cross-check of every query of a run by a second solver, so that verdicts do not rest on one solver alone.
 
-The second solver gets the query as text, in Z3's own encoding, so the check covers the decision.  The
-conformance suite and the replay of witnesses check that terms are encoded correctly.
+The second solver gets the query as text that is written from the definition of the language, by code that the
+translation to Z3 does not share.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from aeros.spec.backends.oracle import SolverQuery
+from aeros.spec.backends.smtlib import question_script
 from aeros.spec.backends.solver_results import SatResult, SecondSolver
 from aeros.spec.diagnostics.errors import DisagreementError
 
@@ -52,14 +53,14 @@ def cross_check_queries(
     Raises:
         DisagreementError: the second solver decides a query otherwise.
     """
-    from aeros.spec.backends.z3_solver import IncrementalSolver, solver_version
+    from aeros.spec.backends.z3_solver import solver_version
 
     decided = [one for one in queries if one.answer.result is not SatResult.UNKNOWN]
     seen: set[str] = set()
     undecided: list[tuple[str, str]] = []
     for number, one in enumerate(decided, 1):
         progress(f"{number} of {len(decided)} questions again with {second.name}")
-        script = IncrementalSolver(one.variables, one.ranges).to_smtlib(*one.terms)
+        script = question_script(one.question)
         if script in seen:
             continue
         seen.add(script)

@@ -1,19 +1,12 @@
 from __future__ import annotations
 
-from fractions import Fraction
-
 import pytest
 
-from aeros.spec.backends.oracle import Oracle, SolverQuery
+from aeros.spec.backends.oracle import Oracle
 from aeros.spec.backends.solver_results import SatResult, SolverAnswer
 from aeros.spec.diagnostics.errors import DisagreementError
-from aeros.spec.expr import terms as t
-from aeros.spec.expr.types import RealType
-from aeros.spec.expr.units import LENGTH
-from aeros.spec.verification.second_solver import cross_check_queries
-
-X = t.Variable("x", RealType(LENGTH), t.VariableRole.STATE)
-RANGES = {"x": (Fraction(0), Fraction(10))}
+from aeros.spec.verification.second_opinion.cross_check import cross_check_queries
+from tests.unit.spec.verification.second_opinion.queries import RANGES, X, above, question
 
 
 class Scripted:
@@ -30,22 +23,14 @@ class Scripted:
         return SolverAnswer(self.results.pop(0), {}, "why not")
 
 
-def _above(bound: int) -> t.Term:
-    return t.Compare("<", t.Literal(Fraction(bound), X.type), X)  # type: ignore[arg-type]
-
-
-def _question(bound: int, result: SatResult) -> SolverQuery:
-    return SolverQuery(f"x > {bound}", [X], RANGES, [_above(bound)], SolverAnswer(result, {}))
-
-
 def test_a_query_is_checked_once_and_an_undecided_one_never() -> None:
     second = Scripted(SatResult.SAT, SatResult.UNKNOWN)
-    questions = [
-        _question(3, SatResult.SAT), _question(3, SatResult.SAT), _question(4, SatResult.UNKNOWN),
-        _question(11, SatResult.UNSAT),
+    asked = [
+        question(3, SatResult.SAT), question(3, SatResult.SAT), question(4, SatResult.UNKNOWN),
+        question(11, SatResult.UNSAT),
     ]  # fmt: skip
     progress: list[str] = []
-    found = cross_check_queries(questions, second, progress.append)
+    found = cross_check_queries(asked, second, progress.append)
     assert len(second.asked) == 2
     assert (found.query_count, found.agreed_count) == (2, 1)
     assert found.undecided_queries == (("x > 11", "why not"),)
@@ -59,7 +44,7 @@ def test_a_disagreement_names_the_query_and_both_answers(
     bound: int, first: SatResult, second: SatResult
 ) -> None:
     with pytest.raises(DisagreementError) as raised:
-        cross_check_queries([_question(bound, first)], Scripted(second), lambda _: None)
+        cross_check_queries([question(bound, first)], Scripted(second), lambda _: None)
     assert raised.value.about == f"x > {bound}"
     assert raised.value.script.endswith("(check-sat)\n")
     one, other = raised.value.answers
@@ -70,9 +55,9 @@ def test_a_disagreement_names_the_query_and_both_answers(
 def test_an_oracle_records_queries_on_request_with_a_reduced_budget_too() -> None:
     recording, silent = Oracle(recording=True), Oracle()
     for oracle in (recording, silent):
-        oracle.check_sat([X], RANGES, [_above(3)], "a claim")
-        oracle.check_sat([X], RANGES, [_above(3)], "the same again")
-        oracle.with_reduced_budget(10).check_sat([X], RANGES, [_above(11)])
+        oracle.check_sat([X], RANGES, [above(3)], "a claim")
+        oracle.check_sat([X], RANGES, [above(3)], "the same again")
+        oracle.with_reduced_budget(10).check_sat([X], RANGES, [above(11)])
     assert [(one.description, one.answer.result) for one in recording.asked.values()] == [
         ("a claim", SatResult.SAT), ("an explanation", SatResult.UNSAT)
     ]  # fmt: skip
