@@ -23,7 +23,7 @@ from aeros.runtime.bus.messages import (
 )
 from aeros.runtime.ports import Reading, Readings
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType, RealType, VectorType
-from aeros.spec.expr.units import ANGLE, LENGTH, TIME, Dimension
+from aeros.spec.expr.units import ANGLE, FORCE, LENGTH, TIME
 from aeros.spec.model.site import Site
 
 WORLD: Final = "world"
@@ -32,7 +32,7 @@ WORLD: Final = "world"
 _QUANTITIES: Final = {
     ANGLE: "position",
     ANGLE * TIME**-1: "velocity",
-    Dimension((2, 1, -2, 0)): "effort",  # N·m
+    FORCE * LENGTH: "effort",
 }
 
 

@@ -220,6 +220,14 @@ def elaborate_quantity(text: TextField, dimension: Dimension, diagnostics: Diagn
             str(unit.dimension),
         )
         return None
+    if unit.offset:
+        diagnostics.error(
+            "AE204",
+            f"`{text.value}` is a point of a scale, and a length of it is needed here",
+            text.span,
+            help=("write it in K",),
+        )
+        return None
     lost = double_problem(value * unit.factor)
     if lost is not None:
         diagnostics.error(

@@ -216,7 +216,7 @@ def _range(
             "AE208", "a range is two numbers, the lower one first", span, help=("as in `range: [0, 3]`",)
         )
         return None
-    return numbers[0].value * unit.factor, numbers[1].value * unit.factor
+    return unit.to_si(numbers[0].value), unit.to_si(numbers[1].value)
 
 
 def elaborate_processor_share(text: TextField, most: Fraction, diagnostics: Diagnostics) -> Fraction | None:

@@ -148,7 +148,7 @@ class _VocabularyElaborator:
                 constant.span,
             )
         elif unit is not None:
-            numbers = tuple(number.value * unit.factor for number in values)
+            numbers = tuple(unit.to_si(number.value) for number in values)
             self.vocabulary.constants[name.value] = t.ConstantTable(
                 name.value, FamilyType(index, RealType(unit.dimension)), numbers
             )

@@ -12,7 +12,7 @@ from fractions import Fraction
 
 from aeros.spec.expr import syntax as s
 from aeros.spec.expr.syntax import TextRange
-from aeros.spec.expr.units import DIMENSIONLESS, Unit, match_unit
+from aeros.spec.expr.units import DIMENSIONLESS, Unit, match_unit, to_unit
 
 MAX_LENGTH = 4096  # characters: far beyond any rule a person can review
 MAX_DEPTH = 40  # nesting of the recursive descent, a dozen stack frames each
@@ -131,7 +131,7 @@ def _unexpected_character(text: str, position: int) -> ExpressionSyntaxError:
 def _unit_after(text: str, end: int) -> tuple[Unit, int]:
     """Find the unit after a numeral and at most one blank, unless it is the head of a longer word."""
     start = end + 1 if text[end : end + 1] == " " else end
-    if text[start : start + 1] == "%" or text[start : start + 1].isalpha():
+    if text[start : start + 1] in ("%", "°") or text[start : start + 1].isalpha():
         matched = match_unit(text, start)
         if matched is not None:
             return matched
@@ -139,7 +139,7 @@ def _unit_after(text: str, end: int) -> tuple[Unit, int]:
 
 
 def _number(token: _Token) -> s.NumberLiteral:
-    return s.NumberLiteral(Fraction(token.text) * token.unit.factor, token.unit, token.extent)
+    return s.NumberLiteral(token.unit.to_si(Fraction(token.text)), token.unit, token.extent)
 
 
 class _Parser:
@@ -275,7 +275,11 @@ class _Parser:
         if (start := self._accept("-")) is None:
             return self._postfix()
         operand = self._with_depth(self._unary)
-        return s.Unary("-", operand, self._text_since(start))
+        extent = self._text_since(start)
+        if isinstance(operand, s.NumberLiteral) and operand.unit.offset:  # −5 °C is no negative of 5 °C
+            below = operand.unit.to_si(-to_unit(operand.value, operand.unit))
+            return s.NumberLiteral(below, operand.unit, extent)
+        return s.Unary("-", operand, extent)
 
     def _postfix(self) -> s.Node:
         """postfix := atom ('.' name | '[' expression ']')*"""

@@ -3,7 +3,7 @@
 Angle is a dimension of its own, so degrees and radians differ from bare numbers. The degree is irrational in
 radians; by definition, π is the 36-digit decimal below.
 
-Source of factors: BIPM, The International System of Units, 9th edition, tables 4 and 8.
+Source of factors: BIPM, The International System of Units, 9th edition, tables 4 and 8; the bar, section 5.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 
-BASES = ("m", "kg", "s", "rad")
+BASES = ("m", "kg", "s", "rad", "K", "A")
 _PI = Fraction("3.14159265358979323846264338327950288")
 
 
@@ -26,17 +26,17 @@ class Dimension:
         exponents: exponents of `BASES`, in order; all 0 for a dimensionless number.
     """
 
-    exponents: tuple[int, int, int, int] = (0, 0, 0, 0)
+    exponents: tuple[int, int, int, int, int, int] = (0, 0, 0, 0, 0, 0)
 
     def __mul__(self, other: Dimension) -> Dimension:
         """The dimension of a product."""
-        m, kg, s, rad = (a + b for a, b in zip(self.exponents, other.exponents, strict=True))
-        return Dimension((m, kg, s, rad))
+        m, kg, s, rad, k, a = (one + two for one, two in zip(self.exponents, other.exponents, strict=True))
+        return Dimension((m, kg, s, rad, k, a))
 
     def __pow__(self, power: int) -> Dimension:
         """The dimension of an integer power."""
-        m, kg, s, rad = (a * power for a in self.exponents)
-        return Dimension((m, kg, s, rad))
+        m, kg, s, rad, k, a = (one * power for one in self.exponents)
+        return Dimension((m, kg, s, rad, k, a))
 
     def __str__(self) -> str:
         """The dimension in SI units: `m/s`, `kg*m/s^2` is shown as `N`; `1` for a bare number."""
@@ -58,27 +58,46 @@ class Unit:
 
     Attributes:
         text: the unit as written.
-        factor: value of 1 unit in SI.
+        factor: length of 1 unit in SI.
         dimension: its dimension.
+        offset: value of 0 units in SI; other than 0 for `°C` alone, which no difference can have.
     """
 
     text: str
     factor: Fraction
     dimension: Dimension
+    offset: Fraction = Fraction(0)
+
+    def to_si(self, number: Fraction) -> Fraction:
+        """Convert a number of this unit to SI.
+
+        Args:
+            number: the number of units.
+
+        Returns:
+            The value in SI.
+        """
+        return number * self.factor + self.offset if self.offset else number * self.factor
 
 
 NUMBER = Dimension()
-LENGTH = Dimension((1, 0, 0, 0))
-TIME = Dimension((0, 0, 1, 0))
-MASS = Dimension((0, 1, 0, 0))
-ANGLE = Dimension((0, 0, 0, 1))
+LENGTH = Dimension((1, 0, 0, 0, 0, 0))
+TIME = Dimension((0, 0, 1, 0, 0, 0))
+MASS = Dimension((0, 1, 0, 0, 0, 0))
+ANGLE = Dimension((0, 0, 0, 1, 0, 0))
+TEMPERATURE = Dimension((0, 0, 0, 0, 1, 0))
+CURRENT = Dimension((0, 0, 0, 0, 0, 1))
 FORCE = MASS * LENGTH * TIME**-2
+PRESSURE = FORCE * LENGTH**-2
+POWER = FORCE * LENGTH * TIME**-1
+VOLTAGE = POWER * CURRENT**-1
 _NAMES = {
     NUMBER: "1",
     FORCE: "N",
     FORCE * LENGTH: "N*m",
-    FORCE * LENGTH**-2: "Pa",
-    FORCE * LENGTH * TIME**-1: "N*m/s",
+    PRESSURE: "Pa",
+    POWER: "N*m/s",
+    VOLTAGE: "V",
 }
 """Names of dimensions. Torque has that of energy, and its rate that of power: robots have the torques."""
 
@@ -93,6 +112,7 @@ _ATOMS: dict[str, tuple[Fraction, Dimension]] = {
     "s": (Fraction(1), TIME),
     "ms": (Fraction(1, 1000), TIME),
     "us": (Fraction(1, 10**6), TIME),
+    "min": (Fraction(60), TIME),
     "h": (Fraction(3600), TIME),
     "Hz": (Fraction(1), TIME**-1),
     "kg": (Fraction(1), MASS),
@@ -101,16 +121,31 @@ _ATOMS: dict[str, tuple[Fraction, Dimension]] = {
     "kN": (Fraction(1000), FORCE),
     "mN": (Fraction(1, 1000), FORCE),
     "Nm": (Fraction(1), FORCE * LENGTH),
-    "Pa": (Fraction(1), FORCE * LENGTH**-2),
-    "kPa": (Fraction(1000), FORCE * LENGTH**-2),
+    "Pa": (Fraction(1), PRESSURE),
+    "kPa": (Fraction(1000), PRESSURE),
+    "mbar": (Fraction(100), PRESSURE),
+    "bar": (Fraction(10**5), PRESSURE),
     "J": (Fraction(1), FORCE * LENGTH),
-    "W": (Fraction(1), FORCE * LENGTH * TIME**-1),
+    "W": (Fraction(1), POWER),
+    "kW": (Fraction(1000), POWER),
+    "L": (Fraction(1, 1000), LENGTH**3),
+    "mL": (Fraction(1, 10**6), LENGTH**3),
+    "K": (Fraction(1), TEMPERATURE),
+    "A": (Fraction(1), CURRENT),
+    "mA": (Fraction(1, 1000), CURRENT),
+    "V": (Fraction(1), VOLTAGE),
+    "mV": (Fraction(1, 1000), VOLTAGE),
     "rad": (Fraction(1), ANGLE),
     "mrad": (Fraction(1, 1000), ANGLE),
     "deg": (_PI / 180, ANGLE),
+    "rpm": (2 * _PI / 60, ANGLE * TIME**-1),
 }
+_WITH_OFFSET: dict[str, Unit] = {
+    name: Unit(name, Fraction(1), TEMPERATURE, offset=Fraction("273.15")) for name in ("°C", "degC")
+}
+"""Units whose zero is not that of SI. They stand alone: a product or a difference of them has no meaning."""
 
-_FACTOR = re.compile(r"([*/]?)(1|%|[A-Za-z]+)(?:\^(-?[1-9]))?(?![A-Za-z0-9_])")
+_FACTOR = re.compile(r"([*/]?)(1|%|°C|[A-Za-z]+)(?:\^(-?[1-9]))?(?![A-Za-z0-9_])")
 _NUMBER = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]{1,3})?")
 _MAX_LENGTH = 200  # characters of a written quantity; Python converts no longer numeral than 4300
 DIMENSIONLESS = Unit("1", Fraction(1), NUMBER)
@@ -122,7 +157,7 @@ def unit_names() -> tuple[str, ...]:
     Returns:
         Symbols, as `mm`, `kg` and `deg`.
     """
-    return tuple(_ATOMS)
+    return (*_ATOMS, *_WITH_OFFSET)
 
 
 def units_of(dimension: Dimension) -> tuple[str, ...]:
@@ -151,6 +186,9 @@ def match_unit(text: str, start: int) -> tuple[Unit, int] | None:
         The unit and the offset of its end; None if no unit starts there.
     """
     factor, dimension, end = Fraction(1), NUMBER, start
+    alone = _FACTOR.match(text, start)
+    if alone is not None and alone.group() in _WITH_OFFSET:
+        return _WITH_OFFSET[alone.group()], alone.end()
     while (match := _FACTOR.match(text, end)) is not None:
         sign, name, power = match.groups()
         if name not in _ATOMS or bool(sign) != (end > start):
@@ -185,8 +223,8 @@ def parse_quantity(text: str) -> tuple[Fraction, Unit] | None:
         text: as `250 mm/s` or `-0.5`, at most 200 characters.
 
     Returns:
-        The number in the unit as written, and the unit (multiply by its factor for SI); None if the text is
-        no quantity.
+        The number in the unit as written, and the unit, which converts it to SI; None if the text is no
+        quantity.
     """
     number = _NUMBER.match(text) if len(text) <= _MAX_LENGTH else None
     if number is None:
@@ -206,6 +244,8 @@ def to_unit(value: Fraction, unit: Unit) -> Fraction:
     Returns:
         The number of units.
     """
+    if unit.offset:
+        return (value - unit.offset) / unit.factor
     return value if unit.factor == 1 else value / unit.factor  # fractions are slow, and most units are SI
 
 

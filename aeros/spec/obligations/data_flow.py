@@ -7,7 +7,7 @@ from fractions import Fraction
 from itertools import product
 
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
-from aeros.spec.expr.units import Unit, format_number
+from aeros.spec.expr.units import Unit, format_number, to_unit
 from aeros.spec.model.composition import Composition, OutputReference, Part, Step
 from aeros.spec.model.ecm import Skill
 from aeros.spec.model.step_graph import If, Par, Seq, steps_of
@@ -115,5 +115,5 @@ def format_range(bounds: tuple[Fraction, Fraction], unit: Unit) -> str:
     Returns:
         Text as in `2 to 8 N`.
     """
-    low, high = (format_number(bound / unit.factor) for bound in bounds)
+    low, high = (format_number(to_unit(bound, unit)) for bound in bounds)
     return f"{low} to {high}" + ("" if unit.text == "1" else f" {unit.text}")

@@ -8,7 +8,7 @@ from fractions import Fraction
 
 from aeros.spec.expr import syntax as s
 from aeros.spec.expr.parser import parse
-from aeros.spec.expr.units import NUMBER, Unit
+from aeros.spec.expr.units import NUMBER, Unit, to_unit
 from aeros.spec.model.variables import Declared
 
 _NUMERAL = re.compile(r"-?\s*[0-9.]+(?:[eE][-+]?[0-9]+)?")
@@ -40,8 +40,8 @@ def read_number(node: s.Node) -> tuple[Fraction, Unit] | None:
         The value in the unit it is written in, and that unit; None if the node is not a number.
     """
     if isinstance(node, s.Unary) and node.op == "-" and isinstance(node.operand, s.NumberLiteral):
-        return -node.operand.value / node.operand.unit.factor, node.operand.unit
-    return (node.value / node.unit.factor, node.unit) if isinstance(node, s.NumberLiteral) else None
+        return -to_unit(node.operand.value, node.operand.unit), node.operand.unit
+    return (to_unit(node.value, node.unit), node.unit) if isinstance(node, s.NumberLiteral) else None
 
 
 def count_decimals(numeral: str) -> int:

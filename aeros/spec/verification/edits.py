@@ -18,7 +18,7 @@ from aeros.spec.expr.parser import ExpressionSyntaxError, parse
 from aeros.spec.expr.scope import ExpressionTypeError, Scope
 from aeros.spec.expr.typecheck.check import check, infer
 from aeros.spec.expr.types import BOOL, RealType
-from aeros.spec.expr.units import Unit, exact_decimal
+from aeros.spec.expr.units import Unit, exact_decimal, to_unit
 from aeros.spec.model.variables import Declared
 from aeros.spec.verification.condition_text import (
     add_bound,
@@ -201,7 +201,7 @@ class ConditionEditor:
             if one.range is None or one.name not in mentioned or not _can_be_bounded(one):
                 continue
             unit = unit_used_for(one, text, goal_text)
-            low, high = (bound / unit.factor for bound in one.range)
+            low, high = (to_unit(bound, unit) for bound in one.range)
             name = one.name
             for upper in (True, False):
                 lax, limit = (high, low) if upper else (low, high)
@@ -223,6 +223,6 @@ def _matching_constants(bound: _Bound, goal: t.Term) -> list[Fraction]:
         term = pending.pop()
         pending.extend(t.children(term))
         if isinstance(term, t.Literal) and isinstance(term.value, Fraction):
-            constants |= {term.value / bound.unit.factor, -term.value / bound.unit.factor}
+            constants |= {to_unit(term.value, bound.unit), to_unit(-term.value, bound.unit)}
     sign = 1 if bound.upper else -1
     return sorted((one for one in constants if one * sign <= bound.value * sign), key=lambda one: -one * sign)

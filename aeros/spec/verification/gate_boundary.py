@@ -19,7 +19,7 @@ from aeros.spec.expr.scope import ExpressionTypeError
 from aeros.spec.expr.semantics import evaluate
 from aeros.spec.expr.typecheck.check import check
 from aeros.spec.expr.types import BOOL, EnumType, RealType
-from aeros.spec.expr.units import exact_decimal
+from aeros.spec.expr.units import exact_decimal, to_unit
 from aeros.spec.model.site import Site
 from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.obligation import Obligation
@@ -219,7 +219,7 @@ def _constant(term: t.Term, quantity: Declared) -> str | None:
         return None
     if isinstance(term.value, str):
         return term.value
-    number = exact_decimal(term.value / quantity.unit.factor)
+    number = exact_decimal(to_unit(term.value, quantity.unit))
     return number if number is None or quantity.unit.text == "1" else f"{number} {quantity.unit.text}"
 
 

@@ -130,10 +130,10 @@ def _simplify_value(
 ) -> Fraction:
     """Return the value with the fewest decimals, in the unit of its declaration, that still is a witness."""
     value = cast("Fraction", scalars[name])
-    scaled = value / variable.unit.factor
+    scaled = to_unit(value, variable.unit)
     variables = [one.variable for one in declared]
     for digits in range(7):
-        candidate = round(scaled, digits) * variable.unit.factor
+        candidate = variable.unit.to_si(round(scaled, digits))
         values = values_by_variable(variables, {**scalars, name: candidate})
         if _is_witness(values, declared, required, replay):
             return candidate

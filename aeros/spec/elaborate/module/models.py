@@ -87,6 +87,10 @@ def _values(
         if low >= high:
             place = value.range[0].span.merge(value.range[1].span)
             diagnostics.error("AE208", "a range is two numbers, the lower one first", place)
+        elif unit is not None and unit.offset:
+            headline = f"a model has no values in {unit.text}, as its numbers are only scaled"
+            shown = value.unit.span if value.unit else None
+            diagnostics.error("AE204", headline, shown, help=("write `unit: K`",))
         elif unit is not None and free:
             used[name.value] = what
             shape = tuple(one.value for one in value.shape)

@@ -31,6 +31,9 @@ from aeros.spec.expr.typecheck.typed_term import (
     require_same_type,
 )
 from aeros.spec.expr.types import BOOL, FamilyType, RealType, Type
+from aeros.spec.expr.units import format_number
+
+_CHOICES = ("min", "max", "clamp")  # functions whose value is one of their arguments
 
 
 class TypeChecker:
@@ -46,6 +49,8 @@ class TypeChecker:
         self._scope = scope
         self._bound = bound or {}
         self._parts: dict[int, tuple[TypedTerm, ...]] = {}  # by identity of the node
+        self._points: set[int] = set()  # nodes that may be a temperature in °C, by identity
+        self._is_within = False  # true while the parts of the whole expression are checked
 
     def check(self, node: s.Node, hint: Type | None = None) -> TypedTerm:
         """Type a node and all that is in it.
@@ -60,6 +65,9 @@ class TypeChecker:
         Raises:
             ExpressionTypeError: it does not type-check.
         """
+        if not self._is_within:
+            self._is_within = True
+            self._allow_points(node)
         typed = self._typed(node, hint)
         self._parts.setdefault(id(node), (typed,))
         return typed
@@ -78,6 +86,14 @@ class TypeChecker:
     def _typed(self, node: s.Node, hint: Type | None) -> TypedTerm:
         match node:
             case s.NumberLiteral(value=value, unit=unit):
+                if unit.offset and id(node) not in self._points:
+                    raise ExpressionTypeError(
+                        "AE204",
+                        f"a temperature in {unit.text} can only be compared, and with no computed value: "
+                        "its zero is not that of K",
+                        node.extent,
+                        cure=f"write a difference in K, and this temperature as {format_number(value)} K",
+                    )
                 type_ = RealType(unit.dimension)
                 return TypedTerm(t.Literal(value, type_), type_, node.extent)
             case s.BooleanLiteral(value=value):
@@ -92,6 +108,8 @@ class TypeChecker:
                 return element(family, index, node.extent)
             case s.Call():
                 check_signature(node)
+                if node.function.text in _CHOICES:
+                    self._allow_points(*node.arguments)
                 arguments = [self.check(argument) for argument in node.arguments]
                 return call(node.function.text, arguments, node.extent)
             case s.Unary(op="not"):
@@ -117,6 +135,14 @@ class TypeChecker:
             case s.PastOperator():
                 return self._past(node)
 
+    def _allow_points(self, *nodes: s.Node) -> None:
+        """Allow temperatures in °C beside each other and beside values that are not computed.
+
+        A difference of temperatures is no temperature: `warm - cold < 5 °C` would hold nearly always.
+        """
+        if all(map(_is_point, nodes)):
+            self._points.update(map(id, nodes))
+
     def _condition(self, node: s.Node) -> t.Term:
         return require_condition(self.check(node))
 
@@ -134,12 +160,15 @@ class TypeChecker:
             case "*":
                 return multiply(self.check(node.left), self.check(node.right), node.extent)
             case "/":
+                if isinstance(node.left, s.NumberLiteral):
+                    self.check(node.left)  # `5 °C/s` is refused for its unit, not for the name `s`
                 factor = invert(self.check(node.right))
                 return scale(factor, self.check(node.left), node.extent)
             case _:
                 return add(node.op, self.check(node.left), self.check(node.right), node.extent)
 
     def _chain(self, node: s.ComparisonChain) -> TypedTerm:
+        self._allow_points(*node.operands)
         # Each operand's type chooses the enum of the next; the first takes it from a declared name.
         typed = [self.check(node.operands[0], declared_type(node.operands[1:], self._scope, self._bound))]
         for operand in node.operands[1:]:
@@ -162,6 +191,7 @@ class TypeChecker:
 
     def _conditional(self, node: s.IfElse, hint: Type | None) -> TypedTerm:
         condition = self._condition(node.condition)
+        self._allow_points(node.then, node.otherwise)
         then = self.check(node.then, hint)
         if isinstance(then.type, FamilyType):
             raise ExpressionTypeError(
@@ -177,3 +207,16 @@ class TypeChecker:
         operands = [require_measured(self.check(operand), node.op) for operand in node.operands]
         within = None if node.window is None else require_window(self.check(node.window))
         return look_back(node.op, operands, within, node.extent)
+
+
+def _is_point(node: s.Node) -> bool:
+    """Tell whether a value is one that is written, measured or chosen, so not the result of arithmetic."""
+    match node:
+        case s.NumberLiteral() | s.Name() | s.Attribute() | s.Index():
+            return True
+        case s.Call(function=function, arguments=arguments):
+            return function.text in _CHOICES and all(map(_is_point, arguments))
+        case s.IfElse(then=then, otherwise=otherwise):
+            return _is_point(then) and _is_point(otherwise)
+        case _:
+            return False

@@ -39,14 +39,14 @@ from aeros.spec.expr.types import (
     Type,
     VectorType,
 )
-from aeros.spec.expr.units import ANGLE, LENGTH, TIME, Dimension
+from aeros.spec.expr.units import ANGLE, FORCE, LENGTH, TIME, Dimension
 from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
 from tests.unit.runtime.conftest import declare
 
 JOINTS = EnumType("joints", ("shoulder", "elbow"))
 CELLS = EnumType("cells", ("left", "right"))
-TORQUE = Dimension((2, 1, -2, 0))
+TORQUE = FORCE * LENGTH
 
 
 def family(dimension: Dimension, index: EnumType = JOINTS) -> FamilyType:

@@ -7,16 +7,23 @@ import pytest
 
 from aeros.spec.expr.units import (
     ANGLE,
+    CURRENT,
     DIMENSIONLESS,
+    FORCE,
     LENGTH,
     NUMBER,
+    POWER,
+    PRESSURE,
+    TEMPERATURE,
     TIME,
+    VOLTAGE,
     Dimension,
     format_number,
     format_quantity,
     match_unit,
     parse_quantity,
     parse_unit,
+    to_unit,
     unit_names,
     units_of,
 )
@@ -26,7 +33,7 @@ from aeros.spec.expr.units import (
     ("text", "factor", "dimension"),
     [
         ("mm/s", Fraction(1, 1000), LENGTH * TIME**-1),
-        ("kg*m/s^2", Fraction(1), Dimension((1, 1, -2, 0))),
+        ("kg*m/s^2", Fraction(1), FORCE),
         ("m^-2", Fraction(1), LENGTH**-2),
         ("mm^2", Fraction(1, 10**6), LENGTH**2),
         ("1/s", Fraction(1), TIME**-1),
@@ -34,7 +41,13 @@ from aeros.spec.expr.units import (
         ("km/h", Fraction(5, 18), LENGTH * TIME**-1),
         ("%", Fraction(1, 100), NUMBER),
         ("1", Fraction(1), NUMBER),
-        ("N*m", Fraction(1), Dimension((2, 1, -2, 0))),
+        ("min", Fraction(60), TIME),
+        ("L/min", Fraction(1, 60000), LENGTH**3 * TIME**-1),
+        ("bar", Fraction(10**5), PRESSURE),
+        ("K/s", Fraction(1), TEMPERATURE * TIME**-1),
+        ("V*A", Fraction(1), POWER),
+        ("mV/mA", Fraction(1), VOLTAGE * CURRENT**-1),
+        ("N*m", Fraction(1), FORCE * LENGTH),
     ],
 )
 def test_a_unit_has_a_factor_and_a_dimension(text: str, factor: Fraction, dimension: Dimension) -> None:
@@ -62,6 +75,13 @@ def test_a_unit_has_a_factor_and_a_dimension(text: str, factor: Fraction, dimens
         "m s",
         "µm",
         "M",
+        "°C/s",
+        "m*°C",
+        "1/°C",
+        "°C^2",
+        "degC*s",
+        "°",
+        "°F",
     ],
 )
 def test_text_that_is_no_unit_gives_none(text: str) -> None:
@@ -76,8 +96,10 @@ def test_every_listed_unit_parses_to_itself() -> None:
 
 
 def test_a_shown_dimension_parses_back() -> None:
-    for exponents in product(range(-3, 4), repeat=4):
-        dimension = Dimension((exponents[0], exponents[1], exponents[2], exponents[3]))
+    mechanical = product(range(-3, 4), repeat=4)
+    electrical = product((-1, 0, 2), repeat=6)
+    for m, kg, s, rad, k, a in (*((*one, 0, 0) for one in mechanical), *electrical):
+        dimension = Dimension((m, kg, s, rad, k, a))
         unit = parse_unit(str(dimension))
         assert unit is not None, str(dimension)
         assert (unit.factor, unit.dimension) == (Fraction(1), dimension)
@@ -99,6 +121,23 @@ def test_units_of_a_dimension_are_listed_the_largest_first() -> None:
     assert units_of(ANGLE) == ("rad", "deg", "mrad")
     assert units_of(LENGTH) == ("km", "m", "cm", "mm", "um")
     assert units_of(LENGTH * TIME**-1) == ()
+
+
+def test_a_turn_per_minute_is_a_part_of_pi() -> None:
+    rpm, deg = parse_unit("rpm"), parse_unit("deg")
+    assert rpm is not None
+    assert deg is not None
+    assert (rpm.factor, rpm.dimension) == (6 * deg.factor, ANGLE * TIME**-1)
+
+
+@pytest.mark.parametrize("text", ["°C", "degC"])
+def test_a_temperature_in_degrees_celsius_has_an_offset_from_kelvin(text: str) -> None:
+    parsed = parse_quantity(f"-40 {text}")
+    assert parsed is not None
+    number, unit = parsed
+    assert (unit.dimension, unit.to_si(number)) == (TEMPERATURE, Fraction("233.15"))
+    assert format_quantity(Fraction("293.15"), unit) == f"20 {text}"
+    assert to_unit(Fraction("273.15"), unit) == 0
 
 
 def test_a_degree_is_a_part_of_pi() -> None:
