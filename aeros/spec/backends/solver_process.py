@@ -291,9 +291,9 @@ def answer_questions() -> None:
 def _solve_terms(
     variables: Sequence[t.Variable], ranges: _Ranges, terms: Sequence[t.Term], rlimit: int, seconds: float
 ) -> SolverAnswer:
-    from aeros.spec.backends.z3_solver import IncrementalSolver
+    from aeros.spec.backends.portfolio import decide
 
-    return IncrementalSolver(variables, ranges, rlimit, seconds=seconds).check_sat(*terms)
+    return decide(Question(variables, ranges, terms), rlimit, seconds)
 
 
 def _solve_together(questions: Sequence[Question], rlimit: int, seconds: float) -> list[SolverAnswer | None]:

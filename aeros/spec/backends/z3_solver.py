@@ -241,6 +241,27 @@ class IncrementalSolver:
         finally:
             self._solver.pop()
 
+    def check_simplified(self, terms: Iterable[t.Term], tactic: str = "smt") -> SolverAnswer:
+        """Check if the assumptions and all terms can hold together, with products multiplied out.
+
+        Args:
+            terms: boolean terms without past-time operators.
+            tactic: name of Z3's tactic that decides what is left.
+
+        Returns:
+            As `check_sat`.
+        """
+        expand = z3.With(z3.Tactic("simplify", ctx=self._context), som=True)
+        solver = z3.Then(expand, z3.Tactic(tactic, ctx=self._context), ctx=self._context).solver()
+        solver.set("rlimit", self._rlimit)
+        solver.set("timeout", max(round(1000 * self._seconds), 1))
+        solver.add(*self._assumptions, self.encode_all(terms))
+        answer = self._check(solver, with_model=False)
+        if answer.result is not SatResult.SAT:
+            return answer
+        scalars = [scalar for scalar, _ in self._constants.values()]
+        return SolverAnswer(SatResult.SAT, self.values(solver.model(), scalars))
+
     def check_at_values(self, values: Mapping[str, ScalarValue], term: t.Term) -> SolverAnswer:
         """Check if the assumptions and a term hold at given values.
 

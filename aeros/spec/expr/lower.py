@@ -7,10 +7,10 @@ checks `evaluate(lower(term), values_by_scalar(variables, env)) == evaluate(term
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from functools import lru_cache, reduce
+from functools import lru_cache
 from typing import cast
 
 from aeros.spec.expr import terms as t
@@ -104,14 +104,16 @@ def _size_bounds(term: t.Term, known: dict[int, tuple[int, int]]) -> tuple[int, 
     parts = [_size_bounds(child, known) for child in t.children(term)]
     size, height = sum(size for size, _ in parts), max((height for _, height in parts), default=0)
     match term:
+        case t.Select(index=t.Literal() | t.BoundVariable()):
+            size, height = 1, 1  # one element, as every bound variable stands for a member
         case t.Select(family=family):
             members = len(cast("FamilyType", family.type).index.members)
             size, height = members * (size + 2), members + height
         case t.Quantified(index=index):
             size *= len(index.type.members)
-        case t.Aggregate(index=index):  # a chain of sums, as high as it is long
+        case t.Aggregate(index=index):
             members = len(index.type.members)
-            size, height = members * (size + 4), members + height
+            size, height = members * (size + 4), members.bit_length() + height
         case t.Compare(left=left) if _is_vector(left):
             size *= 3
     known[id(term)] = (size + 3, height + 1)
@@ -176,11 +178,19 @@ def _scalar(term: t.Term, indices: _Indices) -> t.Term:
         case t.Aggregate(kind=kind, index=index, body=body):
             each = [_scalar(body, {**indices, index.name: member}) for member in index.type.members]
             addends = each if kind == "sum" else [_if_then_else(part, _ONE, _ZERO) for part in each]
-            return reduce(lambda total, addend: _fold(t.Add(total, addend)), addends)
+            return _sum(addends)
         case t.Vector() | t.ConstantTable():
             raise AssertionError(f"not a scalar: {term}")
         case t.Previously() | t.Since() | t.Occurrences():
             raise AssertionError(f"not a condition on one state: {term}")
+
+
+def _sum(addends: Sequence[t.Term]) -> t.Term:
+    """Add numbers half by half, as back ends go down into a term by recursion."""
+    if len(addends) == 1:
+        return addends[0]
+    middle = (len(addends) + 1) // 2
+    return _fold(t.Add(_sum(addends[:middle]), _sum(addends[middle:])))
 
 
 def _components(term: t.Term, indices: _Indices) -> tuple[t.Term, t.Term, t.Term]:

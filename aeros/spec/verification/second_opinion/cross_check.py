@@ -9,9 +9,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
+from aeros.spec.backends.lemmas import relating_lemmas
 from aeros.spec.backends.oracle import SolverQuery
 from aeros.spec.backends.smtlib import question_script
-from aeros.spec.backends.solver_results import SatResult, SecondSolver
+from aeros.spec.backends.solver_results import Question, SatResult, SecondSolver, SolverAnswer
 from aeros.spec.diagnostics.errors import DisagreementError
 
 
@@ -64,7 +65,7 @@ def cross_check_queries(
         if script in seen:
             continue
         seen.add(script)
-        second_answer = second.solve_script(script)
+        script, second_answer = _ask(one.question, script, second)
         if second_answer.result is SatResult.UNKNOWN:
             undecided.append((one.description, second_answer.reason))
         elif second_answer.result is not one.answer.result:
@@ -74,3 +75,12 @@ def cross_check_queries(
             )
             raise DisagreementError(one.description, script, *answers)
     return SecondSolverReport(second.name, len(seen), tuple(undecided))
+
+
+def _ask(question: Question, plain: str, second: SecondSolver) -> tuple[str, SolverAnswer]:
+    """Ask a question, beside lemmas where products or counts call for some."""
+    lemmas = relating_lemmas(question.terms)
+    if not lemmas:
+        return plain, second.solve_script(plain)
+    script = question_script(question._replace(terms=(*question.terms, *lemmas)))
+    return script, second.solve_script(script)

@@ -1,0 +1,94 @@
+from __future__ import annotations
+
+from fractions import Fraction
+
+import pytest
+from hypothesis import given
+
+from aeros.spec.backends.lemmas import MAX_LEMMAS, lemmas_for, rational_root, relating_lemmas
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.lower import values_by_scalar
+from aeros.spec.expr.parser import parse
+from aeros.spec.expr.random_conditions import ConditionCase, cases, exact_environment
+from aeros.spec.expr.random_terms import VARIABLES
+from aeros.spec.expr.scope import Scope
+from aeros.spec.expr.semantics import is_true
+from aeros.spec.expr.typecheck.check import check
+from aeros.spec.expr.types import BOOL, EnumType
+from tests.hypothesis_profiles import examples
+
+_JOINT = VARIABLES["arm"].type
+assert isinstance(_JOINT, EnumType)
+_SCOPE = Scope(VARIABLES, enums={"Joint": _JOINT})
+
+
+def terms_of(*texts: str) -> list[t.Term]:
+    return [check(parse(text), _SCOPE, BOOL) for text in texts]
+
+
+@examples(60)
+@given(cases())
+def test_every_lemma_is_true_at_every_point(case: ConditionCase) -> None:
+    point = values_by_scalar(VARIABLES, exact_environment(case.values))
+    for lemma in lemmas_for([case.term, t.Not(case.term)]):
+        assert is_true(lemma, point)
+
+
+def test_pairs_of_factors_have_squares_for_each_ratio_of_the_constants() -> None:
+    lemmas = relating_lemmas(terms_of("x * y <= 4 m*m"))
+    point = {"x": Fraction(3), "y": Fraction(-2)}
+    assert len(lemmas) == 2 * 3  # both signs, and the ratios 1, 1/2 and 2: of 4 and its root
+    assert all(is_true(one, point) for one in lemmas)
+    # Only equality makes a square 0, so each of these is as sharp as it can be.
+    tight = {"x": Fraction(1), "y": Fraction(2)}
+    zero = [one for one in lemmas if is_true(t.Compare("<=", _right(one), _left(one)), tight)]
+    assert len(zero) == 1
+
+
+def _left(term: t.Term) -> t.Term:
+    assert isinstance(term, t.Compare)
+    return term.left
+
+
+def _right(term: t.Term) -> t.Term:
+    assert isinstance(term, t.Compare)
+    return term.right
+
+
+@pytest.mark.parametrize("text", ["x <= y", "2 * x + y <= 4 m", "not x < y"])
+def test_a_question_without_products_counts_and_absolute_values_needs_none(text: str) -> None:
+    assert lemmas_for(terms_of(text)) == []
+
+
+def test_an_absolute_value_bounds_its_operand_on_both_sides() -> None:
+    assert len(lemmas_for(terms_of("abs(x) <= y"))) == 2
+    assert relating_lemmas(terms_of("abs(x) <= y")) == []
+
+
+def test_there_is_an_end_to_the_lemmas() -> None:
+    many = " + ".join(f"(x + {number} m) * (y - {number} m)" for number in range(1, 40))
+    assert len(lemmas_for(terms_of(f"{many} <= 4 m*m"))) == MAX_LEMMAS
+
+
+def test_a_count_is_related_to_the_numbers_that_are_compared() -> None:
+    at_least = terms_of("all(joint[j] >= 0 m for j in Joint)", "count(joint[j] >= 1 m for j in Joint) >= 2")
+    assert len(relating_lemmas(at_least)) == 3  # one for each joint
+    at_most = terms_of("all(joint[j] <= 3 m for j in Joint)", "count(joint[j] <= 1 m for j in Joint) >= 2")
+    assert len(relating_lemmas(at_most)) == 3
+    unrelated = terms_of("all(joint[j] <= 3 m for j in Joint)", "count(joint[j] >= 1 m for j in Joint) >= 2")
+    assert relating_lemmas(unrelated) == []
+
+
+def test_a_counted_condition_may_be_named_by_another() -> None:
+    named = terms_of(
+        "all(joint[j] >= 0 m and ready[j] == (joint[j] >= 1 m) for j in Joint)",
+        "count(ready[j] for j in Joint) >= 2",
+    )
+    assert len(relating_lemmas(named)) == 3
+
+
+@pytest.mark.parametrize(
+    ("value", "root"), [("4", "2"), ("9/16", "3/4"), ("0", "0"), ("2", None), ("1/2", None)]
+)
+def test_a_root_is_rational_or_none(value: str, root: str | None) -> None:
+    assert rational_root(Fraction(value)) == (None if root is None else Fraction(root))

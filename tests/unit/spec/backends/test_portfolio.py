@@ -1,0 +1,77 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+
+import pytest
+
+from aeros.spec.backends import portfolio
+from aeros.spec.backends.portfolio import decide
+from aeros.spec.backends.resource_limit import DEFAULT_RLIMIT
+from aeros.spec.backends.solver_results import Question, SatResult, SolverAnswer, timeout_answer
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.parser import parse
+from aeros.spec.expr.random_terms import VARIABLES
+from aeros.spec.expr.scope import Scope
+from aeros.spec.expr.typecheck.check import check
+from aeros.spec.expr.types import BOOL
+
+_RANGES = dict.fromkeys(
+    ("x", "y", *(f"{one}.{axis}" for one in "pq" for axis in "xyz")), (Fraction(-10), Fraction(10))
+)
+_NORMS = ("norm(p) <= 1 m", "norm(q) <= 2 m")
+_UNKNOWN = SolverAnswer(SatResult.UNKNOWN, {}, "not today")
+
+
+def question(*texts: str) -> Question:
+    terms = [check(parse(text), Scope(VARIABLES), BOOL) for text in texts]
+    return Question(list(t.variables_of(t.And(tuple(terms))).values()), _RANGES, terms)
+
+
+def alone(way: Callable[..., SolverAnswer | None], asked: Question) -> SolverAnswer:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(portfolio, "_WAYS", (way,))
+        return decide(asked, DEFAULT_RLIMIT, 10.0)
+
+
+@pytest.mark.parametrize(
+    ("way", "texts", "result"),
+    [
+        (portfolio._directly, ("x > 1 m", "x < y"), SatResult.SAT),
+        (portfolio._directly, (*_NORMS, "dot(p, q) > 2 m*m"), SatResult.UNKNOWN),
+        (portfolio._with_lemmas, (*_NORMS, "dot(p, q) > 2 m*m"), SatResult.UNSAT),
+        (portfolio._at_trial_points, (*_NORMS, "dot(p, q) >= 2 m*m"), SatResult.SAT),
+        (portfolio._by_cells, ("x * y == 2 m*m", "x == y"), SatResult.SAT),
+        (portfolio._by_cells, ("x * x * y * y < 0 m*m*m*m",), SatResult.UNSAT),
+    ],
+)
+def test_each_way_decides_what_it_is_for(
+    way: Callable[..., SolverAnswer | None], texts: tuple[str, ...], result: SatResult
+) -> None:
+    asked = question(*texts)
+    answer = alone(way, asked)
+    assert answer.result is result
+    assert bool(answer.model) is (result is SatResult.SAT)
+
+
+def test_a_point_by_trial_counts_only_if_z3_confirms_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = question("x > 1 m")
+    monkeypatch.setattr(portfolio, "find_point", lambda _: {"x": Fraction(0)})
+    assert alone(portfolio._at_trial_points, asked).result is SatResult.UNKNOWN
+    monkeypatch.setattr(portfolio, "find_point", lambda _: {"x": Fraction(2)})
+    assert alone(portfolio._at_trial_points, asked).result is SatResult.SAT
+
+
+def test_without_an_answer_the_first_reason_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    other = SolverAnswer(SatResult.UNKNOWN, {}, "nor tomorrow")
+    monkeypatch.setattr(portfolio, "_WAYS", (lambda *_: _UNKNOWN, lambda *_: None, lambda *_: other))
+    assert decide(question("x > 1 m"), 1, 10.0) == _UNKNOWN
+
+
+def test_a_way_that_is_out_of_time_leaves_time_for_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    late = timeout_answer(4.0)
+    decided = SolverAnswer(SatResult.UNSAT, {})
+    monkeypatch.setattr(portfolio, "_WAYS", (lambda *_: late, lambda *_: decided))
+    assert decide(question("x > 1 m"), 1, 10.0) == decided
+    monkeypatch.setattr(portfolio, "_WAYS", (lambda *_: late, lambda *_: _UNKNOWN))
+    assert decide(question("x > 1 m"), 1, 10.0) == timeout_answer(10.0)

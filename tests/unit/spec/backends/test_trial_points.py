@@ -1,0 +1,62 @@
+from __future__ import annotations
+
+from fractions import Fraction
+
+import pytest
+
+from aeros.spec.backends.solver_results import Question
+from aeros.spec.backends.trial_points import MAX_NUMBERS, find_point
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.parser import parse
+from aeros.spec.expr.random_terms import VARIABLES
+from aeros.spec.expr.scope import Scope
+from aeros.spec.expr.semantics import is_true
+from aeros.spec.expr.typecheck.check import check
+from aeros.spec.expr.types import BOOL, RealType
+from aeros.spec.expr.units import LENGTH
+
+_RANGES = dict.fromkeys(
+    ("x", "y", *(f"{one}.{axis}" for one in "pq" for axis in "xyz")), (Fraction(-10), Fraction(10))
+)
+
+
+def question(*texts: str) -> Question:
+    terms = [check(parse(text), Scope(VARIABLES), BOOL) for text in texts]
+    return Question(list(t.variables_of(t.And(tuple(terms))).values()), _RANGES, terms)
+
+
+@pytest.mark.parametrize(
+    "texts",
+    [
+        ("x * y == 6 m*m", "x == 2 m", "y == 3 m"),
+        ("norm(p) <= 1 m", "distance(p, q) <= 2 m", "norm(q) >= 3 m"),
+        ("x >= 0 m",),
+    ],
+)
+def test_a_point_meets_all_conditions(texts: tuple[str, ...]) -> None:
+    asked = question(*texts)
+    point = find_point(asked)
+    assert point is not None
+    vectors = {one: tuple(point.get(f"{one}.{axis}") for axis in "xyz") for one in "pq"}
+    assert all(is_true(one, {**point, **vectors}) for one in asked.terms)  # type: ignore[dict-item]
+
+
+def test_without_a_point_among_the_values_that_are_tried_there_is_none() -> None:
+    assert find_point(question("norm(p) <= 1 m", "distance(p, q) <= 2 m", "norm(q) >= 3.1 m")) is None
+
+
+def test_a_range_that_excludes_0_is_begun_at_its_nearest_end() -> None:
+    asked = question("x <= 10 m")._replace(ranges={"x": (Fraction(4), Fraction(10))})
+    assert find_point(asked) == {"x": Fraction(4)}
+
+
+def test_other_variables_than_real_numbers_are_left_to_the_solver() -> None:
+    assert find_point(question("a")) is None
+
+
+def test_many_variables_are_left_to_the_solver() -> None:
+    many = [
+        t.Variable(f"n{number}", RealType(LENGTH), t.VariableRole.STATE) for number in range(MAX_NUMBERS + 1)
+    ]
+    assert find_point(Question(many, {}, [])) is None
+    assert find_point(Question(many[1:], {}, [])) is not None
