@@ -10,7 +10,7 @@ from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.expressions import elaborate_expression
 from aeros.spec.elaborate.module.action_conditions import elaborate_action_condition
 from aeros.spec.elaborate.module.callables import CallableNames
-from aeros.spec.elaborate.names import resolve_name
+from aeros.spec.elaborate.names import resolve_name, resolve_need
 from aeros.spec.elaborate.scopes import state_scope
 from aeros.spec.elaborate.task_parameters import patterns_of, phrases_of
 from aeros.spec.elaborate.values import elaborate_state_values, elaborate_value
@@ -76,6 +76,7 @@ class _TaskElaborator:
             extra_phrases=patterns_of(task.extras, self._diagnostics),
             condition_phrases=self._conditions(task.conditions),
             parameters=parameters,
+            reported=self._reported(task.report),
         )
 
     def _initial(self, entries: MappingField[ExpressionField]) -> dict[str, Any]:
@@ -100,6 +101,10 @@ class _TaskElaborator:
                 )
         named = MappingField(tuple(one for one in entries if one[0].value not in hidden))
         return elaborate_state_values(named, self._site, self._diagnostics)
+
+    def _reported(self, names: tuple[TextField, ...]) -> tuple[str, ...]:
+        found = [resolve_need(name, self._site.state, "variable", self._diagnostics) for name in names]
+        return tuple(one.name for one in found if one is not None)
 
     def _conditions(self, listed: tuple[declared.NamedCondition, ...]) -> dict[str, ActionCondition]:
         conditions: dict[str, ActionCondition] = {}
