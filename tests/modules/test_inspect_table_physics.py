@@ -33,7 +33,7 @@ def test_a_dirty_table_is_no_failure(tmp_path: Path, capsys: pytest.CaptureFixtu
 
 
 @pytest.mark.deep
-def test_a_wiped_table_is_said_to_be_clean(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_wiped_table_is_reported_as_clean(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     printed = printed_by("clean the table, then inspect it", tmp_path, capsys)
     assert "outcome `clean`" in printed or "inspect_table.table_inspected = true" in printed
     assert CLEAN in printed
