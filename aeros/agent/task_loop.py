@@ -142,7 +142,7 @@ class TaskLoop:
             task=task.id,
             goal=goal,
             reached=reason is None,
-            measured=world.measured_values(task.goal),
+            measured=world.measured_values(task.goal, task.reported),
             steps=tuple(self._attempts.records),
             replans=self._replans,
             reason=reason,

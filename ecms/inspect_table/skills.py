@@ -50,6 +50,19 @@ def stand_still(observed: Observation, inputs: Inputs) -> SkillBody:
 
 def inspect(observed: Observation, inputs: Inputs) -> SkillBody:
     """Bring the tool out of the cameras' sight, over everything that stands on the table, and look."""
+    yield from _draw_in(observed, inputs)
+    yield act("look", camera="mast")
+
+
+def survey(observed: Observation, inputs: Inputs) -> SkillBody:
+    """Bring the tool out of the cameras' sight, as `inspect` does, and look from above and from the mast."""
+    yield from _draw_in(observed, inputs)
+    yield act("look", camera="overhead")
+    yield act("look", camera="mast")
+
+
+def _draw_in(observed: Observation, inputs: Inputs) -> Task:
+    """Bring the tool to where it hides nothing; first up, over everything that stands on the table."""
     observed = yield from _sense(observed, "tool_position", "base_position")
     x, y, z = observed["tool_position"]
     pace = inputs["hand_speed"]
@@ -58,8 +71,7 @@ def inspect(observed: Observation, inputs: Inputs) -> SkillBody:
         yield act("move_tool", target=(x, y, TRAVEL_HEIGHT), yaw=0.0, speed=speed)
     u, v, base = observed["base_position"]
     target = (u + DRAWN_IN[0], v + DRAWN_IN[1], base + inputs["height"])
-    yield act("move_tool", target=target, yaw=0.0, speed=speed)
-    yield act("look", camera="mast")
+    return (yield act("move_tool", target=target, yaw=0.0, speed=speed))
 
 
 def _sense(observed: Observation, *names: str) -> Task:

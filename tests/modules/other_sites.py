@@ -57,7 +57,7 @@ PLANT_WORDS: Final = {
 
 BOUND: Final = {
     "clean_table": ("table_area", "cell_survey"),
-    "inspect_table": ("table_area",),
+    "inspect_table": ("table_area", "cell_survey"),
     "serve_table": ("table_area",),
     "make_dumplings": ("bench_area", "cell_survey", "press"),
     "fetch_object": ("cell_survey",),

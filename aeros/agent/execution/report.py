@@ -65,7 +65,8 @@ class RunReport:
         task: id of the task.
         goal: goal as written.
         reached: True if the goal is measured as true; an unknown goal is not reached.
-        measured: the goal's variables as last measured, JSON values, None if unknown.
+        measured: the variables of the goal and those that the task reports, as last measured: JSON values,
+            None if unknown.
         steps: skill invocations in the order of their ends.
         replans: plans made because an earlier one failed or finished without the goal.
         reason: why the goal was not reached; None iff it was.

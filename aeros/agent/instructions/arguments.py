@@ -8,6 +8,7 @@ from fractions import Fraction
 from typing import Any
 
 from aeros.agent.instructions.phrases import Words
+from aeros.agent.planning.routing import RoutedTask
 from aeros.spec.diagnostics.codes import quoted
 from aeros.spec.diagnostics.words import normalized_words
 from aeros.spec.expr.types import IntegerType
@@ -65,6 +66,34 @@ def value_phrases(task: Task) -> tuple[ValuePhrase, ...]:
         for (name, words), values in found.items()
     )
     return tuple(sorted(phrases, key=lambda one: len(one.words), reverse=True))
+
+
+def has_object_of(routed: RoutedTask, last: RoutedTask) -> bool:
+    """Check if `it` in a request for a task may mean the object of the request before.
+
+    Args:
+        routed: the task.
+        last: the task of the request before.
+
+    Returns:
+        True if that is the same task, or one with the same words for its object, of which no part was said.
+    """
+    is_whole = all(last.task.parameters[name].default == one for name, one in last.arguments.items())
+    return routed.covers(last) or (is_whole and are_of_one_object((routed, last)))
+
+
+def are_of_one_object(tasks: Sequence[RoutedTask]) -> bool:
+    """Check if tasks have the same words for what they act on, none of which is a parameter.
+
+    Args:
+        tasks: at least one.
+
+    Returns:
+        True if they do.
+    """
+    phrases = {frozenset(one.task.object_phrases) for one in tasks}
+    chosen = any(is_object(parameter) for one in tasks for parameter in one.task.parameters.values())
+    return len(phrases) == 1 and phrases != {frozenset()} and not chosen
 
 
 def is_object(parameter: TaskParameter) -> bool:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from aeros.agent.instructions import english
-from aeros.agent.instructions.arguments import is_object
+from aeros.agent.instructions.arguments import has_object_of, is_object
 from aeros.agent.instructions.conditions import find_condition
 from aeros.agent.instructions.coverage import Coverage
 from aeros.agent.instructions.covering import cover
@@ -128,7 +128,7 @@ def _read(segment: Segment, tasks: Sequence[TaskPhrases], before: Sequence[Erran
                 cover(
                     entry,
                     form.words,
-                    knows_pronoun=last is not None and entry.routed.covers(last),
+                    knows_pronoun=last is not None and has_object_of(entry.routed, last),
                     is_perfect=form.is_perfect,
                 )
                 for entry in tasks
@@ -180,7 +180,8 @@ def _with_arguments(segment: Segment, coverage: Coverage, last: RoutedTask | Non
     """
     routed = coverage.routed
     stated = frozenset(coverage.values.stated)
-    if last is not None and coverage.names_pronoun and not coverage.values.is_specific:
+    is_same = last is not None and coverage.entry.routed.covers(last)
+    if last is not None and is_same and coverage.names_pronoun and not coverage.values.is_specific:
         parameters = routed.task.parameters
         # `the left half is dirty, so clean it`: `it` is that half, if the words say no other part.
         is_part = (

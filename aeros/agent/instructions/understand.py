@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from aeros.agent.instructions.alternatives import require_no_alternative
+from aeros.agent.instructions.arguments import are_of_one_object
 from aeros.agent.instructions.condition_scopes import scoped
 from aeros.agent.instructions.covering import cover
 from aeros.agent.instructions.grammar import parse_instruction
@@ -210,8 +211,11 @@ def _context(
     if not leading:
         return list(errands)
     coverages = [cover(entry, leading[-1].words, knows_pronoun=False) for entry in tasks]
-    named = [Errand(one.routed) for one in coverages if one.objects and not one.values.fault]
-    return named if len(named) == 1 else []
+    named = [one for one in coverages if one.objects and not one.values.fault]
+    if len(named) > 1 and not are_of_one_object([one.routed for one in named]):
+        return []
+    # Of several tasks with the named object, the one that knows the part that is named.
+    return [Errand(one.routed) for one in sorted(named, key=lambda one: len(one.values.stated))[-1:]]
 
 
 def _requests(sentence: Sentence) -> Iterator[tuple[Segment, Segment | None]]:

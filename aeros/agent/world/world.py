@@ -9,7 +9,7 @@ Values become stale as time passes, also while nothing is measured.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, TypeGuard
@@ -156,16 +156,18 @@ class WorldModel:
         )
         return missing or unmet_bounds(condition, values_by_scalar(read, environment))
 
-    def measured_values(self, condition: t.Term) -> dict[str, Any]:
-        """Return the values of the variables of a condition.
+    def measured_values(self, condition: t.Term, others: Iterable[str] = ()) -> dict[str, Any]:
+        """Return the values of the variables of a condition, and of others.
 
         Args:
             condition: boolean term.
+            others: full names of further variables, which come after them.
 
         Returns:
             JSON values by name, None if unknown.
         """
-        return {name: to_json_value(self.known.get(name)) for name in t.variables_of(condition)}
+        names = (*t.variables_of(condition), *others)
+        return {name: to_json_value(self.known.get(name)) for name in names}
 
 
 def world_from_readings(

@@ -52,6 +52,7 @@ _EXAMPLES: Final = {
     "block": """\
   aeros block --id press-under-repair --reason "the press is open" --module make_dumplings --skill wrap
   aeros block --id no-gripping --reason "a finger is worn" --action grip
+  aeros block --id no-cookbook --reason "its answers are wrong" --action ask_cookbook # switches a tool off
   aeros block --id old-tidy --reason "drops cups" --module tidy --version "<1.2"
   aeros block --id bad-build --reason "wrong model" --digest sha256:1234…
 """,
@@ -97,7 +98,7 @@ def add_to(commands: Subparsers, name: str) -> None:
             help="the files it blocks: a module's digest, as `aeros list` and `aeros bundle` print it",
         )
         parser.add_argument("--skill", type=_checked(parse_name), help="the skill of that module it blocks")
-        parser.add_argument("--action", type=_checked(parse_name), help="the action kind it blocks")
+        parser.add_argument("--action", type=_checked(parse_name), help="the action kind or tool it blocks")
     elif name == "unblock":
         parser.add_argument("id", help="the name of the block")
     elif name == "policy":

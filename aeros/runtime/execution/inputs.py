@@ -111,8 +111,16 @@ def _real(name: str, bounds: tuple[Fraction, Fraction] | None, value: Any) -> fl
     exact = Fraction(value)
     if bounds is not None and not bounds[0] <= exact <= bounds[1]:
         lower, upper = map(float, bounds)
-        raise InputError(f"the {name} is outside its range [{lower:.9g}, {upper:.9g}]")
+        raise InputError(f"the {name}{_shown(value)} is outside its range [{lower:.9g}, {upper:.9g}]")
     return nearest_double_in_range(exact, bounds) if bounds is not None else _double(name, exact)
+
+
+def _shown(value: float | Fraction) -> str:
+    """Return a number with 17 digits, as the double 0.45 is more than 45 cm; empty if no double is near."""
+    try:
+        return f" = {float(value):.17g}"
+    except OverflowError:
+        return ""
 
 
 def _check_integer(name: str, value: float) -> int:

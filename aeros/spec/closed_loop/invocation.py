@@ -201,7 +201,10 @@ class Invocation:
                 states = self._states_after(state, one)
                 if len(states) > 1:
                     shown = ", ".join(f"`{self._names[place]}`" for place in one.unsettled)
-                    self.unsettled = f"{shown} may be either after `{self.name} → {one.outcome.id}`"
+                    self.unsettled = (
+                        f"{shown} may be either after `{self.name} → {one.outcome.id}`: "
+                        "state it as an effect of that outcome"
+                    )
                 share = one.share / len(states)
                 results.append(
                     [(tuple(after), self._measured_outcome(state, after), share) for after in states]

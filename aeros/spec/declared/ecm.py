@@ -245,6 +245,13 @@ class Task:
             "state variable of the module"
         },
     )
+    report: tuple[Annotated[TextField, Pattern("dotted")], ...] = field(
+        default=(),
+        metadata={
+            "doc": "state variables whose values the result of a run says beside those of the goal, as in "
+            "`report: [shelf_full]`"
+        },
+    )
 
 
 @dataclass(frozen=True)

@@ -275,7 +275,7 @@ class Site:
 
 @dataclass(frozen=True)
 class Overlay:
-    """An operator's additions to a site: access, blocks and settings, so it cannot weaken Φ.
+    """An operator's additions to a site: access, blocks, tools and settings, so it cannot weaken Φ.
 
     Attributes:
         span: its place in the file.
@@ -299,6 +299,12 @@ class Overlay:
         },
     )
     blocks: tuple[OperatorOverride, ...] = field(default=(), metadata={"doc": "further operator overrides"})
+    actions: Named[ActionKind] = field(
+        default=MappingField(), metadata={"doc": "further action kinds, each of which has a `tool`"}
+    )
+    state: Named[StateVariable] = field(
+        default=MappingField(), metadata={"doc": "the state variables that these tools answer"}
+    )
     modules: Named[ModuleSettings] = field(
         default=MappingField(),
         metadata={
@@ -316,15 +322,21 @@ def with_overlay(site: Site, overlay: Overlay) -> Site:
         overlay: the overlay.
 
     Returns:
-        The site with the access, blocks and settings of both. A setting of the overlay replaces one of the
-        same name. All else of the site is as it was.
+        The site with the access, blocks, tools and settings of both. A setting of the overlay replaces one of
+        the same name. All else of the site is as it was.
     """
     policy = replace(
         site.policy,
         grants=_merged(site.policy.grants, overlay.grants, _joined_access),
         blocks=(*site.policy.blocks, *overlay.blocks),
     )
-    return replace(site, policy=policy, modules=_merged(site.modules, overlay.modules, _joined_settings))
+    return replace(
+        site,
+        policy=policy,
+        actions=_merged(site.actions, overlay.actions, lambda below, _: below),
+        state=_merged(site.state, overlay.state, lambda below, _: below),
+        modules=_merged(site.modules, overlay.modules, _joined_settings),
+    )
 
 
 def _merged(

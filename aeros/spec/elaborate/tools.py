@@ -81,6 +81,48 @@ def elaborate_tool(
     return Tool(service, timeout, tuple(dict.fromkeys(answer.value for answer in tool.answers)), channel)
 
 
+def check_tools_of_overlay(
+    site: declared_site.Site, overlay: declared_site.Overlay, diagnostics: Diagnostics
+) -> bool:
+    """Check that an overlay adds tools and their answers, and changes no word of the site.
+
+    A tool whose name is that of a sensor could answer with what that sensor measures.
+
+    Args:
+        site: the site as declared, with the overlays below.
+        overlay: the overlay.
+        diagnostics: receives the faults.
+
+    Returns:
+        True if nothing was reported.
+    """
+    before = len(diagnostics)
+    sensors = {variable.sensor.value for _, variable in site.state}
+    sensors |= {name.value for name, _ in site.sensors} | {one.sensor.value for _, one in site.cameras}
+    used = {
+        **{name.value: "a state variable" for name, _ in site.state},
+        **dict.fromkeys(sensors, "a sensor"),
+        **{name.value: "an action kind" for name, _ in site.actions},
+    }
+    for name, kind in overlay.actions:
+        if name.value in used:
+            headline = f"`{name.value}` is already {used[name.value]} of the site"
+            diagnostics.error("AE121", headline, name.span, help=("choose another name for this tool",))
+        if kind.tool is None:
+            headline = f"an overlay adds no actions but tools, and `{name.value}` has no `tool`"
+            diagnostics.error("AE137", headline, name.span, help=("declare it in the site file",))
+    tools = {name.value for name, _ in overlay.actions}
+    for name, variable in overlay.state:
+        if name.value in used:
+            headline = f"`{name.value}` is already {used[name.value]} of the site"
+            diagnostics.error("AE121", headline, name.span, help=("choose another name for this answer",))
+        if variable.sensor.value not in tools:
+            headline = f"`{name.value}` is measured by `{variable.sensor.value}`, no tool of this overlay"
+            help_ = "let its `sensor` be one of the tools under `actions`, or declare it in the site file"
+            diagnostics.error("AE137", headline, variable.sensor.span, help=(help_,))
+    return len(diagnostics) == before
+
+
 def check_rules_read_no_answers(
     tools: Mapping[str, Tool],
     rules: Iterable[Rule],

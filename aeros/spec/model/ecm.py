@@ -235,6 +235,7 @@ class Task:
         extra_phrases: phrases that an instruction may add, and that ask for nothing more.
         condition_phrases: conditions that an instruction may make, by their phrase.
         parameters: what an instruction may say of it, by name; each is a state variable of its module.
+        reported: full names of the state variables whose values a result says beside those of the goal.
         composed: tasks of required modules whose work it asks for, by module.
     """
 
@@ -253,6 +254,7 @@ class Task:
     extra_phrases: tuple[str, ...] = ()
     condition_phrases: Mapping[str, ActionCondition] = field(default_factory=dict)
     parameters: Mapping[str, TaskParameter] = field(default_factory=dict)
+    reported: tuple[str, ...] = ()
     composed: Mapping[str, Task] = field(default_factory=dict)
 
     @property

@@ -95,8 +95,8 @@ def _access_granted(ecm: Ecm, site: Site) -> Iterator[StaticClaim]:
 
 _ACCESS_GROUPS: Final = ("actuators", "sensors", "channels", "compute")
 
-_NEEDED_SORTS: Final = {"actuators": "action", "sensors": "variable"}
-"""Sort of a need whose name may be among the actuators or sensors of a module."""
+_NEEDED_SORTS: Final = {"actuators": ("action",), "sensors": ("sensor", "variable", "camera")}
+"""Sorts of needs whose names may be among the actuators or sensors of a module; the first is the example."""
 
 
 def _known_names(site: Site, group: str) -> frozenset[str]:
@@ -135,7 +135,7 @@ def _access_cures(ecm: Ecm, site: Site, group: str, missing: Mapping[str, Sequen
     unknown = {one for sort in _NEEDED_SORTS for one in set(missing[sort]) - _known_names(site, sort)}
     cures = [
         f"this site has no `{one}`: if the module uses this name for a thing of the site, declare it under "
-        f"`needs`, as in `{one}: {{is: {_NEEDED_SORTS[group]}}}`"
+        f"`needs`, as in `{one}: {{is: {_NEEDED_SORTS[group][0]}}}`{_other_sorts(_NEEDED_SORTS[group][1:])}"
         for one in missing[group]
         if one in unknown
     ]
@@ -302,10 +302,18 @@ def _reads_permitted(
                     "AE405",
                     f"`{name}` is measured by `{sensor}`, which `{ecm.id}` has no permission to read",
                     SpanLabel(span),
-                    help=(f"add `{own}` to `permissions.sensors`",),
+                    help=_sensor_cures(ecm, own),
                 )
                 return StaticClaim(claim_id, diagnostic)
     return StaticClaim(claim_id, None)
+
+
+def _sensor_cures(ecm: Ecm, own: str) -> tuple[str, ...]:
+    """Propose to ask for a sensor, by a name that suits other sites if the module has such names."""
+    cure = f"add `{own}` to `permissions.sensors`"
+    if not ecm.names.bindings or own in ecm.names.bindings:
+        return (cure,)
+    return (cure, f"to suit sites with other names, declare it under `needs`, too: `{own}: {{is: sensor}}`")
 
 
 def _perceiver_sensors_permitted(ecm: Ecm, site: Site, perceiver: Perceiver) -> StaticClaim:
@@ -324,7 +332,7 @@ def _perceiver_sensors_permitted(ecm: Ecm, site: Site, perceiver: Perceiver) -> 
             "AE405",
             f"`{perceiver.id}` gets {what}, which come from `{sensor}`; `{ecm.id}` may not use it",
             SpanLabel(perceiver.span),
-            help=(f"add `{own}` to `permissions.sensors`",),
+            help=_sensor_cures(ecm, own),
         ),
     )
 
@@ -348,6 +356,10 @@ def _warn_of_blocks(ecm: Ecm, site: Site) -> Iterator[StaticClaim]:
                 severity=Severity.WARNING,
             ),
         )
+
+
+def _other_sorts(sorts: Sequence[str]) -> str:
+    return f", or {' or '.join(f'`is: {one}`' for one in sorts)}" if sorts else ""
 
 
 def _format_risk(risk: Risk) -> str:

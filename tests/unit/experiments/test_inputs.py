@@ -31,7 +31,7 @@ def test_a_task_is_found_with_its_module() -> None:
     ("name", "help_"),
     [
         ("clean_tabel", "did you mean `clean_table`?"),
-        ("fly", "there are clean_table, fetch_object, make_dumplings, serve_table"),
+        ("fly", "there are clean_table, fetch_object, inspect_table, make_dumplings, serve_table"),
     ],
 )
 def test_a_task_that_no_module_has_is_refused(name: str, help_: str) -> None:

@@ -65,7 +65,7 @@ def _after(phrases: PhraseSet, tokens: Words) -> tuple[Words, Words]:
 def _without_own_check(tokens: Words) -> Words:
     """Rewrite a check that stands in the sentence of its request."""
     check, rest = _after(english.CHECKS, tokens)
-    look, seen = _after(english.LOOKS, tokens)
+    look, seen = _after(english.LOOKS, _with_questions(tokens))
     if check:
         # `check if the table is dirty and clean it if so`, `check if the table is dirty, if so, clean it`
         for at in range(2, len(rest)):
@@ -89,4 +89,18 @@ def _without_own_check(tokens: Words) -> Words:
         if depends and "it" in rest and 1 <= len(thing) <= 3:
             it = rest.index("it")
             return (*rest[:it], *thing, *rest[it + 1 :])
-    return tokens
+    return _with_questions(tokens)
+
+
+def _with_questions(tokens: Words) -> Words:
+    """Write `check if it's dirty`, on which nothing depends, as `check whether it is dirty`."""
+    written: list[str] = []
+    at = 0
+    while at < len(tokens):
+        asked = english.ASKS_IF.starting(tokens, at)
+        written += (*asked[:-1], "whether") if asked else tokens[at : at + 1]
+        at += len(asked) or 1
+        if asked and tokens[at : at + 2] == ("it", "s"):
+            written += ("it", "is")
+            at += 2
+    return tuple(written)

@@ -10,7 +10,7 @@ from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.expressions import elaborate_expression
 from aeros.spec.elaborate.module.action_conditions import elaborate_action_condition
 from aeros.spec.elaborate.module.callables import CallableNames
-from aeros.spec.elaborate.names import resolve_name
+from aeros.spec.elaborate.names import resolve_name, resolve_need
 from aeros.spec.elaborate.scopes import state_scope
 from aeros.spec.elaborate.task_parameters import patterns_of, phrases_of
 from aeros.spec.elaborate.values import elaborate_state_values, elaborate_value
@@ -76,30 +76,41 @@ class _TaskElaborator:
             extra_phrases=patterns_of(task.extras, self._diagnostics),
             condition_phrases=self._conditions(task.conditions),
             parameters=parameters,
+            reported=self._reported(task.report),
         )
 
     def _initial(self, entries: MappingField[ExpressionField]) -> dict[str, Any]:
         """Elaborate the values at the start; say of a variable of another module if it may not be named."""
-        hidden = {
-            name
-            for ecm in self._names.foreign.modules.values()
-            for name, variable in ecm.state.items()
-            if not variable.is_public
-        }
-        for name, _ in entries:
-            if name.value in hidden:
-                owner = name.value.partition(".")[0]
-                self._diagnostics.error(
-                    "AE122",
-                    f"`{name.value}` is a state variable of `{owner}` that is not public",
-                    name.span,
-                    help=(
-                        "leave it out: a simulator takes its value from the task of that module",
-                        f"or declare it with `public: true` in the manifest of `{owner}`",
-                    ),
-                )
-        named = MappingField(tuple(one for one in entries if one[0].value not in hidden))
+        cure = "leave it out: a simulator takes its value from the task of that module"
+        named = MappingField(tuple(one for one in entries if not self._refuse_hidden(one[0], cure)))
         return elaborate_state_values(named, self._site, self._diagnostics)
+
+    def _refuse_hidden(self, name: TextField, *cures: str) -> bool:
+        """Report a variable of another module that is not public, with those that are; True if it is one."""
+        owner, _, _ = name.value.partition(".")
+        ecm = self._names.foreign.modules.get(owner)
+        if ecm is None or name.value not in ecm.state or ecm.state[name.value].is_public:
+            return False
+        public = ", ".join(f"`{one}`" for one, variable in ecm.state.items() if variable.is_public) or "none"
+        self._diagnostics.error(
+            "AE122",
+            f"`{name.value}` is a state variable of `{owner}` that is not public",
+            name.span,
+            help=(
+                *cures,
+                f"public are: {public}",
+                f"or declare it with `public: true` in the manifest of `{owner}`",
+            ),
+        )
+        return True
+
+    def _reported(self, names: tuple[TextField, ...]) -> tuple[str, ...]:
+        found = [
+            resolve_need(name, self._site.state, "variable", self._diagnostics)
+            for name in names
+            if not self._refuse_hidden(name)
+        ]
+        return tuple(one.name for one in found if one is not None)
 
     def _conditions(self, listed: tuple[declared.NamedCondition, ...]) -> dict[str, ActionCondition]:
         conditions: dict[str, ActionCondition] = {}

@@ -7,9 +7,16 @@ from fractions import Fraction
 
 import pytest
 
-from aeros.agent.instructions.arguments import StatedValues, counted_parameter, is_object, value_phrases
+from aeros.agent.instructions.arguments import (
+    StatedValues,
+    are_of_one_object,
+    counted_parameter,
+    is_object,
+    value_phrases,
+)
 from aeros.agent.instructions.refusals import AmbiguousInstructionError, InstructionError
 from aeros.agent.instructions.understand import understand
+from aeros.agent.planning.routing import RoutedTask
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import EnumType, IntegerType
 from aeros.spec.model.ecm import Ecm, Task
@@ -146,3 +153,37 @@ def test_a_prohibition_is_of_the_values_that_it_says_or_of_all() -> None:
     for words in ("fetch the red can, but not the can", "fetch the red can. never fetch the object"):
         with pytest.raises(InstructionError, match="prohibits it"):
             understand(words, modules)
+
+
+@pytest.mark.parametrize(
+    ("text", "meaning"),
+    [
+        ("clean the table, then inspect it", ("clean_table.clean_table", "inspect_table.inspect_table")),
+        ("inspect the table, then wipe it", ("inspect_table.inspect_table", "clean_table.clean_table")),
+        ("the table is a mess, so inspect it", ("inspect_table.inspect_table",)),
+    ],
+)
+def test_it_is_the_object_of_another_task_with_the_same_objects(text: str, meaning: tuple[str, ...]) -> None:
+    assert tuple(str(one.routed) for one in understand(text, reference_modules()).errands) == meaning
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "clean the left half of the table, then inspect it",  # the half, which no words of the other task say
+        "fetch the can, then inspect it",
+    ],
+)
+def test_it_is_no_object_that_the_task_does_not_know(text: str) -> None:
+    with pytest.raises(InstructionError, match="does not know `it`"):
+        understand(text, reference_modules())
+
+
+def test_tasks_are_of_one_object_if_they_have_the_same_words_for_it_and_no_parameter_chooses_it() -> None:
+    tasks = {
+        name: RoutedTask(name, reference_modules()[name].tasks[name])
+        for name in ("clean_table", "inspect_table", "serve_table", "fetch_object")
+    }
+    assert are_of_one_object([tasks["clean_table"], tasks["inspect_table"]])
+    assert not are_of_one_object([tasks["clean_table"], tasks["serve_table"]])
+    assert not are_of_one_object([tasks["fetch_object"], tasks["fetch_object"]])

@@ -6,12 +6,20 @@ from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.instructions.understand import understand
 from tests.unit.agent.instructions.lists.reference import reference_modules
 
+OF_THE_TABLE = ["clean_table.clean_table", "inspect_table.inspect_table"]
+
 
 @pytest.mark.parametrize(
     ("text", "never"),
     [
-        ("make dumplings, but do not touch the table", ["clean_table.clean_table"]),
-        ("make dumplings and leave the table alone", ["clean_table.clean_table"]),
+        (
+            "make dumplings, but do not touch the table",
+            OF_THE_TABLE,
+        ),
+        (
+            "make dumplings and leave the table alone",
+            OF_THE_TABLE,
+        ),
         ("make dumplings, but keep away from the can", ["fetch_object.fetch_object(object = red_can)"]),
         ("fetch the can, the table must not be cleaned", ["clean_table.clean_table"]),
         (

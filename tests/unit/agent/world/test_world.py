@@ -252,3 +252,9 @@ def test_no_condition_reads_the_reasons_of_failed_steps(readings: dict[str, Read
     assert explained.evaluate(term(condition)) is seen.evaluate(term(condition))
     assert explained.unmet_reason(term(condition)) == seen.unmet_reason(term(condition))
     assert explained.at_time(NOW + 1.0).failures == ()
+
+
+def test_measured_values_are_those_of_a_condition_and_of_what_a_task_reports() -> None:
+    seen = world(fill_level=0.5, wrapper_aligned=True)
+    values = seen.measured_values(term("wrapper_aligned"), ("fill_level", "area"))
+    assert values == {"wrapper_aligned": True, "fill_level": 0.5, "area": None}

@@ -66,7 +66,8 @@ class _Float(float):
     ("inputs", "given", "why"),
     [
         # The double 0.1 is more than 1/10.
-        (REAL, 0.1, "outside its range"),
+        (REAL, 0.1, r"`x` = 0\.10000000000000001 is outside its range"),
+        (REAL, 10**400, "`x` is outside its range"),
         (REAL, _Float(0.0), "not a finite number"),
         (REAL, float("inf"), "not a finite number"),
         (REAL, (0.0,), "not a finite number"),

@@ -79,7 +79,7 @@ def test_defaults_are_filled_in_inside_their_range(make_bench: MakeBench) -> Non
         ({"amount": 0.5}, StepStatus.FINISHED, {"amount": 0.5}),
         ({"amount": 1}, StepStatus.FINISHED, {"amount": 1.0}),
         ({}, StepStatus.RAISED, "the output `amount` is missing"),
-        ({"amount": 1.5}, StepStatus.RAISED, "the output `amount` is outside its range [0, 1]"),
+        ({"amount": 1.5}, StepStatus.RAISED, "the output `amount` = 1.5 is outside its range [0, 1]"),
         ({"amount": nan}, StepStatus.RAISED, "the output `amount` is not a finite number"),
         ({"amount": True}, StepStatus.RAISED, "the output `amount` is not a finite number"),
         ({"amount": 0.5, "more": 1}, StepStatus.RAISED, "the skill has no output `more`"),

@@ -9,6 +9,7 @@ import pytest
 
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
+from aeros.spec.model.site import Site
 from aeros.spec.model.tools import Confinement, HttpService, McpService, Program, Tool
 from tests.unit.spec.faults import TABLE, messages_of_site
 
@@ -163,3 +164,49 @@ def test_a_tool_moves_nothing(tmp_path: Path) -> None:
 def test_no_invariant_reads_an_answer(tmp_path: Path, condition: str) -> None:
     found = messages_of_site(tmp_path, STATE, kind(HTTP), (RULE, f'require: "{condition}"'))
     assert [one for one in found if "the invariant `stop-button` reads `recipe`" in one], found
+
+
+OVERLAY = """schema: aeros/overlay/1
+base: {base}
+actions:
+  {tool}: {{description: ask, risk: low{what}}}
+state:
+  {answer}: {{type: real, unit: s, range: [0, 60], sensor: {sensor}, max_age: 9 s}}
+"""
+TOOL = ", tool: {program: [/usr/bin/ask], timeout: 2 s, answers: [recipe]}"
+
+
+def overlay(
+    tmp_path: Path, *, tool: str = "ask", answer: str = "recipe", what: str = TOOL, sensor: str = "ask"
+) -> tuple[list[str], Site | None]:
+    path = tmp_path / "overlay.yaml"
+    path.write_text(OVERLAY.format(base=TABLE, tool=tool, answer=answer, what=what, sensor=sensor))
+    sink = Diagnostics()
+    site = load_site(path, sink)
+    return [f"{one.code}: {one.headline}" for one in sink], site
+
+
+def test_an_overlay_adds_a_tool_and_its_answers(tmp_path: Path) -> None:
+    found, site = overlay(tmp_path)
+    assert found == []
+    assert site is not None
+    assert site.kinds["ask"].tool == Tool(Program(("/usr/bin/ask",)), Fraction(2), ("recipe",))
+    assert site.state["recipe"].sensor == "ask"
+
+
+@pytest.mark.parametrize(
+    ("changes", "headline"),
+    [
+        ({"what": ""}, "AE137: an overlay adds no actions but tools, and `ask` has no `tool`"),
+        ({"tool": "wipe"}, "AE121: `wipe` is already an action kind of the site"),
+        ({"tool": "camera"}, "AE121: `camera` is already a sensor of the site"),
+        ({"answer": "table_tidy"}, "AE121: `table_tidy` is already a state variable of the site"),
+        ({"sensor": "camera"}, "AE137: `recipe` is measured by `camera`, no tool of this overlay"),
+    ],
+)
+def test_an_overlay_changes_no_word_of_the_site(
+    tmp_path: Path, changes: dict[str, str], headline: str
+) -> None:
+    found, site = overlay(tmp_path, **changes)
+    assert site is None
+    assert headline in found

@@ -18,6 +18,9 @@ IF_DIRTY = "if the table is dirty , clean it"
         (["is the table dirty ?", "clean it"], ["is the table dirty", "clean it"]),
         (["check whether the table is dirty"], ["check whether the table is dirty"]),
         (["look at the table"], ["look at the table"]),
+        (["check if the table is dirty"], ["check whether the table is dirty"]),
+        (["look at it and tell me if it s clean"], ["look at it and tell me whether it is clean"]),
+        (["wipe it if it is dirty"], ["wipe it if it is dirty"]),
     ],
 )
 def test_a_check_with_what_depends_on_it_is_a_condition(sentences: list[str], plain: list[str]) -> None:

@@ -6,6 +6,8 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
+import pytest
+
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
 from aeros.spec.elaborate.module.composed_tasks import composed_tasks
@@ -73,12 +75,18 @@ def test_a_task_that_composes_a_composing_task_has_all_that_this_one_has() -> No
     assert outer.rehearsals("outer") == task().rehearsals("end_day")
 
 
-def test_a_value_of_a_variable_that_is_not_public_is_refused_as_such(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("place", "hidden"),
+    [
+        ("      clean_table.robot_at_table: false\n", "      make_dumplings.robot_at_bench: false\n"),
+        ("    initial:", "    report: [make_dumplings.robot_at_bench]\n"),
+    ],
+)
+def test_a_variable_that_is_not_public_is_refused_as_such(tmp_path: Path, place: str, hidden: str) -> None:
     manifest = (END_DAY / "ecm.yaml").read_text()
-    at_start = "      clean_table.robot_at_table: false\n"
-    hidden = "      make_dumplings.robot_at_bench: false\n"
+    assert place in manifest
     (folder := tmp_path / "end_day").mkdir()
-    (folder / "ecm.yaml").write_text(manifest.replace(at_start, at_start + hidden))
+    (folder / "ecm.yaml").write_text(manifest.replace(place, hidden + place))
     diagnostics = Diagnostics()
     site = load_site(reference_site_path(), diagnostics)
     assert site is not None
@@ -91,3 +99,4 @@ def test_a_value_of_a_variable_that_is_not_public_is_refused_as_such(tmp_path: P
     )
     assert found.primary is not None
     assert found.primary.span.text == "make_dumplings.robot_at_bench"
+    assert "public are: none" in found.help

@@ -261,7 +261,7 @@ def test_messages_use_the_words_of_the_manifest(folder: Path, site: Site) -> Non
     ("old", "new", "hint"),
     [
         ("wait: duration <= pause", "snooze: duration <= pause", "`snooze: {is: action}`"),
-        ("sensors: [", "sensors: [feeler, ", "`feeler: {is: variable}`"),
+        ("sensors: [", "sensors: [feeler, ", "`feeler: {is: sensor}`, or `is: variable` or `is: camera`"),
         ("duration <= pause and", "vec(0 m, 0 m, 0 m) in garden and", "`garden: {is: volume}`"),
     ],
 )
@@ -305,3 +305,15 @@ def test_a_setting_says_if_the_site_file_or_the_operator_made_it(folder: Path, t
     assert {name: one.source for name, one in settings(folder, site).items()} == {
         "surface": "set", "top": "only choice", "pause": "set", "number": "site file"
     }  # fmt: skip
+
+
+def test_a_sensor_without_permission_is_proposed_as_a_need(folder: Path) -> None:
+    manifest = folder / "ecm.yaml"
+    text = manifest.read_text()
+    assert "wait: duration <= pause" in text
+    manifest.write_text(
+        text.replace("wait: duration <= pause", "wait: not person_near and duration <= pause")
+    )
+    report = verify([folder], TABLE, settings=OperatorSettings(configurations={MODULE: BOUND}))
+    texts = "\n".join(render_text(one) for subject in report.subjects for one in subject.diagnostics)
+    assert "declare it under `needs`, too: `scanner: {is: sensor}`" in texts

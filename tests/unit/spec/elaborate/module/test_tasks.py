@@ -29,6 +29,8 @@ permissions:"""
         ("retry: 1", "retry: 3", "this site allows at most 2 retries of a step"),
         ("retry: 1", "between_tries: tidy", "`between_tries` runs between two tries, so it needs `retry`"),
         ("retry: 1", "inputs: {force: 1 N}", "`force` is not an input of `tidy`"),
+        ("goal: table_tidy\n", "goal: table_tidy\n    report: [table_tidy]\n", None),
+        ("goal: table_tidy\n", "goal: table_tidy\n    report: [table_tidi]\n", "`table_tidi`"),
         (
             "goal: table_tidy\n",
             "goal: table_tidy\n    invariants:\n" + "      - {id: clean, require: table_tidy}\n" * 2,
