@@ -119,7 +119,7 @@ class Agent:
         found = self._load_checkpoint(meaning)
         if found is not None and (ended := found[0].final_report) is not None:
             task = f"{ended.module}.{ended.task}"
-            text = f"{task} had ended: {_outcome_text(ended)}"
+            text = f"{task} had ended: {ended.outcome}"
             self._journal.record("run-already-ended", text, task=task, **_summary(ended))
             return ended
         with attending(meaning, self._runtime, self._planner):
@@ -158,12 +158,12 @@ class Agent:
                 loop.resume(*resumed)
             report = self._pursue(loop, meaning.instruction, errand)
             reports.append(report)
-            if not report.reached or number + 1 == len(meaning.errands):
+            if report.has_failed or number + 1 == len(meaning.errands):
                 break
         whole = combined_report(meaning.instruction, reports)
         halted = (one.status is StepStatus.HALTED for one in report.steps[steps_before:])
         was_stopped = self._runtime.is_stopped or any(halted)
-        if whole.reached or not was_stopped:
+        if not whole.has_failed or not was_stopped:
             # Last of all: as long as the final checkpoint is not written, the run can be resumed.
             loop.save_final(whole)
         return whole
@@ -263,7 +263,7 @@ class Agent:
 
     def _record_result(self, routed: RoutedTask, report: RunReport) -> None:
         summary = _summary(report)
-        self._journal.record("run-ended", f"{routed}: {_outcome_text(report)}", task=str(routed), **summary)
+        self._journal.record("run-ended", f"{routed}: {report.outcome}", task=str(routed), **summary)
         self._memory.set_fact(f"last run of {routed}", summary, source=f"session {self.identity.sessions}")
 
 
@@ -277,11 +277,8 @@ def _summary(report: RunReport) -> dict[str, Any]:
         "recoveries": report.recoveries,
         "replans": report.replans,
         "reason": report.reason,
+        "skipped": report.skipped,
     }
-
-
-def _outcome_text(report: RunReport) -> str:
-    return "goal reached" if report.reached else str(report.reason)
 
 
 @contextmanager

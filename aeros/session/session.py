@@ -106,7 +106,8 @@ class Session:
             timeout: Seconds on the plant's clock after which the task is cancelled; None for never.
 
         Returns:
-            The result: `reached`; `reason`, None if it was reached; `measured`, the goal's variables;
+            The result: `reached`; `skipped`, True if nothing was done, as the instruction's condition does
+            not hold; `reason`, None if it was reached or skipped; `measured`, the goal's variables;
             `steps`, the skills that ran; `allowed`, `attenuated` and `denied`, numbers of decided actions.
 
         Raises:
