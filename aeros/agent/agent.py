@@ -6,8 +6,9 @@ of every skill that it proposes.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
@@ -20,6 +21,7 @@ from aeros.agent.identity import Identity, acquire_identity, new_identity
 from aeros.agent.instructions.meaning import Errand, Spoken, Understanding
 from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.instructions.understand import settle_meaning
+from aeros.agent.memory.recall import recalled_places
 from aeros.agent.memory.schema import IN_MEMORY
 from aeros.agent.memory.store import Memory, open_memory
 from aeros.agent.planning.base import Planner, RulePlanner
@@ -149,6 +151,7 @@ class Agent:
             if number > first:
                 self._record_selection(meaning, number)
             self._runtime.set_parameters(errand.routed.variables)
+            self._runtime.set_memories(self._recalled())
             remaining = None if deadline is None else max(0.0, deadline - self._runtime.now())
             barred = barred_skills(meaning, errand, self._runtime.active_modules())
             position = ErrandPosition(number, tuple(reports), barred, errand.proposed_plan)
@@ -167,6 +170,11 @@ class Agent:
             # Last of all: as long as the final checkpoint is not written, the run can be resumed.
             loop.save_final(whole)
         return whole
+
+    def _recalled(self) -> Mapping[str, Mapping[str, Any]]:
+        remembered = self._memory.remembered_values().values()
+        modules = self._runtime.active_modules().values()
+        return recalled_places(remembered, modules, datetime.now(UTC), self._memory.session)
 
     def _task_loop(self, routed: RoutedTask, timeout: float | None, position: ErrandPosition) -> TaskLoop:
         return TaskLoop(

@@ -83,6 +83,7 @@ def attending(understanding: Understanding, runtime: Runtime, planner: Planner) 
         yield
     finally:
         runtime.set_parameters({})
+        runtime.set_memories({})
         runtime.attend(None)
 
 

@@ -88,6 +88,7 @@ class PerceivingPlant:
         self._attends_to_all = attends_to_all
         self._stated: dict[str, Any] = {}
         self._parameters: dict[str, Any] = {}
+        self._memories: Mapping[str, Mapping[str, Any]] = {}
         self._perceivers: dict[_PerceiverKey, ActivePerceiver] = {}
         self._definitions: dict[str, ActiveDefinition] = {}
         self._defined: dict[str, Reading] = {}
@@ -139,6 +140,14 @@ class PerceivingPlant:
         if dict(values) != self._stated:
             self._stated, self._generation = dict(values), None
             announce_parameters(self._plant, values)
+
+    def set_memories(self, memories: Mapping[str, Mapping[str, Any]]) -> None:
+        """Say what the agent remembers, for the perceivers that ask for it.
+
+        Args:
+            memories: a table for each module by its id.
+        """
+        self._memories = memories
 
     def pictures(self) -> Mapping[str, CameraPicture]:
         """Return the newest pictures of the plant; see `newest_pictures`.
@@ -283,7 +292,9 @@ class PerceivingPlant:
                     key = _perceiver_key(site, ecm, perceiver, values)
                     running = self._perceivers.pop(key) if key in self._perceivers else None
                     found[key] = (
-                        ActivePerceiver(site, ecm, perceiver, self._open, self._record)
+                        ActivePerceiver(
+                            site, ecm, perceiver, self._open, self._record, lambda: self._memories
+                        )
                         if running is None
                         else running
                     )
