@@ -125,23 +125,7 @@ class TaskLoop:
         self._instruction = instruction
         task = self._routed.task
         holds = True if errand is None else self._decide(errand)
-        is_other = errand is not None and errand.is_otherwise
-        denied = "did not hold when the request before was begun" if is_other else "does not hold"
-        state = "is unknown" if holds is None else denied
-        if holds is True:
-            reason = self._run_until_goal()
-        else:
-            assert errand is not None  # noqa: S101 - without an errand there is no condition
-            state = f"{state}: {errand.condition_text}"
-            self._journal.record(
-                "errand-skipped",
-                f"{self._routed} is not begun: its condition {state}",
-                task=str(self._routed),
-                condition=errand.condition_text,
-                measured=holds,
-            )
-            unknown = f"nothing was done, as the condition of the request {state}"
-            reason = None if holds is False else unknown
+        reason = self._run_until_goal() if holds is True else _skip(self._journal, errand, holds)
         skipped = holds is False
         world = self._attempts.world
         if not skipped and world.evaluate(task.goal) is not True:
@@ -318,6 +302,21 @@ class TaskLoop:
 
     def _is_goal_reached(self) -> bool:
         return self._attempts.world.evaluate(self._routed.task.goal) is True
+
+
+def _skip(journal: Journal, errand: Errand | None, holds: bool | None) -> str | None:
+    """Record that an errand is not pursued; return the reason, None if its condition is false."""
+    assert errand is not None  # noqa: S101 - without an errand there is no condition
+    denied = "did not hold when the request before was begun" if errand.is_otherwise else "does not hold"
+    state = f"{'is unknown' if holds is None else denied}: {errand.condition_text}"
+    journal.record(
+        "errand-skipped",
+        f"{errand.routed} is not begun: its condition {state}",
+        task=str(errand.routed),
+        condition=errand.condition_text,
+        measured=holds,
+    )
+    return None if holds is False else f"nothing was done, as the condition of the request {state}"
 
 
 def _reason_to_give_up(end: PlanFailure, waited: float, replans: int, cap: int) -> str:

@@ -165,7 +165,7 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
             errands += [] if other is None else [other]
             last = first = None
             continue
-        sentence, begun = scoped(sentence, tasks, context), len(errands)
+        sentence, earlier = scoped(sentence, tasks, context), len(errands)
         following = pending[0] if pending and pending[0][0].is_otherwise else ()
         if following and (only := read_unless(sentence, following, tasks, context)):
             errands.append(only)
@@ -192,7 +192,7 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
                 prohibited += [
                     one for one in prohibited_tasks(segment, tasks, errands) if one not in prohibited
                 ]
-        conditional = [one for one in errands[begun:] if one.condition is not None]
+        conditional = [one for one in errands[earlier:] if one.condition is not None]
         first = last[0] if last and conditional == [last[0].errand] == errands[-1:] else None
     if prohibits_all and errands:
         raise NothingAskedError(f"{quoted(prohibits_all)} contradicts the rest of the instruction")

@@ -69,5 +69,5 @@ class RunReferee:
 
     def _is_other_branch(self, number: int) -> bool:
         """Return True for a request after `otherwise` if the one before was begun."""
-        is_begun = number - 1 in self._truths and number - 1 not in self._skipped
-        return self.meaning.errands[number].is_otherwise and is_begun
+        was_pursued = number - 1 in self._truths and number - 1 not in self._skipped
+        return self.meaning.errands[number].is_otherwise and was_pursued

@@ -255,16 +255,7 @@ class PerceivingPlant:
             return
         now = self._plant.now()
         known = {**readings, **self._values(), **self._parameter_readings()}
-        # Again as long as there is something new: one may read another, also of a module that comes later.
-        is_new = True
-        while pending and is_new:
-            is_new = False
-            for name, definition in list(pending.items()):
-                value = definition.evaluate(known, now)
-                if value is not None:
-                    known[name] = self._defined[name] = value
-                    del pending[name]
-                    is_new = True
+        self._defined = _values_by_definition(pending, known, now)
 
     def _follow_configuration(self) -> None:
         if self._governor.generation == self._generation:
@@ -313,6 +304,23 @@ class PerceivingPlant:
     def _values(self) -> dict[str, Reading]:
         perceived = {name: value for one in self._active() for name, value in one.values.items()}
         return {**perceived, **self._defined} if self._defined else perceived
+
+
+def _values_by_definition(
+    pending: dict[str, ActiveDefinition], known: dict[str, Reading], now: float
+) -> dict[str, Reading]:
+    """Evaluate definitions as long as there is something new: one may read another, of a later module."""
+    defined: dict[str, Reading] = {}
+    is_new = True
+    while pending and is_new:
+        is_new = False
+        for name, definition in list(pending.items()):
+            value = definition.evaluate(known, now)
+            if value is not None:
+                known[name] = defined[name] = value
+                del pending[name]
+                is_new = True
+    return defined
 
 
 def _perceiver_key(site: Site, ecm: Ecm, perceiver: Perceiver, values: Mapping[str, Any]) -> _PerceiverKey:

@@ -319,7 +319,7 @@ class ModulePerception:
                 allowed = f"{format_number(limits.rate)} Hz"
                 self._report_limit(f"a perceiver's rate is above 0 Hz and at most {allowed}", perceiver.rate)
         readings = [one for one in perceiver.readings if not self._is_constant(one.value)]
-        if not perceiver.pictures and not readings:
+        if not perceiver.pictures and not readings and not self._recalls(perceiver):
             headline = f"`{name.value}` gets neither pictures nor readings, so it can measure nothing"
             self._diagnostics.error("AE112", headline, name.span, help=("add `pictures` or `readings`",))
         if not perceiver.provides:
