@@ -6,8 +6,9 @@ of every skill that it proposes.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
@@ -20,6 +21,7 @@ from aeros.agent.identity import Identity, acquire_identity, new_identity
 from aeros.agent.instructions.meaning import Errand, Spoken, Understanding
 from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.instructions.understand import settle_meaning
+from aeros.agent.memory.recall import recalled_places
 from aeros.agent.memory.schema import IN_MEMORY
 from aeros.agent.memory.store import Memory, open_memory
 from aeros.agent.planning.base import Planner, RulePlanner
@@ -119,7 +121,7 @@ class Agent:
         found = self._load_checkpoint(meaning)
         if found is not None and (ended := found[0].final_report) is not None:
             task = f"{ended.module}.{ended.task}"
-            text = f"{task} had ended: {_outcome_text(ended)}"
+            text = f"{task} had ended: {ended.outcome}"
             self._journal.record("run-already-ended", text, task=task, **_summary(ended))
             return ended
         with attending(meaning, self._runtime, self._planner):
@@ -149,6 +151,7 @@ class Agent:
             if number > first:
                 self._record_selection(meaning, number)
             self._runtime.set_parameters(errand.routed.variables)
+            self._runtime.set_memories(self._recalled())
             remaining = None if deadline is None else max(0.0, deadline - self._runtime.now())
             barred = barred_skills(meaning, errand, self._runtime.active_modules())
             position = ErrandPosition(number, tuple(reports), barred, errand.proposed_plan)
@@ -158,15 +161,20 @@ class Agent:
                 loop.resume(*resumed)
             report = self._pursue(loop, meaning.instruction, errand)
             reports.append(report)
-            if not report.reached or number + 1 == len(meaning.errands):
+            if report.has_failed or number + 1 == len(meaning.errands):
                 break
         whole = combined_report(meaning.instruction, reports)
         halted = (one.status is StepStatus.HALTED for one in report.steps[steps_before:])
         was_stopped = self._runtime.is_stopped or any(halted)
-        if whole.reached or not was_stopped:
+        if not whole.has_failed or not was_stopped:
             # Last of all: as long as the final checkpoint is not written, the run can be resumed.
             loop.save_final(whole)
         return whole
+
+    def _recalled(self) -> Mapping[str, Mapping[str, Any]]:
+        remembered = self._memory.remembered_values().values()
+        modules = self._runtime.active_modules().values()
+        return recalled_places(remembered, modules, datetime.now(UTC), self._memory.session)
 
     def _task_loop(self, routed: RoutedTask, timeout: float | None, position: ErrandPosition) -> TaskLoop:
         return TaskLoop(
@@ -263,7 +271,7 @@ class Agent:
 
     def _record_result(self, routed: RoutedTask, report: RunReport) -> None:
         summary = _summary(report)
-        self._journal.record("run-ended", f"{routed}: {_outcome_text(report)}", task=str(routed), **summary)
+        self._journal.record("run-ended", f"{routed}: {report.outcome}", task=str(routed), **summary)
         self._memory.set_fact(f"last run of {routed}", summary, source=f"session {self.identity.sessions}")
 
 
@@ -277,11 +285,8 @@ def _summary(report: RunReport) -> dict[str, Any]:
         "recoveries": report.recoveries,
         "replans": report.replans,
         "reason": report.reason,
+        "skipped": report.skipped,
     }
-
-
-def _outcome_text(report: RunReport) -> str:
-    return "goal reached" if report.reached else str(report.reason)
 
 
 @contextmanager

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from aeros.agent.execution.report import RunReport
 from aeros.agent.instructions.meaning import Errand, Understanding
@@ -83,6 +83,7 @@ def attending(understanding: Understanding, runtime: Runtime, planner: Planner) 
         yield
     finally:
         runtime.set_parameters({})
+        runtime.set_memories({})
         runtime.attend(None)
 
 
@@ -112,21 +113,28 @@ def combined_report(instruction: str, reports: Sequence[RunReport]) -> RunReport
 
     Args:
         instruction: words of the user.
-        reports: at least one, in order; only the last may be of an errand that was not reached.
+        reports: at least one, in order; only the last may be of an errand that failed.
 
     Returns:
-        The only report, or one with the steps of all, the last one's task, and all goals in order.
+        The only report, or one with the steps of all, the task of the last one that was not skipped, and all
+        goals in order. It is skipped if all are.
     """
-    *_, last = reports
     if len(reports) == 1:
-        return last
-    goals = ", then ".join(f"({one.goal})" for one in reports)
-    measured = {name: value for one in reports for name, value in one.measured.items()}
+        return reports[0]
+    *_, last = [one for one in reports if not one.skipped] or reports
+    goals = ", then ".join(f"({one.goal})" + (" skipped" if one.skipped else "") for one in reports)
+    measured = {name: value for one in reports if not one.skipped for name, value in one.measured.items()}
     steps = tuple(step for one in reports for step in one.steps)
     replans = sum(one.replans for one in reports)
     reason = None if last.reason is None else f"{last.module}.{last.task}: {last.reason}"
-    return RunReport(
-        instruction, last.module, last.task, goals, last.reached, measured, steps, replans, reason
+    return replace(
+        last,
+        instruction=instruction,
+        goal=goals,
+        measured=measured,
+        steps=steps,
+        replans=replans,
+        reason=reason,
     )
 
 

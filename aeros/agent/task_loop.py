@@ -50,7 +50,6 @@ from aeros.agent.recovery.checkpoint import CheckpointStore, TaskCheckpoint
 from aeros.agent.recovery.recover import ProgressRecovery
 from aeros.agent.world.definitions import definition_causes
 from aeros.runtime.ports import AuditEvent, Runtime
-from aeros.spec.expr import terms as t
 
 RETRY_INTERVAL_S: Final = 1.0
 """Time between two requests for an action that may be allowed later, in plant seconds."""
@@ -113,8 +112,8 @@ class TaskLoop:
     def run(self, instruction: str, errand: Errand | None = None) -> RunReport:
         """Pursue the goal until it is reached or the run gives up.
 
-        A condition of the errand is measured first, unless the run is resumed. If it is false, nothing is
-        done and the report says `reached`, as the goal was to hold only if the condition did.
+        A condition of the errand is measured first, unless the run is resumed, or the errand before has
+        decided it. If it is false, nothing is done and the report says `skipped`.
 
         Args:
             instruction: words of the user, for the report and the checkpoints.
@@ -124,44 +123,34 @@ class TaskLoop:
             The steps, the result and, if the goal was not reached, the reason.
         """
         self._instruction = instruction
-        task, condition = self._routed.task, None if errand is None else errand.condition
-        goal = task.goal_text
-        reason: str | None
-        if errand is None or condition is None:
-            reason = self._run_until_goal()
-        else:
-            goal = f"if {errand.condition_text}: {goal}"
-            reason = self._run_if(condition, errand.condition_text)
+        task = self._routed.task
+        holds = True if errand is None else self._decide(errand)
+        reason = self._run_until_goal() if holds is True else _skip(self._journal, errand, holds)
+        skipped = holds is False
         world = self._attempts.world
-        if world.evaluate(task.goal) is not True:
+        if not skipped and world.evaluate(task.goal) is not True:
             behind = definition_causes(world, world.unmet_parts(task.goal), self._runtime.active_modules())
             record_unmet_definitions(self._journal, str(self._routed), behind)
         return RunReport(
             instruction=instruction,
             module=self._routed.module,
             task=task.id,
-            goal=goal,
-            reached=reason is None,
+            goal=task.goal_text if errand is None else errand.goal_text,
+            reached=reason is None and not skipped,
             measured=world.measured_values(task.goal, task.reported),
             steps=tuple(self._attempts.records),
             replans=self._replans,
             reason=reason,
+            skipped=skipped,
         )
 
-    def _run_if(self, condition: t.Term, text: str) -> str | None:
-        """Run if a condition is measured as true; return None if it is false or the goal is reached."""
-        holds = True if self._is_resumed else self._attempts.observe().evaluate(condition)
-        if holds is True:
-            return self._run_until_goal()
-        state = f"{'does not hold' if holds is False else 'is unknown'}: {text}"
-        self._journal.record(
-            "errand-skipped",
-            f"{self._routed} is not begun: its condition {state}",
-            task=str(self._routed),
-            condition=text,
-            measured=holds,
-        )
-        return None if holds is False else f"nothing was done, as the condition of the request {state}"
+    def _decide(self, errand: Errand) -> bool | None:
+        """Decide if an errand is done; None if that is unknown. One with a checkpoint was begun."""
+        if errand.condition is None or self._is_resumed:
+            return True
+        if errand.is_otherwise:
+            return self._position.earlier_reports[-1].skipped
+        return self._attempts.observe().evaluate(errand.condition)
 
     def resume(self, checkpoint: TaskCheckpoint, events: Iterable[AuditEvent]) -> None:
         """Restore the run from a checkpoint, before `run` is called.
@@ -313,6 +302,21 @@ class TaskLoop:
 
     def _is_goal_reached(self) -> bool:
         return self._attempts.world.evaluate(self._routed.task.goal) is True
+
+
+def _skip(journal: Journal, errand: Errand | None, holds: bool | None) -> str | None:
+    """Record that an errand is not pursued; return the reason, None if its condition is false."""
+    assert errand is not None  # noqa: S101 - without an errand there is no condition
+    denied = "did not hold when the request before was begun" if errand.is_otherwise else "does not hold"
+    state = f"{'is unknown' if holds is None else denied}: {errand.condition_text}"
+    journal.record(
+        "errand-skipped",
+        f"{errand.routed} is not begun: its condition {state}",
+        task=str(errand.routed),
+        condition=errand.condition_text,
+        measured=holds,
+    )
+    return None if holds is False else f"nothing was done, as the condition of the request {state}"
 
 
 def _reason_to_give_up(end: PlanFailure, waited: float, replans: int, cap: int) -> str:

@@ -241,6 +241,9 @@ class ReplayingRuntime:
     def attend(self, modules: frozenset[str] | None) -> None:
         """Implement `Runtime.attend`: nothing is perceived here."""
 
+    def set_memories(self, memories: Mapping[str, Mapping[str, Any]]) -> None:
+        """Implement `Runtime.set_memories`: nothing is perceived here."""
+
     def set_parameters(self, values: Mapping[str, Any]) -> None:
         """Implement `Runtime.set_parameters`: every trial has the defaults.
 

@@ -695,6 +695,13 @@ class Runtime(Protocol):
             values: values (SI) of parameters of tasks, by full name; the others have their defaults.
         """
 
+    def set_memories(self, memories: Mapping[str, Mapping[str, Any]]) -> None:
+        """Set the memories that perceivers get which ask for them. Nothing else reads them.
+
+        Args:
+            memories: a table for each module by its id, of JSON values, as `aeros.agent.memory.recall` makes.
+        """
+
     def observe(self) -> Readings:
         """Measure every state variable now.
 

@@ -106,9 +106,10 @@ class Session:
             timeout: Seconds on the plant's clock after which the task is cancelled; None for never.
 
         Returns:
-            The result: `reached`; `reason`, None if it was reached; `measured`, the variables of the
-            goal and those that the task reports; `steps`, the skills that ran; `allowed`, `attenuated` and
-            `denied`, numbers of decided actions.
+            The result: `reached`; `skipped`, True if nothing was done, as the instruction's condition does
+            not hold; `reason`, None if it was reached or skipped; `measured`, the variables of the goal and
+            those that the task reports; `steps`, the skills that ran; `allowed`, `attenuated` and `denied`,
+            numbers of decided actions.
 
         Raises:
             AgentError: The instruction is not understood whole, or the agent may not start.

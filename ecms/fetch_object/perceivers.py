@@ -152,6 +152,9 @@ SEARCH_AGE = 60.0
 NEARER = 0.15
 """How much nearer to the arm's base than `REACH` an object on a stand may be, m."""
 
+SAME_PLACE = 0.15
+"""Standard uncertainty of a place from memory, m: positions as near as that count as one usual place."""
+
 SEARCHED_SHARE = 0.99
 """Share of it that was looked over when nothing is there: looks from three places behind it show all."""
 
@@ -287,6 +290,18 @@ def track(view: View) -> Perception:
                 away = dist(seen[:2], station[:2])
                 values["object_distance"] = estimate(away, UNCERTAINTY)
                 values["object_out_of_reach"] = not REACH[0] - NEARER <= away <= REACH[1] + UNCERTAINTY
+        view = yield values
+
+
+def remember(view: View) -> Perception:
+    """Say where memory expects the object that is wanted: nothing of this is measured."""
+    while True:
+        known = view.readings["memory"].get(f"object.{view.readings.get('object')}")
+        values: dict[str, Any] = {}
+        if known is not None:
+            is_usual = not known["in_session"] and 2.0 * known["usual_sessions"] > known["sessions"]
+            place = known["usual"] if is_usual else known["position"]
+            values["object_expected_place"] = estimate(place, SAME_PLACE)
         view = yield values
 
 

@@ -80,16 +80,26 @@ BACK, BACK_SHARES = 0.4, (0.3, 0.85, 1.3)
 """Distance behind the way between the stands, m, and shares of that way, at which the mast sees both stands
 and the floor around them."""
 
+ABREAST = 0.3
+"""Distance along y within which two places of the base show the same, m."""
+
 LOOKS = 5
 """Number of further looks for an object that a picture does not show."""
 
 
 def navigate(observed: Observation, inputs: Inputs) -> SkillBody:
-    """Tuck the arm and drive to the station."""
+    """Tuck the arm and drive to the station; look first where memory expects the object, if not there."""
     pace = inputs["hand_speed"]
     observed = yield from _carry(observed, pace)
     if "station_position" not in observed:
         return
+    abreast = _expected(observed)
+    if abreast is not None and observed.get("object_detected") is not True:
+        observed = yield act("move_base", x=abreast[0], y=abreast[1], speed=BASE_SPEED)
+        observed = yield from _look(observed, pace)
+        observed = yield from _carry(observed, pace)
+        if "station_position" not in observed:
+            return
     x, y, _ = observed["station_position"]
     yield act("move_base", x=x, y=y, speed=BASE_SPEED)
 
@@ -238,16 +248,33 @@ def _go_there(observed: Observation) -> Task:
 def _along_the_way(observed: Observation) -> tuple[tuple[float, float], ...]:
     """Places (x, y) for the base to search a lost object, m: a step back first, as most is seen from there.
 
-    The nearest of those comes first; then half-way, at the delivery, at the station. There are none while
-    the station is unknown.
+    The first is abreast of where memory expects it. Then comes the nearest of the others; then half-way, at
+    the delivery, at the station. There are none while the station is unknown.
     """
     if "station_position" not in observed:
         return ()
     (x, y, _), (u, v, _) = observed["station_position"], observed["delivery_position"]
+    abreast = _expected(observed)
+    expected = () if abreast is None else (abreast,)
     back = [(x - BACK, y + (v - y) * share) for share in BACK_SHARES]
     here = observed["base_position"][1]
     back.sort(key=lambda place: abs(place[1] - here))
-    return (*back, ((x + u - REACH) / 2, (y + v) / 2), (u - REACH, v), (x, y))
+    return (*expected, *back, ((x + u - REACH) / 2, (y + v) / 2), (u - REACH, v), (x, y))
+
+
+def _expected(observed: Observation) -> tuple[float, float] | None:
+    """Place (x, y) for the base abreast of where memory expects the object, m.
+
+    None if memory expects it nowhere, or where the mast sees it from the station or from here.
+    """
+    needed = ("object_expected_place", "station_position", "delivery_position")
+    if any(name not in observed for name in needed):
+        return None
+    (x, y, _), (_, v, _) = observed["station_position"], observed["delivery_position"]
+    last = y + (v - y) * BACK_SHARES[-1]
+    abreast = min(max(observed["object_expected_place"][1], min(y, last)), max(y, last))
+    seen_from = (y, observed["base_position"][1])
+    return None if any(abs(abreast - one) < ABREAST for one in seen_from) else (x - BACK, abreast)
 
 
 def _free(observed: Observation, pace: float) -> float:

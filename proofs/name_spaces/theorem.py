@@ -306,6 +306,7 @@ def _scope(code: ModuleSource) -> TheoremObligation:
             state=(),
             tasks=(),
             perceivers=(),
+            things=(),
             dependencies=SimpleNamespace(modules=required),
         )
         found = perception.ModulePerception(ecm, site, BoundNames(), None, public, {}).site

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import runpy
+from contextlib import suppress
 from math import copysign, cos, dist, pi, sin
 from typing import Any
 
@@ -416,3 +418,58 @@ def test_when_all_was_looked_over_the_base_stays_for_another_look() -> None:
     seen_now = {"object_seen": True, "object_seen_time": 1.0, "object_position": CAN}
     assert tracked(1.0, base_position=here, object_absent=True, **seen_now)["robot_at_target"] is False
     assert tracked(1.0, base_position=here, object_absent=False)["station_position"] == STATION
+
+
+THERE, USUALLY = (1.7, -1.0, 0.4), (1.8, 0.2, 0.4)
+RECALLED = {"position": THERE, "age": 60.0, "usual": USUALLY, "sessions": 5.0}
+
+
+@pytest.mark.parametrize(
+    ("in_session", "usual_sessions", "expected"),
+    [(True, 5.0, THERE), (False, 3.0, USUALLY), (False, 2.0, THERE)],
+)
+def test_an_object_is_expected_where_it_was_in_this_session_or_usually_is(
+    in_session: bool, usual_sessions: float, expected: Vector3
+) -> None:
+    row = {**RECALLED, "in_session": in_session, "usual_sessions": usual_sessions}
+    readings = {"object": "red_can", "memory": {"object.red_can": row}}
+    assert Watched("fetch_object", "remember", readings).see(0.0) == {"object_expected_place": expected}
+
+
+def test_an_object_that_memory_does_not_know_is_expected_nowhere() -> None:
+    row = {**RECALLED, "in_session": True, "usual_sessions": 5.0}
+    for memory in ({}, {"object.blue_block": row}):
+        readings = {"object": "red_can", "memory": memory}
+        assert Watched("fetch_object", "remember", readings).see(0.0) == {}
+
+
+@pytest.mark.parametrize(
+    ("expected", "places"),
+    [
+        (None, [(-0.05, 2.4)]),
+        ((0.5, 2.3, 0.1), [(-0.05, 2.4)]),
+        ((0.5, 0.95, 0.1), [(-0.45, 0.95), (-0.05, 2.4)]),
+        ((0.5, -2.0, 0.1), [(-0.45, pytest.approx(0.71)), (-0.05, 2.4)]),
+    ],
+    ids=["nowhere", "at the station", "elsewhere", "beyond where the mast is searched from"],
+)
+def test_the_base_goes_first_abreast_of_an_object_that_is_expected_elsewhere(
+    expected: Vector3 | None, places: list[tuple[float, float]]
+) -> None:
+    observed: dict[str, Any] = {
+        **EMPTY,
+        "tool_position": (0.3, 0.0, 0.5),
+        "station_position": STATION,
+        "delivery_position": (0.48, 1.1, 0.14),
+        "object_detected": False,
+    }
+    if expected is not None:
+        observed["object_expected_place"] = expected
+    body = runpy.run_module("ecms.fetch_object.skills")["navigate"](observed, {"hand_speed": 0.45})
+    actions = [next(body)]
+    with suppress(StopIteration):
+        while True:
+            actions.append(body.send(observed))
+    driven = [(one.parameters["x"], one.parameters["y"]) for one in actions if one.kind == "move_base"]
+    assert driven == places
+    assert sum(one.kind == "look" for one in actions) == len(places) - 1

@@ -91,6 +91,7 @@ OBSERVED: Final[dict[str, Any]] = {
     "delivery_position": (1.7, -1.1, 0.44),
     "object_position": (1.8, 0.18, 0.44),
     "stand_lift": 0.0,
+    "object_expected_place": (1.7, -1.1, 0.44),
     "object_scale": 1.0,
     "object_aside": 0.0,
     "wrapper_scale": 1.0,

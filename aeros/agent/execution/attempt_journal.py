@@ -197,6 +197,7 @@ def _option_to_json(option: ProviderOption) -> dict[str, Any]:
         "recent": {name: round(value, 6) for name, value in asdict(option.recent).items()},
         "usual_seconds": option.seconds,
         "expected_seconds": option.expected_s,
+        "wear_seconds": option.wear_s,
         "drawn": option.sampled_success,
         "why_not": option.unavailable_reason,
     }

@@ -223,6 +223,7 @@ class Dispatcher:
             NO_RESULTS if weakest is None else recent[weakest],
             sum(seconds) if seconds and len(seconds) == len(took) else None,
             unavailable,
+            wear_s=float(sum(skill.wear for _, skill in one.runs)),
         )
 
 

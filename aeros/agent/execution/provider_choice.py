@@ -4,7 +4,8 @@ The expected time (`expected_time.py`) is that of tries of t seconds that succee
 p is drawn from each posterior (`posterior.py`), so an alternative with few recent tries is chosen at times
 (Thompson sampling). Such a choice against the expected values is an exploration. A run makes at most
 `MAX_EXPLORATIONS` of each capability; then the expected values alone decide. t is the usual duration of a
-success. Where it is not known it counts as the mean of the others, so time decides nothing.
+success, and the wear of a try, which is declared as a time. Where the duration is not known it counts as the
+mean of the others, so it decides nothing.
 
 The choice only orders alternatives that the proof of the planning rules covers one by one.
 """
@@ -37,6 +38,7 @@ class ProviderOption:
         unavailable_reason: why it could not be chosen; empty if it could.
         sampled_success: chance of success drawn for it, in [0, 1]; None if it was not available.
         expected_s: expected time until success by the mean of the posterior, s; None if it was not available.
+        wear_s: declared wear of one try, s.
     """
 
     skill: str
@@ -46,6 +48,7 @@ class ProviderOption:
     unavailable_reason: str = ""
     sampled_success: float | None = None
     expected_s: float | None = None
+    wear_s: float = 0.0
 
     def __str__(self) -> str:
         text = f"`{self.skill}` {self.record} succeeded"
@@ -53,6 +56,8 @@ class ProviderOption:
             text += f" (by age {self.recent})"
         if self.seconds is not None:
             text += f" in {self.seconds:.1f} s"
+        if self.wear_s:
+            text += f", wear {self.wear_s:g} s"
         return (
             f"{text}, not now: {self.unavailable_reason}"
             if self.sampled_success is None
@@ -98,7 +103,7 @@ def choose_provider(options: Sequence[ProviderOption], random: Random, explorati
         if one.unavailable_reason:
             seen.append(one)
             continue
-        seconds = usual if one.seconds is None else one.seconds
+        seconds = (usual if one.seconds is None else one.seconds) + one.wear_s
         drawn_s[place] = expected_time(seconds, drawn)
         mean_s = expected_time(seconds, one.recent.mean)
         seen.append(replace(one, sampled_success=drawn, expected_s=mean_s))

@@ -69,7 +69,8 @@ class RunReport:
             None if unknown.
         steps: skill invocations in the order of their ends.
         replans: plans made because an earlier one failed or finished without the goal.
-        reason: why the goal was not reached; None iff it was.
+        reason: why the goal was not reached; None iff it was, or the request was skipped.
+        skipped: True if it was not begun, as its condition does not hold: no success and no failure.
     """
 
     instruction: str
@@ -81,6 +82,19 @@ class RunReport:
     steps: tuple[StepRecord, ...]
     replans: int
     reason: str | None
+    skipped: bool = False
+
+    @property
+    def has_failed(self) -> bool:
+        """True if the goal was pursued, or was to be, and is not reached."""
+        return self.reason is not None
+
+    @property
+    def outcome(self) -> str:
+        """The result in words: reached, skipped, or the reason that it was not reached."""
+        if self.skipped:
+            return "skipped, as its condition does not hold"
+        return "goal reached" if self.reached else str(self.reason)
 
     @property
     def retries(self) -> int:

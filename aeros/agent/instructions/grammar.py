@@ -1,7 +1,7 @@
 """Grammar of instructions: sentences, and in them requests, prohibitions and conditions.
 
     instruction  = sentence { ("." | ";" | "!" | "?" | ":" | line end) sentence }
-    sentence     = segment { link segment }
+    sentence     = [OTHERWISE] segment { link segment }
     segment      = [openers] (words | prohibition words | conditional words) [closers] | reason words
     link         = "," | SEQUENCE | REVERSED, or nothing before a prohibition or a conditional
 
@@ -21,6 +21,7 @@ from aeros.agent.instructions.reasons.reason_clauses import without_reasons
 from aeros.agent.instructions.reasons.statements import is_statement
 from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.instructions.segments import COLON, COMMA, Link, Mood, Segment, Sentence
+from aeros.agent.instructions.sentences.branches import with_branches
 from aeros.agent.instructions.sentences.checks import without_checks
 from aeros.agent.instructions.sentences.clauses import (
     carried_words,
@@ -57,10 +58,11 @@ def parse_instruction(instruction: str) -> tuple[Sentence, ...]:
     # `Two teas, please. Go.`
     spoken = [one for at, one in enumerate(spoken) if at == 0 or strip_openers(one[0])]
     sentences: list[Sentence] = []
-    for tokens, is_question in without_checks(spoken):
+    for tokens, is_question, is_otherwise in with_branches(without_checks(spoken)):
         if sentences and _is_prohibition(sentences[-1]):
             tokens = tuple(word for word in tokens if word != "instead")
         sentence = _parse_sentence(tokens, is_question=is_question, is_first=not sentences)
+        sentence = tuple(replace(one, is_otherwise=is_otherwise) for one in sentence)
         if sentences and english.SENTENCE_TURNS.starting(tokens):
             sentences[-1] = _turned(sentences[-1], sentence)
         else:

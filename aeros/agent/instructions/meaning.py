@@ -22,18 +22,50 @@ class Errand:
         condition: it is done only if this is measured as true at its turn; None for always.
         condition_text: the condition as the module declares it; empty if there is none.
         proposed_plan: unverified plan that came with the meaning, for its first plan; None if there is none.
+        is_otherwise: True if it is done instead of the request before, whose condition is the opposite: the
+            same measurement decides both.
     """
 
     routed: RoutedTask
     condition: t.Term | None = None
     condition_text: str = ""
     proposed_plan: TaskGraph | None = None
+    is_otherwise: bool = False
+
+    @property
+    def goal_text(self) -> str:
+        """The goal, after its condition if there is one."""
+        goal = self.routed.task.goal_text
+        if self.condition is None:
+            return goal
+        return f"{'otherwise, ' if self.is_otherwise else ''}if {self.condition_text}: {goal}"
 
     @property
     def formal_text(self) -> str:
         """Formal text: the task with its arguments, its goal and its condition."""
         text = f"{self.routed.formal_text}: {self.routed.task.goal_text}"
-        return f"{text} (if {self.condition_text})" if self.condition is not None else text
+        if self.condition is None:
+            return text
+        return f"{text} ({'otherwise, ' if self.is_otherwise else ''}if {self.condition_text})"
+
+    def otherwise(self, routed: RoutedTask) -> Errand:
+        """Return the request that is done if the condition of this one does not hold.
+
+        Args:
+            routed: the task that it asks for.
+
+        Returns:
+            The request, which follows this one.
+        """
+        assert self.condition is not None  # noqa: S101 - the caller has checked
+        text = self.condition_text
+        is_plain = isinstance(self.condition, t.Not) and text.startswith("not (") and text.endswith(")")
+        return Errand(
+            routed,
+            self.condition.operand if isinstance(self.condition, t.Not) else t.Not(self.condition),
+            text.removeprefix("not (").removesuffix(")") if is_plain else f"not ({text})",
+            is_otherwise=True,
+        )
 
 
 @dataclass(frozen=True, slots=True)

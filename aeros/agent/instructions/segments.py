@@ -64,6 +64,7 @@ class Segment:
         is_light: True if its verb is one that stands for others, such as `do`.
         carried: words of the first request of its sentence that it may go on with, as `have` in `have the
             table cleaned and a tea made`.
+        is_otherwise: True if its sentence follows after `otherwise`.
     """
 
     mood: Mood
@@ -78,6 +79,7 @@ class Segment:
     is_polite: bool = False
     is_light: bool = False
     carried: tuple[Words, ...] = ()
+    is_otherwise: bool = False
 
     @property
     def text(self) -> str:

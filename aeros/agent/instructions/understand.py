@@ -5,7 +5,7 @@
 2.  Requests are done in the order in which they are said; `A after B` is B, then A.
 3.  A prohibition never moves anything. Skills that only prohibited tasks use are used for nothing else.
 4.  A condition of a request is measured when its turn comes. Unless it is measured as true, the request is
-    skipped.
+    skipped. After `otherwise`, the same measurement decides.
 5.  If several tasks may be meant, or several values of a parameter, all are named; the caller may ask the
     user which one.
 """
@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from aeros.agent.instructions.alternatives import require_no_alternative
+from aeros.agent.instructions.alternatives import read_otherwise, read_unless, require_no_alternative
 from aeros.agent.instructions.arguments import are_of_one_object
 from aeros.agent.instructions.condition_scopes import scoped
 from aeros.agent.instructions.covering import cover
@@ -151,17 +151,29 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
     reasons: list[Segment] = []
     leading: list[Segment] = []
     last: tuple[Request, Segment] | None = None
-    for parsed in parse_instruction(instruction):
-        sentence, own_reasons = without_statements(parsed, tasks)
+    first: Request | None = None  # request that `otherwise` may follow
+    pending = list(parse_instruction(instruction))
+    while pending:
+        sentence, own_reasons = without_statements(pending.pop(0), tasks)
         if errands:
             require_no_retraction(own_reasons, tasks)
         reasons += own_reasons
         # A sentence that is only a reason, as in `The table is dirty. Clean it.`, leads the next one.
         context = _context(errands, own_reasons or leading, tasks)
         leading = [] if sentence else own_reasons
-        for segment, condition in _requests(
-            merged_requests(scoped(sentence, tasks, context), tasks, context)
-        ):
+        if sentence and sentence[0].is_otherwise:
+            other = read_otherwise(sentence, first, tasks, context)
+            errands += [] if other is None else [other]
+            last = first = None
+            continue
+        sentence, earlier = scoped(sentence, tasks, context), len(errands)
+        following = pending[0] if pending and pending[0][0].is_otherwise else ()
+        if following and (only := read_unless(sentence, following, tasks, context)):
+            errands.append(only)
+            last = first = None
+            pending.pop(0)
+            continue
+        for segment, condition in _requests(merged_requests(sentence, tasks, context)):
             if segment.mood is Mood.REQUEST and last and is_own_check(segment, last[0], tasks):
                 continue  # `…, then check that it is clean`: the goal says that
             if segment.mood is Mood.REQUEST:
@@ -181,6 +193,8 @@ def _understand(instruction: str, tasks: Sequence[TaskPhrases]) -> Understanding
                 prohibited += [
                     one for one in prohibited_tasks(segment, tasks, errands) if one not in prohibited
                 ]
+        conditional = [one for one in errands[earlier:] if one.condition is not None]
+        first = last[0] if last and conditional == [last[0].errand] == errands[-1:] else None
     if prohibits_all and errands:
         raise NothingAskedError(f"{quoted(prohibits_all)} contradicts the rest of the instruction")
     if not errands and not prohibited and reasons and not prohibits_all:
@@ -205,11 +219,12 @@ def _context(
 ) -> list[Errand]:
     """Return the requests that `it` may mean the object of, the last one first of all.
 
-    After a reason such as `the floor is dirty, so …`, `it` is what the reason names.
+    After a reason such as `the floor is dirty, so …`, `it` is what the reason names. After `otherwise …` it
+    is not certain which of two objects it is.
     """
     leading = [reason for reason in reasons if reason.link is not Link.ADJUNCT]
     if not leading:
-        return list(errands)
+        return [] if errands and errands[-1].is_otherwise else list(errands)
     coverages = [cover(entry, leading[-1].words, knows_pronoun=False) for entry in tasks]
     named = [one for one in coverages if one.objects and not one.values.fault]
     if len(named) > 1 and not are_of_one_object([one.routed for one in named]):

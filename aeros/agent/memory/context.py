@@ -2,8 +2,9 @@
 
 It consists of the task, the code digest of the module (another version's record says little of this one), and
 the measured predicates that the preconditions of the step's skills read. If the step names a capability,
-these are the preconditions of all providers, so that their records are about the same situations. Inputs and
-quantities are left out, because they seldom repeat.
+these are the preconditions of all providers, so that their records are about the same situations. Where a
+task says the kind of a thing, as of the object to be held, the kind agrees, too. Inputs and quantities are
+left out, because they seldom repeat.
 """
 
 from __future__ import annotations
@@ -31,8 +32,10 @@ def evidence_context(
     Returns:
         Canonical JSON; two texts are equal iff the contexts are.
     """
+    others = tuple(others)
     conditions = [skill.precondition.term for skill in skills if skill.precondition is not None]
     read = {name for term in conditions for name in t.variables_of(term)}
+    read |= {thing.kind_from for one in (module, *others) for thing in one.things.values() if thing.kind_from}
     predicates = {name: world.predicates[name] for name in read & world.predicates.keys()}
     code = " ".join([module.code_digest, *sorted({one.code_digest for one in others})])
     return json.dumps({"task": task, "code": code, "predicates": predicates}, sort_keys=True)

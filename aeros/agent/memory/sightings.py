@@ -137,16 +137,16 @@ class SightingLog:
 
 
 def sightings_of(world: WorldModel, state: Mapping[str, Declared]) -> Iterator[Sighting]:
-    """List what is known in a world.
+    """List what is measured in a world.
 
     Args:
         world: the world.
         state: declared state variables by name.
 
     Yields:
-        Each known value.
+        Each known value but those that come from memory.
     """
-    for name in world.known:
+    for name in (one for one in world.known if not state[one].is_recalled):
         yield sighting_of_variable(name, world, state)
 
 

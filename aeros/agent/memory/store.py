@@ -108,11 +108,14 @@ class Memory:
     """The memory in one session; made by `open_memory` alone.
 
     Only episodes on the plant of this session are evidence: what a simulator does says little of a robot.
+
+    Attributes:
+        session: id of the session.
     """
 
     def __init__(self, database: sqlite3.Connection, session: int, plant: str = "") -> None:
         self._database = database
-        self._session = session
+        self.session: Final = session
         self._plant = plant
         self._sightings = SightingLog(database, session)
 
@@ -130,7 +133,7 @@ class Memory:
                  VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"""
         inputs, before = _json(step.inputs), _json(step.before)
         what = (step.task, step.module, step.skill, step.role)
-        row = (self._session, *what, inputs, step.started, before, step.context, step.code)
+        row = (self.session, *what, inputs, step.started, before, step.context, step.code)
         episode = self._run(sql, row).lastrowid
         assert episode is not None  # noqa: S101  an INSERT always has one
         return episode
@@ -169,7 +172,7 @@ class Memory:
             details: JSON values.
         """
         sql = "INSERT INTO events (session, time, kind, details) VALUES (?, ?, ?, ?)"
-        self._run(sql, (self._session, time, kind, _json(details)))
+        self._run(sql, (self.session, time, kind, _json(details)))
 
     def set_fact(self, key: str, value: Any, source: str) -> None:
         """Write a fact, replacing an earlier one of the same key.
@@ -279,7 +282,7 @@ class Memory:
     def end_session(self) -> None:
         """Mark running episodes as interrupted and the session as ended."""
         self.mark_interrupted()
-        self._run("UPDATE sessions SET ended = ? WHERE id = ?", (_utc_now(), self._session))
+        self._run("UPDATE sessions SET ended = ? WHERE id = ?", (_utc_now(), self.session))
 
     def _run(self, sql: str, row: tuple[Any, ...]) -> sqlite3.Cursor:
         return self._query(lambda database: database.execute(sql, row))

@@ -57,6 +57,8 @@ def meanings_agree(grammar: Understanding, model: Understanding, site: Site, ora
 def _ask_the_same(one: Errand, other: Errand, site: Site, oracle: Oracle) -> bool:
     if (str(one.routed) == str(other.routed)) and one.routed.arguments != other.routed.arguments:
         return False
+    if one.is_otherwise != other.is_otherwise:
+        return False
     first, second = (t.TRUE if errand.condition is None else errand.condition for errand in (one, other))
     return is_equivalent(one.routed.task.goal, other.routed.task.goal, site, oracle) and is_equivalent(
         first, second, site, oracle

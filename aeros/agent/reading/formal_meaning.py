@@ -13,7 +13,7 @@ A goal that is proved equivalent to that of its task is replaced by the task's o
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Final
 
@@ -44,6 +44,9 @@ from aeros.spec.verification.queries import is_unsatisfiable
 
 StartState = Callable[[Task], Environment]
 """Function that returns the exact values at the declared start of a task, by name."""
+
+OTHERWISE: Final = "otherwise"
+"""Condition of a request that is done if the one before is not, by the same measurement."""
 
 _NO_PLAN: Final = TaskGraph(())
 
@@ -98,10 +101,9 @@ class FormalMeaning:
         if not answer.requests:
             raise UnacceptableAnswerError(("it reads no request in the instruction",))
         problems: list[str] = []
-        errands = tuple(
-            self._errand(request, f"request {number}", problems)
-            for number, request in enumerate(answer.requests, 1)
-        )
+        errands: list[Errand | None] = []
+        for number, request in enumerate(answer.requests, 1):
+            errands.append(self._errand(request, f"request {number}", problems, errands))
         named = (
             self._task(name, f"prohibition {number}", problems)
             for number, name in enumerate(answer.prohibited, 1)
@@ -128,14 +130,17 @@ class FormalMeaning:
             problems.append(f"{part}: no active module has the task {quoted(name)}{hint}")
         return routed
 
-    def _errand(self, request: AnsweredRequest, part: str, problems: list[str]) -> Errand | None:
+    def _errand(
+        self, request: AnsweredRequest, part: str, problems: list[str], before: Sequence[Errand | None]
+    ) -> Errand | None:
         routed = self._task(request.task, part, problems)
         if routed is not None:
             routed = self._with_arguments(routed, request, part, problems)
         goal = self._condition(request.goal, f"the goal of {part}", problems)
+        is_otherwise = request.condition == OTHERWISE
         condition = (
             None
-            if request.condition is None
+            if request.condition is None or is_otherwise
             else self._condition(request.condition, f"the condition of {part}", problems)
         )
         plan = self._plan(request.plan, part, problems)
@@ -147,6 +152,12 @@ class FormalMeaning:
         routed = replace(routed, task=task)
         if WorldModel(0.0, self._start(routed.task_at_start), {}, {}).evaluate(goal) is True:
             problems.append(f"the goal of {part} holds already at the declared start of `{routed}`")
+        if is_otherwise:
+            first = before[-1] if before else None
+            if first is None or first.condition is None or first.is_otherwise:
+                problems.append(f"{part} has no request with a condition of its own before it")
+                return None
+            return replace(first.otherwise(routed), proposed_plan=plan)
         text = "" if condition is None else unparse(condition)
         return Errand(routed, condition, text, plan)
 

@@ -31,7 +31,8 @@ the keys "requests", "prohibited" and "words", and nothing else.
 "goal": CONDITION, "condition": CONDITION or null, "plan": PLAN}}. "task" is the declared task,
 "arguments" has a value (as text) for each of its parameters that the instruction says. "goal" is what
 has to be true afterwards: the goal of that task, unless the instruction asks for something else. "condition"
-is the condition that the instruction itself makes (`if`, `unless`), else null.
+is the condition that the instruction itself makes (`if`, `unless`), else null. It is
+"otherwise" if the request is done instead of the one before, whose condition does not hold then.
 "prohibited" lists the tasks that the instruction prohibits.
 "words" accounts for every word of the instruction, each once: {{"phrase": WORDS, "accounts_for": PART}}.
 WORDS are consecutive words of the instruction. PART is "request N", "condition N" or "prohibition N", counted

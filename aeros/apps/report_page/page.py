@@ -136,6 +136,8 @@ def _ended(details: Mapping[str, Any] | None) -> str:
         return '<span class="bad">no end is recorded</span>'
     if details.get("reached") is True:
         return '<span class="good">goal reached</span>'
+    if details.get("skipped") is True:
+        return "skipped, as its condition does not hold"
     return f'<span class="bad">goal not reached</span>: {_text(details.get("reason"))}'
 
 

@@ -111,5 +111,7 @@ def _instruction(left: RunData) -> str:
 def _end(left: RunData) -> tuple[str, Shape]:
     for kind, details in reversed(left.notes):
         if kind == "run-ended":
+            if details.get("skipped") is True:
+                return "skipped", "goal"
             return ("goal reached", "goal") if details.get("reached") is True else ("not reached", "stuck")
     return "no end is recorded", "stuck"

@@ -148,6 +148,9 @@ class RunLog:
         goal = _goal(details)
         if details.get("reached") is True:
             return CausalExplanation(f"{_text(details, 'task')}: goal reached{goal}", failed=failed)
+        if details.get("skipped") is True:
+            headline = f"{_text(details, 'task')}: skipped, as its condition does not hold"
+            return CausalExplanation(headline, failed=failed)
         headline = f"{_text(details, 'task')}: the goal was not reached{goal}"
         task = _text(details, "task")
         unmet = self._unmet_definitions(place, task)

@@ -58,7 +58,7 @@ class RunReferee:
         now = truth_of(self.plant)
         judgements = []
         for number, errand in enumerate(self.meaning.errands):
-            if number in self._skipped:
+            if number in self._skipped or self._is_other_branch(number):
                 continue
             is_known = number in self._truths or errand.condition is None
             truth = self._truths.get(number, now) if is_known else {}
@@ -66,3 +66,8 @@ class RunReferee:
             arguments = arguments_in_force(self.modules, routed.variables)
             judgements.append(judge_goal(routed.task.goal, report.reached, truth, routed.module, arguments))
         return join_judgements(judgements) if now and judgements else None
+
+    def _is_other_branch(self, number: int) -> bool:
+        """Return True for a request after `otherwise` if the one before was begun."""
+        was_pursued = number - 1 in self._truths and number - 1 not in self._skipped
+        return self.meaning.errands[number].is_otherwise and was_pursued

@@ -39,7 +39,7 @@ def summary(
     obligations = sum(module.claim_count for module in proof_report.modules)
     guarded = sum(module.runtime_checked_count for module in proof_report.modules)
     reasons = [escape_invisible(one) for one in (*failures, str(report.reason))]
-    outcome = "goal reached" if report.reached else f"goal not reached: {'; then: '.join(reasons)}"
+    outcome = f"goal not reached: {'; then: '.join(reasons)}" if report.has_failed else report.outcome
     return "\n".join(
         (
             "",

@@ -171,17 +171,17 @@ def _report_run(
 ) -> Exit:
     """Print the summary and the outputs; return the exit code: a goal that is believed only is no success."""
     out = staged.out
-    failures = () if report.reached else _failed_measurements(out / AUDIT)
+    failures = () if not report.has_failed else _failed_measurements(out / AUDIT)
     plant = staged.arguments.plant
     print(summary(request.proof_report, report, plant, simulated, seconds, judgement, failures))
     if tally is not None and GateMode(staged.arguments.gate) is GateMode.CHECKED:
         print(f"checked    Z3 confirmed {tally.confirmed} of {tally.decided} decisions")
     audited, sound = _check_log(out / AUDIT, request.signing)
     print(f"audit      {audited.records} records, {sound}")
-    if not report.reached:
+    if report.has_failed:
         print_line(f"why        aeros why {out}")
     _report_outputs(staged, feed, sound)
-    is_success = report.reached and not (judgement is not None and judgement.is_false_claim)
+    is_success = not report.has_failed and not (judgement is not None and judgement.is_false_claim)
     return Exit.SUCCESS if is_success and audited.bad_record is None else Exit.REJECTED
 
 

@@ -154,7 +154,9 @@ def run_view(run: RunFollower, site: Site | None, *, is_there: bool) -> dict[str
         "is_paused": run.is_paused,
         "instruction": run.task_event.get("instruction"),
         "task": run.task_event.get("task"),
-        "ended": None if ended is None else {name: ended.get(name) for name in ("reached", "reason")},
+        "ended": None
+        if ended is None
+        else {name: ended.get(name) for name in ("reached", "reason", "skipped")},
         "time": run.now,
         "plan": [{"step": step, "how": how} for step, how in parts],
         "under_way": [
@@ -216,6 +218,7 @@ def _unsafe_lines(view: Mapping[str, Any]) -> Iterator[str]:
     how = "paused" if view["is_paused"] else "runs"
     if ended is not None:
         how = "goal reached" if ended["reached"] is True else f"goal not reached: {ended['reason']}"
+        how = "skipped, as its condition does not hold" if ended["skipped"] is True else how
     elif not view["is_running"]:
         how = "process ended without recording an end"
     yield f"{view['task'] or 'no task yet'}  {view['time']:.2f} s  {how}"

@@ -76,6 +76,9 @@ class Perception(Protocol):
     def set_parameters(self, values: Mapping[str, Any]) -> None:
         """Implement `Runtime.set_parameters`."""
 
+    def set_memories(self, memories: Mapping[str, Mapping[str, Any]]) -> None:
+        """Implement `Runtime.set_memories`."""
+
     def close_perceivers(self) -> None:
         """End every perceiver; called when the executor is closed, after every step has ended."""
 
@@ -176,6 +179,11 @@ class Executor:
         """Implement `Runtime.set_parameters`."""
         if self._perception is not None:
             self._perception.set_parameters(values)
+
+    def set_memories(self, memories: Mapping[str, Mapping[str, Any]]) -> None:
+        """Implement `Runtime.set_memories`."""
+        if self._perception is not None:
+            self._perception.set_memories(memories)
 
     def observe(self) -> Readings:
         """Implement `Runtime.observe`."""

@@ -39,7 +39,7 @@ _PREFIX: Final = 4
 JsonValue = None | bool | int | float | str
 
 TableRow = dict[str, JsonValue | tuple[JsonValue, ...]]
-"""One object of a site, as perceivers get it."""
+"""One row of a table, as perceivers get it: an object of the site, or where a thing was seen."""
 """One scalar of an observation, an input or a parameter."""
 
 
@@ -156,7 +156,7 @@ class ResumePerceiver(WorkerMessage, frozen=True):
 
     Attributes:
         time: plant time, s.
-        readings: values by the module's name for the variable, SI; a table of the site by its name.
+        readings: values by the module's name for the variable, SI; a table by its name.
         samples: time and value of each sampled reading, oldest first, by the same names.
         pictures: facts of the picture in each slot; None where the camera has taken none.
     """

@@ -19,7 +19,7 @@ from aeros.runtime.ports import CameraPicture, Reading, Readings
 from aeros.runtime.records.failed_measurements import RecordEvent
 from aeros.runtime.skills.contract import SkillRefusedError
 from aeros.spec.model.ecm import Ecm
-from aeros.spec.model.perception import Perceiver
+from aeros.spec.model.perception import MEMORY, Perceiver
 from aeros.spec.model.site import Site
 
 MAX_SAMPLES: Final = 1000
@@ -52,14 +52,21 @@ class ActivePerceiver:
         perceiver: the perceiver of it.
         open_perceiver: opens its runs.
         record: writes events.
+        memories: returns the tables from memory, by module.
     """
 
     def __init__(
-        self, site: Site, ecm: Ecm, perceiver: Perceiver, open_perceiver: OpenPerceiver, record: RecordEvent
+        self,
+        site: Site,
+        ecm: Ecm,
+        perceiver: Perceiver,
+        open_perceiver: OpenPerceiver,
+        record: RecordEvent,
+        memories: Callable[[], Mapping[str, Mapping[str, Any]]] = dict,
     ) -> None:
         self.values: dict[str, Reading] = {}
         self._site, self._ecm, self._perceiver = site, ecm, perceiver
-        self._open, self._record = open_perceiver, record
+        self._open, self._record, self._memories = open_perceiver, record, memories
         self._run: PerceiverRun | None = None
         self._check = PerceivedValueCheck(ecm, perceiver)
         self._sees = ObservationFilter(ecm, site)
@@ -138,7 +145,11 @@ class ActivePerceiver:
         seen = self._sees.observe(readings, now)
         view = ViewInput(
             now,
-            {**self._perceiver.constants, **{name: seen[name] for name in self._readings if name in seen}},
+            {
+                **self._perceiver.constants,
+                **({MEMORY: self._memories().get(self._ecm.id, {})} if self._perceiver.recalls else {}),
+                **{name: seen[name] for name in self._readings if name in seen},
+            },
             {name: tuple(samples) for name, samples in self._samples.items() if self._is_sampling},
             chosen,
         )

@@ -88,6 +88,7 @@ class PerceivingPlant:
         self._attends_to_all = attends_to_all
         self._stated: dict[str, Any] = {}
         self._parameters: dict[str, Any] = {}
+        self._memories: Mapping[str, Mapping[str, Any]] = {}
         self._perceivers: dict[_PerceiverKey, ActivePerceiver] = {}
         self._definitions: dict[str, ActiveDefinition] = {}
         self._defined: dict[str, Reading] = {}
@@ -139,6 +140,14 @@ class PerceivingPlant:
         if dict(values) != self._stated:
             self._stated, self._generation = dict(values), None
             announce_parameters(self._plant, values)
+
+    def set_memories(self, memories: Mapping[str, Mapping[str, Any]]) -> None:
+        """Say what the agent remembers, for the perceivers that ask for it.
+
+        Args:
+            memories: a table for each module by its id.
+        """
+        self._memories = memories
 
     def pictures(self) -> Mapping[str, CameraPicture]:
         """Return the newest pictures of the plant; see `newest_pictures`.
@@ -246,16 +255,7 @@ class PerceivingPlant:
             return
         now = self._plant.now()
         known = {**readings, **self._values(), **self._parameter_readings()}
-        # Again as long as there is something new: one may read another, also of a module that comes later.
-        is_new = True
-        while pending and is_new:
-            is_new = False
-            for name, definition in list(pending.items()):
-                value = definition.evaluate(known, now)
-                if value is not None:
-                    known[name] = self._defined[name] = value
-                    del pending[name]
-                    is_new = True
+        self._defined = _values_by_definition(pending, known, now)
 
     def _follow_configuration(self) -> None:
         if self._governor.generation == self._generation:
@@ -283,7 +283,9 @@ class PerceivingPlant:
                     key = _perceiver_key(site, ecm, perceiver, values)
                     running = self._perceivers.pop(key) if key in self._perceivers else None
                     found[key] = (
-                        ActivePerceiver(site, ecm, perceiver, self._open, self._record)
+                        ActivePerceiver(
+                            site, ecm, perceiver, self._open, self._record, lambda: self._memories
+                        )
                         if running is None
                         else running
                     )
@@ -302,6 +304,23 @@ class PerceivingPlant:
     def _values(self) -> dict[str, Reading]:
         perceived = {name: value for one in self._active() for name, value in one.values.items()}
         return {**perceived, **self._defined} if self._defined else perceived
+
+
+def _values_by_definition(
+    pending: dict[str, ActiveDefinition], known: dict[str, Reading], now: float
+) -> dict[str, Reading]:
+    """Evaluate definitions as long as there is something new: one may read another, of a later module."""
+    defined: dict[str, Reading] = {}
+    is_new = True
+    while pending and is_new:
+        is_new = False
+        for name, definition in list(pending.items()):
+            value = definition.evaluate(known, now)
+            if value is not None:
+                known[name] = defined[name] = value
+                del pending[name]
+                is_new = True
+    return defined
 
 
 def _perceiver_key(site: Site, ecm: Ecm, perceiver: Perceiver, values: Mapping[str, Any]) -> _PerceiverKey:

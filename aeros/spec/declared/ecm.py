@@ -91,6 +91,13 @@ class Skill:
     )
     risk: RiskWord = field(metadata={"doc": "`low`, `medium` or `high`"})
     timeout: TextField = field(metadata={"doc": "the time after which it is halted, as in `timeout: 60 s`"})
+    wear: TextField | None = field(
+        default=None,
+        metadata={
+            "doc": "the time that one may wait to spare the robot the wear of one try, as in `wear: 20 s`; "
+            "it is added to the time of each try where a skill or a plan is chosen"
+        },
+    )
     inputs: Named[Input] = field(default=MappingField(), metadata={"doc": "typed inputs"})
     outputs: Named[Quantity] = field(
         default=MappingField(), metadata={"doc": "the values that it may return at its end"}

@@ -135,6 +135,13 @@ class Thing:
         default=MappingField(),
         metadata={"doc": "the condition for each place that it may be in, as in `in: {pot: in_pot}`"},
     )
+    recall: TextField | None = field(
+        default=None,
+        metadata={
+            "doc": "the age up to which perceivers that list `memory` under `readings` are given the places "
+            "where it was seen, as in `recall: 720 h`; they are given none if absent"
+        },
+    )
 
 
 @dataclass(frozen=True)
@@ -227,7 +234,11 @@ class Perceiver:
         default=MappingField(), metadata={"doc": "the pictures that it gets, by camera"}
     )
     readings: tuple[Annotated[TextField, Pattern("dotted")], ...] = field(
-        default=(), metadata={"doc": "the state variables and parameters that it gets with the pictures"}
+        default=(),
+        metadata={
+            "doc": "the state variables and parameters that it gets with the pictures; `memory` is a table "
+            "of the places where the module's things were seen before"
+        },
     )
     rate: TextField | None = field(
         default=None,

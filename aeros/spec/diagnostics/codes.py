@@ -131,6 +131,7 @@ _TABLE: Final = (
         "AE143", "missing-neighbour", "form", "code imports a file or a name that the module does not have"
     ),
     DiagnosticCode("AE144", "import-cycle", "form", "files of a module import each other in a circle"),
+    DiagnosticCode("AE145", "shared-memory", "form", "a value that comes from memory is public or shared"),
     # AE2xx: the expression language
     DiagnosticCode("AE201", "expression-syntax", "form", "an expression cannot be parsed"),
     DiagnosticCode("AE202", "unknown-name", "form", "an expression uses a name that is not declared"),

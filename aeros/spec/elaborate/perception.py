@@ -39,7 +39,7 @@ from aeros.spec.expr.types import VectorType
 from aeros.spec.expr.units import LENGTH, TIME, format_number, format_quantity
 from aeros.spec.model.configured import BoundNames
 from aeros.spec.model.models import ModuleModel
-from aeros.spec.model.perception import Perceiver, PerceptionPolicy, PictureRequest, SiteCamera
+from aeros.spec.model.perception import MEMORY, Perceiver, PerceptionPolicy, PictureRequest, SiteCamera
 from aeros.spec.model.site import Site, enums_of_modules
 from aeros.spec.model.task_parameters import OBJECTS
 from aeros.spec.model.variables import Declared
@@ -190,12 +190,15 @@ class ModulePerception:
         self._names = names
         self._models = models
         self._module = ecm.id.value
+        self._has_memory = any(one.recall is not None for _, one in ecm.things)
         used = meanings_of_names(site)
         own = self._variables(ecm, site, used)
         used |= dict.fromkeys(own, "a state variable of this module")
         parameters = TaskParameters(ecm, site, used, diagnostics)
         self.task_parameters = parameters.by_task
         own |= parameters.variables
+        recalled = {name: one for name, one in own.items() if one.is_recalled}
+        self._check_recalled(recalled, site)
         required = {name.value for name, _ in ecm.dependencies.modules}
         readable = {**(public if site.perception.public else {}), **site.perception.shared}
         shared = {
@@ -204,7 +207,8 @@ class ModulePerception:
         visible = {name: one for name, one in site.state.items() if "." not in name}
         self.site = site
         if own or shared or len(visible) < len(site.state):
-            state = {**visible, **shared, **own, **self._by_full_name(own)}
+            measured = {name: one for name, one in own.items() if name not in recalled}
+            state = {**visible, **shared, **measured, **self._by_full_name(measured)}
             enums = {name: one for name, one in site.enums.items() if "." not in name}
             self.site = replace(site, state=state, enums=enums | enums_of_modules(state))
         written = {name.value: one.definition for name, one in ecm.state if one.definition is not None}
@@ -227,6 +231,8 @@ class ModulePerception:
             check_name_is_free(ecm.id, used, "module", self._diagnostics)
         used |= {name.value: "a module that this one requires" for name, _ in ecm.dependencies.modules}
         used[self._module] = "the name of this module"
+        recalling = [one for _, one in ecm.perceivers if self._recalls(one)]
+        recalled = {name.value for one in recalling for name in one.provides}
         for name, quantity in ecm.state:
             is_free = check_name_is_free(name, used, "state variable", self._diagnostics)
             full = f"{self._module}.{name.value}"
@@ -235,8 +241,29 @@ class ModulePerception:
             if is_free and variable is not None:
                 is_public = quantity.public is not None and quantity.public.value
                 space = self._occupied_space(quantity, variable, site)
-                own[name.value] = replace(variable, span=name.span, is_public=is_public, occupies=space)
+                own[name.value] = replace(
+                    variable,
+                    span=name.span,
+                    is_public=is_public,
+                    occupies=space,
+                    is_recalled=name.value in recalled,
+                )
         return own
+
+    def _recalls(self, perceiver: declared.Perceiver) -> bool:
+        """Return True if a perceiver reads the places where things were seen before."""
+        return self._has_memory and any(one.value == MEMORY for one in perceiver.readings)
+
+    def _check_recalled(self, recalled: Mapping[str, Declared], site: Site) -> None:
+        """Check that what comes from memory is read by this module alone."""
+        for name, one in recalled.items():
+            if one.is_public or f"{self._module}.{name}" in site.perception.shared:
+                self._diagnostics.error(
+                    "AE145",
+                    f"`{name}` comes from memory, so no other module and no invariant may read it",
+                    one.span,
+                    help=("share what a perceiver measures without `memory` under its `readings`",),
+                )
 
     def _occupied_space(
         self, quantity: declared.OwnVariable, variable: Declared, site: Site
@@ -292,7 +319,7 @@ class ModulePerception:
                 allowed = f"{format_number(limits.rate)} Hz"
                 self._report_limit(f"a perceiver's rate is above 0 Hz and at most {allowed}", perceiver.rate)
         readings = [one for one in perceiver.readings if not self._is_constant(one.value)]
-        if not perceiver.pictures and not readings:
+        if not perceiver.pictures and not readings and not self._recalls(perceiver):
             headline = f"`{name.value}` gets neither pictures nor readings, so it can measure nothing"
             self._diagnostics.error("AE112", headline, name.span, help=("add `pictures` or `readings`",))
         if not perceiver.provides:
@@ -324,11 +351,13 @@ class ModulePerception:
             processor=processor,
             constants=_parameters_read(perceiver, self._names, self.site),
             models=resolve_models(perceiver.models, self._models, self._diagnostics),
+            recalls=self._recalls(perceiver),
         )
 
     def _is_constant(self, reading: str) -> bool:
-        """Return True for a parameter of the module, and for the table of the site's objects."""
-        return reading in self._names.parameters or (reading == OBJECTS and bool(self.site.objects))
+        """Return True for a parameter of the module, the table of the site's objects, and the memory."""
+        tables = {OBJECTS: bool(self.site.objects), MEMORY: self._has_memory}
+        return tables.get(reading, False) or reading in self._names.parameters
 
     def _report_limit(self, headline: str, at: TextField) -> None:
         self._diagnostics.error("AE129", headline, at.span)

@@ -129,4 +129,4 @@ def joint_scope(site: Vocabulary, roles: Mapping[str, ActionKind]) -> Scope:
 
 
 def _variables(declared: Mapping[str, Declared]) -> dict[str, t.Variable]:
-    return {name: one.variable for name, one in declared.items()}
+    return {name: one.variable for name, one in declared.items() if not one.is_recalled}

@@ -133,6 +133,28 @@ def to_8(text: str) -> str:
     )
 
 
+def to_9(text: str) -> str:
+    """Add `skipped`: until version 8 only the goal of a skipped report says that there was a condition.
+
+    Args:
+        text: checkpoint of version 8.
+
+    Returns:
+        The checkpoint in version 9. No report of it is skipped: nothing in an instruction of its time depends
+        on that.
+
+    Raises:
+        UnmigratableError: it is damaged.
+    """
+
+    def rewritten(name: str, held: dict[str, Any]) -> dict[str, Any]:
+        return held | {"skipped": False} if name == "RunReport" else held
+
+    return _rewritten(
+        text, 9, lambda body: {name: _with_objects(value, rewritten) for name, value in body.items()}
+    )
+
+
 _ADDED_IN_6: Final[Mapping[str, Mapping[str, Any]]] = {
     "AttemptHistory": {"alternative": ""},
     "AttemptResult": {"is_composed": False},

@@ -71,6 +71,7 @@ CHECKPOINT: Final = Format(
         Version("plans say apart what runs between two tries and after the last one", checkpoint.to_6),
         Version("keeps `repeated_failures`, which chance does not explain", checkpoint.to_7),
         Version("says of a failure if it is a verdict: why no other try can succeed", checkpoint.to_8),
+        Version("says of a report if its request was skipped, as `otherwise` depends on it", checkpoint.to_9),
     ),
     keys=frozenset({"schema", "digest", "body"}),
     is_numbered=True,

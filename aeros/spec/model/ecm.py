@@ -119,6 +119,7 @@ class Skill:
         hold_condition: condition that must be measured as long as it runs.
         models: names of the models that it receives.
         leaves_any_to_gate: the manifest does not name the invariants that it leaves to the gate.
+        wear: time that one may wait to spare the wear of one try, s.
         disturbed: predicates with a definition that it may change, and for each, in words, something that it
             follows from and the skill changes.
     """
@@ -144,6 +145,7 @@ class Skill:
     models: tuple[str, ...] = ()
     leaves_any_to_gate: bool = False
     disturbed: Mapping[str, str] = field(default_factory=dict)
+    wear: Fraction = Fraction(0)
 
     @property
     def success_outcomes(self) -> tuple[Outcome, ...]:

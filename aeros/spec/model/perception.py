@@ -8,11 +8,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import Any
+from typing import Any, Final
 
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
 from aeros.spec.model.variables import Declared
+
+MEMORY: Final = "memory"
+"""Name under which a perceiver reads the places where the things of its module were seen before."""
 
 
 @dataclass(frozen=True)
@@ -60,6 +63,7 @@ class Perceiver:
         processor: greatest share of one core that its process may use, above 0 and at most 1.
         constants: value (SI) of each parameter of the module that it gets with the readings, by name.
         models: names of the models that it receives.
+        recalls: True if it gets the places where things were seen before, as the reading `MEMORY`.
     """
 
     id: str
@@ -76,6 +80,7 @@ class Perceiver:
     processor: Fraction = Fraction(1)
     constants: Mapping[str, Any] = field(default_factory=dict)
     models: tuple[str, ...] = ()
+    recalls: bool = False
 
     @property
     def readings(self) -> tuple[str, ...]:
@@ -114,6 +119,7 @@ class Thing:
         count: full name of the variable that has the number of such things; None for one thing.
         held: condition under which the robot holds it; None if the module does not say.
         relations: condition of each relation, as `on tray` or `in pot`.
+        recall: greatest age of the places that perceivers are given from memory, s; None for none.
     """
 
     name: str
@@ -123,6 +129,7 @@ class Thing:
     count: str | None = None
     held: t.Term | None = None
     relations: Mapping[str, t.Term] = field(default_factory=dict)
+    recall: Fraction | None = None
 
 
 @dataclass(frozen=True)

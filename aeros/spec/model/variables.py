@@ -42,6 +42,8 @@ class Declared:
             value is unknown. None if values have none, and for variables of a site.
         is_public: its module lets those that require it read it.
         occupies: space around the position that the thing there takes up, m; None if the module states none.
+        is_recalled: a perceiver that reads the agent's memory provides it: no condition may read it, and no
+            perceiver, so it never counts as measured.
     """
 
     variable: t.Variable
@@ -56,6 +58,7 @@ class Declared:
     uncertainty: Fraction | None = None
     is_public: bool = False
     occupies: AxisAlignedBox | None = None
+    is_recalled: bool = False
 
     @property
     def name(self) -> str:

@@ -127,9 +127,9 @@ def estimate_step(domain: PlanningDomain, choice: GroundSkill, state: State, ret
         retries: further tries after the first, for the risk.
 
     Returns:
-        Its expected time, and the probability that all its tries fail.
+        Its expected time, with its wear as time, and the probability that all its tries fail.
     """
-    seconds, failure = 0.0, 0.0
+    seconds, failure = float(choice.skill.wear), 0.0
     for _, outcome, share in domain.after(choice, state):
         took = UNKNOWN_DURATION_S if outcome.duration is None else float(outcome.duration)
         seconds += float(share) * took

@@ -62,6 +62,7 @@ class FakeRuntime:
         self.certificates: dict[str, Certificate] = {}
         self.attended: list[frozenset[str] | None] = []
         self.parameters: list[dict[str, Any]] = []
+        self.memories: list[Mapping[str, Mapping[str, Any]]] = []
         self.obstructing: list[Obstacle] = []
         self._site = at or site()
 
@@ -84,6 +85,9 @@ class FakeRuntime:
 
     def attend(self, modules: frozenset[str] | None) -> None:
         self.attended.append(modules)
+
+    def set_memories(self, memories: Mapping[str, Mapping[str, Any]]) -> None:
+        self.memories.append(memories)
 
     def set_parameters(self, values: Mapping[str, Any]) -> None:
         self.parameters.append(dict(values))

@@ -150,3 +150,10 @@ def test_the_parameters_of_each_request_are_set_before_it_and_cleared_at_the_end
     with open_temporary_agent("chef", runtime, None) as agent:
         agent.run("make dumplings, then make dumplings right side")
     assert runtime.parameters == [{"dumpling.side": "left"}, {"dumpling.side": "right"}, {}]
+
+
+def test_memories_are_set_before_each_request_and_cleared_at_the_end() -> None:
+    runtime = FakeRuntime()
+    with open_temporary_agent("chef", runtime, None) as agent:
+        agent.run("make dumplings")
+    assert runtime.memories == [{}, {}]

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -77,6 +78,15 @@ def test_the_report_of_several_errands_has_all_goals_and_the_last_result() -> No
     assert (whole.task, whole.reached, whole.reason) == ("two", False, "m.two: no luck")
     assert (whole.goal, whole.replans) == ("(one_done), then (two_done)", 2)
     assert whole.measured == {"one": True, "two": False}
+
+
+def test_a_skipped_errand_is_neither_the_result_nor_measured() -> None:
+    skipped = replace(report("two"), reached=False, skipped=True)
+    whole = combined_report("both", [report("one"), skipped])
+    assert (whole.task, whole.reached, whole.skipped) == ("one", True, False)
+    assert whole.goal == "(one_done), then (two_done) skipped"
+    assert whole.measured == {"one": True}
+    assert combined_report("both", [skipped, skipped]).skipped
 
 
 def test_an_instruction_concerns_the_modules_of_its_tasks_goals_and_conditions(

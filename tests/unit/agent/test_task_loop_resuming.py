@@ -19,6 +19,7 @@ import pytest
 from aeros.agent.agent import start_agent
 from aeros.agent.errors import AgentError
 from aeros.agent.execution.report import RunReport
+from aeros.agent.instructions.meaning import Errand, Spoken, Understanding
 from aeros.agent.planning.base import Planner, RulePlanner
 from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.task_graph import Part, PlanStep, TaskGraph
@@ -136,7 +137,7 @@ class Given:
 
 
 def survive(
-    folder: Path, runtime: Mortal, planner: Planner, instruction: str = "dumplings"
+    folder: Path, runtime: Mortal, planner: Planner, instruction: Spoken = "dumplings"
 ) -> tuple[RunReport, int]:
     """Run, and resume for as long as the agent dies; the report, and how often that was."""
     deaths = 0
@@ -149,7 +150,7 @@ def survive(
 
 
 def at_every_instant(
-    folder: Path, make: Callable[[float], Mortal], planner: Planner, instruction: str = "dumplings"
+    folder: Path, make: Callable[[float], Mortal], planner: Planner, instruction: Spoken = "dumplings"
 ) -> list[tuple[Mortal, RunReport]]:
     whole = make(inf)
     report, _ = survive(folder / "whole", whole, planner, instruction)
@@ -205,6 +206,48 @@ def test_the_tasks_of_an_instruction_are_each_done_once_wherever_the_agent_dies(
         assert report.goal == whole.goal
         assert list(dict.fromkeys(runtime.done)) == ["prepare", "recover", "wrap", "boil", "polish"]
         assert len(runtime.done) <= 5 + runtime.done.count("polish") - 1
+
+
+@pytest.mark.parametrize(
+    ("condition", "done", "goal"),
+    [
+        (
+            "not dumpling_cooked",
+            ["prepare", "recover", "wrap", "boil"],
+            "(if not dumpling_cooked: dumpling_cooked), "
+            "then (otherwise, if not (not dumpling_cooked): area == table) skipped",
+        ),
+        (
+            "dumpling_cooked",
+            ["polish"],
+            "(if dumpling_cooked: dumpling_cooked) skipped, "
+            "then (otherwise, if not (dumpling_cooked): area == table)",
+        ),
+    ],
+)
+def test_one_of_two_branches_is_done_wherever_the_agent_dies(
+    tmp_path: Path, condition: str, done: list[str], goal: str
+) -> None:
+    modules = {"dumpling": DUMPLING, "polishing": POLISHING}
+    first = Errand(RoutedTask("dumpling", MAKE_DUMPLINGS), term(condition), condition)
+    other = first.otherwise(RoutedTask("polishing", POLISHING.tasks["polish_it"]))
+    meaning = Understanding("dumplings, otherwise polish", (first, other))
+    runs = at_every_instant(tmp_path, lambda dying: Mortal(dying, modules), RulePlanner(), meaning)
+    for runtime, report in runs:
+        assert (report.reached, report.skipped, report.goal) == (True, False, goal)
+        assert list(dict.fromkeys(runtime.done)) == done
+
+
+def test_the_other_branch_of_one_that_fails_is_not_begun(tmp_path: Path) -> None:
+    runtime = FakeRuntime(
+        {"dumpling": DUMPLING, "polishing": POLISHING}, endings={"wrap": ["misaligned"] * 200}
+    )
+    first = Errand(RoutedTask("dumpling", MAKE_DUMPLINGS), term("not dumpling_cooked"), "not dumpling_cooked")
+    other = first.otherwise(RoutedTask("polishing", POLISHING.tasks["polish_it"]))
+    with start_agent(tmp_path, "chef", runtime, RulePlanner()) as agent:
+        report = agent.run(Understanding("dumplings, otherwise polish", (first, other)))
+    assert report.has_failed
+    assert "polish" not in runtime.submitted
 
 
 def test_a_plan_without_conditions_is_resumed_where_it_was(tmp_path: Path) -> None:
@@ -382,7 +425,7 @@ def left(tmp_path: Path) -> tuple[Path, Mortal]:
     return tmp_path, runtime
 
 
-def resume(folder: Path, runtime: Mortal, instruction: str = "dumplings") -> RunReport:
+def resume(folder: Path, runtime: Mortal, instruction: Spoken = "dumplings") -> RunReport:
     with start_agent(folder, "chef", runtime) as agent:
         return agent.resume(instruction)
 
@@ -394,7 +437,7 @@ def resume(folder: Path, runtime: Mortal, instruction: str = "dumplings") -> Run
         (lambda text: text.replace("recover", "rewover", 1), "its digest does not match"),
         (
             lambda text: text.replace(f'"schema": {SCHEMA}', '"schema": 99'),
-            "`99` was written by a newer AEROS, and this one reads `8`; install a newer AEROS",
+            "`99` was written by a newer AEROS, and this one reads `9`; install a newer AEROS",
         ),
         (lambda text: "[]", "does not have the layout"),
     ],

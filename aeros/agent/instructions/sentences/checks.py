@@ -14,6 +14,8 @@ SpokenSentence = tuple[Words, bool]
 
 _BE: Final = frozenset({"is", "are"})
 _IF: Final[Words] = ("if",)
+_UNLESS: Final[Words] = ("unless",)
+_THEN: Final[Words] = ("then",)
 
 
 def without_checks(sentences: Sequence[SpokenSentence]) -> Iterator[SpokenSentence]:
@@ -32,14 +34,33 @@ def without_checks(sentences: Sequence[SpokenSentence]) -> Iterator[SpokenSenten
         condition = _checked(tokens, is_question=is_question)
         following = sentences[at + 1] if at + 1 < len(sentences) else ((), False)
         affirmed = english.AFFIRMATIONS.starting(following[0])
-        if condition and affirmed:
-            rest = following[0][len(affirmed) :]
+        denied = after_denial(following[0], 0)
+        if condition and (affirmed or denied):
+            rest = following[0][denied or len(affirmed) :]
             rest = rest[1:] if rest[:1] == (COMMA,) else rest
-            yield (*_IF, *condition, COMMA, *rest), following[1]
+            yield (*(_UNLESS if denied else _IF), *condition, COMMA, *rest), following[1]
             at += 2
             continue
         yield _without_own_check(tokens), is_question
         at += 1
+
+
+def after_denial(tokens: Words, at: int) -> int:
+    """Find the words after `if not`, which needs a comma or `then`: `if not dirty` goes on.
+
+    Args:
+        tokens: words and commas of a sentence.
+        at: place of the first word.
+
+    Returns:
+        The place of the first word after it and its comma; 0 if no such phrase stands there.
+    """
+    denial = english.DENIALS.starting(tokens, at)
+    end = at + len(denial)
+    has_comma = tokens[end : end + 1] == (COMMA,)
+    if not denial or not (has_comma or denial[-1:] == _THEN):
+        return 0
+    return end + has_comma
 
 
 def _checked(tokens: Words, *, is_question: bool) -> Words:

@@ -104,6 +104,7 @@ class _SkillElaborator:
             idempotent=skill.idempotent is not None and skill.idempotent.value,
             hold_condition=hold,
             models=resolve_models(skill.models, self._models, self._diagnostics),
+            wear=self._wear(skill),
         )
 
     def _runtime_checked(
@@ -136,6 +137,12 @@ class _SkillElaborator:
             headline = f"`hold` reads predicates with more than {MAX_COMBINATIONS} combinations of values"
             self._diagnostics.error("AE111", headline, hold.span, help=("use fewer predicates in `hold`",))
         return hold
+
+    def _wear(self, skill: declared.Skill) -> Fraction:
+        wear = None if skill.wear is None else elaborate_quantity(skill.wear, TIME, self._diagnostics)
+        if wear is not None and skill.wear is not None and wear < 0:
+            self._diagnostics.error("AE129", "`wear` is at least 0 s", skill.wear.span)
+        return wear or Fraction(0)
 
     def _timeout(self, skill: declared.Skill) -> Fraction:
         timeout = elaborate_quantity(skill.timeout, TIME, self._diagnostics)

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from fractions import Fraction
 
 from aeros.spec.declared import ecm as declared_ecm
 from aeros.spec.declared import perception as declared
 from aeros.spec.declared.field_types import Identifier
 from aeros.spec.diagnostics.codes import Diagnostics
-from aeros.spec.elaborate.expressions import elaborate_condition
+from aeros.spec.elaborate.expressions import elaborate_condition, elaborate_quantity
 from aeros.spec.elaborate.names import check_name_is_free, resolve_name
 from aeros.spec.elaborate.scopes import state_scope
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import EnumType, IntegerType, Type, VectorType
-from aeros.spec.expr.units import LENGTH
+from aeros.spec.expr.units import LENGTH, TIME
 from aeros.spec.model.perception import Thing
 from aeros.spec.model.site import Site
 from aeros.spec.text.fields import ExpressionField
@@ -66,7 +67,17 @@ class _Things:
             self._variable(thing.count, lambda type_: isinstance(type_, IntegerType), "an `int`"),
             self._condition(thing.held),
             {relation: term for relation, term in relations.items() if term is not None},
+            self._recall(name, thing),
         )
+
+    def _recall(self, name: str, thing: declared.Thing) -> Fraction | None:
+        """Return the greatest age of what is recalled, s; None if nothing is, or after reporting a fault."""
+        if thing.recall is None:
+            return None
+        if thing.position is None:
+            headline = f"`{name}` has no `position`, so there is no place to recall"
+            self._diagnostics.error("AE208", headline, thing.recall.span, help=("add `position`",))
+        return elaborate_quantity(thing.recall, TIME, self._diagnostics)
 
     def _variable(self, name: Identifier | None, fits: Callable[[Type], bool], noun: str) -> str | None:
         """Return the full name of a variable; None if none is named, or after reporting a wrong one."""

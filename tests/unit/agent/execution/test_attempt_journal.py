@@ -60,6 +60,7 @@ def test_a_choice_is_recorded_with_its_options_and_a_named_skill_is_no_choice(
         "recent": {"successes": 2.5, "failures": 0.5},
         "usual_seconds": 8.0,
         "expected_seconds": 30.0,
+        "wear_seconds": 0.0,
         "drawn": 0.75,
         "why_not": "",
     }

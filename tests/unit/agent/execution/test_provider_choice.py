@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from random import Random
 
 from hypothesis import given
@@ -86,3 +87,12 @@ def test_the_choice_is_the_best_expectation_or_a_counted_exploration(
         expected[choice.chosen] != min(one for one in expected if one is not None)
     )
     assert not (choice.is_exploration and explorations == MAX_EXPLORATIONS)
+
+
+def test_wear_counts_as_time() -> None:
+    quick = replace(option("quick", 50, 0, 5.0), wear_s=30.0)
+    gentle = option("gentle", 50, 0, 20.0)
+    names = [choose_provider([quick, gentle], Random(seed), 3).chosen for seed in range(20)]  # noqa: S311
+    assert names == [1] * 20
+    assert "wear 30 s" in str(quick)
+    assert "wear" not in str(gentle)

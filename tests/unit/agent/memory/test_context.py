@@ -13,6 +13,7 @@ from aeros.agent.memory.context import evidence_context
 from aeros.agent.world.world import WorldModel, world_from_readings
 from aeros.runtime.ports import Reading
 from aeros.spec.model.ecm import Skill
+from aeros.spec.model.perception import Thing
 from tests.unit.agent.dumplings import FORCE, PREDICATES, STATE, module, outcome, skill
 
 DONE = outcome("done", {})
@@ -74,3 +75,12 @@ def test_the_text_does_not_depend_on_the_order_of_the_skills(skills: list[Skill]
     seen = world(**dict.fromkeys(true, True), area="pot")
     one = evidence_context("t", KITCHEN, skills, seen)
     assert one == evidence_context("t", KITCHEN, sorted(skills, key=lambda skill: skill.id), seen)
+
+
+def test_the_kind_of_a_thing_that_the_task_says_counts() -> None:
+    things = {"dish": Thing("kitchen.dish", "", kind_from="area"), "cup": Thing("kitchen.cup", "cup")}
+    kitchen = replace(KITCHEN, things=things)
+    text = evidence_context("kitchen.cook", kitchen, (LOOK,), world(area="pot"))
+    assert json.loads(text)["predicates"] == {"area": "pot"}
+    other = evidence_context("kitchen.cook", KITCHEN, (LOOK,), world(area="pot"), [kitchen])
+    assert json.loads(other)["predicates"] == {"area": "pot"}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from datetime import datetime, timedelta
 from pathlib import Path
 from uuid import uuid4
@@ -94,3 +95,11 @@ def test_only_what_is_known_was_seen() -> None:
     world = world_from_readings(STATE, {"dumpling_cooked": Reading(True, 3.0)}, 3.0)
     (one,) = sightings_of(world, STATE)
     assert (one.variable, one.value, one.time, one.uncertainty) == ("dumpling_cooked", True, 3.0, None)
+
+
+def test_a_value_from_memory_is_no_sighting() -> None:
+    name = "wrapper_aligned"
+    world = world_from_readings(STATE, {name: Reading(True, 1.0)}, 1.0)
+    assert [one.variable for one in sightings_of(world, STATE)] == [name]
+    recalled = {**STATE, name: replace(STATE[name], is_recalled=True)}
+    assert list(sightings_of(world, recalled)) == []

@@ -64,6 +64,14 @@ def test_meanings_that_differ_do_not_agree(other: Understanding) -> None:
     assert not meanings_agree(other, both, site(), Oracle())
 
 
+def test_a_request_that_is_decided_later_is_no_other_branch() -> None:
+    first = Errand(COOK, term("wrapper_aligned"), "wrapper_aligned")
+    branches = meaning(first, first.otherwise(CLEAN))
+    later = meaning(first, replace(first.otherwise(CLEAN), is_otherwise=False))
+    assert meanings_agree(branches, branches, site(), Oracle())
+    assert not meanings_agree(branches, later, site(), Oracle())
+
+
 def test_without_a_budget_nothing_is_equivalent() -> None:
     one, other = term("fill_level * fill_level > 0.25"), term("fill_level > 0.5")
     assert not is_equivalent(one, other, site(), Oracle(rlimit=1))

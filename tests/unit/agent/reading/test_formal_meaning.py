@@ -78,3 +78,12 @@ def test_prohibitions_are_of_declared_tasks_and_bar_their_skills() -> None:
     assert "has the task `clean.clean`" in problem_of(request, prohibited=("clean.clean",))
     assert "is asked for and prohibited" in problem_of(request, prohibited=(MAKE,))
     assert "reads no request" in problem_of(prohibited=(MAKE,))
+
+
+def test_otherwise_is_the_opposite_of_the_condition_before() -> None:
+    first = AnsweredRequest(MAKE, (), "dumpling_cooked", "not wrapper_aligned", PLAN)
+    other = AnsweredRequest(MAKE, (), "dumpling_wrapped", "otherwise", PLAN[:3])
+    errand = meaning_of(first, other).errands[1]
+    assert (errand.condition_text, errand.is_otherwise) == ("not (not wrapper_aligned)", True)
+    assert "request 1 has no request with a condition" in problem_of(other)
+    assert "request 3 has no request with a condition" in problem_of(first, other, other)

@@ -72,6 +72,15 @@ def test_a_later_request_may_undo_an_earlier_one(at_first_end: bool, at_last: bo
     assert (found.believed, found.true) == (True, true)
 
 
+def test_the_other_branch_of_a_request_that_was_begun_is_not_judged() -> None:
+    found = meaning(conditional=True)
+    first, second = found.errands
+    branches = replace(found, errands=(first, first.otherwise(second.routed)))
+    judgement = judged(RunReferee(branches, ()), (*FIRST, False), (*ENDED, True))
+    assert judgement is not None
+    assert judgement.true is True
+
+
 def test_a_request_that_was_skipped_is_not_judged() -> None:
     events = ((*FIRST, False), (*SKIPPED, False), (*ENDED, False), (*SECOND, False), (*ENDED, False))
     found = judged(RunReferee(meaning(conditional=True), ()), *events)

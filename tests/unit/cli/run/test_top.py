@@ -46,7 +46,7 @@ def test_it_says_how_the_latest_run_of_this_robot_ended(
     assert main(["top", *state, "--once", "--format", "json"]) == Exit.SUCCESS
     view = json.loads(capsys.readouterr().out)
     assert (view["schema"], view["folder"]) == ("aeros/top/1", str(out))
-    assert view["ended"] == {"reached": True, "reason": None}
+    assert view["ended"] == {"reached": True, "reason": None, "skipped": False}
     assert view["is_running"] is False
 
 

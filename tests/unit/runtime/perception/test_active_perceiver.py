@@ -35,6 +35,7 @@ class Watched:
             replace(ecm.perceivers["kettle_view"], **declared),
             self.runs,
             lambda event, details: self.events.append((event, details)),
+            lambda: {ecm.id: {"spoon.spoon": {"age": 9.0}}, "other": {"cup.cup": {"age": 1.0}}},
         )
 
     def update(
@@ -292,3 +293,11 @@ def test_a_closed_perceiver_knows_nothing() -> None:
     watched.one.close()
     assert watched.one.values == {}
     assert watched.runs.closed == 1
+
+
+@pytest.mark.parametrize("recalls", [True, False])
+def test_only_a_perceiver_that_asks_for_memory_gets_that_of_its_module(recalls: bool) -> None:
+    watched = Watched(recalls=recalls)
+    watched.update(1.0, 1.0)
+    (view,) = watched.runs.views
+    assert view.readings.get("memory") == ({"spoon.spoon": {"age": 9.0}} if recalls else None)

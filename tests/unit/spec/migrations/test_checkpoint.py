@@ -21,6 +21,7 @@ from aeros.spec.migrations.checkpoint import (
     to_6,
     to_7,
     to_8,
+    to_9,
 )
 from aeros.spec.migrations.format import UnmigratableError
 from aeros.spec.migrations.rewriting import rewrite
@@ -35,7 +36,7 @@ def test_a_checkpoint_of_version_2_gets_the_report_that_it_lacks() -> None:
     assert json.loads(text)["schema"] == 3
     assert json.loads(json.loads(text)["body"])["ended"] is None
     new = rewrite(path, path.read_text(), formats.CHECKPOINT)
-    assert (new.version, len(new.changes)) == (2, 6)
+    assert (new.version, len(new.changes)) == (2, 7)
     assert json.loads(json.loads(new.text)["body"])["final_report"] is None
     assert not rewrite(path, new.text, formats.CHECKPOINT).is_changed
 
@@ -44,7 +45,7 @@ def test_a_checkpoint_of_version_2_gets_the_report_that_it_lacks() -> None:
 def test_a_checkpoint_of_version_3_is_read_and_written_by_its_new_names(name: str) -> None:
     path = STATE_OF_CHECKPOINT_3 / name
     new = rewrite(path, path.read_text(), formats.CHECKPOINT)
-    assert (new.version, len(new.changes)) == (3, 5)
+    assert (new.version, len(new.changes)) == (3, 6)
     content = new.text.encode()
     # A name that is not renamed cannot be decoded, and one that is lost is not encoded again.
     assert encode_checkpoint(decode_checkpoint(content, path)) == content
@@ -71,8 +72,8 @@ def test_names_that_a_user_gave_are_not_renamed_in_a_checkpoint() -> None:
     ("change", "why"),
     [
         ({"schema": 1}, "version 1 did not record .+ start it again"),
-        ({"schema": 9}, "`9` was written by a newer AEROS"),
-        ({"schema": "5"}, "its `schema` is not `8`"),
+        ({"schema": 10}, "`10` was written by a newer AEROS"),
+        ({"schema": "5"}, "its `schema` is not `9`"),
         ({"digest": "0"}, "its digest does not match"),
         ({"body": 3}, "does not have the layout"),
     ],
@@ -158,6 +159,14 @@ def test_a_damaged_checkpoint_is_refused_by_every_step(text: str) -> None:
     for step in (to_3, to_4, to_5, to_6, to_7, to_8):
         with pytest.raises(UnmigratableError, match="it is damaged"):
             step(text)
+
+
+def test_no_report_of_version_8_is_skipped() -> None:
+    report = {"class": "RunReport", "fields": {"reached": True}}
+    body = {"final_report": None, "earlier_reports": {"tuple": [report]}}
+    new = unwrapped(to_9(wrapped(body, 8)))
+    fields = {"reached": True, "skipped": False}
+    assert new == {"final_report": None, "earlier_reports": {"tuple": [{**report, "fields": fields}]}}
 
 
 def test_a_number_that_is_none_is_refused() -> None:

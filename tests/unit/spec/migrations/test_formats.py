@@ -61,7 +61,7 @@ def test_a_program_of_today_writes_these_versions() -> None:
     assert later == {
         "ecm": 2,
         "scene": 2,
-        "checkpoint": 8,
+        "checkpoint": 9,
         "run": 2,
         "crashes": 2,
         "plant-log": 2,

@@ -63,6 +63,13 @@ def test_a_step_that_fails_often_costs_its_repetitions() -> None:
     assert plan(domain) == ["wrap", "boil"]
 
 
+def test_wear_counts_as_time_in_each_try() -> None:
+    fry = replace(once("fry", "dumpling_cooked", 13, Fraction(1, 10)), wear=Fraction(5))
+    domain = domain_of(WRAP, BOIL, fry)
+    step = estimate_step(domain, choice_of(domain, "fry"), domain.state(UNTOUCHED), 2)
+    assert step.seconds == pytest.approx((13 + 5 + FAILURE_COST_S / 10) / 0.9)
+
+
 def test_time_gives_way_to_a_risk_above_the_bound() -> None:
     fry = once("fry", "dumpling_cooked", 1, Fraction(1, 10))
     domain = domain_of(WRAP, BOIL, fry)

@@ -22,7 +22,7 @@ CONDITIONS = {
     ("if", "table untidy"): ("clutter_on_table", "not (table_organized)"),
     ("unless", "table untidy"): ("not (clutter_on_table)", "table_organized"),
 }
-KEYS_BESIDE_ARGUMENTS = {"task", "if", "unless"}
+KEYS_BESIDE_ARGUMENTS = {"task", "if", "unless", "otherwise"}
 FLOORS = {
     "unseen_1": 0.99,
     "unseen_2": 0.99,
@@ -47,6 +47,8 @@ def is_right(meaning: Understanding, case: dict[str, Any]) -> bool:
     for errand, wanted in zip(meaning.errands, case["want"], strict=True):
         condition = next((key for key in wanted.items() if key in CONDITIONS), None)
         texts = ("",) if condition is None else CONDITIONS[condition]
+        if errand.is_otherwise != wanted.get("otherwise", False):
+            return False
         if errand.routed.task.id != wanted["task"] or errand.condition_text not in texts:
             return False
         expected = {key: str(value) for key, value in wanted.items() if key not in KEYS_BESIDE_ARGUMENTS}

@@ -12,6 +12,7 @@ IF_DIRTY = "if the table is dirty , clean it"
     [
         (["is the table dirty ?", "if so , clean it"], [IF_DIRTY]),
         (["is the table dirty ?", "then clean it"], [IF_DIRTY]),
+        (["is the table clean ?", "if not , clean it"], ["unless the table is clean , clean it"]),
         (["please check whether the table is dirty", "if so , clean it"], [IF_DIRTY]),
         (["check if the table is dirty and clean it if so"], [IF_DIRTY]),
         (["look at the table and clean it if it is dirty"], ["clean the table if it is dirty"]),

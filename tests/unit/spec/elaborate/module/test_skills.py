@@ -48,6 +48,7 @@ _OUTCOME = "tidied: {effects: {table_tidy: true}}"
         ((_OUTCOME, "tidied: {duration: -1 s}"), "a duration must not be negative"),
         ((_OUTCOME, "tidied: {effects: {dirt: 101 %}}"), "this value is outside the declared range"),
         (("timeout: 30 s", "timeout: 61 s"), "a timeout must be above 0 s and at most 60 s at this site"),
+        (("timeout: 30 s", "timeout: 30 s\n    wear: -1 s"), "`wear` is at least 0 s"),
         (("resources: [arm]", "resources: [leg]"), "`leg` is neither a resource of this site nor a need"),
     ],
 )
