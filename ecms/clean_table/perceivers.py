@@ -38,6 +38,8 @@ from aeros.perception import (
     wrap_heading,
 )
 
+from .room import has_room
+
 Place = tuple[float, float, float]
 Corners = tuple[tuple[float, float], tuple[float, float]]
 
@@ -321,7 +323,10 @@ def see_table(view: View) -> Perception:
             )
             is_way_seen = _is_covered(shown, area, _passed(region), [])
             values["wiping_area_clear"] = False if is_blocked else (True if is_way_seen else None)
-            values |= _next_piece(loose, area, region, top)
+            around = [one.points for one in pieces]
+            if sponge is not None:
+                around.append(points[_is_of_sponge(points, *sponge) & _stands(points)])
+            values |= _next_piece(loose, around, area, region, top)
             # A piece can have gone from one half to the other, so all of the table counts.
             is_all_seen = covered and _is_covered(shown, area, COVERED, surroundings)
             if is_all_seen and sponge is not None and readings.get("holding") is False:
@@ -633,21 +638,48 @@ def _pieces(points: Points, cores: Mask, mask: Mask) -> Iterator[Piece]:
         yield Piece(piece, (box.x, box.y, middle), box.longer_heading, (shorter, longer, top))
 
 
-def _next_piece(loose: list[Piece], area: Place, region: str, table: float) -> dict[str, Any]:
-    """Choose the piece to grip next: one in the way, else the nearest to the arm; none that is too large."""
+def _next_piece(
+    loose: list[Piece], around: list[Points], area: Place, region: str, table: float
+) -> dict[str, Any]:
+    """Choose the piece to grip next, and its heading: none that is too large.
+
+    One with room for the hand comes first, then one in the way, then the nearest to the arm.
+
+    Args:
+        loose: the pieces to choose from.
+        around: points of each thing on the table, those of the pieces among them.
+        area: middle of the area to wipe.
+        region: the part of the table to clean.
+        table: height of the table, m.
+    """
     fitting = [
         one for one in loose if all(side < most for side, most in zip(one.sides, GRASPABLE, strict=True))
     ]
     if not fitting:
         return {}
-    piece = min(fitting, key=lambda one: (not _is_in_the_way(one.points, area, region), one.place[0]))
-    # It is gripped across; where both sides fit, along as well.
-    period = pi / 2.0 if piece.sides[1] < GRASPABLE[0] else pi
+    fitting.sort(key=lambda one: (not _is_in_the_way(one.points, area, region), one.place[0]))
+    found = ((one, heading) for one in fitting if (heading := _heading_with_room(one, around)) is not None)
+    piece, heading = next(found, (fitting[0], _headings(fitting[0])[0]))
     return {
         "clutter_position": estimate(_lifted(piece.place, table), UNCERTAINTY),
-        "clutter_yaw": estimate(wrap_heading(piece.heading, period), HEADING_UNCERTAINTY),
+        "clutter_yaw": estimate(heading, HEADING_UNCERTAINTY),
         "clutter_length": estimate(piece.sides[1], UNCERTAINTY),
     }
+
+
+def _headings(piece: Piece) -> tuple[float, ...]:
+    """Return the headings to grip a piece at: across, and along as well where both sides fit."""
+    if piece.sides[1] >= GRASPABLE[0]:
+        return (wrap_heading(piece.heading, pi),)
+    first = wrap_heading(piece.heading, pi / 2.0)
+    return (first, wrap_heading(first + pi / 2.0, pi))
+
+
+def _heading_with_room(piece: Piece, around: list[Points]) -> float | None:
+    """Return the first heading at which an open hand meets no other thing; None if there is none."""
+    others = [one for one in around if one is not piece.points]
+    points = np.concatenate([np.empty((0, 3)), *others])
+    return next((one for one in _headings(piece) if has_room(points, piece.place, one)), None)
 
 
 def _is_yellow(rgb: Points) -> Mask:
