@@ -38,8 +38,6 @@ from aeros.perception import (
     wrap_heading,
 )
 
-from .room import has_room
-
 Place = tuple[float, float, float]
 Corners = tuple[tuple[float, float], tuple[float, float]]
 
@@ -221,6 +219,27 @@ UNCERTAINTY = 0.005
 
 HEADING_UNCERTAINTY = 0.05
 """Standard uncertainty of a heading, rad."""
+
+
+class HandExtent(NamedTuple):
+    """A part of the open hand, on both sides of the tool point.
+
+    Attributes:
+        thick: how far it reaches along the hand's heading, m.
+        wide: from where to where it reaches along the way of the fingers, m.
+        from_height: height of its lower end over the tool point, m.
+    """
+
+    thick: float
+    wide: tuple[float, float]
+    from_height: float
+
+
+OPEN_HAND = (HandExtent(0.035, (0.0, 0.105), 0.034), HandExtent(0.013, (0.036, 0.064), -0.009))
+"""Palm and fingers, 80 mm apart; with some millimetres to spare."""
+
+IN_THE_WAY = 4
+"""Number of points from which something is in the hand's way: fewer are noise."""
 
 
 class OwnHand(NamedTuple):
@@ -679,7 +698,32 @@ def _heading_with_room(piece: Piece, around: list[Points]) -> float | None:
     """Return the first heading at which an open hand meets no other thing; None if there is none."""
     others = [one for one in around if one is not piece.points]
     points = np.concatenate([np.empty((0, 3)), *others])
-    return next((one for one in _headings(piece) if has_room(points, piece.place, one)), None)
+    return next((one for one in _headings(piece) if _has_room(points, piece.place, one)), None)
+
+
+def _has_room(points: Points, place: Place, yaw: float) -> bool:
+    """Return True if an open hand at a place and heading meets none of the points.
+
+    Args:
+        points: points of all other things, (n, 3), in the frame of `place`, m.
+        place: of the tool, m.
+        yaw: heading of the hand, rad; the fingers close across it.
+    """
+    x, y, z = place
+    away = points[:, :2] - np.array((x, y))
+    along = np.abs(away @ np.array((cos(yaw), sin(yaw))))
+    across = np.abs(away @ np.array((-sin(yaw), cos(yaw))))
+    above = points[:, 2] - z
+    return not any(
+        np.count_nonzero(
+            (along < part.thick)
+            & (across >= part.wide[0])
+            & (across < part.wide[1])
+            & (above > part.from_height)
+        )
+        >= IN_THE_WAY
+        for part in OPEN_HAND
+    )
 
 
 def _is_yellow(rgb: Points) -> Mask:

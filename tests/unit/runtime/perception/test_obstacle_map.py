@@ -95,7 +95,7 @@ def test_a_moved_thing_is_where_it_is_seen_and_a_place_seen_free_has_none() -> N
     assert one.look(seen()) == []
 
 
-def test_what_was_seen_higher_is_no_higher_than_a_picture_shows_it_now() -> None:
+def test_an_obstacle_is_lowered_to_the_height_that_a_picture_shows() -> None:
     half = Fraction(6, 100)
     one = Map(configuration=configured(AxisAlignedBox((-half, -half, -half), (half, half, half))))
     name = next(iter(one.configuration.modules["kettle"].state))
