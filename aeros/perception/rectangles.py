@@ -69,17 +69,26 @@ def min_area_rectangle(points: NDArray[np.float64]) -> Rectangle:
     )
 
 
+_POINTS_PER_OUTLIER: Final = 25
+"""Number of points of which one may be higher than all others and is not of the thing."""
+
+
 def top_points(points: NDArray[np.float64], depth: float = TOP_FACE_DEPTH) -> NDArray[np.float64]:
-    """Select the highest of some points.
+    """Select the highest of some points, but for single ones that are higher than all others.
+
+    Their level is that of the highest point after one in 25 is left out: so a single wrong pixel of a thing
+    that has 25 or more does not decide.
 
     Args:
         points: (n, 3), n > 0, m.
-        depth: greatest depth below the highest point, exclusive, m.
+        depth: greatest distance from that level, exclusive, m.
 
     Returns:
-        The points (m, 3) less than `depth` below the highest, m.
+        The points (m, 3) less than `depth` below or above the level, m; m > 0.
     """
-    highest: NDArray[np.float64] = points[points[:, 2] > points[:, 2].max() - depth]
+    heights = np.sort(points[:, 2])
+    level = heights[len(heights) - 1 - len(heights) // _POINTS_PER_OUTLIER]
+    highest: NDArray[np.float64] = points[np.abs(points[:, 2] - level) < depth]
     return highest
 
 

@@ -221,6 +221,27 @@ HEADING_UNCERTAINTY = 0.05
 """Standard uncertainty of a heading, rad."""
 
 
+class HandExtent(NamedTuple):
+    """A part of the open hand, on both sides of the tool point.
+
+    Attributes:
+        thick: how far it reaches along the hand's heading, m.
+        wide: from where to where it reaches along the way of the fingers, m.
+        from_height: height of its lower end over the tool point, m.
+    """
+
+    thick: float
+    wide: tuple[float, float]
+    from_height: float
+
+
+OPEN_HAND = (HandExtent(0.035, (0.0, 0.105), 0.034), HandExtent(0.013, (0.036, 0.064), -0.009))
+"""Palm and fingers, 80 mm apart; with some millimetres to spare."""
+
+IN_THE_WAY = 4
+"""Number of points from which something is in the hand's way: fewer are noise."""
+
+
 class OwnHand(NamedTuple):
     """The robot's own hand in pictures: seen and known places, and the camera's error that they show.
 
@@ -321,7 +342,10 @@ def see_table(view: View) -> Perception:
             )
             is_way_seen = _is_covered(shown, area, _passed(region), [])
             values["wiping_area_clear"] = False if is_blocked else (True if is_way_seen else None)
-            values |= _next_piece(loose, area, region, top)
+            around = [one.points for one in pieces]
+            if sponge is not None:
+                around.append(points[_is_of_sponge(points, *sponge) & _stands(points)])
+            values |= _next_piece(loose, around, area, region, top)
             # A piece can have gone from one half to the other, so all of the table counts.
             is_all_seen = covered and _is_covered(shown, area, COVERED, surroundings)
             if is_all_seen and sponge is not None and readings.get("holding") is False:
@@ -633,21 +657,73 @@ def _pieces(points: Points, cores: Mask, mask: Mask) -> Iterator[Piece]:
         yield Piece(piece, (box.x, box.y, middle), box.longer_heading, (shorter, longer, top))
 
 
-def _next_piece(loose: list[Piece], area: Place, region: str, table: float) -> dict[str, Any]:
-    """Choose the piece to grip next: one in the way, else the nearest to the arm; none that is too large."""
+def _next_piece(
+    loose: list[Piece], around: list[Points], area: Place, region: str, table: float
+) -> dict[str, Any]:
+    """Choose the piece to grip next, and its heading: none that is too large.
+
+    One with room for the hand comes first, then one in the way, then the nearest to the arm.
+
+    Args:
+        loose: the pieces to choose from.
+        around: points of each thing on the table, those of the pieces among them.
+        area: middle of the area to wipe.
+        region: the part of the table to clean.
+        table: height of the table, m.
+    """
     fitting = [
         one for one in loose if all(side < most for side, most in zip(one.sides, GRASPABLE, strict=True))
     ]
     if not fitting:
         return {}
-    piece = min(fitting, key=lambda one: (not _is_in_the_way(one.points, area, region), one.place[0]))
-    # It is gripped across; where both sides fit, along as well.
-    period = pi / 2.0 if piece.sides[1] < GRASPABLE[0] else pi
+    fitting.sort(key=lambda one: (not _is_in_the_way(one.points, area, region), one.place[0]))
+    found = ((one, heading) for one in fitting if (heading := _heading_with_room(one, around)) is not None)
+    piece, heading = next(found, (fitting[0], _headings(fitting[0])[0]))
     return {
         "clutter_position": estimate(_lifted(piece.place, table), UNCERTAINTY),
-        "clutter_yaw": estimate(wrap_heading(piece.heading, period), HEADING_UNCERTAINTY),
+        "clutter_yaw": estimate(heading, HEADING_UNCERTAINTY),
         "clutter_length": estimate(piece.sides[1], UNCERTAINTY),
     }
+
+
+def _headings(piece: Piece) -> tuple[float, ...]:
+    """Return the headings to grip a piece at: across, and along as well where both sides fit."""
+    if piece.sides[1] >= GRASPABLE[0]:
+        return (wrap_heading(piece.heading, pi),)
+    first = wrap_heading(piece.heading, pi / 2.0)
+    return (first, wrap_heading(first + pi / 2.0, pi))
+
+
+def _heading_with_room(piece: Piece, around: list[Points]) -> float | None:
+    """Return the first heading at which an open hand meets no other thing; None if there is none."""
+    others = [one for one in around if one is not piece.points]
+    points = np.concatenate([np.empty((0, 3)), *others])
+    return next((one for one in _headings(piece) if _has_room(points, piece.place, one)), None)
+
+
+def _has_room(points: Points, place: Place, yaw: float) -> bool:
+    """Return True if an open hand at a place and heading meets none of the points.
+
+    Args:
+        points: points of all other things, (n, 3), in the frame of `place`, m.
+        place: of the tool, m.
+        yaw: heading of the hand, rad; the fingers close across it.
+    """
+    x, y, z = place
+    away = points[:, :2] - np.array((x, y))
+    along = np.abs(away @ np.array((cos(yaw), sin(yaw))))
+    across = np.abs(away @ np.array((-sin(yaw), cos(yaw))))
+    above = points[:, 2] - z
+    return not any(
+        np.count_nonzero(
+            (along < part.thick)
+            & (across >= part.wide[0])
+            & (across < part.wide[1])
+            & (above > part.from_height)
+        )
+        >= IN_THE_WAY
+        for part in OPEN_HAND
+    )
 
 
 def _is_yellow(rgb: Points) -> Mask:

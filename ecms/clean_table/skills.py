@@ -5,7 +5,7 @@ whether a step succeeded: what is measured afterwards does.
 """
 
 from collections.abc import Generator, Iterable
-from math import cos, hypot, pi, sin, sqrt
+from math import cos, hypot, pi, sin
 
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
 
@@ -77,14 +77,21 @@ BIN_SIDES = (0.095, 0.085)
 HAND_REACH = 0.12
 """Extent of the hand from the grasped object along the fingers' motion, with a margin, m."""
 
-HAND_HALF = (0.040, 0.105)
+HAND_HALF = (0.037, 0.105)
 """Half the hand's thickness and half its length along the fingers' way, with a margin, m."""
+
+NEAREST = 0.318
+"""Least distance of a low tool ahead of the arm's base, m: nearer, the forearm is at the column."""
+
+GRIP_ASIDE = 0.017
+"""Greatest distance of a grip from the middle of a piece, m: fingertips are 20 mm wide, so half of them is
+on a piece that is 40 mm wide."""
+
+TURNED_WIDTH = 0.075
+"""Greatest width between the fingers of a piece that they turn while they close, m."""
 
 PAD = 0.009
 """Fingertips reach this far below the tool, m."""
-
-DRAG_OFFSET = 0.010
-"""Distance from a dragged object's middle, away from the bin, at which it is pressed, m: clears the wall."""
 
 DRAG_FORCE = 7.5
 """N on what is dragged: it follows by the friction of the fingertips."""
@@ -127,33 +134,9 @@ them, or no piece that fits the hand."""
 BOTH_SIDES_FIT = 0.065
 """Length below which a piece can be gripped along as well as across, m."""
 
-CARRIAGE_HALF = (0.25, 0.225)
-"""Half the length and width of what the arm stands on, m."""
-
-CARRIAGE_ROOM = 0.11
-"""Least distance of a low grasp from it, m: a ball around the largest thing that may be held has a radius of
-96 mm, motions keep 15 mm, and its middle is 30 mm higher."""
-
-PUSH_START = 0.045
-"""From the middle of a piece to where closed fingers come down to push it away from the carriage, m: past the
-corner of one that is 40 mm long and wide."""
-
-PUSH_NEAREST = 0.275
-"""Least distance of that place from the arm's base, m: fingers, too, keep clear of the carriage."""
-
-PUSH_ASIDE = 0.06
-"""Greatest distance of that place along y from the arm's base, m: farther aside, the forearm is at the
-column."""
-
-PUSH_HEIGHT = 0.018
-"""Height of the tool over the table when it pushes, m: fingertips clear the table by 9 mm."""
-
 FOLDED_WITHIN, FOLDED_BELOW = 0.38, 0.30
 """Distance of the tool from the arm's base, level, and height, m, within which the arm is so folded that its
 joints turn fast for the speed of the hand: it comes and goes at `CARRY_SPEED` at most."""
-
-PRESSED_SPONGE = 0.049
-"""Height of the top of the sponge's block above the foam's middle, m."""
 
 DROPS = (-0.045, 0.045)
 """Places along the bin where successive pieces are released, m from its middle."""
@@ -190,7 +173,6 @@ def calibrate(observed: Observation, inputs: Inputs) -> SkillBody:
 def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
     """Take the sponge, sweep it over the region in overlapping strokes, put it back and look."""
     pace = inputs["hand_speed"]
-    observed = yield from _let_go_at_the_carriage(observed)
     observed = yield from _overlook(observed, pace)
     observed = yield from _bin_what_is_held(observed, pace)
     if not observed["holding"]:
@@ -219,7 +201,6 @@ def organize(observed: Observation, inputs: Inputs) -> SkillBody:
     The table cannot be tidied where the sponge lies overturned: then nothing is moved.
     """
     pace = inputs["hand_speed"]
-    observed = yield from _let_go_at_the_carriage(observed)
     observed = yield from _overlook(observed, pace)
     if observed["holding"]:
         observed = yield from _bin_what_is_held(observed, pace)
@@ -250,7 +231,6 @@ def verify(observed: Observation, inputs: Inputs) -> SkillBody:
 def recover(observed: Observation, inputs: Inputs) -> SkillBody:
     """Bring the sponge back to its rest, from the hand or from where it fell, rise and look."""
     pace = inputs["hand_speed"]
-    observed = yield from _let_go_at_the_carriage(observed)
     observed = yield from _overlook(observed, pace)
     observed = yield from _bin_what_is_held(observed, pace)
     if not observed["holding"]:
@@ -359,15 +339,7 @@ def _sponge_at_rest(observed: Observation) -> bool:
 
 
 def _take_sponge(observed: Observation, pace: float) -> Task:
-    """Grip the sponge across and lift it; one too near the carriage is drawn away from it first."""
-    for _ in range(DRAGS):
-        lack = _lack_at_the_carriage(observed, observed["sponge_position"])
-        if lack > 0.0:
-            x, y, z = observed["sponge_position"]
-            observed = yield from _drag(observed, pace, (x, y, z + PRESSED_SPONGE), (1.0, 0.0), lack + 0.02)
-            observed = yield from _overlook(observed, pace)
-            if not _is_sponge_usable(observed):
-                return observed
+    """Grip the sponge across and lift it."""
     x, y, z = observed["sponge_position"]
     observed = yield from _grasp(observed, pace, (x, y, z + SPONGE_GRASP), observed["sponge_yaw"], 0.02)
     return (yield from _rise(observed, pace, 0.0))
@@ -393,23 +365,25 @@ def _bin_what_is_held(observed: Observation, pace: float) -> Task:
 
 
 def _bin_clutter(observed: Observation, pace: float, offset: float) -> Task:
-    """Grip the next piece of clutter and let it go over the bin, `offset` along x from its middle."""
+    """Grip the next piece of clutter and let it go over the bin, `offset` along x from its middle.
+
+    One at the bin's wall is gripped on its free side; where that is not room enough, it is first drawn away
+    by its top. One at the edge of the table is gripped on its far side.
+    """
     for _ in range(DRAGS):
-        observed = yield from _sense(observed, "base_position")
-        if _lack_at_the_carriage(observed, observed["clutter_position"]) > 0.0:
-            observed = yield from _push_from_the_carriage(observed, pace)
-        elif _room_missing(observed) > 0.0:
-            observed = yield from _drag_from_the_bin(observed, pace)
-        else:
+        if _room_missing(observed) <= GRIP_ASIDE:
             break
+        observed = yield from _drag_from_the_bin(observed, pace)
         observed = yield from _overlook(observed, pace)
         if not _is_clutter_seen(observed):
             return observed
     x, y, z = observed["clutter_position"]
     room = max(0.0, DROP_ROOM - observed["clutter_length"] / 2.0)
     offset = min(max(offset, -room), room)
-    yaw = _along_the_bin(observed)
-    grasp = (x, y, max(z + CLUTTER_GRASP, LOWEST))
+    yaw, (dx, dy) = _grip_yaw(observed), _away_from_the_bin(observed)
+    aside = min(max(0.0, _room_missing(observed)), GRIP_ASIDE)
+    nearest = min(observed["base_position"][0] + NEAREST, x + GRIP_ASIDE)
+    grasp = (max(x + aside * dx, nearest), y + aside * dy, max(z + CLUTTER_GRASP, LOWEST))
     observed = yield from _grasp(observed, pace, grasp, yaw, 0.02)
     observed = yield from _rise(observed, pace, yaw)
     observed = yield from _sense(observed, "holding")
@@ -432,63 +406,34 @@ def _outside(observed: Observation) -> tuple[float, float]:
 
 def _room_missing(observed: Observation) -> float:
     """Room that a hand lacks between the next piece and the nearest wall of the bin, m."""
-    yaw, outside = _along_the_bin(observed), _outside(observed)
+    yaw, outside = _grip_yaw(observed), _outside(observed)
     along_x, along_y = abs(cos(yaw)), abs(sin(yaw))
     if outside[1] > outside[0]:
         along_x, along_y = along_y, along_x
     return HAND_HALF[0] * along_x + HAND_HALF[1] * along_y - max(outside)
 
 
+def _away_from_the_bin(observed: Observation) -> tuple[float, float]:
+    """The direction away from the nearest wall of the bin, at the next piece."""
+    (x, y, _), middle, outside = observed["clutter_position"], observed["bin_position"], _outside(observed)
+    if outside[1] > outside[0]:
+        return (0.0, 1.0 if y > middle[1] else -1.0)
+    return (1.0 if x > middle[0] else -1.0, 0.0)
+
+
 def _drag_from_the_bin(observed: Observation, pace: float) -> Task:
     """Draw the next piece off the bin's wall, until a hand has room."""
-    (x, y, z), middle, outside = observed["clutter_position"], observed["bin_position"], _outside(observed)
-    across = outside[1] > outside[0]
-    away = (0.0, 1.0 if y > middle[1] else -1.0) if across else (1.0 if x > middle[0] else -1.0, 0.0)
+    x, y, z = observed["clutter_position"]
     top = (x, y, 2.0 * z - _lift(observed))
-    return (yield from _drag(observed, pace, top, away, _room_missing(observed) + 0.02))
-
-
-def _push_from_the_carriage(observed: Observation, pace: float) -> Task:
-    """Push the next piece away from the carriage with closed fingers, until it can be lifted.
-
-    Where the hand cannot come down behind it, as the forearm would be at the column, it is drawn by its top.
-    """
-    x, y, middle = observed["clutter_position"]
-    if abs(y - observed["base_position"][1]) > PUSH_ASIDE:
-        lack = _lack_at_the_carriage(observed, observed["clutter_position"])
-        top = (x, y, 2.0 * middle - _lift(observed))
-        return (yield from _drag(observed, pace, top, (1.0, 0.0), lack + 0.02))
-    z = _lift(observed) + PUSH_HEIGHT
-    start = max(x - PUSH_START, observed["base_position"][0] + PUSH_NEAREST)
-    way = _lack_at_the_carriage(observed, observed["clutter_position"]) + 0.02
-    yield act("grip", width=CLOSED, force=GRIP_FORCE)
-    yield from _approach(observed, pace, (start, y, z), 0.0)
-    observed = yield act("move_tool", target=(x + way - 0.03, y, z), yaw=0.0, speed=DRAG_SPEED)
-    return (yield from _rise(observed, pace, 0.0))
-
-
-def _lack_at_the_carriage(observed: Observation, place: Place) -> float:
-    """Distance (m) by which a thing at `place` is too near the carriage, along x, to be lifted by a grip."""
-    base = observed["base_position"]
-    ahead = place[0] - base[0] - CARRIAGE_HALF[0]
-    aside = max(0.0, abs(place[1] - base[1]) - CARRIAGE_HALF[1])
-    return sqrt(max(0.0, CARRIAGE_ROOM**2 - aside**2)) - ahead if aside < CARRIAGE_ROOM else 0.0
-
-
-def _let_go_at_the_carriage(observed: Observation) -> Task:
-    """Open a low hand that came to rest with something so near the carriage that it could not leave."""
-    observed = yield from _sense(observed, "tool_position", "base_position")
-    tool = observed["tool_position"]
-    is_low = tool[2] < _lift(observed) + 2.0 * CLEARANCE
-    if observed.get("holding") is True and is_low and _lack_at_the_carriage(observed, tool) > 0.0:
-        observed = yield act("grip", width=OPEN, force=GRIP_FORCE)
-    return observed
+    return (
+        yield from _drag(observed, pace, top, _away_from_the_bin(observed), _room_missing(observed) + 0.02)
+    )
 
 
 def _drag(observed: Observation, pace: float, place: Place, away: tuple[float, float], way: float) -> Task:
     """Press closed fingers on the top of a thing at `place`, and draw it by `way` in the direction `away`."""
     yaw = 0.0 if away[1] == 0.0 else -pi / 2
-    x, y, top = place[0] + DRAG_OFFSET * away[0], place[1] + DRAG_OFFSET * away[1], place[2] + PAD
+    x, y, top = place[0], place[1], place[2] + PAD
     yield act("grip", width=CLOSED, force=GRIP_FORCE)
     yield from _approach(observed, pace, (x, y, top + 0.006), yaw)
     end = (x + way * away[0], y + way * away[1], top)
@@ -496,17 +441,21 @@ def _drag(observed: Observation, pace: float, place: Place, away: tuple[float, f
     return (yield from _rise(observed, pace, yaw))
 
 
-def _along_the_bin(observed: Observation) -> float:
+def _grip_yaw(observed: Observation) -> float:
     """The yaw to grip the next piece at: the fingers close along a wall of the bin that they are near.
 
-    Where both sides of a piece fit, a quarter of a turn leaves it as good a grip.
+    They turn a piece that fits between them in that direction. Where both sides of another one fit, a quarter
+    of a turn leaves it as good a grip.
     """
     outside = _outside(observed)
-    yaw: float = observed["clutter_yaw"]
-    near = max(outside) < HAND_REACH
+    yaw, length = float(observed["clutter_yaw"]), observed["clutter_length"]
+    if max(outside) >= HAND_REACH:
+        return yaw
     across = outside[1] > outside[0]
-    can_turn = observed["clutter_length"] < BOTH_SIDES_FIT
-    return yaw - pi / 2 if near and across and can_turn else yaw
+    along = -pi / 2 if across else 0.0
+    if length * (abs(cos(yaw - along)) + abs(sin(yaw - along))) < TURNED_WIDTH:
+        return along
+    return yaw - pi / 2 if across and length < BOTH_SIDES_FIT else yaw
 
 
 def _grasp(observed: Observation, pace: float, place: Place, yaw: float, width: float) -> Task:

@@ -16,11 +16,12 @@ from .measures import (
     LOWEST,
     OUTLINE,
     PLATE_HALF,
+    POT_HALF,
     UNCERTAINTY,
     Place,
     Values,
 )
-from .wrappers import Filling, Piece, is_in_pot
+from .wrappers import Filling, Piece
 
 PUSH_HEIGHT = 0.02
 """Height of the tool that pushes a thing which is at least 17 mm high, m: the hand is over stands and pot."""
@@ -34,6 +35,12 @@ not 17 mm."""
 
 PUSHES = tuple(0.02 * step for step in range(1, 11))
 """Lengths of pushes to try, m."""
+
+RIM, RIM_STEP = 0.005, 0.002
+"""Thickness of the pot's sides, and distance of the points that stand for their upper edges, m."""
+
+PUSH_SHARES = tuple(step / 10.0 for step in range(11))
+"""Places on the way of the fingers that push, which are at most 25 mm apart, as shares of it."""
 
 FINGERS_HALF, PUSH_AWAY = 0.015, 0.012
 """Half the thickness of both fingers when they are closed, and how far from a thing they come down, m."""
@@ -77,17 +84,19 @@ def has_wrapper_room(bench: Bench, piece: Piece) -> bool:
     wrapper = piece.wrapper
     if bench.is_on_press(piece):
         return True  # fingers pass its sides
-    if piece.is_wrapped and is_in_pot(wrapper.middle, bench.pot):
+    if piece.is_wrapped and bench.is_whole_in_pot(piece):
         return True  # it stays there
     if wrapper.fold is None:
         return False  # nobody grips it across the hinge while it stands on its edge
-    around = points_without(bench, wrapper.grip, wrapper.yaw, wrapper.half)
-    return has_room(around, wrapper.grip, wrapper.yaw)
+    # One that is wrapped is gripped across its plates, even if it seems to be open as it lies askew.
+    grip = wrapper.middle if piece.is_wrapped else wrapper.grip
+    around = points_without(bench, grip, wrapper.yaw, wrapper.half)
+    return has_room(with_rim(bench, around), grip, wrapper.yaw)
 
 
 def filling_heading(bench: Bench, filling: Filling) -> float | None:
     """Return the heading at which a hand has room to grip a filling: it is square."""
-    around = points_without(bench, filling.middle, filling.yaw, FILLING_HALF)
+    around = with_rim(bench, points_without(bench, filling.middle, filling.yaw, FILLING_HALF))
     for heading in square_headings(filling.yaw):
         if has_room(around, filling.middle, heading):
             return heading
@@ -98,6 +107,17 @@ def points_without(bench: Bench, middle: Place, yaw: float, half: tuple[float, f
     """Return the surroundings without a thing and what lies on it."""
     along, across = in_frame(bench.surroundings, middle, yaw)
     return bench.surroundings[(np.abs(along) > half[0] + OUTLINE) | (np.abs(across) > half[1] + OUTLINE)]
+
+
+def with_rim(bench: Bench, points: Points) -> Points:
+    """Return points (n, 3) with those of the pot's rim, of which what leans at it seems to be a part."""
+    if bench.pot is None:
+        return points
+    (x, y, z), u, v = bench.pot, POT_HALF[0] + RIM / 2.0, POT_HALF[1] + RIM / 2.0
+    a, b = (np.arange(-half, half + RIM_STEP, RIM_STEP) for half in (u, v))
+    edges = [(one, side) for one in a for side in (-v, v)] + [(side, one) for one in b for side in (-u, u)]
+    rim = np.array([(x + dx, y + dy, z) for dx, dy in edges])
+    return np.concatenate([points, rim])
 
 
 def push_of(bench: Bench, piece: Piece) -> Values:
@@ -128,13 +148,14 @@ def push_along_side(
     if middle[2] > bench.lift + PUSHED_HEIGHT:
         return {}
     around = points_without(bench, middle, yaw, half)
+    solid = with_rim(bench, around)
     for length in PUSHES:
         for side in range(4):
             way = yaw + side * pi / 2.0
             u, v = cos(way), sin(way)
             out, wide = half[side % 2], half[1 - side % 2]
             end = (middle[0] + length * u, middle[1] + length * v, middle[2])
-            if not any(has_room(around, end, one) for one in grips):
+            if not any(has_room(solid, end, one) for one in grips):
                 continue
             along, across = in_frame(around, middle, way)
             is_in_way = (along > 0.0) & (along < length + out + OUTLINE) & (np.abs(across) < wide + OUTLINE)
@@ -145,8 +166,9 @@ def push_along_side(
                 (middle[0] + at * u, middle[1] + at * v, bench.lift + size[2])
                 for at in (start, length - out - FINGERS_HALF)
             )
+            steps = [tuple(np.add(first, share * np.subtract(last, first)).tolist()) for share in PUSH_SHARES]
             for heading in (wrap_heading(way, pi), wrap_heading(way + pi / 2.0, pi)):
-                if all(has_room(around, one, heading, CLOSED_HAND, LOW_X) for one in (first, last)):
+                if all(has_room(solid, one, heading, CLOSED_HAND, LOW_X) for one in steps):
                     return {
                         "push_start": (first, UNCERTAINTY),
                         "push_end": (last, UNCERTAINTY),

@@ -211,6 +211,8 @@ def boil(observed: Observation, inputs: Inputs) -> SkillBody:
             observed = yield from _make_room(observed, pace, "wrapper_has_room", *WRAPPER)
             if observed.get("wrapper_has_room") is False or not _are_known(observed, WRAPPER):
                 return
+            if observed.get("dumpling_wrapped") is not True:
+                return  # the looks showed another wrapper to go on with: this one is out of reach
             middle, yaw = _on_plate(observed, DUMPLING_GRASP), observed["wrapper_yaw"]
             observed = yield from _take(observed, pace, middle, yaw, WRAPPER_GRIP * _size(observed))
         x, y, z = observed.get("pot_place", _fixture(observed, "pot_position"))

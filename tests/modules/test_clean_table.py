@@ -209,6 +209,32 @@ def test_a_long_piece_is_gripped_across(yaw: float) -> None:
     assert found["clutter_length"] == pytest.approx(0.12, abs=0.006)
 
 
+@pytest.mark.parametrize(
+    ("beside", "heading"),
+    [
+        ([], 0.0),
+        # The fingers close across the heading, along y: there is no room for them on one side.
+        ([Top(0.585, -0.355, 0.04, (0.02, 0.02), BLUE)], pi / 2.0),
+        ([Top(0.635, -0.30, 0.04, (0.02, 0.02), BLUE)], 0.0),
+        # Low enough for the palm, and too high for it.
+        ([Top(0.585, -0.385, 0.045, (0.02, 0.015), BLUE)], 0.0),
+        ([Top(0.585, -0.385, 0.09, (0.02, 0.015), BLUE)], pi / 2.0),
+    ],
+)
+def test_a_piece_is_gripped_where_fingers_have_room_beside_others(beside: list[Top], heading: float) -> None:
+    found = seen(SPONGE, Top(0.58, -0.30, 0.04, (0.02, 0.02), GREEN), *beside)
+    assert found["clutter_position"] == pytest.approx((0.58, -0.30, 0.02), abs=0.004)
+    assert apart(found["clutter_yaw"], heading, pi) < 0.08
+
+
+def test_a_piece_with_room_for_the_hand_comes_before_one_without() -> None:
+    caught, free = Top(0.58, -0.30, 0.04, (0.02, 0.02), GREEN), Top(0.70, 0.35, 0.04, (0.02, 0.02), GREEN)
+    walls = [Top(0.635, -0.30, 0.12, (0.01, 0.02), BLUE), Top(0.585, -0.355, 0.12, (0.02, 0.01), BLUE)]
+    assert seen(SPONGE, caught, free)["clutter_position"][0] == pytest.approx(0.58, abs=0.004)
+    # The walls themselves are too high for the hand.
+    assert seen(SPONGE, caught, *walls, free)["clutter_position"][0] == pytest.approx(0.70, abs=0.004)
+
+
 def test_a_thin_thing_that_stands_in_the_area_is_in_the_way() -> None:
     found = seen(SPONGE, Top(0.5, 0.0, 0.06, (0.1, 0.003), GREEN))
     assert (found["wiping_area_clear"], found["clutter_on_table"]) == (False, False)

@@ -188,6 +188,27 @@ def test_wiping_a_half_leaves_the_other_half_as_it_is(region: str) -> None:
     assert plant._scene.state.value(f"dirt.{other}_half.wiped") < 0.1
 
 
+@pytest.mark.parametrize(
+    ("x", "y"),
+    [
+        (0.325, -1.2),  # at the table's edge, in front of what the arm stands on
+        (0.33, -1.45),
+        (0.45, -1.58),  # 15 mm from the bin's wall
+        (0.45, -1.592),
+        (0.33, -1.70),  # between the bin and the table's edge
+    ],
+)
+def test_a_piece_where_a_hand_has_little_room_is_put_into_the_bin(x: float, y: float) -> None:
+    plant = make_plant(shipped_scene("table"), 0)
+    one = Robot("clean_table", plant)
+    assert isinstance(plant._scene, DeclaredScene)
+    cube = plant._scene._objects["cube"]
+    cube.pose = Pose((x, y, cube.pose.position[2]), yaw_orientation(0.2))
+    assert one.run("organize") is None
+    assert one.observed()["table_organized"]
+    assert plant.truth()["clean_table.table_organized(region = whole)"]
+
+
 @pytest.mark.parametrize(("depth", "wipes"), [(0.0002, True), (0.00005, False), (-0.001, False)])
 def test_a_held_sponge_wipes_where_it_is_pressed_with_more_than_1_n(depth: float, wipes: bool) -> None:
     (scene, things), laid = built("table"), table_layout(SEED)

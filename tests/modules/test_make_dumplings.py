@@ -13,9 +13,11 @@ from aeros.perception.points import point_cloud
 from aeros.sim.geometry import Camera, Pose, Vector3, add, to_world, yaw_of, yaw_orientation
 from ecms.make_dumplings.bench import LEANING
 from ecms.make_dumplings.bench import Bench as KnownBench
+from ecms.make_dumplings.hand import has_room
 from ecms.make_dumplings.measures import CLOSED_HEIGHT, HINGE_TO_PLATE, PLATE_HALF
 from ecms.make_dumplings.perceivers import UNSEEN
 from ecms.make_dumplings.pictures import level_points, look_from_above, shows_filling, square_heading
+from ecms.make_dumplings.room import with_rim
 from ecms.make_dumplings.values import remaining_values
 from ecms.make_dumplings.wrappers import Piece, Wrapper, is_in_pot
 from tests.modules.looking import Put, Top, Watched, as_picture, draw
@@ -400,6 +402,16 @@ def test_a_dumpling_that_may_lean_at_the_pot_from_outside_is_not_settled_in_it(
     place = (x, y + away, z - 0.02)
     assert is_in_pot(place, POT)
     assert is_in_pot(place, POT, LEANING) is is_settled
+
+
+def test_neither_grip_nor_push_leads_through_the_side_of_the_pot() -> None:
+    rim = with_rim(KnownBench(), np.empty((0, 3)))
+    assert len(rim) == 0, "no pot is known"
+    rim = with_rim(KnownBench(pot=POT), np.empty((0, 3)))
+    x, y, z = POT
+    # Fingers that close along the pot's side, on it and clear of it.
+    for away, is_free in ((0.0825, False), (0.12, True)):
+        assert has_room(rim, (x, y - away, z - 0.02), pi / 2.0) is is_free
 
 
 def test_each_value_has_the_time_of_the_picture_that_shows_it() -> None:

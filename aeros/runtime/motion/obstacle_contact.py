@@ -66,17 +66,40 @@ def _find_contact(
     return None if contact is None else BarrierBreach(contact.inner, contact.outer, contact.path_parameter)
 
 
-def trim_held_space(moving: SweptMotion, held: Hull, standing: Sequence[Hull], clearance: float) -> Hull:
-    """Return the space of what is held, less what obstacles at the motion's start leave of it.
+def find_held_contact(
+    moving: SweptMotion, volumes: Sequence[BarrierBox], clearance: float
+) -> BarrierBreach | None:
+    """Search for a volume of the base, such as what the arm stands on, that what is held may come near to.
 
-    The site declares the space of the largest object. Where an obstacle is in that space, the object that is
-    held is smaller: it was gripped there, and two things are not at one place. One side of the space, or else
-    all of it, is drawn in towards the tool until it is clear at the start.
+    A thing that was gripped beside it is not inside of it, so it is as large as `trim_held_space` leaves it.
+
+    Args:
+        moving: the motion.
+        volumes: volumes to keep out of, in the base's frame.
+        clearance: distance to keep from each, m.
+
+    Returns:
+        The first contact found; None if there is none, or the robot holds nothing.
+    """
+    if moving.held is None or not volumes:
+        return None
+    standing = [_standing_hull(one.id, one.lower, one.upper) for one in volumes]
+    held = trim_held_space(moving, moving.held, standing, clearance)
+    contact = find_link_contact(_against(moving, (), held, standing), clearance)
+    return None if contact is None else BarrierBreach(contact.inner, contact.outer, contact.path_parameter)
+
+
+def trim_held_space(moving: SweptMotion, held: Hull, standing: Sequence[Hull], clearance: float) -> Hull:
+    """Return the space of what is held, less what solid things at the motion's start leave of it.
+
+    The site declares the space of the largest object. Where an obstacle is in that space, or what the arm
+    stands on, the object that is held is smaller: it was gripped there, and two things are not at one place.
+    One side of the space, or else all of it, is drawn in towards the tool until it is clear at the start.
 
     Args:
         moving: the motion.
         held: the declared space.
-        standing: the obstacles, as hulls in the base's frame.
+        standing: those things, as hulls in the base's frame.
         clearance: distance to keep from each, m.
 
     Returns:
@@ -146,5 +169,10 @@ def obstacle_hull(obstacle: Obstacle, base: Vec3) -> Hull:
         The corners of the obstacle in the base's frame.
     """
     (ax, ay, az), (bx, by, bz), (x, y, z) = obstacle.lower, obstacle.upper, base
-    corners = product((ax - x, bx - x), (ay - y, by - y), (az - z, bz - z))
-    return Hull(obstacle.name, 0, tuple(corners), 0.0)
+    return _standing_hull(obstacle.name, (ax - x, ay - y, az - z), (bx - x, by - y, bz - z))
+
+
+def _standing_hull(name: str, lower: Vec3, upper: Vec3) -> Hull:
+    """Return a box in the base's frame as a hull that stands with the robot's foot."""
+    (ax, ay, az), (bx, by, bz) = lower, upper
+    return Hull(name, 0, tuple(product((ax, bx), (ay, by), (az, bz))), 0.0)

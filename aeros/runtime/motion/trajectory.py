@@ -36,10 +36,15 @@ from aeros.runtime.motion.kinematic_bounds import (
 )
 from aeros.runtime.motion.link_distance import find_link_contact
 from aeros.runtime.motion.merged import ConcurrentMotion, commanded_joint_position, merge_motions
-from aeros.runtime.motion.obstacle_contact import ends_at_obstacle, find_obstacle_contact
+from aeros.runtime.motion.obstacle_contact import (
+    ends_at_obstacle,
+    find_held_contact,
+    find_obstacle_contact,
+)
 from aeros.runtime.motion.surface_contact import SurfaceBreach, SurfaceLimits, find_surface_breach
 from aeros.runtime.motion.swept_volume import (
     BarrierBox,
+    BarrierBreach,
     MergedMotion,
     RemainingMotion,
     SweptMotion,
@@ -279,6 +284,8 @@ class MotionDecider:
             touched = [box for box in self._boxes if self._barriers[box.id].volume in surface.volumes]
         others = [box for box in self._boxes if box not in touched]
         breach = find_breach(moving, others, clearance)
+        if breach is not None and breach.link == HELD:
+            breach = _find_breach_closely(moving, others, clearance)
         if breach is None and touched:
             breach = find_breach(moving._replace(held=None), touched, clearance)
         if breach is not None:
@@ -312,6 +319,19 @@ def _surface_reason(barrier: Barrier, place: SurfaceBreach, limits: SurfaceLimit
 
 HELD: Final = "held"
 """Name by which barriers and reasons call a held object."""
+
+
+def _find_breach_closely(
+    moving: SweptMotion, boxes: list[BarrierBox], clearance: float
+) -> BarrierBreach | None:
+    """Search as `find_breach`, but compare what is held closely with volumes that move with the base."""
+    own = [box for box in boxes if box.is_in_base_frame and not box.keep_inside]
+    of_held = [box for box in own if box.links is None or HELD in box.links]
+    return (
+        find_breach(moving, [box for box in boxes if box not in own], clearance)
+        or find_breach(moving._replace(held=None), own, clearance)
+        or find_held_contact(moving, of_held, clearance)
+    )
 
 
 def held_object(policy: MotionPolicy, body: RobotBody, readings: Readings) -> Hull | None:

@@ -1,9 +1,9 @@
 """Map of obstacles: what the pictures of the site's cameras show in the volumes that it watches.
 
 Nothing is an obstacle that is of the robot, of what it holds, or in the space of an object that a module
-measures where it is (`occupies`), in sizes that the site allows. All else is one, whatever a module says. An
-obstacle keeps its name and its place until a picture shows that its space is free, or something of another
-size there. While something hides it, it stays.
+measures where it is (`occupies`), in sizes that the site allows. All else is one, whatever a module says.
+An obstacle keeps its name and its place until a picture shows that its space, or the upper part of it, is
+free, or something of another size there. While something hides it, it stays.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from aeros.spec.expr.scope import AxisAlignedBox
 from aeros.spec.model.motion import MotionPolicy, ObstaclePolicy
 
 if TYPE_CHECKING:
-    from aeros.perception.obstacles import KnownThings, SpaceBox
+    from aeros.perception.obstacles import DepthPicture, KnownThings, SpaceBox
 
 _POSTURE_TICKS: Final = 240
 """Number of control ticks whose postures are kept: a picture arrives after exposure, read-out and delay."""
@@ -30,6 +30,9 @@ _SHOWN: Final = 0.3
 
 _FREE: Final = 0.9
 """Share of that space which must be free for the obstacle to be gone."""
+
+_LOWER_TOPS: Final = (0.875, 0.75, 0.625, 0.5, 0.375, 0.25, 0.125)
+"""Shares of its height to which an obstacle may be lowered whose upper part a picture shows free."""
 
 _SAME_PLACE: Final = 0.01
 """Greatest difference of two boxes of one thing that stands still, m: the box that was known stays."""
@@ -141,8 +144,13 @@ class ObstacleMap:
                     if _is_same(new, old):
                         new = SpaceBox(old.lower, old.upper)
                     stayed.append(Obstacle(old.name, *new, picture.time, camera, volume.name))
-                elif shown < _SHOWN or not (free >= _FREE or _is_explained(old, known)):
+                elif shown < _SHOWN:
                     stayed.append(old)
+                elif free < _FREE:
+                    left = old._replace(upper=(*old.upper[:2], _top_not_seen_free(seen, old, margin)))
+                    is_high = left == old or left.upper[2] >= space.surface + space.least_height + margin
+                    if is_high and not _is_explained(left, known):
+                        stayed.append(left)
             stayed += [self._new(box, picture.time, camera, volume.name) for box in found]
             kept = [*others, *stayed]
         self._known = kept
@@ -230,6 +238,26 @@ def _is_explained(old: Obstacle, known: KnownThings) -> bool:
     return any(
         all(a <= p <= b for a, p, b in zip(box.lower, (x, y, top), box.upper, strict=True)) for box in places
     )
+
+
+def _top_not_seen_free(seen: DepthPicture, old: Obstacle, margin: float) -> float:
+    """Return the height up to which a picture does not show an obstacle's space free, m.
+
+    What was high when it was seen, as somebody carried it, or as something lay on it, may be lower now.
+    """
+    from aeros.perception.obstacles import SpaceBox, share_seen_free
+
+    (left, near, low), (right, far, high) = SpaceBox(old.lower, old.upper).grown(-margin)
+    top = old.upper[2]
+    for share in _LOWER_TOPS:
+        lower = low + share * (high - low)
+        # The upper half of the box that is looked at is above that height.
+        above = SpaceBox((left, near, 2.0 * lower - high), (right, far, high))
+        shown, free = share_seen_free(seen, above)
+        if shown < _SHOWN or free < _FREE:
+            break
+        top = lower + margin
+    return top
 
 
 def _is_same(new: SpaceBox, old: Obstacle) -> bool:

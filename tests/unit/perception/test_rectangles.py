@@ -101,3 +101,15 @@ def test_the_depth_of_the_top_may_be_chosen() -> None:
     points = np.array([[0.0, 0.0, 0.1], [0.0, 0.0, 0.097], [0.0, 0.0, 0.08]])
     assert len(top_points(points)) == 2
     assert len(top_points(points, 0.03)) == 3
+
+
+@pytest.mark.parametrize("height", [0.05, 0.3, 2.0])
+def test_a_single_wrong_pixel_does_not_decide_where_the_top_is(height: float) -> None:
+    x, y = (one.ravel() for one in np.meshgrid(np.linspace(0.0, 0.04, 5), np.linspace(0.0, 0.08, 9)))
+    face = np.column_stack((x, y, np.full(len(x), 0.04)))
+    wrong = np.array(((0.2, 0.3, height),))
+    rectangle, top = top_face(np.concatenate((face, wrong)))
+    assert top == pytest.approx(0.04)
+    assert sorted((rectangle.length, rectangle.width)) == pytest.approx([0.04, 0.08], abs=1e-6)
+    # Of a thing of fewer points each counts.
+    assert top_face(np.concatenate((face[:20], wrong)))[1] == pytest.approx(height)

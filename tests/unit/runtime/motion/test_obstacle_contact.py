@@ -10,6 +10,7 @@ import pytest
 from aeros.runtime.motion.obstacle_contact import (
     as_barrier,
     ends_at_obstacle,
+    find_held_contact,
     find_obstacle_contact,
     obstacle_hull,
 )
@@ -94,6 +95,31 @@ def test_a_held_object_keeps_the_clearance_too_and_touches_the_arm() -> None:
     breach = find_obstacle_contact(turning(0.0, 0.0, held=held), [aside], 0.07)
     assert breach is not None
     assert breach.link == "held"
+
+
+FOOT = BarrierBox("off-the-foot", (-0.1, -0.3, -0.3), (0.38, 0.3, -0.02), False, True, None)
+"""What the arm stands on: it reaches 120 mm less far than the tool."""
+
+GRIPPED = Hull("held", 1, ((0.4, -0.1, -0.1), (0.4, 0.1, 0.1), (0.6, -0.1, -0.1), (0.6, 0.1, 0.1)), 0.0)
+"""The largest thing that may be held: 100 mm on each side of the tool."""
+
+
+def test_a_held_object_is_no_larger_than_the_foot_beside_it_leaves_it() -> None:
+    assert find_held_contact(turning(0.0, 0.0), [FOOT], 0.03) is None, "an empty hand"
+    assert find_held_contact(turning(0.0, 0.0, held=GRIPPED), [], 0.03) is None
+    assert find_held_contact(turning(0.0, 0.0, held=GRIPPED), [FOOT], 0.03) is None
+    under_it = FOOT._replace(upper=(0.6, 0.3, -0.02))
+    breach = find_held_contact(turning(0.0, 0.0, held=GRIPPED), [under_it], 0.03)
+    assert breach is not None
+    assert (breach.barrier, breach.link) == ("off-the-foot", "held")
+
+
+def test_a_held_object_that_was_clear_of_the_foot_keeps_its_size_and_the_clearance() -> None:
+    beside = FOOT._replace(lower=(-0.1, 0.38, -0.3), upper=(0.55, 0.6, 0.3))
+    assert find_held_contact(turning(0.0, 0.2, held=GRIPPED), [beside], 0.03) is None
+    breach = find_held_contact(turning(0.0, 1.0, held=GRIPPED), [beside], 0.03)
+    assert breach is not None
+    assert breach.path_parameter > 0.3
 
 
 def test_obstacles_may_touch_each_other_and_links_are_compared_elsewhere() -> None:

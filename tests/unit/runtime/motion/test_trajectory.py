@@ -343,6 +343,21 @@ def test_a_barrier_applies_to_what_is_held_by_its_name_or_if_it_names_no_links()
         assert carried(True, policy=policy) == found
 
 
+def test_a_held_object_beside_a_volume_of_the_base_is_smaller_and_links_are_not() -> None:
+    # The arm turns away; where it starts, the largest object would be 20 mm inside of what it stands on.
+    beside = AxisAlignedBox(
+        (Fraction(0), Fraction(-1), Fraction(0)), (Fraction(1), Fraction(-8, 100), Fraction(1))
+    )
+    own = replace(CARRYING.barriers[0], box=beside, is_in_base_frame=True)
+    for barrier, plan, found in (
+        (own, TURNED, []),
+        (replace(own, links=None), TURNED, []),
+        (own, motion(-0.5), [("AE763", "off-the-pillar")]),
+        (replace(own, is_in_base_frame=False), TURNED, [("AE763", "off-the-pillar")]),
+    ):
+        assert carried(True, plan, replace(CARRYING, barriers=(barrier,))) == found
+
+
 def test_a_site_without_space_for_held_objects_does_not_check_them() -> None:
     assert carried(True, policy=replace(CARRYING, held=None)) == []
 

@@ -95,6 +95,22 @@ def test_a_moved_thing_is_where_it_is_seen_and_a_place_seen_free_has_none() -> N
     assert one.look(seen()) == []
 
 
+def test_an_obstacle_is_lowered_to_the_height_that_a_picture_shows() -> None:
+    half = Fraction(6, 100)
+    one = Map(configuration=configured(AxisAlignedBox((-half, -half, -half), (half, half, half))))
+    name = next(iter(one.configuration.modules["kettle"].state))
+    carried = SpaceBox((0.45, 0.05, 0.2), (0.55, 0.15, 0.3))
+    (found,) = one.look(seen(carried))
+    assert found.upper[2] == pytest.approx(0.315, abs=0.012)
+    known = {**FAR, name: Reading((0.5, 0.1, 0.05), 0.5)}
+    # Beside it stands an unknown thing: the measured one explains what it is, the space above it is free.
+    assert one.look(seen(CUBE), readings=known) == []
+    (found,) = one.look(seen(carried))
+    tall = SpaceBox((0.45, 0.05, 0.0), (0.47, 0.15, 0.2))
+    (left,) = one.look(seen(CUBE, tall), readings=known)
+    assert 0.2 <= left.upper[2] <= 0.25
+
+
 def test_a_hidden_thing_stays() -> None:
     one = Map()
     (found,) = one.look(seen(CUBE))
