@@ -360,10 +360,10 @@ def _owner_obligation(code: ModuleSource) -> TheoremObligation:
     def run(ask: DecideBranch) -> str:
         modules = {
             "a": SimpleNamespace(
-                id="a", code_digest="", skills={"own": SimpleNamespace(id="own", inputs={})}
+                id="a", code_digest="", skills={"own": SimpleNamespace(id="own", inputs={}, wear=0)}
             ),
             "b": SimpleNamespace(
-                id="b", code_digest="", skills={"lent": SimpleNamespace(id="lent", inputs={})}
+                id="b", code_digest="", skills={"lent": SimpleNamespace(id="lent", inputs={}, wear=0)}
             ),
         }
         caller = modules["a"]

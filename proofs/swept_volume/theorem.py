@@ -176,8 +176,8 @@ THEOREM = Theorem(
             "has-an-obstacle-where-it-is-from-the-origin",
             "obstacle",
             OBSTACLES,
-            "(ax - x, bx - x)",
-            "(ax, bx)",
+            "(ax - x, ay - y, az - z), (bx - x, by - y, bz - z)",
+            "(ax, ay, az), (bx, by, bz)",
         ),
         Mutant(
             "takes-an-obstacle-to-stand-while-the-base-drives",
@@ -190,8 +190,8 @@ THEOREM = Theorem(
             "forgets-the-clearance-of-obstacles",
             "obstacles",
             OBSTACLES,
-            "held, standing), clearance)\n    return None if contact",
-            "held, standing), 0.0)\n    return None if contact",
+            "contact = find_link_contact(moving, clearance)",
+            "contact = find_link_contact(moving, 0.0)",
         ),
     ),
 )

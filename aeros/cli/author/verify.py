@@ -133,7 +133,11 @@ def _command(arguments: argparse.Namespace) -> Exit:
 
 
 def _second_solver(arguments: argparse.Namespace) -> SecondSolver | None:
-    """Return the solver that was asked for, by name or by `--strict`."""
+    """Return the solver that was asked for, by name or by `--strict`.
+
+    Raises:
+        UsageError: cvc5 is not installed.
+    """
     if arguments.second_solver is None and arguments.strict:
         try:
             return second_solver("cvc5")

@@ -62,8 +62,7 @@ def _find_contact(
         return breach
     standing = [obstacle_hull(one, moving.base) for one in obstacles]
     held = None if moving.held is None else trim_held_space(whole, moving.held, standing, clearance)
-    contact = find_link_contact(_against(moving, moving.body.hulls, held, standing), clearance)
-    return None if contact is None else BarrierBreach(contact.inner, contact.outer, contact.path_parameter)
+    return _first_contact(_against(moving, moving.body.hulls, held, standing), clearance)
 
 
 def find_held_contact(
@@ -85,7 +84,12 @@ def find_held_contact(
         return None
     standing = [_standing_hull(one.id, one.lower, one.upper) for one in volumes]
     held = trim_held_space(moving, moving.held, standing, clearance)
-    contact = find_link_contact(_against(moving, (), held, standing), clearance)
+    return _first_contact(_against(moving, (), held, standing), clearance)
+
+
+def _first_contact(moving: SweptMotion, clearance: float) -> BarrierBreach | None:
+    """Return the first contact of two hulls of a motion, told as that of a link with a barrier."""
+    contact = find_link_contact(moving, clearance)
     return None if contact is None else BarrierBreach(contact.inner, contact.outer, contact.path_parameter)
 
 

@@ -141,7 +141,11 @@ class _Script:
                 yield f"(<= {low} {value} {high})"
 
     def _scalar(self, term: t.Term) -> str:
-        """Write a condition, a real or a member."""
+        """Write a condition, a real or a member.
+
+        Raises:
+            AssertionError: a condition on the past, or a vector.
+        """
         match term:
             case t.Literal(value=value, type=type_):
                 return literal(type_, value)

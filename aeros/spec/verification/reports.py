@@ -125,7 +125,7 @@ class Report:
 
     @property
     def is_confirmed(self) -> bool:
-        """Whether nothing that was asked a second time was left undecided or unread."""
+        """True if each question that was asked a second time was read and decided."""
         undecided = () if self.agreement is None else self.agreement.undecided_queries
         return not undecided and (self.encodings is None or not self.encodings.unread_questions)
 

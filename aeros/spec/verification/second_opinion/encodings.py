@@ -110,7 +110,11 @@ def _require_equal(
     truths: Sequence[bool | None],
     expected: Sequence[bool],
 ) -> None:
-    """Compare the last assertions, which are the conditions; those before are the ranges, which hold."""
+    """Compare the last assertions, which are the conditions; those before are the ranges, which hold.
+
+    Raises:
+        DisagreementError: an assertion has another truth value than by definition.
+    """
     right = [True] * (len(truths) - len(expected)) + list(expected)
     for number, (is_found, is_right) in enumerate(zip(truths, right, strict=True), 1):
         if is_found is not is_right:
