@@ -377,6 +377,7 @@ def _bin_clutter(observed: Observation, pace: float, offset: float) -> Task:
         observed = yield from _overlook(observed, pace)
         if not _is_clutter_seen(observed):
             return observed
+    observed = yield from _sense(observed, "base_position")
     x, y, z = observed["clutter_position"]
     room = max(0.0, DROP_ROOM - observed["clutter_length"] / 2.0)
     offset = min(max(offset, -room), room)

@@ -103,4 +103,4 @@ def test_a_shown_quantity_reads_back(digits: int, places: int, unit: str) -> Non
     parsed = parse_quantity(f"{digits / 10**places:.{places}f} {unit}")
     assert parsed is not None
     value, read = parsed
-    assert parse_quantity(format_quantity(value * read.factor, read)) == (value, read)
+    assert parse_quantity(format_quantity(read.to_si(value), read)) == (value, read)

@@ -108,15 +108,15 @@ def test_a_spent_budget_is_undecided_and_never_a_pass(
 
 
 def _ten_parameters(folder: Path) -> None:
-    """Write a site and a module whose one question is Cauchy and Schwarz's inequality in five dimensions."""
+    """Write a site and a module whose one question is on products of two times five numbers."""
     a, b = [f"a{n}" for n in range(5)], [f"b{n}" for n in range(5)]
     parameters = ", ".join(f"{name}: {{type: real, unit: m, range: [-2, 2]}}" for name in a + b)
     site = (CORPUS / "accepted/integer_with_one_value_left/site.yaml").read_text()
     site = site.replace("speed: {type: real, unit: m/s, range: [0, 5]}", "_").replace(
         "parameters:\n      _", f"parameters: {{{parameters}}}"
     )
-    product = " + ".join(f"{x}*{y}" for x, y in zip(a, b, strict=True))
-    (folder / "site.yaml").write_text(site.replace("pieces < 1", f"{product} <= 1 m*m"))
+    products = " + ".join("*".join(one) for one in (a, b))
+    (folder / "site.yaml").write_text(site.replace("pieces < 1", f"{products} <= 0.05 m^5"))
     manifest = (CORPUS / "rejected/form/code_opens_a_connection/ecm.yaml").read_text()
     lengths = " and ".join(" + ".join(f"{x}*{x}" for x in one) + " <= 1 m*m" for one in (a, b))
     for old, new in (

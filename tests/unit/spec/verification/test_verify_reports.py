@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from aeros.spec.backends.solver_process import SolverProcess
+from aeros.spec.backends.solver_results import SatResult, SolverAnswer
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.verdicts import Conclusion, Verdict
 from aeros.spec.verification.reports import Report
@@ -149,8 +151,13 @@ def test_a_refuted_rule_is_not_called_needlessly_gated() -> None:
     assert {one.code for one in found.diagnostics} == {"AE501", "AE506"}
 
 
-def test_an_undecided_rule_is_not_called_needlessly_gated(tmp_path: Path) -> None:
+def test_an_undecided_rule_is_not_called_needlessly_gated(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    unknown = SolverAnswer(SatResult.UNKNOWN, {}, "not today")
+    monkeypatch.setattr(SolverProcess, "check_sat", lambda *_: unknown)
+    monkeypatch.setattr(SolverProcess, "check_together", lambda _, questions, *__: [None] * len(questions))
     path = module(tmp_path, "accepted/gate_named_without_need")
-    (found,) = verify([path], TABLE, 1).modules
+    (found,) = verify([path], TABLE).modules
     assert found.conclusion is Conclusion.UNDECIDED
     assert {one.code for one in found.diagnostics} == {"AE509"}
