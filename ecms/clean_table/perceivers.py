@@ -225,8 +225,8 @@ class HandExtent(NamedTuple):
     """A part of the open hand, on both sides of the tool point.
 
     Attributes:
-        thick: how far it reaches along the hand's heading, m.
-        wide: from where to where it reaches along the way of the fingers, m.
+        thick: extent along the hand's heading, m.
+        wide: nearest and farthest distance from the tool point along the way of the fingers, m.
         from_height: height of its lower end over the tool point, m.
     """
 

@@ -7,7 +7,7 @@ value and its operand.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import chain, combinations, islice
 from math import isqrt
@@ -35,7 +35,7 @@ def lemmas_for(terms: Sequence[t.Term]) -> list[t.Term]:
         Conditions that are true at every point, at most `MAX_LEMMAS`; none if nothing in the question calls
         for one. Their literals are bare numbers, whatever the dimensions are.
     """
-    parts = [one for term in terms for one in _walk(lower(term))]
+    parts = [one for term in terms for one in t.walk([lower(term)])]
     return list(islice(chain(_bound_lemmas(parts), _relating_lemmas(terms, parts)), MAX_LEMMAS))
 
 
@@ -48,7 +48,7 @@ def relating_lemmas(terms: Sequence[t.Term]) -> list[t.Term]:
     Returns:
         As `lemmas_for`, but none for an absolute value or an extremum alone.
     """
-    parts = [one for term in terms for one in _walk(lower(term))]
+    parts = [one for term in terms for one in t.walk([lower(term)])]
     return list(islice(_relating_lemmas(terms, parts), MAX_LEMMAS))
 
 
@@ -92,9 +92,7 @@ def _square_lemmas(parts: Sequence[t.Term]) -> Iterator[t.Term]:
 
 def _ratios(parts: Sequence[t.Term]) -> list[Fraction]:
     """Return the simple ratios of the question's constants and of their roots, 1 first."""
-    numbers = {one.value for one in parts if isinstance(one, t.Literal) and type(one.value) is Fraction}
-    sizes = {abs(one) for one in numbers if one}
-    sizes |= {root for root in map(rational_root, sizes) if root is not None}
+    sizes = sizes_in(parts)
     found = {a / b for a in sizes for b in sizes} | {Fraction(1)}
     simple = [one for one in found if max(one.numerator, one.denominator) <= _MAX_RATIO]
     return sorted(simple, key=lambda one: (max(one.numerator, one.denominator), one))
@@ -128,14 +126,6 @@ def _count_lemmas(terms: Sequence[t.Term], parts: Sequence[t.Term]) -> Iterator[
                     share = t.Multiply(_number(abs(limit - least)), counted)
                     conclusion = t.Compare("<=", share, beyond)
                     yield t.Implies(t.And((premise, condition)), conclusion)
-
-
-def _walk(term: t.Term) -> Iterator[t.Term]:
-    pending = [term]
-    while pending:
-        one = pending.pop()
-        yield one
-        pending.extend(t.children(one))
 
 
 def _conjuncts(term: t.Term) -> Iterator[t.Term]:
@@ -187,6 +177,19 @@ def _linear(term: t.Term) -> _Linear | None:
         case t.Multiply(left=part, right=t.Literal(value=Fraction() as factor)):
             return _linear(t.Multiply(_number(factor), part))
     return None
+
+
+def sizes_in(terms: Iterable[t.Term]) -> set[Fraction]:
+    """Collect the absolute values of a question's constants, and those of their roots that are rational.
+
+    Args:
+        terms: conditions of the question.
+
+    Returns:
+        The sizes, all above 0.
+    """
+    sizes = {abs(one) for one in t.constants_in(terms) if one}
+    return sizes | {root for root in map(rational_root, sizes) if root is not None}
 
 
 def rational_root(value: Fraction) -> Fraction | None:

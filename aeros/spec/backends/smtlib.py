@@ -115,16 +115,13 @@ class _Script:
 
     def _note(self, term: t.Term) -> None:
         """Note the enumerations and constant families of a term."""
-        pending = [term]
-        while pending:
-            one = pending.pop()
+        for one in t.walk([term]):
             match one:
                 case t.ConstantTable():
                     self._note_type(one.type)
                     self._tables[one.name] = one
                 case t.Literal(type=type_) | t.BoundVariable(type=type_):
                     self._note_type(type_)
-            pending.extend(t.children(one))
 
     def _note_type(self, type_: Type) -> None:
         if isinstance(type_, FamilyType):

@@ -11,7 +11,7 @@ from fractions import Fraction
 from itertools import combinations, product
 from typing import Final
 
-from aeros.spec.backends.lemmas import rational_root
+from aeros.spec.backends.lemmas import sizes_in
 from aeros.spec.backends.solver_results import Question, ScalarValue
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower, scalar_variables
@@ -50,16 +50,7 @@ def _is_plain_number(scalar: t.Variable) -> bool:
 
 def _values(conditions: Sequence[t.Term]) -> list[Fraction]:
     """Return constants of the conditions, their rational roots and sums of two, the simplest first."""
-    found: set[Fraction] = set()
-    pending = [*conditions]
-    while pending:
-        one = pending.pop()
-        if isinstance(one, t.Literal) and type(one.value) is Fraction and one.value:
-            found.add(abs(one.value))
-            if (root := rational_root(abs(one.value))) is not None:
-                found.add(root)
-        pending.extend(t.children(one))
-    simple = sorted(found, key=_complexity)[:4]
+    simple = sorted(sizes_in(conditions), key=_complexity)[:4]
     sums = [a + b for a, b in combinations(simple, 2)]
     sizes = list(dict.fromkeys([*simple, *sums]))[: MAX_VALUES // 2]
     return [sign * size for size in sizes for sign in (1, -1)]

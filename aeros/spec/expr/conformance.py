@@ -126,10 +126,7 @@ def is_near_tie(case: ConditionCase) -> bool:
         True if two sides differ by at most 2**-48 of the sum of their magnitudes.
     """
     scalars = values_by_scalar(VARIABLES, exact_environment(case.values))
-    pending = [lower(case.term)]
-    while pending:
-        term = pending.pop()
-        pending.extend(t.children(term))
+    for term in t.walk([lower(case.term)]):
         if isinstance(term, t.Compare):
             left, right = evaluate(term.left, scalars), evaluate(term.right, scalars)
             if (

@@ -6,7 +6,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from enum import Enum
 from fractions import Fraction
@@ -374,6 +374,35 @@ def children(term: Term) -> Iterator[Term]:
 
 _KINDS: Final = frozenset(get_args(Term))
 _FIELDS: Final = {kind: tuple(field.name for field in fields(kind)) for kind in _KINDS}
+
+
+def walk(terms: Iterable[Term]) -> Iterator[Term]:
+    """Yield terms and all that is in them.
+
+    Args:
+        terms: any terms.
+
+    Yields:
+        Each of them and each of their sub-terms, in no particular order.
+    """
+    pending = [*terms]
+    while pending:
+        one = pending.pop()
+        yield one
+        pending.extend(children(one))
+
+
+def constants_in(terms: Iterable[Term]) -> set[Fraction]:
+    """Collect the numbers that are written in terms.
+
+    Args:
+        terms: any terms.
+
+    Returns:
+        The values of all literals that are numbers, in SI.
+    """
+    found = (one.value for one in walk(terms) if isinstance(one, Literal))
+    return {value for value in found if isinstance(value, Fraction)}
 
 
 def variables_of(term: Term) -> dict[str, Variable]:

@@ -124,13 +124,7 @@ def to_8(text: str) -> str:
     Raises:
         UnmigratableError: it is damaged.
     """
-
-    def rewritten(name: str, held: dict[str, Any]) -> dict[str, Any]:
-        return held | {"is_verdict": False} if name == "AttemptResult" else held
-
-    return _rewritten(
-        text, 8, lambda body: {name: _with_objects(value, rewritten) for name, value in body.items()}
-    )
+    return _with_field(text, 8, "AttemptResult", {"is_verdict": False})
 
 
 def to_9(text: str) -> str:
@@ -146,12 +140,17 @@ def to_9(text: str) -> str:
     Raises:
         UnmigratableError: it is damaged.
     """
+    return _with_field(text, 9, "RunReport", {"skipped": False})
+
+
+def _with_field(text: str, version: int, kind: str, added: Mapping[str, Any]) -> str:
+    """Rewrite a checkpoint to a version in which each object of a kind has fields more."""
 
     def rewritten(name: str, held: dict[str, Any]) -> dict[str, Any]:
-        return held | {"skipped": False} if name == "RunReport" else held
+        return {**held, **added} if name == kind else held
 
     return _rewritten(
-        text, 9, lambda body: {name: _with_objects(value, rewritten) for name, value in body.items()}
+        text, version, lambda body: {name: _with_objects(value, rewritten) for name, value in body.items()}
     )
 
 

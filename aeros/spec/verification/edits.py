@@ -218,11 +218,8 @@ def _reads_state(term: t.Term) -> bool:
 
 def _matching_constants(bound: _Bound, goal: t.Term) -> list[Fraction]:
     """Return the constants of `goal` that could be the bound, the nearest first."""
-    constants, pending = {bound.value}, [goal]
-    while pending:
-        term = pending.pop()
-        pending.extend(t.children(term))
-        if isinstance(term, t.Literal) and isinstance(term.value, Fraction):
-            constants |= {to_unit(term.value, bound.unit), to_unit(-term.value, bound.unit)}
+    constants = {bound.value}
+    for value in t.constants_in([goal]):
+        constants |= {to_unit(value, bound.unit), to_unit(-value, bound.unit)}
     sign = 1 if bound.upper else -1
     return sorted((one for one in constants if one * sign <= bound.value * sign), key=lambda one: -one * sign)

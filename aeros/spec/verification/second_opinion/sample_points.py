@@ -105,11 +105,7 @@ class _Chooser:
 
 
 def _constants(terms: Sequence[t.Term]) -> Iterator[Fraction]:
-    pending = list(terms)
-    while pending:
-        one = pending.pop()
-        if isinstance(one, t.Literal) and type(one.value) is Fraction:
-            yield one.value
-        elif isinstance(one, t.ConstantTable):
+    yield from t.constants_in(terms)
+    for one in t.walk(terms):
+        if isinstance(one, t.ConstantTable):
             yield from one.values
-        pending.extend(t.children(one))

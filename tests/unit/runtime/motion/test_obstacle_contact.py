@@ -98,7 +98,7 @@ def test_a_held_object_keeps_the_clearance_too_and_touches_the_arm() -> None:
 
 
 FOOT = BarrierBox("off-the-foot", (-0.1, -0.3, -0.3), (0.38, 0.3, -0.02), False, True, None)
-"""What the arm stands on: it reaches 120 mm less far than the tool."""
+"""The foot that the arm stands on: it ends 120 mm before the tool."""
 
 GRIPPED = Hull("held", 1, ((0.4, -0.1, -0.1), (0.4, 0.1, 0.1), (0.6, -0.1, -0.1), (0.6, 0.1, 0.1)), 0.0)
 """The largest thing that may be held: 100 mm on each side of the tool."""

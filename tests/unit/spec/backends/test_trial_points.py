@@ -7,6 +7,7 @@ import pytest
 from aeros.spec.backends.solver_results import Question
 from aeros.spec.backends.trial_points import MAX_NUMBERS, find_point
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.lower import values_by_variable
 from aeros.spec.expr.parser import parse
 from aeros.spec.expr.random_terms import VARIABLES
 from aeros.spec.expr.scope import Scope
@@ -37,8 +38,8 @@ def test_a_point_meets_all_conditions(texts: tuple[str, ...]) -> None:
     asked = question(*texts)
     point = find_point(asked)
     assert point is not None
-    vectors = {one: tuple(point.get(f"{one}.{axis}") for axis in "xyz") for one in "pq"}
-    assert all(is_true(one, {**point, **vectors}) for one in asked.terms)  # type: ignore[dict-item]
+    values = values_by_variable(asked.variables, point)
+    assert all(is_true(one, values) for one in asked.terms)
 
 
 def test_without_a_point_among_the_values_that_are_tried_there_is_none() -> None:

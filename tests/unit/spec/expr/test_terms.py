@@ -102,3 +102,17 @@ def test_to_replace_a_variable_by_its_value_changes_no_truth_value(term: t.Term,
     replaced = t.substitute(term, {"a": t.Literal(a, BOOL), "x": t.Literal(Fraction(x), RealType(LENGTH))})
     assert t.variables_of(replaced).keys() == t.variables_of(term).keys() - {"a", "x"}
     assert is_true(replaced, at) is is_true(term, at)
+
+
+def test_a_walk_meets_each_term_and_all_that_is_in_it() -> None:
+    term = t.Not(t.Compare("<", X, t.Add(X, Y)))
+    found = list(t.walk([term, A]))
+    assert len(found) == 7
+    assert found.count(X) == 2
+    assert {term, A, t.Add(X, Y)} <= set(found)
+
+
+def test_constants_are_the_numbers_alone() -> None:
+    three = t.Literal(Fraction(3), RealType(LENGTH))
+    term = t.And((t.Compare("<", X, t.Multiply(three, three)), t.TRUE))
+    assert t.constants_in([term]) == {Fraction(3)}
