@@ -128,7 +128,7 @@ class TaskLoop:
         reason = self._run_until_goal() if holds is True else _skip(self._journal, errand, holds)
         skipped = holds is False
         world = self._attempts.world
-        if not skipped and world.evaluate(task.goal) is not True:
+        if not skipped and world.truth_by_known_values(task.goal) is not True:
             behind = definition_causes(world, world.unmet_parts(task.goal), self._runtime.active_modules())
             record_unmet_definitions(self._journal, str(self._routed), behind)
         return RunReport(
@@ -150,7 +150,7 @@ class TaskLoop:
             return True
         if errand.is_otherwise:
             return self._position.earlier_reports[-1].skipped
-        return self._attempts.observe().evaluate(errand.condition)
+        return self._attempts.observe().truth_by_known_values(errand.condition)
 
     def resume(self, checkpoint: TaskCheckpoint, events: Iterable[AuditEvent]) -> None:
         """Restore the run from a checkpoint, before `run` is called.
@@ -301,7 +301,7 @@ class TaskLoop:
         return self._plans.kept_plan(plan)
 
     def _is_goal_reached(self) -> bool:
-        return self._attempts.world.evaluate(self._routed.task.goal) is True
+        return self._attempts.world.truth_by_known_values(self._routed.task.goal) is True
 
 
 def _skip(journal: Journal, errand: Errand | None, holds: bool | None) -> str | None:

@@ -140,7 +140,7 @@ class TrialContextImpl:
 
     def is_goal_reached(self) -> bool:
         """Implement `TrialContext.is_goal_reached`."""
-        return self.world().evaluate(self._routed.task.goal) is True
+        return self.world().truth_by_known_values(self._routed.task.goal) is True
 
     def is_goal_measured(self) -> bool:
         """Evaluate the goal for the harness, even where the architecture has used up its calls.

@@ -320,7 +320,7 @@ class PlanExecutor:
         return self._is_over() or self._is_redundant(step)
 
     def _is_redundant(self, step: PlanStep) -> bool:
-        return step.unless is not None and self._attempts.world.evaluate(step.unless) is True
+        return step.unless is not None and self._attempts.world.truth_by_known_values(step.unless) is True
 
 
 def _failure_of(step: PlanStep, attempt: AttemptResult, denied: set[str]) -> PlanFailure:

@@ -55,7 +55,7 @@ class RulePlanner:
 
         Args:
             routed: task to plan for.
-            world: current state; a rule with an unknown `satisfied_condition` counts as not satisfied.
+            world: current state; a rule is satisfied where the known values alone decide that.
             modules: active modules by id; unused.
 
         Returns:
@@ -65,7 +65,7 @@ class RulePlanner:
             tuple(
                 step_of_rule(routed.module, rule)
                 for rule in routed.task.rules
-                if world.evaluate(rule.satisfied_condition) is not True
+                if world.truth_by_known_values(rule.satisfied_condition) is not True
             )
         )
 

@@ -3,6 +3,7 @@
 It is built from `Readings` and nothing else: expectations of a plan or claims of a skill never enter it.
 A value that is missing, stale, from the future, non-finite, wrongly typed or outside its declared range is
 unknown. A condition over anything unknown is itself unknown, and an unknown condition satisfies nothing.
+Goals and what makes a step needless are decided by the known values alone, where these suffice.
 Values become stale as time passes, also while nothing is measured.
 """
 
@@ -12,12 +13,14 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
+from itertools import chain
 from typing import Any, TypeGuard
 
 from aeros.agent.world.values import ExactConverter, UnusableValueError, to_exact, to_json_value
 from aeros.runtime.ports import Reading, Readings
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import values_by_scalar
+from aeros.spec.expr.partial_truth import partial_truth
 from aeros.spec.expr.semantics import Environment, Value, is_true
 from aeros.spec.expr.shortfall import UnmetBound, unmet_bounds
 from aeros.spec.expr.types import BoolType, EnumType, FamilyType, IntegerType
@@ -120,6 +123,20 @@ class WorldModel:
             return None
         return is_true(condition, environment)
 
+    def truth_by_known_values(self, condition: t.Term) -> bool | None:
+        """Evaluate a goal, or what makes a step needless, as far as the known values decide it.
+
+        Nothing is allowed because of this answer. Where `evaluate` gives a truth value, this gives the same;
+        elsewhere it may give one that no value of the unknown variables could change.
+
+        Args:
+            condition: boolean term over state variables.
+
+        Returns:
+            The truth value, or None if it depends on what is unknown.
+        """
+        return partial_truth(condition, self.known)
+
     def unmet_reason(self, condition: t.Term, inputs: Environment = NO_INPUTS) -> str:
         """Explain in words why a condition is not measured as true.
 
@@ -145,8 +162,15 @@ class WorldModel:
             inputs: exact values by `inputs.NAME`.
 
         Returns:
-            The unknown variables; if all are known, the bounds that are not met.
+            Of each operand of `and` that is not true: the unknown variables; if all are known, the bounds
+            that are not met. Each once.
         """
+        if isinstance(condition, t.And):
+            return tuple(
+                dict.fromkeys(
+                    chain.from_iterable(self.unmet_parts(operand, inputs) for operand in condition.operands)
+                )
+            )
         environment = {**self.known, **inputs}
         read = t.variables_of(condition)
         missing = tuple(

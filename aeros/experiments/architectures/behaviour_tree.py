@@ -95,7 +95,8 @@ class _ConditionNode(Behaviour):
         self._context, self._term = context, term
 
     def update(self) -> Status:
-        return Status.SUCCESS if self._context.world().evaluate(self._term) is True else Status.FAILURE
+        is_met = self._context.world().truth_by_known_values(self._term) is True
+        return Status.SUCCESS if is_met else Status.FAILURE
 
 
 class _SkillNode(Behaviour):

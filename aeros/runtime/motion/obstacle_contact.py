@@ -80,11 +80,26 @@ def find_held_contact(
     Returns:
         The first contact found; None if there is none, or the robot holds nothing.
     """
-    if moving.held is None or not volumes:
+    held = held_beside(moving, volumes, clearance)
+    if held is None or not volumes:
         return None
-    standing = [_standing_hull(one.id, one.lower, one.upper) for one in volumes]
-    held = trim_held_space(moving, moving.held, standing, clearance)
-    return _first_contact(_against(moving, (), held, standing), clearance)
+    return _first_contact(_against(moving, (), held, _standing_hulls(volumes)), clearance)
+
+
+def held_beside(moving: SweptMotion, volumes: Sequence[BarrierBox], clearance: float) -> Hull | None:
+    """Return the space of what is held, as large as volumes of the base leave it at the motion's start.
+
+    Args:
+        moving: the motion.
+        volumes: volumes to keep out of, in the base's frame.
+        clearance: distance to keep from each, m.
+
+    Returns:
+        The space; None if the robot holds nothing.
+    """
+    if moving.held is None or not volumes:
+        return moving.held
+    return trim_held_space(moving, moving.held, _standing_hulls(volumes), clearance)
 
 
 def _first_contact(moving: SweptMotion, clearance: float) -> BarrierBreach | None:
@@ -174,6 +189,10 @@ def obstacle_hull(obstacle: Obstacle, base: Vec3) -> Hull:
     """
     (ax, ay, az), (bx, by, bz), (x, y, z) = obstacle.lower, obstacle.upper, base
     return _standing_hull(obstacle.name, (ax - x, ay - y, az - z), (bx - x, by - y, bz - z))
+
+
+def _standing_hulls(volumes: Sequence[BarrierBox]) -> list[Hull]:
+    return [_standing_hull(one.id, one.lower, one.upper) for one in volumes]
 
 
 def _standing_hull(name: str, lower: Vec3, upper: Vec3) -> Hull:

@@ -36,10 +36,12 @@ from aeros.runtime.motion.kinematic_bounds import (
 )
 from aeros.runtime.motion.link_distance import find_link_contact
 from aeros.runtime.motion.merged import ConcurrentMotion, commanded_joint_position, merge_motions
+from aeros.runtime.motion.nearest_approach import find_nearest_approach
 from aeros.runtime.motion.obstacle_contact import (
     ends_at_obstacle,
     find_held_contact,
     find_obstacle_contact,
+    held_beside,
 )
 from aeros.runtime.motion.surface_contact import SurfaceBreach, SurfaceLimits, find_surface_breach
 from aeros.runtime.motion.swept_volume import (
@@ -289,14 +291,10 @@ class MotionDecider:
         if breach is None and touched:
             breach = find_breach(moving._replace(held=None), touched, clearance)
         if breach is not None:
-            barrier = self._barriers[breach.barrier]
-            where = "may leave" if barrier.keep_inside else "may enter"
-            text = (
-                f"`{breach.link}` {where} the volume `{barrier.volume}` at "
-                f"{100.0 * breach.path_parameter:.0f} % of the path, or comes nearer than the clearance: "
-                f"{barrier.rationale}"
-            )
-            return [Reason("AE763", barrier.id, text)]
+            box = next(one for one in self._boxes if one.id == breach.barrier)
+            if breach.link == HELD and box.is_in_base_frame:
+                moving = moving._replace(held=held_beside(moving, [box], clearance))
+            return [_barrier_reason(self._barriers[breach.barrier], box, breach, moving, clearance)]
         if surface is None or plan is None:
             return []
         limits = SurfaceLimits(float(surface.distance or 0), float(surface.speed))
@@ -306,6 +304,33 @@ class MotionDecider:
                 if place is not None:
                     return [_surface_reason(self._barriers[box.id], place, limits)]
         return []
+
+
+def _barrier_reason(
+    barrier: Barrier, box: BarrierBox, breach: BarrierBreach, moving: SweptMotion, clearance: float
+) -> Reason:
+    """Say how near the link of a breach comes to the barrier, and how near it may come."""
+    nearest = find_nearest_approach(moving, box, breach.link)
+    distance, volume = nearest.distance, f"the volume `{barrier.volume}`"
+    needed, place = f"{1000.0 * clearance:.3g} mm", f"at {100.0 * nearest.path_parameter:.0f} % of the path"
+    if distance > clearance:
+        text = (
+            f"`{breach.link}` may come nearer than {needed} to the faces of {volume} at "
+            f"{100.0 * breach.path_parameter:.0f} % of the path: it is {1000.0 * distance:.3g} mm from them "
+            f"{place}, too near to show that it keeps {needed} on the way"
+        )
+    elif distance >= 0.0:
+        text = (
+            f"`{breach.link}` comes as near as {1000.0 * distance:.3g} mm to the faces of {volume} {place}; "
+            f"{needed} are needed"
+        )
+    else:
+        verb = "leaves" if barrier.keep_inside else "enters"
+        text = (
+            f"`{breach.link}` {verb} {volume} by {-1000.0 * distance:.3g} mm {place}; it has to keep "
+            f"{needed} from its faces"
+        )
+    return Reason("AE763", barrier.id, f"{text}: {barrier.rationale}")
 
 
 def _surface_reason(barrier: Barrier, place: SurfaceBreach, limits: SurfaceLimits) -> Reason:

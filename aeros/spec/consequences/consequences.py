@@ -140,13 +140,13 @@ def value_that_follows(
     Returns:
         The value; None if it may be either, or the solver gives up.
     """
-    term = _expanded(definitions[name].term, definitions)
+    term = expanded_definition(name, definitions)
     stated = stated_terms(outcome, definitions, declared)
     read = readings_behind(name, definitions).keys()
     if not any(read & t.variables_of(one).keys() for one in stated):
         return None
-    can_be_true = not _is_excluded((*stated, term), declared)
-    can_be_false = not _is_excluded((*stated, t.Not(term)), declared)
+    can_be_true = not are_excluded((*stated, term), declared)
+    can_be_false = not are_excluded((*stated, t.Not(term)), declared)
     return None if can_be_true is can_be_false else can_be_true
 
 
@@ -166,7 +166,7 @@ def implications(
     for name in outcome.consequences:
         value = value_that_follows(name, outcome, definitions, declared)
         if value is not None:
-            term = _expanded(definitions[name].term, definitions)
+            term = expanded_definition(name, definitions)
             yield name, stated_terms(outcome, definitions, declared), term if value else t.Not(term)
 
 
@@ -187,21 +187,39 @@ def stated_terms(
     for name, value in outcome.effects.items():
         variable = declared[name].variable
         if isinstance(value, bool):
-            term = _expanded(definitions[name].term, definitions) if name in definitions else variable
+            term = expanded_definition(name, definitions) if name in definitions else variable
             stated.append(term if value else t.Not(term))
         elif not isinstance(value, Increment) and not isinstance(variable.type, VectorType):
             stated.append(t.Compare("==", variable, constant_term(value, variable.type)))
     return tuple(stated)
 
 
-def _expanded(term: t.Term, definitions: Definitions) -> t.Term:
-    """Replace all predicates that have a definition by it; a definition reads those above it alone."""
+def expanded_definition(name: str, definitions: Definitions) -> t.Term:
+    """Write the definition of a predicate on readings alone.
+
+    Args:
+        name: full name of a predicate that has a definition.
+        definitions: definitions by full name.
+
+    Returns:
+        Its definition, in which those of other predicates are inserted.
+    """
+    term = definitions[name].term
     while known := {name: definitions[name].term for name in t.variables_of(term) if name in definitions}:
         term = t.substitute(term, known)
     return term
 
 
-def _is_excluded(terms: tuple[t.Term, ...], declared: Mapping[str, Declared]) -> bool:
+def are_excluded(terms: tuple[t.Term, ...], declared: Mapping[str, Declared]) -> bool:
+    """Ask the solver if no state agrees with all of some conditions.
+
+    Args:
+        terms: conditions on the state.
+        declared: state variables of the site by name, with their ranges.
+
+    Returns:
+        True if there is no such state; False if there is one, or the solver gives up.
+    """
     mentioned, whole = relevant_facts(terms, declared)
     variables = tuple(one.variable for one in mentioned)
     return _is_unsatisfiable(variables, tuple(ranges_of(mentioned).items()), tuple(whole))

@@ -366,6 +366,12 @@ _TABLE: Final = (
         "AE804", "invariant-not-kept", "closed-loop", "a task can reach a state that violates its invariant"
     ),
     DiagnosticCode("AE805", "nothing-to-do", "closed-loop", "a task's goal already holds at its start"),
+    DiagnosticCode(
+        "AE806",
+        "impossible-start",
+        "closed-loop",
+        "a task's start states a predicate and other values that its definition excludes",
+    ),
     # AE85x: compositions
     DiagnosticCode(
         "AE851", "step-not-ready", "composition", "a step may start where its precondition does not hold"

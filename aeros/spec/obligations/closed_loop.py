@@ -5,6 +5,8 @@ The claims are about the agent's loop, explored as the transition system of `aer
 - dispatch: whenever a step of a plan is due for its first try, its skill's precondition holds; where it names
   a capability, the precondition of every provider holds;
 - progress: from every reachable state the goal can be reached, whichever providers are chosen;
+- effective: some state agrees with the declared start, by the definitions of predicates, and not all such
+  states are at the goal;
 - each invariant of the task: it holds in every reachable state, the last included.
 
 A refutation is a trace of steps and outcomes from a start.
@@ -15,9 +17,12 @@ predicates that change by themselves. A predicate that a step leaves at either v
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
+from fractions import Fraction
+from typing import Any
 
 from aeros.spec.closed_loop.reachability import ReachableStates, explore_task
 from aeros.spec.closed_loop.transition_system import LoopState, StateSpaceError
+from aeros.spec.consequences.start_values import find_start_contradiction
 from aeros.spec.consequences.words import unsettled_note
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.diagnostics.source import SourceSpan
@@ -46,7 +51,8 @@ def closed_loop_obligations(ecm: Ecm, site: Site) -> Iterator[StaticClaim]:
             continue
         yield StaticClaim(ClaimForm.RULES_DISPATCH(task.id), _rule_never_dispatched(ecm, explored))
         yield StaticClaim(ClaimForm.RULES_PROGRESS(task.id), _goal_unreachable(explored))
-        yield StaticClaim(ClaimForm.RULES_EFFECTIVE(task.id), _task_without_rules(explored))
+        effective = _impossible_start(ecm, task, site) or _task_without_rules(explored)
+        yield StaticClaim(ClaimForm.RULES_EFFECTIVE(task.id), effective)
         for invariant in task.invariants:
             claim_id = ClaimForm.RULES_KEEP_INVARIANT(task.id, invariant.id)
             yield StaticClaim(claim_id, _invariant_violated(invariant, explored))
@@ -147,6 +153,35 @@ def _analysis_undecided(task: Task, reason: str) -> Diagnostic:
         SpanLabel(task.span),
         help=("declare a state variable of type bool for the condition, in site or module, and use that",),
     )
+
+
+def _impossible_start(ecm: Ecm, task: Task, site: Site) -> Diagnostic | None:
+    """Report a start that no state agrees with: proofs from there are about no run."""
+    found = find_start_contradiction(ecm, task, site)
+    if found is None:
+        return None
+    stated, other = ("true", "false") if found.stated else ("false", "true")
+    values = ", ".join(f"{name} = {_shown(value)}" for name, value in found.values.items())
+    return Diagnostic(
+        "AE806",
+        f"`initial` of `{task.id}` states that `{found.predicate}` is {stated}; by its definition "
+        f"it is {other}",
+        SpanLabel(task.span),
+        notes=(
+            f"`{found.predicate}` is defined as `{' '.join(found.definition.split())}`",
+            *([f"`initial` also states {values}"] if values else []),
+        ),
+        help=(f"correct the values, or leave `{found.predicate}` out of `initial`",),
+    )
+
+
+def _shown(value: Any) -> str:
+    """Write a stated value; numbers in SI units."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, tuple):
+        return f"({', '.join(map(_shown, value))})"
+    return f"{float(value):g}" if isinstance(value, Fraction | float | int) else str(value)
 
 
 def _task_without_rules(explored: ReachableStates) -> Diagnostic | None:

@@ -35,8 +35,9 @@ def planned(**values: Any) -> list[str]:
         (dict.fromkeys(PREDICATES, False), ["prepare", "recover", "wrap", "boil"]),
         ({"dough_on_workspace": True}, ["prepare", "recover", "wrap", "boil"]),
         ({"dough_on_workspace": True, "filling_on_workspace": True}, ["recover", "wrap", "boil"]),
-        # `wrapper_aligned or dumpling_wrapped` is unknown while one of them is not measured.
-        ({"dumpling_wrapped": True}, ["prepare", "recover", "boil"]),
+        # `wrapper_aligned or dumpling_wrapped` is true whatever the alignment is.
+        ({"dumpling_wrapped": True}, ["prepare", "boil"]),
+        ({"wrapper_aligned": False}, ["prepare", "recover", "wrap", "boil"]),
         ({"dumpling_wrapped": True, "wrapper_aligned": False}, ["prepare", "boil"]),
         (dict.fromkeys(PREDICATES, True), []),
     ],

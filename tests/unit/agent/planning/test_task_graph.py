@@ -138,9 +138,8 @@ def test_rules_emit_what_is_not_measured_in_order() -> None:
 
 
 def test_an_unknown_unless_emits_its_step() -> None:
-    ready = {"dough_on_workspace": True, "filling_on_workspace": True, "wrapper_aligned": True}
-    # `wrapper_aligned or dumpling_wrapped` is unknown without `dumpling_wrapped`.
-    assert planned(**ready, dumpling_cooked=True) == [
-        "dumpling.recover",
-        "dumpling.wrap (retry 2, between_tries recover)",
-    ]
+    ready = {"dough_on_workspace": True, "filling_on_workspace": True, "dumpling_cooked": True}
+    # `wrapper_aligned or dumpling_wrapped` is true by `wrapper_aligned`, whatever the other is.
+    wrap = "dumpling.wrap (retry 2, between_tries recover)"
+    assert planned(**ready, wrapper_aligned=True) == [wrap]
+    assert planned(**ready, wrapper_aligned=False) == ["dumpling.recover", wrap]

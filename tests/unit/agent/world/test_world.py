@@ -124,6 +124,30 @@ def test_a_condition_over_anything_unknown_is_unknown(condition: str) -> None:
     assert "`dumpling_cooked` is not measured" in seen.unmet_reason(term(condition))
 
 
+@pytest.mark.parametrize(
+    ("condition", "truth"),
+    [
+        ("wrapper_aligned or dumpling_cooked", True),
+        ("not wrapper_aligned and dumpling_cooked", False),
+        ("wrapper_aligned and dumpling_cooked", None),
+        ("dumpling_cooked", None),
+    ],
+)
+def test_goals_are_decided_by_the_known_values_where_these_suffice(
+    condition: str, truth: bool | None
+) -> None:
+    assert world(wrapper_aligned=True).truth_by_known_values(term(condition)) is truth
+
+
+def test_the_unmet_parts_of_a_conjunction_leave_out_what_holds() -> None:
+    seen = world(wrapper_aligned=True, fill_level=0.25)
+    condition = term("wrapper_aligned and fill_level > 0.5 and dumpling_cooked and dumpling_cooked")
+    assert [str(part) for part in seen.unmet_parts(condition)] == [
+        "fill_level is 0.25 (above 0.5)",
+        "`dumpling_cooked` is not measured",
+    ]
+
+
 def test_a_condition_without_variables_is_known() -> None:
     assert world().evaluate(t.TRUE) is True
     assert world().evaluate(t.FALSE) is False

@@ -245,6 +245,25 @@ def test_no_link_may_meet_a_barrier() -> None:
     assert decided(beside, "slide", policy=away) == [("AE763", "off-the-pillar")]
 
 
+def barrier_text(plan: Trajectory, **barrier: Any) -> str:
+    policy = replace(POLICY, barriers=(replace(POLICY.barriers[0], **barrier),))
+    allowed = Decision(DecisionKind.ALLOW, act("slide", speed=0.5), ())
+    found = MotionDecider(policy).decide(allowed, plan, {"joint_angle": Reading((0.0,), 0.0)})
+    assert [reason.code for reason in found.reasons] == ["AE763"]
+    return found.reasons[0].text
+
+
+def test_a_breach_says_by_how_many_millimetres() -> None:
+    """At an angle a, the tip's ball of 60 mm is at y = 0.5 sin a; the pillar begins at y = 0.5 m."""
+    volume, kept = "the volume `pillar`", "it has to keep 10 mm from its faces: it holds the roof"
+    assert barrier_text(motion(1.5, 8.0)) == f"`arm` enters {volume} by 58.7 mm at 100 % of the path; {kept}"
+    near = f"`arm` comes as near as 6.29 mm to the faces of {volume} at 100 % of the path; 10 mm are needed"
+    assert barrier_text(motion(1.05, 8.0)).startswith(near)
+    left = f"`arm` leaves {volume} by 560 mm at 0 % of the path; {kept}"
+    assert barrier_text(motion(0.1), keep_inside=True) == left
+    assert barrier_text(motion(1.0351, 8.0)).startswith("`arm` may come nearer than 10 mm to the faces")
+
+
 FOLDING = replace(
     BODY,
     hulls=(

@@ -1,0 +1,76 @@
+"""The least distance of a motion from a barrier is that of its worst position."""
+
+from __future__ import annotations
+
+from math import sin
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aeros.runtime.motion.nearest_approach import find_nearest_approach, shifted
+from aeros.runtime.motion.swept_volume import BarrierBox, Enclosure, SweptMotion, find_breach
+from aeros.runtime.ports import Ball, Hull, RobotBody
+
+BODY = RobotBody(((0.0, 0.0, 0.0),), (0.5, 0.0, 0.5), (Ball("arm", 1, (0.5, 0.0, 0.5), 0.06),))
+WALL = BarrierBox("wall", (-1.0, 0.5, 0.0), (1.0, 2.0, 1.0), False, False, None)
+ROOM = BarrierBox("room", (-1.0, -0.2, 0.0), (1.0, 0.2, 1.0), True, False, None)
+
+
+def turning(angle: float, **changed: Any) -> SweptMotion:
+    """One vertical joint turns from 0 to `angle`; the ball at its end is at y = 0.5 sin(angle)."""
+    a, b, c, d = ((angle * third / 3.0,) for third in range(4))
+    motion = SweptMotion(BODY, ([(a, b, c, d)],), (0.0,), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), True)
+    return motion._replace(**changed)
+
+
+def test_the_distance_is_that_of_the_ball_at_the_worst_position() -> None:
+    distance, place = find_nearest_approach(turning(0.5), WALL, "arm")
+    assert distance == pytest.approx(0.5 - 0.5 * sin(0.5) - 0.06)
+    assert place == 1.0
+
+
+def test_inside_a_volume_the_distance_is_negative() -> None:
+    assert find_nearest_approach(turning(1.5), WALL, "arm").distance < 0.0
+    low = WALL._replace(lower=(-1.0, 0.0, 0.0))
+    deep = find_nearest_approach(turning(0.5), low, "arm").distance
+    assert deep == pytest.approx(-0.5 * sin(0.5) - 0.06)
+
+
+def test_a_volume_to_stay_in_is_left_by_as_much_as_the_ball_is_outside() -> None:
+    distance, place = find_nearest_approach(turning(0.5), ROOM, "arm")
+    assert distance == pytest.approx(0.2 - 0.5 * sin(0.5) - 0.06)
+    assert place == 1.0
+    assert find_nearest_approach(turning(0.1), ROOM, "arm").distance == pytest.approx(0.14 - 0.5 * sin(0.1))
+
+
+def test_a_base_that_drives_with_the_arm_is_where_the_arm_is() -> None:
+    driving = turning(0.0, base_path=(0.0, 0.4, 0.0))
+    assert find_nearest_approach(driving, WALL, "arm").distance == pytest.approx(0.04)
+    alone = turning(0.5, base_path=(0.0, -0.4, 0.0), is_synchronous=False)
+    assert find_nearest_approach(alone, WALL, "arm").distance == pytest.approx(0.44 - 0.5 * sin(0.5))
+
+
+def test_a_volume_of_the_base_drives_with_it() -> None:
+    own = WALL._replace(is_in_base_frame=True)
+    driving = turning(0.0, base_path=(0.0, 9.0, 0.0))
+    assert find_nearest_approach(driving, own, "arm").distance == pytest.approx(0.44)
+
+
+def test_what_is_held_is_enclosed_by_a_box() -> None:
+    corners = tuple((x, y, 0.5) for x in (0.4, 0.6) for y in (-0.1, 0.1))
+    holding = turning(0.0, held=Hull("held", 1, corners, 0.0))
+    assert find_nearest_approach(holding, WALL, "held").distance == pytest.approx(0.4)
+
+
+def test_an_enclosure_is_shifted_as_a_whole() -> None:
+    moved = shifted(Enclosure((1.0, 2.0, 3.0), (0.1, 0.2, 0.3), 0.05), (1.0, -1.0, 0.5))
+    assert moved == Enclosure((2.0, 1.0, 3.5), (0.1, 0.2, 0.3), 0.05)
+
+
+@given(st.floats(-1.5, 1.5), st.floats(0.0, 0.1))
+def test_a_motion_that_is_shown_to_be_clear_is_measured_as_clear(angle: float, clearance: float) -> None:
+    for box in (WALL, ROOM):
+        if find_breach(turning(angle), [box], clearance) is None:
+            assert find_nearest_approach(turning(angle), box, "arm").distance >= clearance
