@@ -13,7 +13,7 @@ from typing import Final, NamedTuple
 
 from aeros.runtime.motion.bezier import Piece, split_in_half
 from aeros.runtime.motion.swept_volume import BarrierBox, Enclosure, SweptMotion, ball_enclosures
-from aeros.runtime.ports import Hull, JointVector, Vec3
+from aeros.runtime.ports import Ball, Hull, JointVector, Vec3
 
 _POSITIONS: Final = 64
 """Least number of steps into which a whole path is cut, if it has fewer pieces."""
@@ -45,8 +45,8 @@ def find_nearest_approach(moving: SweptMotion, box: BarrierBox, link: str) -> Ne
     Returns:
         The least distance found; distances between the positions may be a little less.
     """
-    parts: list[Hull] = [] if moving.held is None else [moving.held]
-    enclosing = [part for part in (*moving.body.balls, *parts) if part.link == link]
+    parts: list[Ball | Hull] = [*moving.body.balls, *([] if moving.held is None else [moving.held])]
+    enclosing = [part for part in parts if part.link == link]
     return min(
         NearestApproach(_distance(box, shifted(enclosure, offset)), s)
         for path in moving.paths

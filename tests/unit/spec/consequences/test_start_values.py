@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from aeros.spec.consequences.start_values import StartContradiction, find_start_contradiction
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.semantics import is_true
+from aeros.spec.expr.semantics import Environment, is_true
 from aeros.spec.expr.types import RealType, VectorType
 from aeros.spec.expr.units import NUMBER
 from aeros.spec.model.perception import Definition
@@ -69,7 +69,7 @@ _NUMBERS = st.integers(0, 8).map(Fraction)
 def test_a_start_is_refused_exactly_where_no_state_has_its_values(
     base: Fraction, dock: Fraction, holding: bool, docked: bool, far: bool
 ) -> None:
-    readings = {"base": base, "m.dock": dock, "holding": holding}
+    readings: Environment = {"base": base, "m.dock": dock, "holding": holding}
     is_so = {name: is_true(term(TEXTS[name]), readings) for name in ("m.docked", "m.far")}
     found = contradiction(base=base, m_dock=dock, holding=holding, m_docked=docked, m_far=far)
     assert (found is None) == (is_so == {"m.docked": docked, "m.far": far})
