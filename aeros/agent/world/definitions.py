@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
 
 from aeros.agent.world.world import WorldModel
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.shortfall import UnmetBound
+from aeros.spec.expr.units import format_quantity
 from aeros.spec.model.cause import Cause, file_and_line
 from aeros.spec.model.ecm import Ecm
+from aeros.spec.model.perception import Definition
+from aeros.spec.model.variables import Declared
 
 
 def definition_causes(
@@ -36,9 +40,32 @@ def definition_causes(
         # Of a predicate that is true and should not be, the parts that make it true.
         term = t.Not(definition.term) if part.value is True else definition.term
         unmet = world.unmet_parts(term)
+        if part.value is None and definition.margin and t.variables_of(term).keys() <= world.known.keys():
+            unmet = tuple(_uncertain_parts(world, definition, modules))
         place = file_and_line(definition.span)
         found[part.quantity] = Cause(
             "definition", part.quantity, definition.text, location=place, shortfalls=unmet
         )
         pending += unmet
     return tuple(found.values())
+
+
+def _uncertain_parts(
+    world: WorldModel, definition: Definition, modules: Mapping[str, Ecm]
+) -> Iterator[UnmetBound]:
+    """Yield the values whose uncertainty leaves a predicate with a margin unknown."""
+    declared = {name: one for ecm in modules.values() for name, one in ecm.state.items()}
+    for name in t.variables_of(definition.term):
+        one = declared.get(name)
+        if one is not None and one.uncertainty:
+            reason = (
+                f"is {_quantity(world.known[name], one)}, too near to a bound for the margin of "
+                f"{float(definition.margin):g} times its uncertainty, {_quantity(one.uncertainty, one)}"
+            )
+            yield UnmetBound(name, None, "known", True, reason=reason)
+
+
+def _quantity(value: Any, declared: Declared) -> str:
+    if isinstance(value, tuple):
+        return f"({', '.join(_quantity(part, declared) for part in value)})"
+    return format_quantity(value, declared.unit)

@@ -20,7 +20,7 @@ from aeros.sim.referee import truth_by_variable, truth_of
 from aeros.skill import act
 from aeros.spec.expr import terms as t
 from aeros.spec.model.ecm import Ecm
-from aeros.spec.model.perception import Perceiver
+from aeros.spec.model.perception import Definition, Perceiver
 from aeros.spec.model.site import Site
 from aeros.spec.model.task_parameters import arguments_in_force
 from aeros.spec.model.variables import Declared
@@ -186,10 +186,19 @@ def look(
         seconds = notes.seconds.get(key, 0.0)
         perceivers.append(PerceiverLook(perceiver, fault, seconds, tuple(values), is_left_out))
     definitions = tuple(
-        _defined(seen(name, None, "a reading is unknown, old or uncertain"), one.text, one.term, readings)
+        _defined(seen(name, None, _unknown_reason(one, readings)), one.text, one.term, readings)
         for name, one in ecm.definitions.items()
     )
     return Look(configuration.site, plant.now(), pictures, tuple(perceivers), definitions)
+
+
+def _unknown_reason(definition: Definition, readings: Readings) -> str:
+    """Say why a predicate has no value, should it have none."""
+    if definition.margin and t.variables_of(definition.term).keys() <= readings.keys():
+        return (
+            f"nearer to a bound than its margin, {float(definition.margin):g} times the declared uncertainty"
+        )
+    return "a reading is unknown or old"
 
 
 @dataclass

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
-from aeros.spec.declared.field_types import Identifier, Named
+from aeros.spec.declared.field_types import ByVariable, Identifier, Named
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.text.fields import (
     BooleanField,
@@ -508,10 +508,11 @@ class Scene:
             "of its values is, as in `parameters: {object: {red_can: can, blue_block: block}}`"
         },
     )
-    truth: Named[ExpressionField] = field(
+    truth: ByVariable[ExpressionField] = field(
         default=MappingField(),
         metadata={
             "doc": "for each state variable of a goal, the condition under which it is true in the simulator,"
-            " or its number, by `if … then 1 else 0`; only the referee reads it"
+            " or its number, by `if … then 1 else 0`; only the referee reads it. The full name of a variable "
+            "of another module, as `kettle.water_hot`, replaces what an included scene says of it"
         },
     )

@@ -210,7 +210,12 @@ class ModulePerception:
             measured = {name: one for name, one in own.items() if name not in recalled}
             state = {**visible, **shared, **measured, **self._by_full_name(measured)}
             enums = {name: one for name, one in site.enums.items() if "." not in name}
-            self.site = replace(site, state=state, enums=enums | enums_of_modules(state))
+            self.site = replace(
+                site,
+                state=state,
+                enums=enums | enums_of_modules(state),
+                recalled_names=frozenset({**recalled, **self._by_full_name(recalled)}),
+            )
         written = {name.value: one.definition for name, one in ecm.state if one.definition is not None}
         self.definitions = elaborate_definitions(ecm, own, self.site, diagnostics)
         declared_here = dict.fromkeys(name.value for name, _ in ecm.state)

@@ -74,7 +74,14 @@ def state_scope(site: Vocabulary, inputs: Mapping[str, Declared] = _NONE) -> Sco
     Returns:
         The scope.
     """
-    return Scope(_variables(site.state), _variables(inputs), site.constants, site.enums, site.volumes)
+    return Scope(
+        _variables(site.state),
+        _variables(inputs),
+        site.constants,
+        site.enums,
+        site.volumes,
+        recalled=_recalled(site),
+    )
 
 
 def action_scope(site: Vocabulary, kind: ActionKind, inputs: Mapping[str, Declared] = _NONE) -> Scope:
@@ -89,7 +96,14 @@ def action_scope(site: Vocabulary, kind: ActionKind, inputs: Mapping[str, Declar
         The scope.
     """
     variables = _variables({**site.state, **kind.parameters})
-    return Scope(variables, _variables(inputs), site.constants, site.enums, site.volumes)
+    return Scope(
+        variables,
+        _variables(inputs),
+        site.constants,
+        site.enums,
+        site.volumes,
+        recalled=_recalled(site),
+    )
 
 
 def scope_over(site: Vocabulary, declared: Iterable[Declared]) -> Scope:
@@ -126,6 +140,11 @@ def joint_scope(site: Vocabulary, roles: Mapping[str, ActionKind]) -> Scope:
         for role, kind in roles.items()
     }
     return replace(state_scope(site), roles=parameters)
+
+
+def _recalled(site: Vocabulary) -> frozenset[str]:
+    in_state = frozenset(name for name, one in site.state.items() if one.is_recalled)
+    return in_state | (site.recalled_names if isinstance(site, Site) else frozenset())
 
 
 def _variables(declared: Mapping[str, Declared]) -> dict[str, t.Variable]:

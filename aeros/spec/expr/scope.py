@@ -36,6 +36,7 @@ class Scope:
         volumes: boxes in W that `in` tests.
         roles: parameters by name, of each action that a joint rule speaks of.
         past: True if past-time operators are allowed.
+        recalled: names of state variables that come from memory, which no expression may read.
     """
 
     variables: Mapping[str, t.Variable]
@@ -45,6 +46,7 @@ class Scope:
     volumes: Mapping[str, AxisAlignedBox] = field(default_factory=dict)
     roles: Mapping[str, Mapping[str, t.Variable]] = field(default_factory=dict)
     past: bool = False
+    recalled: frozenset[str] = frozenset()
 
 
 class ExpressionTypeError(Exception):

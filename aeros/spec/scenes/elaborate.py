@@ -124,7 +124,8 @@ class _SceneElaborator:
                 used.setdefault(name.value, what)
         used = dict.fromkeys(self._found.truth, "a truth of a scene that is included")
         for name, _ in scene.truth:
-            check_name_is_free(name, used, "truth", self._diagnostics)
+            if "." not in name.value:
+                check_name_is_free(name, used, "truth", self._diagnostics)
         used = dict.fromkeys(self._found.cameras, "a camera of a scene that is included")
         for name, _ in scene.cameras:
             site_camera = replace(name, value=self._site_camera(name))
@@ -244,19 +245,23 @@ class _SceneElaborator:
         }
         depends: dict[str, set[str]] = {}
         for name, text in scene.truth:
-            full = name.value if scene.module is None else f"{scene.module.value}.{name.value}"
+            full = _full_name(name.value, scene)
             earlier = scope.depends_on(text, depends)
             parameters = sorted(scope.depends_on(text, known).union(*(depends[one] for one in earlier)))
             for values in product(*(known[one] for one in parameters)):
                 stated = dict(zip(parameters, values, strict=True))
                 for one in earlier:
                     own = {each: stated[each] for each in depends[one]}
-                    of_module = one if scene.module is None else f"{scene.module.value}.{one}"
-                    scope.add_condition(one, truth_name(of_module, own))
+                    scope.add_condition(one, truth_name(_full_name(one, scene), own))
                 aliases = {one: known[one][value] for one, value in stated.items()}
-                self._add("truth", {truth_name(full, stated): scope.truth(text, aliases)})
+                names = [truth_name(full, stated)] if stated else self._names_of_truth(full)
+                self._add("truth", dict.fromkeys(names, scope.truth(text, aliases)))
             depends[name.value] = set(parameters)
             scope.add_condition(name.value, full)
+
+    def _names_of_truth(self, variable: str) -> list[str]:
+        """Return the names that included scenes have for the truth of a variable, or else the variable."""
+        return [name for name in self._found.truth if name.partition("(")[0] == variable] or [variable]
 
     def _seal(self, seal: declared.Seal, scope: SceneScope) -> Seal | None:
         joint, when = self._part(seal.joint, "joint"), scope.condition(seal.when)
@@ -294,6 +299,11 @@ class _SceneElaborator:
             press.inside.value,
             press.seal.value,
         )
+
+
+def _full_name(variable: str, scene: declared.Scene) -> str:
+    """Return the full name of a variable that stands under `truth`."""
+    return variable if scene.module is None or "." in variable else f"{scene.module.value}.{variable}"
 
 
 def _each(declared_things: MappingField[_T], elaborate: Callable[[_T], object]) -> dict[str, object]:

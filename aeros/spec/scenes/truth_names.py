@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from dataclasses import replace
 
 from aeros.spec.declared import scene as declared
 from aeros.spec.diagnostics.codes import Diagnostics
@@ -18,7 +19,7 @@ def check_truth(
         scene: the file. Without `module` it may define variables of any module; where its module is not among
             `variables`, its names are not checked.
         variables: for each module, the short names of its own state variables; those of the site by the
-            empty name.
+            empty name. A full name of a module that is not among them is not checked.
         prefix: what those that include the file put before its names; a name may be meant with or without it.
         diagnostics: receives the faults.
     """
@@ -29,5 +30,13 @@ def check_truth(
     known = dict.fromkeys(name for owner in owners for name in variables.get(owner, ()))
     owner = "a module" if module is None else f"`{module}`"
     for name, _ in scene.truth:
-        if prefix + name.value not in known:
+        other, dot, short = name.value.rpartition(".")
+        if dot and other in variables:
+            resolve_name(
+                replace(name, value=short),
+                dict.fromkeys(variables[other]),
+                f"a state variable of `{other}`",
+                diagnostics,
+            )
+        elif not dot and prefix + name.value not in known:
             resolve_name(name, known, f"a state variable of {owner} or of the site", diagnostics)

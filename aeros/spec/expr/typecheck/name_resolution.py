@@ -52,6 +52,7 @@ def resolve_name(node: s.Name, scope: Scope, bound: Bound, hint: Type | None) ->
             node.extent,
             cure="compare it with a variable, which decides the enum: `variable == member`",
         )
+    _check_is_no_memory(node, text, scope)
     members = (member for enum in scope.enums.values() for member in enum.members)
     known = [*bound, *scope.variables, *scope.constants, *members]
     raise ExpressionTypeError(
@@ -83,6 +84,7 @@ def resolve_attribute(node: s.Attribute, scope: Scope, bound: Bound) -> tuple[t.
     variable = scope.variables.get(f"{base}.{text}")
     if variable is not None:
         return variable, value_type(variable.type)
+    _check_is_no_memory(node, f"{base}.{text}", scope)
     if base == "inputs":
         among, fault = scope.inputs, f"there is no input `{text}`"
         otherwise: str | None = "declare it under `inputs`"
@@ -111,6 +113,22 @@ def _corner(node: s.Attribute, volume: AxisAlignedBox, text: str) -> tuple[t.Ter
         raise ExpressionTypeError("AE202", f"a volume has no `{text}`", node.extent, cure=cure)
     x, y, z = (t.Literal(value, RealType(LENGTH)) for value in corners[text])
     return t.Vector(x, y, z), VectorType(LENGTH)
+
+
+def _check_is_no_memory(node: s.Name | s.Attribute, name: str, scope: Scope) -> None:
+    """Report a name that is declared, and that a perceiver gives out of memory.
+
+    Raises:
+        ExpressionTypeError: it is one.
+    """
+    if name in scope.recalled:
+        raise ExpressionTypeError(
+            "AE202",
+            f"`{name}` comes from memory, so no condition may read it",
+            node.extent,
+            cure="read a variable of a perceiver without `memory` under its `readings`; "
+            "skill code may read this one",
+        )
 
 
 def _check_base_is_known(node: s.Attribute, base: str, text: str, scope: Scope, bound: Bound) -> None:

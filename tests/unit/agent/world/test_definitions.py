@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from fractions import Fraction
 from typing import Any
 
 from aeros.agent.world.definitions import definition_causes
@@ -61,6 +62,24 @@ def test_a_predicate_that_should_be_false_is_explained_by_what_makes_it_true() -
 
 def test_an_unknown_predicate_is_explained_by_the_readings_that_are_unknown() -> None:
     (found,) = causes("wrapper_aligned", area="pot")
+    assert str(found) == "wrapper_aligned: `fill_level` is not measured"
+
+
+def test_a_predicate_within_its_margin_is_explained_by_value_and_uncertainty() -> None:
+    level = replace(STATE["fill_level"], uncertainty=Fraction(1, 20))
+    modules = kitchen()
+    definitions = {
+        name: replace(one, margin=Fraction(2)) for name, one in modules["kitchen"].definitions.items()
+    }
+    modules["kitchen"] = replace(modules["kitchen"], definitions=definitions, state={"fill_level": level})
+    seen = world(fill_level=0.4375, area="pot")
+    (found,) = definition_causes(seen, seen.unmet_parts(term("wrapper_aligned")), modules)
+    assert str(found) == (
+        "wrapper_aligned: `fill_level` is 0.4375, too near to a bound for the margin of 2 times its "
+        "uncertainty, 0.05"
+    )
+    unseen = world(area="pot")
+    (found,) = definition_causes(unseen, unseen.unmet_parts(term("wrapper_aligned")), modules)
     assert str(found) == "wrapper_aligned: `fill_level` is not measured"
 
 

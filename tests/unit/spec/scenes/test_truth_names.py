@@ -44,6 +44,34 @@ def test_a_scene_of_a_module_does_not_define_variables_of_another_one(tmp_path: 
     assert found.headline == "`pot_full` is not a state variable of `garden` or of the site"
 
 
+def test_a_full_name_defines_a_variable_of_another_module(tmp_path: Path) -> None:
+    file = write(tmp_path, "  kitchen.pot_full: true\n  bed_wet: kitchen.pot_full", module="garden")
+    assert list(load_scene(file, variables=VARIABLES).truth) == ["kitchen.pot_full", "garden.bed_wet"]
+    (found,) = refused(write(tmp_path, "  kitchen.pot_ful: true", module="garden"))
+    assert found.headline == "`pot_ful` is not a state variable of `kitchen`"
+    absent = write(tmp_path, "  cellar.anything: true", module="garden")
+    assert list(load_scene(absent, variables=VARIABLES).truth) == ["cellar.anything"]
+
+
+def test_a_full_name_replaces_what_an_included_scene_says_for_all_parameters(tmp_path: Path) -> None:
+    small, large = "{sphere: 3 cm, at: [0 m, 0 m, 1 m]}", "{sphere: 5 cm, at: [1 m, 0 m, 1 m]}"
+    pot = f"bodies:\n  small: {small}\n  large: {large}\n"
+    choice = "parameters: {pot: {little: small, big: large}}\n"
+    said = "  pot_full: pot.tilt < 1 rad\n  pot_hot: pot_full"
+    write(tmp_path, said, module="kitchen", name="part", more=pot + choice)
+    names = ["kitchen.pot_full(pot = little)", "kitchen.pot_full(pot = big)"]
+    variables = {**VARIABLES, "kitchen": ("pot_full", "pot_hot")}
+    whole = write(
+        tmp_path,
+        "  kitchen.pot_full: large.tilt < 2 rad",
+        module="garden",
+        more="include: [{scene: part.yaml}]\n",
+    )
+    truth = load_scene(whole, variables=variables).truth
+    assert {truth[name].text for name in names} == {"large.tilt < 2 rad"}
+    assert set(truth) == {*names, "kitchen.pot_hot(pot = little)", "kitchen.pot_hot(pot = big)"}
+
+
 def test_a_scene_of_no_module_may_define_those_of_any(tmp_path: Path) -> None:
     file = write(tmp_path, "  pot_full: true\n  bed_wet: true\n  holding: true")
     assert list(load_scene(file, variables=VARIABLES).truth) == ["pot_full", "bed_wet", "holding"]

@@ -12,6 +12,7 @@ from aeros.spec.expr.parser import parse
 from aeros.spec.expr.random_terms import JOINT, MODE, VARIABLES
 from aeros.spec.expr.scope import ExpressionTypeError, Scope
 from aeros.spec.expr.semantics import evaluate
+from aeros.spec.expr.typecheck.check import check
 from aeros.spec.expr.typecheck.name_resolution import (
     declared_type,
     not_a_member,
@@ -46,6 +47,14 @@ def refused(text: str, hint: Type | None = None) -> tuple[str, str | None]:
 def test_the_index_of_a_quantifier_hides_a_variable_of_its_name() -> None:
     assert resolved("x") == (VARIABLES["x"], RealType(LENGTH))
     assert resolved("x", None, x=JOINT) == (t.BoundVariable("x", JOINT), JOINT)
+
+
+@pytest.mark.parametrize("text", ["place", "m.place"])
+def test_a_value_from_memory_is_refused_as_such(text: str) -> None:
+    scope = Scope({}, recalled=frozenset({"place", "m.place"}))
+    with pytest.raises(ExpressionTypeError) as raised:
+        check(parse(text), scope, BOOL)
+    assert raised.value.message == f"`{text}` comes from memory, so no condition may read it"
 
 
 def test_a_constant_has_the_type_of_its_value() -> None:
