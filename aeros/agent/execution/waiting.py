@@ -71,6 +71,8 @@ def wait_for_condition(causes: Sequence[Cause], site: Site) -> Wait | None:
         The wait; None if waiting cannot help.
     """
     parts = [part for cause in causes for part in cause.shortfalls]
+    # Until all is known, a plan would be made on the same unknown values again.
+    parts = [part for part in parts if part.value is None] or parts
     of_conditions = all(cause.kind in _CONDITIONS and cause.shortfalls for cause in causes)
     if not parts or not of_conditions or not all(map(_may_change, parts)):
         return None

@@ -184,7 +184,7 @@ class StepControl:
                 return None
             site = self._followed.configuration.site
             step.is_transient = is_transient_denial(decided.decision.reasons, action.kind, site)
-            why = format_reasons(decided.decision.reasons)
+            why = format_reasons(decided.decision.reasons, decided.causes)
             if any(reason.code == OBSTRUCTED for reason in decided.decision.reasons):
                 why = f"{why}; no way round was found"
             return SkillRunResult(StepStatus.DENIED, why, causes=decided.causes)

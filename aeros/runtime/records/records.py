@@ -193,16 +193,21 @@ def caller_details(caller: Caller) -> dict[str, Any]:
     return {"module": caller.module, "skill": caller.skill, "inputs": dict(caller.inputs)}
 
 
-def format_reasons(reasons: tuple[Reason, ...]) -> str:
+def format_reasons(reasons: tuple[Reason, ...], causes: tuple[Cause, ...] = ()) -> str:
     """Format the reasons of a denial for people.
 
     Args:
         reasons: the reasons, in order.
+        causes: the cause of each, in the same order, with the values that broke it; empty if unknown.
 
     Returns:
-        One line, `CODE RULE: TEXT` each, separated by semicolons.
+        One line, `CODE RULE: VALUES; TEXT` each, separated by semicolons; VALUES only where a cause has them.
     """
-    text = "; ".join(f"{reason.code} {reason.rule}: {reason.text}" for reason in reasons)
+    values = [", ".join(map(str, cause.shortfalls)) for cause in causes] or [""] * len(reasons)
+    text = "; ".join(
+        f"{reason.code} {reason.rule}: {f'{shown}; ' if shown else ''}{reason.text}"
+        for reason, shown in zip(reasons, values, strict=True)
+    )
     return text or "the gate gave no reason"
 
 

@@ -36,7 +36,7 @@ from aeros.sim.symbolic.outcomes import (
     quantities_after,
 )
 from aeros.sim.symbolic.parameter_facts import ParameterFacts
-from aeros.sim.symbolic.state import as_reading, initial_values, unknown_positions
+from aeros.sim.symbolic.state import answers_of_tools, as_reading, initial_values, unknown_positions
 from aeros.skill import Action
 from aeros.spec.consequences.consequences import modules_with_consequences
 from aeros.spec.diagnostics.errors import MisuseError
@@ -104,12 +104,12 @@ class SymbolicPlant:
         given = {**self._facts.defaults, **(initial or {})}
         start = initial_values(site, given)
         # What a site shares of a module that is not there, nobody measures.
-        unknown = unknown_positions(modules.values(), given)
+        unknown = unknown_positions(modules.values(), given) | answers_of_tools(site, given)
         self._names = ColumnNames(
             [
                 name
                 for name in site.state
-                if "." not in name or (name.partition(".")[0] in modules and name not in unknown)
+                if name not in unknown and ("." not in name or name.partition(".")[0] in modules)
             ]
         )
         self._initial = {name: start[name] for name in self._names.names}

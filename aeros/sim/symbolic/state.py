@@ -77,6 +77,20 @@ def unknown_positions(modules: Iterable[Ecm], given: Container[str]) -> frozense
     )
 
 
+def answers_of_tools(site: Site, given: Container[str]) -> frozenset[str]:
+    """List the variables that only a service answers, which is not simulated.
+
+    Args:
+        site: the site.
+        given: names of the variables that have an initial value.
+
+    Returns:
+        Names of the variables that tools answer, without those that are given.
+    """
+    tools = (kind.tool for kind in site.kinds.values() if kind.tool is not None)
+    return frozenset(name for tool in tools for name in tool.answers if name not in given)
+
+
 def is_position(declared: Declared) -> bool:
     """Check if a variable is a vector of lengths.
 

@@ -134,7 +134,10 @@ def test_a_precondition_must_be_measured_as_true() -> None:
     ]
     unknown = start_obstacle("dumpling", WRAP, world(dough_on_workspace=False, wrapper_aligned=True), {})
     assert unknown is not None
-    assert [str(one) for one in unknown.shortfalls] == ["`filling_on_workspace` is not measured"]
+    assert [str(one) for one in unknown.shortfalls] == [
+        "dough_on_workspace is false",
+        "`filling_on_workspace` is not measured",
+    ]
     assert start_obstacle("dumpling", DUMPLING.skills["prepare"], world(), {}) is None
 
 

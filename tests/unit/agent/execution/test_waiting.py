@@ -50,7 +50,11 @@ def test_a_used_up_quota_is_waited_for_until_its_window_frees_it(
         ([Cause("hold", "m.carry", "", shortfalls=(PERSON,))], "the person at 0.41 m goes away"),
         (
             [Cause("precondition", "m.boil", "", shortfalls=(HEIGHT, SILENT))],
-            "fill_level is at least 0.5 and `tool_position` is measured",
+            "`tool_position` is measured",
+        ),
+        (
+            [Cause("precondition", "m.boil", "", shortfalls=(UNWRAPPED, SILENT))],
+            "`tool_position` is measured",
         ),
         ([Cause("hold", "m.carry", "", shortfalls=(HEIGHT, PERSON))], "the person at 0.41 m goes away"),
         ([Cause("precondition", "m.boil", "", shortfalls=(UNWRAPPED,))], None),
