@@ -74,7 +74,7 @@ def motions_match_plant(code: ModuleSource) -> TheoremObligation:
         SCHEDULER,
         using=(steps, clean_up),
         is_transient_denial=lambda *_: False,
-        format_reasons=lambda _: "",
+        format_reasons=lambda *_: "",
         stop_cause=lambda *_: None,
     )
 

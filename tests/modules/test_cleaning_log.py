@@ -72,7 +72,7 @@ def test_an_operator_switches_the_log_off_while_the_table_is_cleaned(
     assert not (tmp_path / "log" / "log.jsonl").exists()
 
 
-def test_a_site_without_a_log_refuses_the_module_and_says_what_it_lacks(
+def test_a_site_without_a_log_refuses_the_module_and_names_the_lacking_tool(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     state = ["--state", str(tmp_path / "robot")]

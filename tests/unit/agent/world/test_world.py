@@ -139,7 +139,7 @@ def test_goals_are_decided_by_the_known_values_where_these_suffice(
     assert world(wrapper_aligned=True).truth_by_known_values(term(condition)) is truth
 
 
-def test_the_unmet_parts_of_a_conjunction_leave_out_what_holds() -> None:
+def test_the_unmet_parts_of_a_conjunction_leave_out_true_operands() -> None:
     seen = world(wrapper_aligned=True, fill_level=0.25)
     condition = term("wrapper_aligned and fill_level > 0.5 and dumpling_cooked and dumpling_cooked")
     assert [str(part) for part in seen.unmet_parts(condition)] == [

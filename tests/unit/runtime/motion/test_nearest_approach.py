@@ -58,7 +58,7 @@ def test_a_volume_of_the_base_drives_with_it() -> None:
     assert find_nearest_approach(driving, own, "arm").distance == pytest.approx(0.44)
 
 
-def test_what_is_held_is_enclosed_by_a_box() -> None:
+def test_a_held_object_is_enclosed_by_a_box() -> None:
     corners = tuple((x, y, 0.5) for x in (0.4, 0.6) for y in (-0.1, 0.1))
     holding = turning(0.0, held=Hull("held", 1, corners, 0.0))
     assert find_nearest_approach(holding, WALL, "held").distance == pytest.approx(0.4)

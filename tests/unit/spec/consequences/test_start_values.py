@@ -35,7 +35,7 @@ def test_a_stated_predicate_must_agree_with_the_stated_readings() -> None:
     assert contradiction(base=None, m_far=False) is None
 
 
-def test_what_is_not_stated_may_be_anything() -> None:
+def test_variables_that_are_not_stated_may_be_anything() -> None:
     assert contradiction() is None
     assert contradiction(m_docked=True, m_far=True) is None  # the dock may be anywhere
     assert contradiction(base=Fraction(1), m_docked=False) is None

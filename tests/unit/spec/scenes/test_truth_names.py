@@ -53,12 +53,12 @@ def test_a_full_name_defines_a_variable_of_another_module(tmp_path: Path) -> Non
     assert list(load_scene(absent, variables=VARIABLES).truth) == ["cellar.anything"]
 
 
-def test_a_full_name_replaces_what_an_included_scene_says_for_all_parameters(tmp_path: Path) -> None:
+def test_a_full_name_replaces_the_truth_of_an_included_scene_for_all_parameters(tmp_path: Path) -> None:
     small, large = "{sphere: 3 cm, at: [0 m, 0 m, 1 m]}", "{sphere: 5 cm, at: [1 m, 0 m, 1 m]}"
     pot = f"bodies:\n  small: {small}\n  large: {large}\n"
     choice = "parameters: {pot: {little: small, big: large}}\n"
-    said = "  pot_full: pot.tilt < 1 rad\n  pot_hot: pot_full"
-    write(tmp_path, said, module="kitchen", name="part", more=pot + choice)
+    truths = "  pot_full: pot.tilt < 1 rad\n  pot_hot: pot_full"
+    write(tmp_path, truths, module="kitchen", name="part", more=pot + choice)
     names = ["kitchen.pot_full(pot = little)", "kitchen.pot_full(pot = big)"]
     variables = {**VARIABLES, "kitchen": ("pot_full", "pot_hot")}
     whole = write(
