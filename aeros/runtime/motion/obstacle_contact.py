@@ -80,13 +80,13 @@ def find_held_contact(
     Returns:
         The first contact found; None if there is none, or the robot holds nothing.
     """
-    held = held_beside(moving, volumes, clearance)
+    held = trimmed_held_space(moving, volumes, clearance)
     if held is None or not volumes:
         return None
     return _first_contact(_against(moving, (), held, _standing_hulls(volumes)), clearance)
 
 
-def held_beside(moving: SweptMotion, volumes: Sequence[BarrierBox], clearance: float) -> Hull | None:
+def trimmed_held_space(moving: SweptMotion, volumes: Sequence[BarrierBox], clearance: float) -> Hull | None:
     """Return the space of what is held, as large as volumes of the base leave it at the motion's start.
 
     Args:

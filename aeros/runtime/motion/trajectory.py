@@ -41,7 +41,7 @@ from aeros.runtime.motion.obstacle_contact import (
     ends_at_obstacle,
     find_held_contact,
     find_obstacle_contact,
-    held_beside,
+    trimmed_held_space,
 )
 from aeros.runtime.motion.surface_contact import SurfaceBreach, SurfaceLimits, find_surface_breach
 from aeros.runtime.motion.swept_volume import (
@@ -293,7 +293,7 @@ class MotionDecider:
         if breach is not None:
             box = next(one for one in self._boxes if one.id == breach.barrier)
             if breach.link == HELD and box.is_in_base_frame:
-                moving = moving._replace(held=held_beside(moving, [box], clearance))
+                moving = moving._replace(held=trimmed_held_space(moving, [box], clearance))
             return [_barrier_reason(self._barriers[breach.barrier], box, breach, moving, clearance)]
         if surface is None or plan is None:
             return []
