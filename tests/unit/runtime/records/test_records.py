@@ -10,11 +10,24 @@ from typing import Any
 import pytest
 
 from aeros.runtime.canonical_json import digest_of, to_canonical_json
+from aeros.runtime.gate.decision import Reason
 from aeros.runtime.ports import Ball, MotionCompletion, NoMotion, RobotBody, ServoBounds, Trajectory
-from aeros.runtime.records.records import body_to_json, motion_from_json, motion_to_json
+from aeros.runtime.records.records import body_to_json, format_reasons, motion_from_json, motion_to_json
+from aeros.spec.expr.shortfall import UnmetBound
+from aeros.spec.model.cause import Cause
 from tests.unit.runtime import motions
 
 NOWHERE = (0.0, 0.0, 0.0)
+
+
+def test_a_denial_is_formatted_with_the_values_that_broke_the_rule() -> None:
+    near = UnmetBound("human_distance", 0.61, "at least", 0.89, "m")
+    reasons = (Reason("AE750", "separation", "somebody is near"), Reason("AE710", "worn", "a finger is worn"))
+    causes = (Cause("rule", "separation", "", shortfalls=(near,)), Cause("gate", "worn", ""))
+    denied = "AE750 separation: human_distance is 0.61 m (at least 0.89 m); somebody is near; AE710 worn: "
+    assert format_reasons(reasons, causes) == f"{denied}a finger is worn"
+    assert format_reasons(reasons[1:]) == "AE710 worn: a finger is worn"
+    assert format_reasons(()) == "the gate gave no reason"
 
 
 def motion(seed: int = 0, pieces: int = 3, lanes: int = 1, **changed: Any) -> Trajectory:

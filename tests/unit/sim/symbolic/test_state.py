@@ -9,7 +9,7 @@ from typing import Any, cast
 
 import pytest
 
-from aeros.sim.symbolic.state import as_reading, initial_values
+from aeros.sim.symbolic.state import answers_of_tools, as_reading, initial_values
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, Type, VectorType
@@ -36,6 +36,14 @@ def initial(*declared: Declared, **given: Any) -> dict[str, Any]:
 def test_truths_are_false_and_enums_their_first_member() -> None:
     assert initial(state("open", BOOL, None), state("mode", CELLS, None)) == {"open": False, "mode": "a"}
     assert initial(state("cells", FamilyType(CELLS, BOOL), None)) == {"cells": (False, False)}
+
+
+def test_an_answer_of_a_tool_has_no_value_unless_one_is_given() -> None:
+    tool = SimpleNamespace(answers=("entries", "price"))
+    kinds = {"ask": SimpleNamespace(tool=tool), "move": SimpleNamespace(tool=None)}
+    site = cast("Site", SimpleNamespace(kinds=kinds))
+    assert answers_of_tools(site, {"price": 3.0}) == {"entries"}
+    assert answers_of_tools(site, {}) == {"entries", "price"}
 
 
 def test_numbers_are_0_or_the_nearest_in_their_range() -> None:
