@@ -7,10 +7,13 @@ from fractions import Fraction
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from aeros.spec.closed_loop import reachability
 from aeros.spec.diagnostics.codes import Severity, SpanLabel
 from aeros.spec.model.ecm import Ecm, Outcome, PlanningRule, Skill, TaskInvariant
+from aeros.spec.model.perception import Definition
 from aeros.spec.obligations.closed_loop import closed_loop_obligations
 from aeros.spec.obligations.verdicts import StaticClaim, Verdict
 from tests.unit.agent.dumplings import (
@@ -343,3 +346,20 @@ def test_a_further_try_may_be_by_the_provider_that_still_can() -> None:
     turn = skill("turn", outcome("turned", {"wrapper_aligned": False}))
     found = settled(with_capability(("boil", "steam"), (turn, once, steam), *rules))
     assert {one.verdict for one in found.values()} == {Verdict.PROVED}
+
+
+@given(st.booleans(), st.booleans(), st.booleans())
+def test_a_start_is_refused_exactly_where_it_contradicts_a_definition(
+    aligned: bool, dough: bool, wrapped: bool
+) -> None:
+    text = "wrapper_aligned and not dough_on_workspace"
+    start = CLEAN | {"wrapper_aligned": aligned, "dough_on_workspace": dough, WRAPPED: wrapped}
+    cook = skill("cook", outcome("cooked", {COOKED: True}))
+    pursued = replace(task("cook", ("cook",), COOKED, rule(COOKED, "cook")), initial=start)
+    definitions = {WRAPPED: Definition(term(text), text, SPAN)}
+    found = settled(replace(module("kitchen", (cook,), pursued), definitions=definitions))
+    reported = [one.diagnostic for one in found.values() if one.diagnostic is not None]
+    assert [one.code for one in reported] == ([] if wrapped is (aligned and not dough) else ["AE806"])
+    if reported:
+        stated, other = ("true", "false") if wrapped else ("false", "true")
+        assert f"`{WRAPPED}` is {stated}; by its definition it is {other}" in reported[0].headline
