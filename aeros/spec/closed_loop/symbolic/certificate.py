@@ -72,6 +72,8 @@ def certificate_claims(fixpoints: Fixpoints, variables: LoopVariables) -> Iterat
     Yields:
         The claims: of the start, of each place, and of the way to the goal from each place.
     """
+    # The sets are complete, so another order of the bits would only cost time.
+    fixpoints.sets.bdd.configure(reordering=False)
     certificate = _Certificate(fixpoints, variables)
     yield certificate.start()
     for place in fixpoints.program.moves:

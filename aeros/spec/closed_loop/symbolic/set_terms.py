@@ -91,6 +91,9 @@ class SetTerms:
         name, at = self._bits[bit]
         if isinstance(self._program.variables[name].type, BoolType):
             return self._values[name]
+        if name in self._sets.ordered:
+            listed = self._sets.values[name]
+            return self._between(name, listed, at + 1, len(listed) - 1)
         return self._defined(bit, lambda: any_of(list(self._ranges(name, at))))
 
     def _ranges(self, name: str, at: int) -> Iterator[t.Term]:

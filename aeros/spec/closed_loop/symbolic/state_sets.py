@@ -1,7 +1,9 @@
 """Sets of states as binary decision diagrams, and what the branches of a program do to them.
 
-Each variable has as many bits as its values need: the bits of a value's number in the list of values.  A
-second copy of them is for the values after a branch.  The diagrams are those of the library `dd`.
+Each variable has bits for the number of its value in the list of its values.  A number with few values has a
+bit for each but the first, which tells whether it is at least that.  Any other variable has the binary digits
+of the value's number.  A second copy of the bits is for the values after a branch.  The diagrams are those of
+the library `dd`.
 """
 
 from __future__ import annotations
@@ -17,9 +19,13 @@ from aeros.spec.closed_loop.symbolic.clauses import Clause, clauses_of
 from aeros.spec.closed_loop.symbolic.program import Branch, Move, Place, afterwards
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import evaluate, is_true
+from aeros.spec.expr.types import RealType
 
 MAX_COMBINATIONS: Final = 65_536
 """Largest number of combinations of values that one comparison is decided for."""
+
+MAX_ORDERED: Final = 64
+"""Values of a number that has a bit for each of them, at most."""
 
 MAX_CLAUSES: Final = 400
 """Largest number of clauses as which a set is told to a solver."""
@@ -34,12 +40,21 @@ class StateSets:
     Args:
         values: values of each variable, by name, in the order of the diagrams.
         variables: the variables as terms, by name.
+
+    Attributes:
+        values: values of each variable, and of the same variable afterwards, by name.
+        bits: names of the bits of each of these, by name.
+        ordered: names of those that have a bit for each value but the first.
+        none: the empty set.
+        every: the set of everything.
+        valid: the set of all states, in which bits are those of values.
     """
 
     def __init__(self, values: Mapping[str, Sequence[Any]], variables: Mapping[str, t.Variable]) -> None:
         self.bdd = _new_diagrams()
         self.values: dict[str, Sequence[Any]] = {}
         self.bits: dict[str, list[str]] = {}
+        self.ordered: set[str] = set()
         self._after: dict[str, str] = {}
         self._equal: dict[tuple[str, Any], StateSet] = {}
         self._conditions: dict[int, tuple[t.Term, StateSet]] = {}
@@ -60,12 +75,15 @@ class StateSets:
         """
         place, after = len(self._after), afterwards(variable).name
         self._after[variable.name] = after
-        width = max((len(values) - 1).bit_length(), 1)
+        is_ordered = isinstance(variable.type, RealType) and len(values) <= MAX_ORDERED
+        width = len(values) - 1 if is_ordered else max((len(values) - 1).bit_length(), 1)
         for number in range(width):
             self.bdd.declare(f"{place}.{number}", f"{place}.{number}'")
         for whole, mark in ((variable.name, ""), (after, "'")):
             self.values[whole] = values
             self.bits[whole] = [f"{place}.{number}{mark}" for number in range(width)]
+            if is_ordered:
+                self.ordered.add(whole)
         self.valid &= self.one_of(variable.name, values)
 
     def intersection(self, sets: Iterable[StateSet]) -> StateSet:
@@ -94,10 +112,15 @@ class StateSets:
         """
         key = (name, value)
         if key not in self._equal:
-            number = self.values[name].index(value)
-            cube = {bit: bool(number >> at & 1) for at, bit in enumerate(self.bits[name])}
-            self._equal[key] = self.bdd.cube(cube)
+            self._equal[key] = self.bdd.cube(self._code(name, value))
         return self._equal[key]
+
+    def _code(self, name: str, value: Any) -> dict[str, bool]:
+        """Give the bits of a variable that has a value."""
+        number = self.values[name].index(value)
+        if name in self.ordered:
+            return {bit: number > at for at, bit in enumerate(self.bits[name])}
+        return {bit: bool(number >> at & 1) for at, bit in enumerate(self.bits[name])}
 
     def one_of(self, name: str, values: Iterable[Any]) -> StateSet:
         """Make the set of all states in which a variable has one of some values.
@@ -230,9 +253,8 @@ class StateSets:
         relation, related = self.every, []
         for name, term in branch.updates.items():
             if isinstance(term, t.Literal):
-                number = self.values[name].index(term.value)
-                for at, bit in enumerate(self.bits[name]):
-                    functions[bit] = self.every if number >> at & 1 else self.none
+                for bit, is_set in self._code(name, term.value).items():
+                    functions[bit] = self.every if is_set else self.none
             elif self.values[name] == (False, True):
                 functions[self.bits[name][0]] = self.where(term)
             else:
@@ -260,7 +282,7 @@ class StateSets:
         )
 
     def _sum(self, name: str, term: t.Term) -> StateSet:
-        """Relate the value of a whole number to its value after an increment; it stays in its range."""
+        """Relate the value of a whole number to its value after an increment, where it stays in its range."""
         found = self.none
         for value in self.values[name]:
             after = evaluate(term, {name: value})
@@ -269,7 +291,7 @@ class StateSets:
         return found
 
     def clauses(self, states: StateSet) -> tuple[Clause, ...] | None:
-        """List clauses that hold together exactly in a set.
+        """List clauses that hold together exactly in a set, wherever bits are those of values.
 
         Args:
             states: the set.
@@ -278,7 +300,7 @@ class StateSets:
             The clauses; None if there are more than `MAX_CLAUSES`.
         """
         if states not in self._clauses:
-            self._clauses[states] = clauses_of(self.bdd, states, MAX_CLAUSES)
+            self._clauses[states] = clauses_of(self.bdd, states, self.valid, MAX_CLAUSES)
         return self._clauses[states]
 
     def pick(self, states: StateSet) -> dict[str, Any]:
@@ -310,9 +332,7 @@ class StateSets:
             True if it is.
         """
         bits = {
-            bit: bool(self.values[name].index(value) >> at & 1)
-            for name, value in state.items()
-            for at, bit in enumerate(self.bits[name])
+            bit: is_set for name, value in state.items() for bit, is_set in self._code(name, value).items()
         }
         return bool(self.bdd.let(bits, states) == self.every)
 
