@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Final, Protocol
 
 from aeros.spec.closed_loop.invocation import State
 from aeros.spec.closed_loop.transition_system import TransitionSystem
 from aeros.spec.model.ecm import PlanningRule, TaskInvariant
+
+MAX_SHOWN: Final = 12
+"""Number of variables of which all values are shown."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,20 +88,6 @@ class LoopFindings(Protocol):
         """
 
 
-def format_state(system: TransitionSystem, state: State) -> str:
-    """Format a state as a manifest writes it.
-
-    Args:
-        system: the loop.
-        state: values of its variables, in the order of `system.names`.
-
-    Returns:
-        `NAME = VALUE` for each of them, separated by commas.
-    """
-    pairs = zip(system.names, state, strict=True)
-    return ", ".join(system.variables.format(name, value) for name, value in pairs)
-
-
 def format_path(system: TransitionSystem, path: LoopPath) -> str:
     """Describe a path for people.
 
@@ -107,9 +96,30 @@ def format_path(system: TransitionSystem, path: LoopPath) -> str:
         path: the path.
 
     Returns:
-        One line for the start, for each move with a label, and for the state at the end.
+        One line for the start, for each move with a label, and for the state at the end.  Of more than
+        `MAX_SHOWN` variables, the start names false ones by their number, and the end those that changed.
     """
-    start = f"start with {format_state(system, path.start)}"
+    start, end = (_values(system, state) for state in (path.start, path.end))
+    shown_start, shown_end = list(start.values()), list(end.values())
+    if len(start) > MAX_SHOWN:
+        false = [name for name, value in zip(system.names, path.start, strict=True) if value is False]
+        shown_start = [text for name, text in start.items() if name not in false]
+        shown_start.append(f"and {len(false)} truth values false")
+        shown_end = [text for name, text in end.items() if text != start[name]]
+        shown_end.append("all else as at the start")
     inside = [f"{path.inside}, on its way"] if path.inside else []
-    end = f"then {format_state(system, path.end)}"
-    return "\n".join(["for example:", start, *path.labels, *inside, end])
+    return "\n".join(
+        [
+            "for example:",
+            f"start with {', '.join(shown_start)}",
+            *path.labels,
+            *inside,
+            f"then {', '.join(shown_end)}",
+        ]
+    )
+
+
+def _values(system: TransitionSystem, state: State) -> dict[str, str]:
+    """Format the value of each variable as a manifest writes it."""
+    pairs = zip(system.names, state, strict=True)
+    return {name: system.variables.format(name, value) for name, value in pairs}

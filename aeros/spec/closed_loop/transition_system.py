@@ -155,11 +155,6 @@ class TransitionSystem:
             return "which of several steps fails first depends on how long they take"
         return next(unsettled, "")
 
-    @property
-    def recovery_choices(self) -> bool:
-        """True if several skills provide a recovery of some rule."""
-        return any(len(providers) > 1 for providers in self._recovery_skills.values())
-
     def _invocation(self, skill: str, inputs: Mapping[str, Any]) -> Invocation:
         try:
             made = Invocation(

@@ -14,13 +14,13 @@ predicates that change by themselves. A predicate that a step leaves at either v
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
+from typing import TYPE_CHECKING
 
 from aeros.spec.backends.package_versions import package_version
 from aeros.spec.closed_loop.findings import LoopFindings, LoopPath, format_path
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.closed_loop.reachability import TooManyStatesError, explore_system
-from aeros.spec.closed_loop.symbolic.analysis import SymbolicLoop
 from aeros.spec.closed_loop.transition_system import TransitionSystem
 from aeros.spec.consequences.words import unsettled_note
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
@@ -32,6 +32,9 @@ from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.obligation import ClaimMode, Obligation, VariableSpace
 from aeros.spec.obligations.verdicts import StaticClaim
+
+if TYPE_CHECKING:
+    from aeros.spec.closed_loop.symbolic.certificate import CertificateClaim
 
 
 def closed_loop_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | StaticClaim]:
@@ -53,11 +56,21 @@ def closed_loop_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Stati
 
 def _task_claims(ecm: Ecm, task: Task, site: Site) -> list[Obligation | StaticClaim]:
     system = TransitionSystem(ecm, task, site)
-    found: LoopFindings
     try:
-        found, engine = explore_system(system), ""
+        return [*_settled_claims(ecm, explore_system(system))]
     except TooManyStatesError:
-        found, engine = SymbolicLoop(system), f"dd {package_version('dd', 'dd')}"
+        # Importing this and its library takes longer than most proofs.
+        from aeros.spec.closed_loop.symbolic.analysis import SymbolicLoop
+
+        found = SymbolicLoop(system)
+    settled = _settled_claims(ecm, found, f"dd {package_version('dd', 'dd')}")
+    if any(one.diagnostic for one in settled):
+        return [*settled]
+    return [*settled, *certificate_obligations(task, found.certificate())]
+
+
+def _settled_claims(ecm: Ecm, found: LoopFindings, engine: str = "") -> list[StaticClaim]:
+    task = found.system.task
     settled = [
         StaticClaim(ClaimForm.RULES_DISPATCH(task.id), _rule_never_dispatched(ecm, found), engine),
         StaticClaim(ClaimForm.RULES_PROGRESS(task.id), _goal_unreachable(found), engine),
@@ -66,14 +79,20 @@ def _task_claims(ecm: Ecm, task: Task, site: Site) -> list[Obligation | StaticCl
     for invariant in task.invariants:
         claim_id = ClaimForm.RULES_KEEP_INVARIANT(task.id, invariant.id)
         settled.append(StaticClaim(claim_id, _invariant_violated(invariant, found), engine))
-    if isinstance(found, SymbolicLoop) and not any(one.diagnostic for one in settled):
-        return [*settled, *_certificate(task, found)]
-    return [*settled]
+    return settled
 
 
-def _certificate(task: Task, found: SymbolicLoop) -> Iterator[Obligation]:
-    """Make the claims by which the solver checks what was computed with diagrams."""
-    for number, claim in enumerate(found.certificate()):
+def certificate_obligations(task: Task, claims: Iterable[CertificateClaim]) -> Iterator[Obligation]:
+    """Make the claims by which the solver checks what was computed with diagrams.
+
+    Args:
+        task: the task.
+        claims: the certificate of its loop.
+
+    Yields:
+        An obligation for each claim.
+    """
+    for number, claim in enumerate(claims):
         variables = tuple(Declared(one, task.span, range=bounds) for one, bounds in claim.variables)
         yield Obligation(
             id=ClaimForm.RULES_CERTIFIED(task.id, number),

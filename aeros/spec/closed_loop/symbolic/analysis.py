@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import combinations
 from typing import Any
 
 from aeros.spec.closed_loop.findings import BlockedStep, LoopPath
@@ -52,7 +53,12 @@ class SymbolicLoop:
     @property
     def has_choices(self) -> bool:
         """True if the agent chooses between skills somewhere."""
-        return self.system.recovery_choices or any(len(starts) > 1 for _, starts in self.program.first_tries)
+        sets, reachable = self.fixpoints.sets, self.fixpoints.reachable
+        return any(
+            reachable[place] & sets.where(one.guard) & sets.where(other.guard) != sets.none
+            for place, moves in self.program.moves.items()
+            for one, other in combinations(moves, 2)
+        )
 
     def blocked_step(self) -> BlockedStep | None:
         """Implement `LoopFindings.blocked_step`."""
