@@ -32,8 +32,9 @@ from aeros.experiments.architecture import (
 )
 from aeros.sim.symbolic.state import initial_values
 from aeros.spec.closed_loop.invocation import Invocation
+from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.closed_loop.markov_chain import Prediction
-from aeros.spec.closed_loop.transition_system import StateSpaceError, TransitionSystem
+from aeros.spec.closed_loop.transition_system import TransitionSystem
 from aeros.spec.expr.doubles import to_doubles
 
 MAX_SEQUENCES: Final = 20_000

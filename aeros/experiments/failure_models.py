@@ -17,8 +17,8 @@ from typing import Any, Final
 from aeros.experiments.architecture import TrialModel
 from aeros.sim.gilbert_elliott import GilbertElliottModel, GilbertElliottProcess, GilbertElliottSampler
 from aeros.sim.symbolic.outcomes import BurstOutcomes, DrawEquivalence, uniform_burst_draw, uniform_draw
+from aeros.spec.closed_loop.loop_variables import StateSpaceError, recoveries_of
 from aeros.spec.closed_loop.outcome_probabilities import outcome_probabilities, with_skill_probabilities
-from aeros.spec.closed_loop.transition_system import StateSpaceError, recoveries_of
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL
 from aeros.spec.model.ecm import ActionCondition, Ecm, Outcome, Skill

@@ -22,6 +22,7 @@ from aeros.spec.model.hold_conditions import start_condition
 from aeros.spec.model.rules import Conjunct
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.closed_loop import closed_loop_obligations
+from aeros.spec.obligations.verdicts import StaticClaim
 from tests.differential.planning.small_tasks import Case, loops
 from tests.differential.real_loop import Recording, pursue
 from tests.hypothesis_profiles import examples
@@ -66,7 +67,7 @@ def held(skill: Skill, text: str) -> Skill:
 
 def test_the_loop_comes_to_no_state_that_was_not_explored() -> None:
     _walked()
-    assert _SEEN["broken"] > 100
+    assert _SEEN["broken"] > 60
     assert _SEEN["proved"] > 10
 
 
@@ -80,7 +81,8 @@ def _walked(case: Case, held_to: dict[int, str], seed: int) -> None:
     ecm = replace(case.ecm, skills={**case.ecm.skills, **changed})
     explored = explore_task(ecm, case.task, case.site)
     states = {node.state for node in explored.graph}
-    refused = {one.id for one in closed_loop_obligations(ecm, case.site) if one.diagnostic is not None}
+    claims = (one for one in closed_loop_obligations(ecm, case.site) if isinstance(one, StaticClaim))
+    refused = {one.id for one in claims if one.diagnostic is not None}
     limits = replace(case.site.limits, replans=2)
     again = replace(case, site=replace(case.site, limits=limits))
     for number in range(8):

@@ -14,9 +14,10 @@ from typing import Final
 from aeros.agent.planning.task_graph import PLAN_SPAN, Part, PlanStep, TaskGraph
 from aeros.spec.closed_loop.invocation import State
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.constants import equality_condition
 from aeros.spec.expr.unparse import unparse
 from aeros.spec.model.step_graph import If, Seq
-from aeros.spec.planning.domain import GroundSkill, equality_condition
+from aeros.spec.planning.domain import GroundSkill
 from aeros.spec.planning.search_result import PlanUndecidedError
 from aeros.spec.planning.strong_cyclic import StrongCyclicStrategy
 

@@ -13,9 +13,9 @@ from aeros.cli.arguments import add_command, existing_path
 from aeros.cli.author.module_argument import read_module, select_declared
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.exit_codes import Exit
+from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.closed_loop.reachability import ReachableStates, explore_task
 from aeros.spec.closed_loop.transition_system import LoopState as LoopNode
-from aeros.spec.closed_loop.transition_system import StateSpaceError
 from aeros.spec.model.ecm import Ecm, PlanningRule, Task
 
 if TYPE_CHECKING:

@@ -22,9 +22,10 @@ from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.exit_codes import Exit, UsageError
 from aeros.session.plant_factory import PLANTS
 from aeros.sim.symbolic.state import initial_values
+from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.closed_loop.markov_chain import predict
 from aeros.spec.closed_loop.outcome_probabilities import with_retries, with_skill_probabilities
-from aeros.spec.closed_loop.transition_system import StateSpaceError, TransitionSystem
+from aeros.spec.closed_loop.transition_system import TransitionSystem
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.diagnostics.errors import MisuseError, UserError
 from aeros.spec.diagnostics.render import escape_invisible

@@ -13,8 +13,9 @@ from aeros.experiments.architecture import ArchitectureReport, TrialContext, Tri
 from aeros.experiments.slow_planner import SlowPlanner
 from aeros.runtime.ports import Runtime
 from aeros.sim.symbolic.state import initial_values
+from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.closed_loop.markov_chain import Prediction, predict
-from aeros.spec.closed_loop.transition_system import StateSpaceError, TransitionSystem
+from aeros.spec.closed_loop.transition_system import TransitionSystem
 from aeros.spec.expr.doubles import to_doubles
 from aeros.spec.model.site import Site
 

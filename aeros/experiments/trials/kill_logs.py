@@ -8,7 +8,7 @@ from math import dist
 from pathlib import Path
 from typing import Any, Final
 
-from aeros.spec.closed_loop.transition_system import recoveries_of
+from aeros.spec.closed_loop.loop_variables import recoveries_of
 from aeros.spec.expr.effects import state_after
 from aeros.spec.model.ecm import Ecm
 

@@ -49,7 +49,7 @@ from aeros.session.assembly import build_executor
 from aeros.session.scene_files import scene_of_task
 from aeros.sim.referee import judge_goal
 from aeros.sim.symbolic.outcomes import OutcomeSampler, outcome_probabilities_by_skill
-from aeros.spec.closed_loop.transition_system import StateSpaceError
+from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.task_parameters import arguments_in_force

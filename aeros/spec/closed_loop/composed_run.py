@@ -5,8 +5,10 @@ graph may end, with its probability and the expected number of skills submitted 
 merged after each step, so paths that meet are followed once.
 
 The branches of a `par` do not interfere, so together they succeed as if one ran after the other.  Where one
-fails, the others may have come to any point.  Every such state is listed, with probability 0: how likely it
-is depends on how long steps take.  So a loop with such a graph is proved, and not predicted.
+fails, the others may have come to any point.  Where the goal is reached in the midst of it, nothing more
+starts, but what runs goes on, so the branches may end at any point, too.  Every such state is listed, with
+probability 0: how likely it is depends on how long steps take.  So a loop with such a graph is proved, and
+not predicted.
 """
 
 from __future__ import annotations
@@ -88,7 +90,8 @@ class ComposedRun:
         is_over: tells whether the goal is reached, after which nothing more starts.
 
     Attributes:
-        is_exact: False once a parallel branch could fail: the probability of what follows is not known.
+        is_exact: False once a parallel branch could fail, or the goal could be reached before all branches
+            end: the probability of what follows is not known.
     """
 
     def __init__(
@@ -164,14 +167,23 @@ class ComposedRun:
             for branch in part.branches:
                 self._through, lost = {state}, dict[State, Weight]()
                 ends = self._part(branch, {state: weight}, role, lost)
-                alone.append(({*self._through, *ends, *lost}, lost))
+                alone.append(({*self._through, *ends, *lost}, lost, ends))
             self._through = outer
-            if any(lost for _, lost in alone):
+            if any(lost for _, lost, _ in alone):
                 self.is_exact = False
-            points = [sorted(visited, key=repr) for visited, _ in alone]
-            for combined in product(*points):
-                self._pass(_merged(state, combined))
-            for at, (_, lost) in enumerate(alone):
+            points = [sorted(visited, key=repr) for visited, _, _ in alone]
+            together = {combined: _merged(state, combined) for combined in product(*points)}
+            for merged in together.values():
+                self._pass(merged)
+            if any(
+                self._is_over(merged)
+                and not all(one in ends for one, (*_, ends) in zip(combined, alone, strict=True))
+                for combined, merged in together.items()
+            ):
+                # Where the goal is reached on the way, each branch may stop at any point, or go on.
+                self.is_exact = False
+                _add(done, dict.fromkeys(together.values(), NOTHING))
+            for at, (_, lost, _) in enumerate(alone):
                 others = [points[number] if number != at else list(lost) for number in range(len(points))]
                 _add(failed, {_merged(state, combined): NOTHING for combined in product(*others)})
             ends = {state: weight}

@@ -2,24 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from fractions import Fraction
 from functools import lru_cache
 from itertools import product
+from math import prod
 from typing import Any, Final, NamedTuple
 
 from aeros.spec.closed_loop.outcome_probabilities import outcome_probabilities
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.effects import value_after
+from aeros.spec.expr.effects import QuantityRange, value_after
+from aeros.spec.expr.lower import lower, with_constants
 from aeros.spec.expr.semantics import is_true
+from aeros.spec.expr.types import FamilyType, VectorType
 from aeros.spec.model.ecm import Outcome, Skill
 from aeros.spec.model.hold_conditions import hold_loss_outcomes
 
-MAX_UNSETTLED: Final = 8
-"""Greatest number of predicates that one outcome may leave at either value; all combinations are tried."""
+MAX_UNSETTLED: Final = 256
+"""Greatest number of states that one outcome may lead to, as it leaves variables at any of several values."""
 
 State = tuple[Any, ...]
-"""A value for each predicate of a task, in the order of `TransitionSystem.names`."""
+"""A value for each state variable of a task, in the order of `TransitionSystem.names`."""
+
+OpenValues = Callable[[Skill, Outcome], Mapping[str, tuple[Any, ...]]]
+
+_EITHER: Final = (False, True)
 
 
 class StateCondition:
@@ -31,6 +38,9 @@ class StateCondition:
 
     def __init__(self, term: t.Term, names: tuple[str, ...], inputs: Mapping[str, Any] | None = None) -> None:
         self._inputs = inputs or {}
+        if any(isinstance(one.type, VectorType | FamilyType) for one in t.variables_of(term).values()):
+            # A state has the scalars that a vector or a family consists of.
+            term = lower(with_constants(term, self._inputs))
         self._looked_up: list[int] = []
         self._evaluated: list[_InterpretedTerm] = []
         places = _index_by_name(names)
@@ -87,19 +97,27 @@ class _OutcomeEffects(NamedTuple):
         outcome: the outcome.
         share: its probability, 0 to 1.
         declared: declared effects by place, which say if it is measured.
-        known: these, and values that follow from them.
-        unsettled: places of predicates that may be either.
+        ranges: declared ranges by place, which say so, too.
+        known: the declared effects, and values that follow from them.
+        unsettled: values by place of predicates that may be either, and of quantities that may be any.
     """
 
     outcome: Outcome
     share: Fraction
     declared: list[tuple[int, Any]]
+    ranges: list[tuple[int, QuantityRange]]
     known: list[tuple[int, Any]]
-    unsettled: list[int]
+    unsettled: list[tuple[int, tuple[Any, ...]]]
+
+    def is_measured(self, before: State, after: Sequence[Any]) -> bool:
+        """Tell whether all that the outcome declares holds afterwards."""
+        return all(
+            after[place] == value_after(effect, before[place]) for place, effect in self.declared
+        ) and (all(one.low <= after[place] <= one.high for place, one in self.ranges))
 
 
 class UnsettledError(Exception):
-    """An outcome leaves more than `MAX_UNSETTLED` predicates of a task at either value."""
+    """An outcome may lead to more than `MAX_UNSETTLED` states."""
 
 
 class Invocation:
@@ -114,6 +132,7 @@ class Invocation:
         names: the predicates of a state, in order.
         settable: predicates that some skill of the loop can set, so that nothing else changes them after the
             hold-condition broke.
+        open_values: lists the values that quantities may have after an outcome that does not decide them.
         has_unknown: a predicate that an outcome leaves at either value is None afterwards; else there is a
             state for each value.
 
@@ -131,6 +150,7 @@ class Invocation:
         inputs: Mapping[str, Any],
         names: tuple[str, ...],
         settable: Collection[str] = (),
+        open_values: OpenValues = lambda _skill, _outcome: {},
         *,
         has_unknown: bool = False,
     ) -> None:
@@ -144,15 +164,16 @@ class Invocation:
         self._names = names
         self._has_unknown = has_unknown
         self._outcomes = [
-            _effects_of(outcome, share, names)
+            _effects_of(outcome, share, names, open_values(skill, outcome))
             for outcome, share in outcome_probabilities(skill.outcomes.values())
         ]
         self._unheld = [
-            _effects_of(outcome, Fraction(0), names) for outcome in hold_loss_outcomes(skill, settable)
+            _effects_of(outcome, Fraction(0), names, open_values(skill, outcome))
+            for outcome in hold_loss_outcomes(skill, settable)
         ]
-        most = max((len(one.unsettled) for one in (*self._outcomes, *self._unheld)), default=0)
-        if most > MAX_UNSETTLED and not has_unknown:
-            raise UnsettledError(f"`{skill.id}` leaves {most} predicates of it at either value")
+        for one in (*self._outcomes, *self._unheld):
+            if prod(len(values) for _, values in one.unsettled) > MAX_UNSETTLED and not has_unknown:
+                raise UnsettledError(f"`{skill.id}` leaves {len(one.unsettled)} variables of it at any value")
 
     @property
     def is_settled(self) -> bool:
@@ -200,9 +221,10 @@ class Invocation:
             if one.outcome.probability != 0:
                 states = self._states_after(state, one)
                 if len(states) > 1:
-                    shown = ", ".join(f"`{self._names[place]}`" for place in one.unsettled)
+                    shown = ", ".join(f"`{self._names[place]}`" for place, _ in one.unsettled)
+                    many = "either" if all(values == _EITHER for _, values in one.unsettled) else "several"
                     self.unsettled = (
-                        f"{shown} may be either after `{self.name} → {one.outcome.id}`: "
+                        f"{shown} may be {many} after `{self.name} → {one.outcome.id}`: "
                         "state it as an effect of that outcome"
                     )
                 share = one.share / len(states)
@@ -219,33 +241,33 @@ class Invocation:
         changed = _apply_effects(state, one.known)
         if not one.unsettled:
             return [changed]
-        values = [None] if self._has_unknown else [False, True]
+        values = [(None,) if self._has_unknown else values for _, values in one.unsettled]
         states = []
-        for chosen in product(values, repeat=len(one.unsettled)):
+        for chosen in product(*values):
             states.append(list(changed))
-            for place, value in zip(one.unsettled, chosen, strict=True):
+            for (place, _), value in zip(one.unsettled, chosen, strict=True):
                 states[-1][place] = value
         return states
 
     def _measured_outcome(self, before: State, after: list[Any]) -> Outcome:
-        matching = [
-            one.outcome
-            for one in self._outcomes
-            if all(after[place] == value_after(effect, before[place]) for place, effect in one.declared)
-        ]
+        matching = [one.outcome for one in self._outcomes if one.is_measured(before, after)]
         return max(matching, key=lambda one: (one.effect_count, not one.failure))
 
 
-def _effects_of(outcome: Outcome, share: Fraction, names: tuple[str, ...]) -> _OutcomeEffects:
+def _effects_of(
+    outcome: Outcome, share: Fraction, names: tuple[str, ...], open_values: Mapping[str, tuple[Any, ...]]
+) -> _OutcomeEffects:
     places = _index_by_name(names)
     declared = [(places[name], value) for name, value in outcome.effects.items()]
     following = [(places[name], value) for name, value in outcome.consequences.items() if name in places]
+    either = [(place, _EITHER) for place, value in following if value is None]
     return _OutcomeEffects(
         outcome,
         share,
         declared,
+        [(places[one.name], one) for one in outcome.ranges if one.name in places],
         declared + [(place, value) for place, value in following if value is not None],
-        [place for place, value in following if value is None],
+        either + [(places[name], values) for name, values in open_values.items()],
     )
 
 

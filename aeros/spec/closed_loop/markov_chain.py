@@ -20,7 +20,8 @@ from typing import Final
 
 from aeros.spec.closed_loop.composed_run import ROLES
 from aeros.spec.closed_loop.invocation import State
-from aeros.spec.closed_loop.transition_system import LoopState, StateSpaceError, TransitionSystem
+from aeros.spec.closed_loop.loop_variables import StateSpaceError
+from aeros.spec.closed_loop.transition_system import LoopState, TransitionSystem
 
 MAX_WORK: Final = 100_000_000
 """Largest total size (bits) of the probabilities in one prediction; takes some ten seconds."""

@@ -3,23 +3,30 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections import deque
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
+from aeros.spec.closed_loop.findings import BlockedStep, LoopPath
 from aeros.spec.closed_loop.invocation import State
-from aeros.spec.closed_loop.transition_system import LoopState, StateSpaceError, TransitionSystem
-from aeros.spec.model.ecm import Ecm, Task
+from aeros.spec.closed_loop.loop_variables import StateSpaceError
+from aeros.spec.closed_loop.transition_system import LoopState, TransitionSystem
+from aeros.spec.model.ecm import Ecm, Task, TaskInvariant
 from aeros.spec.model.site import Site
-from aeros.spec.model.task_parameters import is_parameter
+
+
+class TooManyStatesError(StateSpaceError):
+    """There are too many states to list them."""
+
 
 MAX_STARTS = 4096
-MAX_NODES = 200_000
+MAX_NODES = 30_000
 
 
 @dataclass
 class ReachableStates:
-    """The reachable part of a transition system.
+    """The reachable part of a transition system; implements `LoopFindings`.
 
     Attributes:
         system: the transition system.
@@ -71,32 +78,55 @@ class ReachableStates:
                     pending.append(before)
         return (node for node in self.graph if node.phase == "plan" and node not in hopeful)
 
-    def trace(self, node: LoopState) -> str:
-        """Describe a shortest path from a start to a node, for people.
+    @property
+    def has_choices(self) -> bool:
+        """True if the agent chooses between skills somewhere."""
+        return any(len({move.choice for move in self.system.transitions(one)}) > 1 for one in self.graph)
+
+    def blocked_step(self) -> BlockedStep | None:
+        """Implement `LoopFindings.blocked_step`; the step is one of the nearest to a start."""
+        for node in self.graph:
+            blocked = self.system.blocked_step(node)
+            if blocked is not None:
+                return BlockedStep(self.path(node), *blocked)
+        return None
+
+    def dead_end(self) -> LoopPath | None:
+        """Implement `LoopFindings.dead_end`; the state is one of the nearest to a start."""
+        node = next(self.nodes_that_can_miss_goal(), None)
+        return None if node is None else self.path(node)
+
+    def violation(self, invariant: TaskInvariant) -> LoopPath | None:
+        """Implement `LoopFindings.violation`; the state is one of the nearest to a start."""
+        holds = self.system.condition(invariant.term)
+        node = next((node for node in self.graph if not holds(node.state)), None)
+        if node is not None:
+            return self.path(node)
+        for state, (before, label) in self.through.items():
+            if not holds(state):
+                to_it = self.path(before)
+                return replace(to_it, end=state, inside=label.partition(" → ")[0])
+        return None
+
+    def starts_at_goal(self) -> bool:
+        """Implement `LoopFindings.starts_at_goal`."""
+        reached = self.system.condition(self.system.task.goal)
+        return all(reached(node.state) for node in self.graph if node not in self.predecessors)
+
+    def path(self, node: LoopState) -> LoopPath:
+        """Find a shortest path from a start to a node.
 
         Args:
             node: a node of the graph.
 
         Returns:
-            One line for the start, for each move with a label, and for the state at the node.
+            The path.
         """
-        lines = [f"then {self.format_state(node.state)}"]
+        end, labels = node.state, list[str]()
         while node in self.predecessors:
             node, label = self.predecessors[node]
-            lines += [label] if label else []
-        return "\n".join(["for example:", f"start with {self.format_state(node.state)}", *reversed(lines)])
-
-    def format_state(self, state: State) -> str:
-        """Format a state as a manifest writes it.
-
-        Args:
-            state: values of the predicates, in the order of `system.names`.
-
-        Returns:
-            `NAME = VALUE` for each predicate, separated by commas.
-        """
-        values = zip(self.system.names, state, strict=True)
-        return ", ".join(f"{name} = {str(value).lower()}" for name, value in values)
+            labels += [label] if label else []
+        return LoopPath(node.state, tuple(reversed(labels)), end)
 
 
 def explore_task(ecm: Ecm, task: Task, site: Site) -> ReachableStates:
@@ -114,17 +144,28 @@ def explore_task(ecm: Ecm, task: Task, site: Site) -> ReachableStates:
         The reachable states.
 
     Raises:
-        StateSpaceError: a predicate has infinitely many values, or there are more than `MAX_STARTS` starts or
-            `MAX_NODES` nodes.
+        StateSpaceError: a variable has infinitely many values.
+        TooManyStatesError: there are more than `MAX_STARTS` starts or `MAX_NODES` nodes.
     """
-    system = TransitionSystem(ecm, task, site)
-    domains = (
-        (task.initial[name],) if name in task.initial and not is_parameter(site.state[name]) else domain
-        for name, domain in zip(system.names, system.domains, strict=True)
-    )
-    starts = [*itertools.islice(itertools.product(*domains), MAX_STARTS + 1)]
-    if len(starts) > MAX_STARTS:
-        raise StateSpaceError("it has too many start states")
+    return explore_system(TransitionSystem(ecm, task, site))
+
+
+def explore_system(system: TransitionSystem) -> ReachableStates:
+    """Explore a transition system from all starts of its task, as `explore_task` does.
+
+    Args:
+        system: the transition system.
+
+    Returns:
+        The reachable states.
+
+    Raises:
+        TooManyStatesError: there are more than `MAX_STARTS` starts or `MAX_NODES` nodes.
+    """
+    values = list(system.variables.starts(system.task.initial))
+    if math.prod(map(len, values)) > MAX_STARTS:
+        raise TooManyStatesError("it has too many start states")
+    starts = [*itertools.product(*values)]
     reachable = ReachableStates(system)
     pending = deque(LoopState("plan", start) for start in starts)
     reachable.graph.update((start, []) for start in pending)
@@ -133,7 +174,7 @@ def explore_task(ecm: Ecm, task: Task, site: Site) -> ReachableStates:
         for move in system.transitions(node):
             if move.target not in reachable.graph:
                 if len(reachable.graph) >= MAX_NODES:
-                    raise StateSpaceError("it has too many states")
+                    raise TooManyStatesError("it has too many states")
                 reachable.graph[move.target] = []
                 reachable.predecessors[move.target] = (node, move.label)
                 pending.append(move.target)

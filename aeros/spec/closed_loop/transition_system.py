@@ -26,22 +26,14 @@ from typing import Any, Final, Literal, TypeAlias
 
 from aeros.spec.closed_loop.composed_run import ComposedRun, Role, RunTooLargeError
 from aeros.spec.closed_loop.invocation import Invocation, State, StateCondition, UnsettledError
+from aeros.spec.closed_loop.loop_variables import LoopVariables, StateSpaceError, recoveries_of, skills_of
 from aeros.spec.consequences.consequences import with_consequences
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.types import BoolType, EnumType, IntegerType
-from aeros.spec.model.ecm import Alternative, Ecm, PlanningRule, Skill, Task
+from aeros.spec.model.ecm import Alternative, Ecm, PlanningRule, Task
 from aeros.spec.model.site import Site
-from aeros.spec.model.step_graph import If, steps_of, walk_parts
 
 MAX_PLAN_STEPS: Final = 100
 """Largest number of steps in an accepted plan; `aeros.agent.planning.task_graph` has the same."""
-
-MAX_NUMBERS: Final = 64
-"""Values of a whole number, at most."""
-
-
-class StateSpaceError(Exception):
-    """The state space of the loop is infinite or too large; the message says which."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,22 +92,22 @@ class Transition:
 class TransitionSystem:
     """The agent's loop on one task.
 
-    The constructor raises `StateSpaceError` if a predicate has infinitely many values, or an outcome leaves
-    too many predicates at either value.
+    The constructor raises `StateSpaceError` if a variable has infinitely many values and no cells, or an
+    outcome leaves too many variables at several values.
 
     Attributes:
         ecm: the module, whose outcomes have their consequences.
         task: the task.
-        names: the predicates: every state variable that the loop depends on, in the order of every state.
-        domains: the values that each predicate can have.
+        variables: the state variables that the loop depends on.
+        names: their names, in the order of every state.
     """
 
     def __init__(self, ecm: Ecm, task: Task, site: Site) -> None:
         ecm = with_consequences(ecm, site)
         self.ecm = ecm
         self.task = task
-        self.names = _predicates(ecm, task)
-        self.domains = [_domain(site, name) for name in self.names]
+        self.variables = LoopVariables(ecm, task, site)
+        self.names = tuple(self.variables.variables)
         self._skills = ecm.callable_skills
         self._invocations: list[Invocation] = []
         settable = {
@@ -165,7 +157,9 @@ class TransitionSystem:
 
     def _invocation(self, skill: str, inputs: Mapping[str, Any]) -> Invocation:
         try:
-            made = Invocation(self._skills[skill], inputs, self.names, self._settable)
+            made = Invocation(
+                self._skills[skill], inputs, self.names, self._settable, self.variables.open_values
+            )
         except UnsettledError as error:
             raise StateSpaceError(str(error)) from error
         self._invocations.append(made)
@@ -243,6 +237,22 @@ class TransitionSystem:
             self._rejections[plan] = self._rejection(plan)
         return self._rejections[plan]
 
+    def recovery_edges(self, index: int) -> list[tuple[str, str]]:
+        """List what may run after a failure of a rule's step.
+
+        Args:
+            index: index of the rule.
+
+        Returns:
+            Pairs of a skill that the step may run, and a skill that may run after it failed.
+        """
+        return [
+            (name, recovery)
+            for helper in recoveries_of(self.task.rules[index])
+            for recovery in self._recovery_skills[helper]
+            for name in self._providers[index]
+        ]
+
     def plan(self, state: State) -> tuple[int, ...]:
         """Plan by the task's rules.
 
@@ -267,13 +277,7 @@ class TransitionSystem:
             return f"the plan has {len(plan)} steps; at most {MAX_PLAN_STEPS} are allowed"
         if not self._tried_too_often.isdisjoint(plan):
             return f"a step has more than the {self._most_retries} retries that this site allows"
-        recovered = [
-            (name, recovery)
-            for index in plan
-            for helper in recoveries_of(self.task.rules[index])
-            for recovery in self._recovery_skills[helper]
-            for name in self._providers[index]
-        ]
+        recovered = [edge for index in plan for edge in self.recovery_edges(index)]
         for _, recovery in recovered:
             if any(declared.default_value is None for declared in self._skills[recovery].inputs.values()):
                 return f"`{recovery}` runs with default inputs after a failure, but an input has no default"
@@ -403,18 +407,6 @@ class _ComposedWay:
 _Way: TypeAlias = _SkillWay | _ComposedWay
 
 
-def recoveries_of(rule: PlanningRule) -> tuple[str, ...]:
-    """List the skills that a failure of a rule's step leads to.
-
-    Args:
-        rule: the rule.
-
-    Returns:
-        Names under `between_tries` and `on_failure`.
-    """
-    return tuple(name for name in (rule.between_tries, rule.on_failure) if name is not None)
-
-
 def _is_cyclic(edges: list[tuple[str, str]]) -> bool:
     after: dict[str, set[str]] = {}
     for source, target in edges:
@@ -424,68 +416,3 @@ def _is_cyclic(edges: list[tuple[str, str]]) -> bool:
     except CycleError:
         return True
     return False
-
-
-def _predicates(ecm: Ecm, task: Task) -> tuple[str, ...]:
-    """Collect every state variable that the task's goal, rules, invariants or skills depend on."""
-    skills = skills_of(ecm, task)
-    conditions = [
-        task.goal,
-        *(rule.satisfied_condition for rule in task.rules),
-        *(one.term for one in task.invariants),
-    ]
-    for rule in task.rules:
-        for one in ecm.alternatives(rule.skill):
-            if one.composition is not None:
-                parts = walk_parts(one.composition.body)
-                conditions += [part.condition for part in parts if isinstance(part, If)]
-                conditions.append(one.composition.precondition)
-    conditions += [skill.precondition.term for skill in skills if skill.precondition is not None]
-    variables = {name: one for term in conditions for name, one in t.variables_of(term).items()}
-    names = {name for name, one in variables.items() if one.role is t.VariableRole.STATE}
-    names |= {name for skill in skills for outcome in skill.outcomes.values() for name in outcome.effects}
-    return tuple(sorted(names))
-
-
-def skills_of(ecm: Ecm, task: Task) -> list[Skill]:
-    """List the skills that the loop on a task may submit.
-
-    Args:
-        ecm: module that declares the task.
-        task: the task.
-
-    Returns:
-        Providers of the rules' skills and capabilities, and recoveries, sorted by name.
-    """
-    used = {name for rule in task.rules for name in _skills_by_rule(ecm, rule)}
-    used |= {name for rule in task.rules for helper in recoveries_of(rule) for name in ecm.providers(helper)}
-    return [ecm.callable_skills[name] for name in sorted(used)]
-
-
-def _skills_by_rule(ecm: Ecm, rule: PlanningRule) -> tuple[str, ...]:
-    """List the skills that any alternative of a rule's step may run, recoveries of the rule excluded."""
-    found: dict[str, None] = {}
-    for one in ecm.alternatives(rule.skill):
-        if one.composition is None:
-            found[one.name] = None
-        else:
-            steps = (*steps_of(one.composition.body), *one.composition.handlers.values())
-            found |= dict.fromkeys(name for step in steps for name in step.runs)
-    return tuple(found)
-
-
-def _domain(site: Site, name: str) -> tuple[Any, ...]:
-    declared = site.state[name]
-    match declared.variable.type:
-        case BoolType():
-            return (False, True)
-        case EnumType(members=members):
-            return members
-        case IntegerType() if declared.range is not None:
-            low, high = map(int, declared.range)
-            if high - low >= MAX_NUMBERS:
-                raise StateSpaceError(f"`{name}` has more than {MAX_NUMBERS} values")
-            return tuple(map(Fraction, range(low, high + 1)))
-        case _:
-            kinds = "neither a truth value nor an enum nor a whole number with a range"
-            raise StateSpaceError(f"it depends on `{name}`, which is {kinds}")

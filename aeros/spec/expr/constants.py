@@ -29,3 +29,18 @@ def constant_term(value: Any, type_: Type) -> t.Term:
     if isinstance(value, tuple) or not isinstance(type_, BoolType | RealType | EnumType):
         raise MisuseError(f"`{value}` is no constant of the type {type_}")
     return t.Literal(value, type_)
+
+
+def equality_condition(variable: t.Variable, value: Any) -> t.Term:
+    """Make the condition that a scalar variable has a value.
+
+    Args:
+        variable: scalar variable.
+        value: exact value of its type.
+
+    Returns:
+        A boolean term.
+    """
+    if isinstance(value, bool):
+        return variable if value else t.Not(variable)
+    return t.Compare("==", variable, constant_term(value, variable.type))

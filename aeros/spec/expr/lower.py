@@ -14,6 +14,7 @@ from functools import lru_cache
 from typing import cast
 
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.constants import constant_term
 from aeros.spec.expr.semantics import Environment, Value, evaluate
 from aeros.spec.expr.types import FamilyType, RealType, VectorType
 from aeros.spec.expr.units import NUMBER
@@ -133,6 +134,24 @@ def lower(term: t.Term) -> t.Term:
         # A site's rules are joined anew for each skill and action kind; each rule is lowered only once.
         return _junction([lower(operand) for operand in term.operands], neutral=True)
     return _lower(term)
+
+
+def with_constants(term: t.Term, constants: Environment) -> t.Term:
+    """Lower a term in which some variables have constant values.
+
+    Args:
+        term: boolean or real term without past-time operators.
+        constants: values by name, of any type; names that the term does not read are ignored.
+
+    Returns:
+        The term with these values; lowered if it reads one of them, else unchanged.
+    """
+    read = {name: one for name, one in t.variables_of(term).items() if name in constants}
+    if not read:
+        return term
+    values = values_by_scalar(read, constants)
+    scalars = [scalar for variable in read.values() for scalar in scalar_variables(variable)]
+    return t.substitute(lower(term), {one.name: constant_term(values[one.name], one.type) for one in scalars})
 
 
 @lru_cache(1024)

@@ -192,6 +192,7 @@ class ClaimForm:
     RULES_DISPATCH = ClaimPattern("closed-loop/{task}/dispatch")
     RULES_PROGRESS = ClaimPattern("closed-loop/{task}/progress")
     RULES_EFFECTIVE = ClaimPattern("closed-loop/{task}/effective")
+    RULES_CERTIFIED = ClaimPattern("closed-loop/{task}/certificate/{number}")
     RULES_KEEP_INVARIANT = ClaimPattern("closed-loop/{task}/invariant/{invariant}")
 
     # Every path through a composition.

@@ -16,12 +16,15 @@ predicates that change by themselves. A predicate that a step leaves at either v
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from aeros.spec.closed_loop.reachability import ReachableStates, explore_task
-from aeros.spec.closed_loop.transition_system import LoopState, StateSpaceError
+from aeros.spec.backends.package_versions import package_version
+from aeros.spec.closed_loop.findings import LoopFindings, LoopPath, format_path
+from aeros.spec.closed_loop.loop_variables import StateSpaceError
+from aeros.spec.closed_loop.reachability import TooManyStatesError, explore_system
+from aeros.spec.closed_loop.transition_system import TransitionSystem
 from aeros.spec.consequences.start_values import find_start_contradiction
 from aeros.spec.consequences.words import unsettled_note
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
@@ -29,11 +32,16 @@ from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
 from aeros.spec.model.ecm import Ecm, PlanningRule, Task, TaskInvariant
 from aeros.spec.model.site import Site
+from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.claim_id import ClaimForm
+from aeros.spec.obligations.obligation import ClaimMode, Obligation, VariableSpace
 from aeros.spec.obligations.verdicts import StaticClaim
 
+if TYPE_CHECKING:
+    from aeros.spec.closed_loop.symbolic.certificate import CertificateClaim
 
-def closed_loop_obligations(ecm: Ecm, site: Site) -> Iterator[StaticClaim]:
+
+def closed_loop_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | StaticClaim]:
     """Make every claim of group closed-loop about the tasks of a module.
 
     Args:
@@ -45,37 +53,81 @@ def closed_loop_obligations(ecm: Ecm, site: Site) -> Iterator[StaticClaim]:
     """
     for task in ecm.tasks.values():
         try:
-            explored = explore_task(ecm, task, site)
+            yield from _task_claims(ecm, task, site)
         except StateSpaceError as error:
             yield StaticClaim(ClaimForm.RULES_ANALYSED(task.id), _analysis_undecided(task, str(error)))
-            continue
-        yield StaticClaim(ClaimForm.RULES_DISPATCH(task.id), _rule_never_dispatched(ecm, explored))
-        yield StaticClaim(ClaimForm.RULES_PROGRESS(task.id), _goal_unreachable(explored))
-        effective = _impossible_start(ecm, task, site) or _task_without_rules(explored)
-        yield StaticClaim(ClaimForm.RULES_EFFECTIVE(task.id), effective)
-        for invariant in task.invariants:
-            claim_id = ClaimForm.RULES_KEEP_INVARIANT(task.id, invariant.id)
-            yield StaticClaim(claim_id, _invariant_violated(invariant, explored))
 
 
-def _rule_never_dispatched(ecm: Ecm, explored: ReachableStates) -> Diagnostic | None:
-    for node in explored.graph:
-        blocked = explored.system.blocked_step(node)
-        if blocked is not None:
-            rule, skill = blocked
-            clauses = list(_preconditions(ecm, rule, skill))
-            read = {name for term, _ in clauses for name in t.variables_of(term)}
-            called = f"`{skill}`" if skill == rule.skill else f"`{skill}`, which provides `{rule.skill}`,"
-            return Diagnostic(
-                "AE801",
-                f"the rules of `{explored.system.task.id}` call {called} "
-                "where its precondition does not hold",
-                SpanLabel(rule.span, "called here"),
-                tuple(SpanLabel(span, "does not hold then") for _, span in clauses),
-                notes=(explored.trace(node), *_unsettled_notes(explored, node, read)),
-                help=("put a rule before it that makes the precondition true, or weaken the precondition",),
-            )
-    return None
+def _task_claims(ecm: Ecm, task: Task, site: Site) -> list[Obligation | StaticClaim]:
+    system = TransitionSystem(ecm, task, site)
+    try:
+        return [*_settled_claims(ecm, site, explore_system(system))]
+    except TooManyStatesError:
+        # Importing this and its library takes longer than most proofs.
+        from aeros.spec.closed_loop.symbolic.analysis import SymbolicLoop
+
+        found = SymbolicLoop(system)
+    settled = _settled_claims(ecm, site, found, f"dd {package_version('dd', 'dd')}")
+    if any(one.diagnostic for one in settled):
+        return [*settled]
+    return [*settled, *certificate_obligations(task, found.certificate())]
+
+
+def _settled_claims(ecm: Ecm, site: Site, found: LoopFindings, engine: str = "") -> list[StaticClaim]:
+    task = found.system.task
+    effective = _impossible_start(ecm, task, site) or _task_without_rules(found)
+    settled = [
+        StaticClaim(ClaimForm.RULES_DISPATCH(task.id), _rule_never_dispatched(ecm, found), engine),
+        StaticClaim(ClaimForm.RULES_PROGRESS(task.id), _goal_unreachable(found), engine),
+        StaticClaim(ClaimForm.RULES_EFFECTIVE(task.id), effective, engine),
+    ]
+    for invariant in task.invariants:
+        claim_id = ClaimForm.RULES_KEEP_INVARIANT(task.id, invariant.id)
+        settled.append(StaticClaim(claim_id, _invariant_violated(invariant, found), engine))
+    return settled
+
+
+def certificate_obligations(task: Task, claims: Iterable[CertificateClaim]) -> Iterator[Obligation]:
+    """Make the claims by which the solver checks what was computed with diagrams.
+
+    Args:
+        task: the task.
+        claims: the certificate of its loop.
+
+    Yields:
+        An obligation for each claim.
+    """
+    for number, claim in enumerate(claims):
+        variables = tuple(Declared(one, task.span, range=bounds) for one, bounds in claim.variables)
+        yield Obligation(
+            id=ClaimForm.RULES_CERTIFIED(task.id, number),
+            code="AE803",
+            mode=ClaimMode.ALWAYS,
+            space=VariableSpace(variables, claim.assumptions),
+            conclusion=claim.conclusion,
+            headline="undecided, so refused: the solver contradicts the analysis of the rules of "
+            f"`{task.id}`: {claim.subject}",
+            primary=SpanLabel(task.span),
+            help=("please report this: it is a fault of AEROS, and not of the module",),
+        )
+
+
+def _rule_never_dispatched(ecm: Ecm, found: LoopFindings) -> Diagnostic | None:
+    blocked = found.blocked_step()
+    if blocked is None:
+        return None
+    rule, skill = blocked.rule, blocked.skill
+    clauses = list(_preconditions(ecm, rule, skill))
+    read = {name for term, _ in clauses for name in t.variables_of(term)}
+    called = f"`{skill}`" if skill == rule.skill else f"`{skill}`, which provides `{rule.skill}`,"
+    return Diagnostic(
+        "AE801",
+        f"the rules of `{found.system.task.id}` call {called} where its precondition does not hold",
+        SpanLabel(rule.span, "called here"),
+        tuple(SpanLabel(span, "does not hold then") for _, span in clauses),
+        notes=(format_path(found.system, blocked.path), *_unsettled_notes(found, blocked.path, read)),
+        help=("put a rule before it that makes the precondition true, or weaken the precondition",),
+    )
 
 
 def _preconditions(ecm: Ecm, rule: PlanningRule, name: str) -> Iterator[tuple[t.Term, SourceSpan]]:
@@ -88,56 +140,47 @@ def _preconditions(ecm: Ecm, rule: PlanningRule, name: str) -> Iterator[tuple[t.
             yield from () if clause is None else ((clause.term, clause.span),)
 
 
-def _unsettled_notes(explored: ReachableStates, node: LoopState, read: Collection[str]) -> tuple[str, ...]:
-    """Say which of the predicates in `read` a step on the way to a node has left at either value."""
-    skills, steps = explored.system.ecm.callable_skills, []
-    while node in explored.predecessors:
-        node, label = explored.predecessors[node]
-        name = label.partition(" → ")[0]
-        steps += [(name, skills[name])] if name in skills else []
-    note = unsettled_note(read, steps)
+def _unsettled_notes(found: LoopFindings, path: LoopPath, read: Collection[str]) -> tuple[str, ...]:
+    """Say which of the predicates in `read` a step on a path has left at either value."""
+    skills = found.system.ecm.callable_skills
+    names = [label.partition(" → ")[0] for label in reversed(path.labels)]
+    note = unsettled_note(read, [(name, skills[name]) for name in names if name in skills])
     return () if note is None else (note,)
 
 
-def _goal_unreachable(explored: ReachableStates) -> Diagnostic | None:
-    node = next(explored.nodes_that_can_miss_goal(), None)
-    if node is None:
+def _goal_unreachable(found: LoopFindings) -> Diagnostic | None:
+    path = found.dead_end()
+    if path is None:
         return None
-    task, system = explored.system.task, explored.system
-    rejection = system.rejection(system.plan(node.state))
-    chosen = any(len({move.choice for move in system.transitions(one)}) > 1 for one in explored.graph)
+    task, system = found.system.task, found.system
+    rejection = system.rejection(system.plan(path.end))
     return Diagnostic(
         "AE802",
         f"the rules of `{task.id}` can lead to a state from which they never reach its goal",
         SpanLabel(task.span, "from there, no path of outcomes leads to the goal"),
         notes=(
-            explored.trace(node),
-            *_unsettled_notes(explored, node, system.names),
+            format_path(system, path),
+            *_unsettled_notes(found, path, system.names),
             *([f"there, {rejection}"] if rejection else []),
-            *(["if a step names a capability, the same skill of it may run each time"] if chosen else []),
+            *(
+                ["if a step names a capability, the same skill of it may run each time"]
+                if found.has_choices
+                else []
+            ),
         ),
         help=("add a rule, a `between_tries` or an `on_failure` that leads out of that state",),
     )
 
 
-def _invariant_violated(invariant: TaskInvariant, explored: ReachableStates) -> Diagnostic | None:
-    holds = explored.system.condition(invariant.term)
-    node = next((node for node in explored.graph if not holds(node.state)), None)
-    on_the_way = next((one for one in explored.through.items() if not holds(one[0])), None)
-    if node is None and on_the_way is None:
+def _invariant_violated(invariant: TaskInvariant, found: LoopFindings) -> Diagnostic | None:
+    path = found.violation(invariant)
+    if path is None:
         return None
-    trace = ""
-    if node is not None:
-        trace = explored.trace(node)
-    elif on_the_way is not None:
-        state, (before, label) = on_the_way
-        name = label.partition(" → ")[0]
-        trace = f"{explored.trace(before)}\n{name}, on its way\nthen {explored.format_state(state)}"
     return Diagnostic(
         "AE804",
-        f"`{invariant.id}` does not hold throughout `{explored.system.task.id}`",
+        f"`{invariant.id}` does not hold throughout `{found.system.task.id}`",
         SpanLabel(invariant.span, "does not hold then"),
-        notes=(trace,),
+        notes=(format_path(found.system, path),),
         help=("strengthen the preconditions of the skills on that path, or weaken the invariant",),
     )
 
@@ -184,15 +227,13 @@ def _shown(value: Any) -> str:
     return f"{float(value):g}" if isinstance(value, Fraction | float | int) else str(value)
 
 
-def _task_without_rules(explored: ReachableStates) -> Diagnostic | None:
+def _task_without_rules(found: LoopFindings) -> Diagnostic | None:
     """Report a task whose goal holds at every start: a proof of rules that never run says nothing."""
-    reached = explored.system.condition(explored.system.task.goal)
-    starts = (node for node in explored.graph if node not in explored.predecessors)
-    if not all(reached(node.state) for node in starts):
+    if not found.starts_at_goal():
         return None
     return Diagnostic(
         "AE805",
-        f"`{explored.system.task.id}` starts with its goal reached, so nothing is proved of its rules",
-        SpanLabel(explored.system.task.span),
+        f"`{found.system.task.id}` starts with its goal reached, so nothing is proved of its rules",
+        SpanLabel(found.system.task.span),
         help=("correct the task's `initial`",),
     )

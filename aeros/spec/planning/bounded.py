@@ -14,19 +14,14 @@ from aeros.spec.backends.solver_results import SatResult
 from aeros.spec.closed_loop.invocation import State
 from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.constants import constant_term
+from aeros.spec.expr.constants import constant_term, equality_condition
 from aeros.spec.expr.effects import Increment, value_after
-from aeros.spec.expr.lower import lower, scalar_variables, values_by_scalar
+from aeros.spec.expr.lower import with_constants
 from aeros.spec.expr.semantics import Environment
 from aeros.spec.expr.types import BOOL, EnumType, RealType
 from aeros.spec.expr.units import NUMBER
 from aeros.spec.model.ecm import Outcome
-from aeros.spec.planning.domain import (
-    GroundSkill,
-    PartialCondition,
-    PlanningDomain,
-    equality_condition,
-)
+from aeros.spec.planning.domain import GroundSkill, PartialCondition, PlanningDomain
 from aeros.spec.planning.search_result import AvoidSet, PlanPath, PlanUndecidedError
 
 MAX_PLAN_LENGTH: Final = 40
@@ -179,7 +174,7 @@ class _Encoding:
 
     def _encode_condition(self, condition: PartialCondition, at: int) -> t.Term:
         moved: dict[str, t.Term] = {name: self._variable(name, at) for name in condition.reads}
-        return t.substitute(_with_constants(condition.term, condition.constants), moved)
+        return t.substitute(with_constants(condition.term, condition.constants), moved)
 
     def _is_success(self, choice: GroundSkill, at: int) -> t.Term:
         """Encode that the measured outcome is a success: no measured failure has more effects."""
@@ -217,13 +212,3 @@ def _edges(domain: PlanningDomain) -> Iterator[tuple[GroundSkill, Outcome]]:
         for outcome in choice.skill.outcomes.values():
             if outcome.probability != 0:
                 yield choice, outcome
-
-
-def _with_constants(term: t.Term, constants: Environment) -> t.Term:
-    """Substitute the constants in `term`, so that it reads state variables only."""
-    read = {name: one for name, one in t.variables_of(term).items() if name in constants}
-    if not read:
-        return term
-    values = values_by_scalar(read, constants)
-    scalars = [scalar for variable in read.values() for scalar in scalar_variables(variable)]
-    return t.substitute(lower(term), {one.name: constant_term(values[one.name], one.type) for one in scalars})

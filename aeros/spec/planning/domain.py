@@ -25,7 +25,7 @@ from aeros.spec.backends.oracle import Oracle
 from aeros.spec.closed_loop.invocation import Invocation, State
 from aeros.spec.consequences.consequences import modules_with_consequences
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.constants import constant_term
+from aeros.spec.expr.constants import equality_condition
 from aeros.spec.expr.effects import values_reached
 from aeros.spec.expr.semantics import Environment, Value, is_true
 from aeros.spec.expr.types import BoolType, EnumType
@@ -409,21 +409,6 @@ class _RelevanceFilter:
         asked = [((situation, *terms), declared) for situation in situations]
         denied = are_unsatisfiable(asked, self.oracle)
         yield from (situation for situation, is_denied in zip(situations, denied, strict=True) if is_denied)
-
-
-def equality_condition(variable: t.Variable, value: Value) -> t.Term:
-    """Make the condition that a scalar variable has a value.
-
-    Args:
-        variable: scalar variable.
-        value: exact value of its type.
-
-    Returns:
-        A boolean term.
-    """
-    if isinstance(value, bool):
-        return variable if value else t.Not(variable)
-    return t.Compare("==", variable, constant_term(value, variable.type))
 
 
 def _format_value(value: Any) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from aeros.spec.closed_loop.transition_system import skills_of
+from aeros.spec.closed_loop.loop_variables import skills_of
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.step_graph import steps_of
 from aeros.spec.obligations.claim_id import ClaimForm, ClaimId

@@ -10,19 +10,24 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from aeros.spec.closed_loop import reachability
 from aeros.spec.expr.semantics import is_true
 from aeros.spec.model.ecm import TaskInvariant
 from aeros.spec.obligations.closed_loop import closed_loop_obligations
+from aeros.spec.obligations.obligation import Obligation
+from aeros.spec.obligations.verdicts import StaticClaim, Verdict
+from aeros.spec.verification.discharge import discharge_obligations
 from tests.differential.planning.small_tasks import NAMES, START, Case, cases, loops, marking_loops
 from tests.differential.planning.tree_expansion import State, _judged_a_failure, _shares, _Tree
 from tests.hypothesis_profiles import examples
 from tests.property.mix import Mix
 from tests.unit.agent.dumplings import PREDICATES, SPAN, term
 
-SEEN = Mix()
+SEEN, BY_SETS = Mix(), Mix()
 _KEPT = st.sampled_from(
     [*NAMES, *(f"not {name}" for name in NAMES), f"{NAMES[0]} or not {NAMES[1]}", "area == table"]
 )
@@ -169,12 +174,31 @@ def test_a_loop_is_refused_exactly_where_some_run_goes_wrong() -> None:
     SEEN.assert_both("AE801", "AE802", "AE804", "AE805")
 
 
+def test_so_it_is_where_there_are_too_many_states_to_list(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(reachability, "MAX_STARTS", 0)
+    _loops_are_judged_by_sets()
+    BY_SETS.assert_both("AE801", "AE802", "AE804")
+
+
 @examples(250)
 @given(_judged() | _turning() | _turning())
 def _loops_are_judged(case: Case) -> None:
-    found = {
-        str(one.id).split("/", 2)[2]: one.diagnostic for one in closed_loop_obligations(case.ecm, case.site)
-    }
+    _judge(case, list(closed_loop_obligations(case.ecm, case.site)), SEEN)
+
+
+@examples(120)
+@given(_judged() | _turning() | _turning())
+def _loops_are_judged_by_sets(case: Case) -> None:
+    listed = list(closed_loop_obligations(case.ecm, case.site))
+    _judge(case, listed, BY_SETS)
+    claims = [one for one in listed if isinstance(one, Obligation)]
+    faults = [one for one in listed if isinstance(one, StaticClaim) and one.diagnostic is not None]
+    assert bool(claims) is not bool(faults)
+    assert all(one.verdict is Verdict.PROVED for one in discharge_obligations(claims))
+
+
+def _judge(case: Case, listed: list[Obligation | StaticClaim], seen: Mix) -> None:
+    found = {str(one.id).split("/", 2)[2]: one.diagnostic for one in listed if isinstance(one, StaticClaim)}
     walk = Walk(case)
     expected = {
         "dispatch": ("AE801", not walk.hindered),
@@ -188,4 +212,4 @@ def _loops_are_judged(case: Case) -> None:
     for claim, (code, right) in expected.items():
         diagnostic = found[claim]
         assert diagnostic is None or diagnostic.code == code
-        SEEN.compare(code, proved=diagnostic is None, expected=right)
+        seen.compare(code, proved=diagnostic is None, expected=right)

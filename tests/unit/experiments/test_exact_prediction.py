@@ -10,7 +10,7 @@ import pytest
 from aeros.agent.planning.task_graph import PlanStep
 from aeros.experiments.architecture import Architecture, ArchitectureReport, TrialContext, build_architecture
 from aeros.experiments.exact_prediction import predict
-from aeros.spec.closed_loop.transition_system import StateSpaceError
+from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from tests.unit.experiments.support.common import FAILURES, model
 from tests.unit.experiments.support.entered import Dicey, Endless, Raising, Stubborn
 

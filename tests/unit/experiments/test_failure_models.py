@@ -12,8 +12,8 @@ from aeros.experiments.architecture import build_architecture
 from aeros.experiments.exact_prediction import predict
 from aeros.experiments.failure_models import add_channel_state, burst_outcomes
 from aeros.experiments.trials.task import KIND
+from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.closed_loop.markov_chain import Prediction
-from aeros.spec.closed_loop.transition_system import StateSpaceError
 from tests.unit.experiments.support.common import FAILURES, condition, model, premises, settings
 
 TASKS = sorted(FAILURES)

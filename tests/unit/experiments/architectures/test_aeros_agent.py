@@ -10,8 +10,8 @@ import pytest
 from aeros.agent.planning.task_graph import PlanStep
 from aeros.experiments.architecture import ArchitectureReport, TrialModel
 from aeros.experiments.architectures.aeros_agent import AerosAgent, initial_state
+from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.closed_loop.markov_chain import Prediction
-from aeros.spec.closed_loop.transition_system import StateSpaceError
 from aeros.spec.model.ecm import Outcome, Task
 from tests.unit.agent.dumplings import (
     DUMPLING,

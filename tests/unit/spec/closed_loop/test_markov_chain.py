@@ -7,9 +7,10 @@ from fractions import Fraction
 import pytest
 
 from aeros.spec.closed_loop import markov_chain
+from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.closed_loop.markov_chain import Prediction, predict
 from aeros.spec.closed_loop.outcome_probabilities import with_probabilities
-from aeros.spec.closed_loop.transition_system import StateSpaceError, TransitionSystem
+from aeros.spec.closed_loop.transition_system import TransitionSystem
 from aeros.spec.model.ecm import Ecm, PlanningRule, Skill
 from tests.unit.agent.dumplings import module, outcome, rule, site, skill, task
 

@@ -9,8 +9,10 @@ from typing import Any
 import pytest
 
 from aeros.spec.closed_loop import reachability
+from aeros.spec.closed_loop.findings import format_path
+from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.closed_loop.reachability import ReachableStates, explore_task
-from aeros.spec.closed_loop.transition_system import LoopState, StateSpaceError
+from aeros.spec.closed_loop.transition_system import LoopState
 from aeros.spec.model.ecm import Outcome, PlanningRule, Skill, Task
 from tests.unit.agent.dumplings import SPAN, module, outcome, rule, site, skill, task
 from tests.unit.spec.consequences import places
@@ -56,7 +58,7 @@ def test_starts_agree_with_initial_and_have_every_value_of_the_rest() -> None:
 def test_a_trace_is_the_shortest_way_with_its_labels() -> None:
     found = explored(WRAPPING, COOKING)
     (end,) = (node for node in found.graph if node.phase == "reached")
-    assert found.trace(end).splitlines() == [
+    assert format_path(found.system, found.path(end)).splitlines() == [
         "for example:",
         "start with dumpling_cooked = false, dumpling_wrapped = false",
         "wrap → wrapped",
@@ -64,7 +66,7 @@ def test_a_trace_is_the_shortest_way_with_its_labels() -> None:
         "then dumpling_cooked = true, dumpling_wrapped = true",
     ]
     start = next(iter(found.graph))
-    assert found.trace(start).splitlines()[1:] == [
+    assert format_path(found.system, found.path(start)).splitlines()[1:] == [
         f"{word} dumpling_cooked = false, dumpling_wrapped = false" for word in ("start with", "then")
     ]
 

@@ -9,13 +9,8 @@ from typing import Literal
 import pytest
 
 from aeros.spec.closed_loop.invocation import State
-from aeros.spec.closed_loop.transition_system import (
-    LoopState,
-    StateSpaceError,
-    Transition,
-    TransitionSystem,
-    skills_of,
-)
+from aeros.spec.closed_loop.loop_variables import StateSpaceError, skills_of
+from aeros.spec.closed_loop.transition_system import LoopState, Transition, TransitionSystem
 from aeros.spec.model.ecm import Ecm, PlanningRule, Skill, Task, TaskInvariant
 from tests.unit.agent.dumplings import given_input, module, outcome, rule, site, skill, task, term
 
@@ -54,16 +49,18 @@ def _state(true: str) -> State:
 
 def test_the_predicates_are_those_that_the_loop_depends_on_in_order() -> None:
     assert SYSTEM.names == (COOKED, WRAPPED, ALIGNED)
-    assert SYSTEM.domains == [(False, True)] * 3
+    assert list(SYSTEM.variables.values.values()) == [(False, True)] * 3
     ecm = kitchen(rule("area == table", "align"), goal="dough_on_workspace")
     system = system_of(ecm)
     assert system.names == ("area", "dough_on_workspace", ALIGNED)
-    assert system.domains == [("table", "pot"), (False, True), (False, True)]
+    assert list(system.variables.values.values()) == [("table", "pot"), (False, True), (False, True)]
 
 
-def test_a_predicate_of_infinitely_many_values_is_refused() -> None:
-    with pytest.raises(StateSpaceError, match="`fill_level`, which is neither a truth value nor an enum"):
-        system_of(kitchen(rule("fill_level > 0.5", "align")))
+def test_a_quantity_has_a_value_for_each_cell_and_two_are_not_compared() -> None:
+    system = system_of(kitchen(rule("fill_level > 0.5", "align")))
+    assert system.variables.values["fill_level"] == (Fraction(1, 4), Fraction(1, 2), Fraction(3, 4))
+    with pytest.raises(StateSpaceError, match="`fill_level` is compared with `joint"):
+        system_of(kitchen(rule("fill_level > joint[j1]", "align")))
 
 
 def test_the_loop_s_skills_are_providers_and_recoveries_sorted() -> None:

@@ -15,7 +15,9 @@ from aeros.spec.diagnostics.codes import Severity, SpanLabel
 from aeros.spec.model.ecm import Ecm, Outcome, PlanningRule, Skill, TaskInvariant
 from aeros.spec.model.perception import Definition
 from aeros.spec.obligations.closed_loop import closed_loop_obligations
+from aeros.spec.obligations.obligation import Obligation
 from aeros.spec.obligations.verdicts import StaticClaim, Verdict
+from aeros.spec.verification.discharge import discharge_obligations
 from tests.unit.agent.dumplings import (
     DUMPLING,
     MAKE_DUMPLINGS,
@@ -55,7 +57,8 @@ def claims(
 
 
 def settled(ecm: Ecm) -> dict[str, StaticClaim]:
-    return {str(one.id).split("/", 2)[2]: one for one in closed_loop_obligations(ecm, site())}
+    listed = closed_loop_obligations(ecm, site())
+    return {str(one.id).split("/", 2)[2]: one for one in listed if isinstance(one, StaticClaim)}
 
 
 def refutation(found: StaticClaim, code: str) -> tuple[str, ...]:
@@ -242,31 +245,45 @@ def test_an_invariant_holds_at_every_start_that_initial_leaves_open() -> None:
     assert refutation(found["invariant/kept"], "AE804") == (f"start with {COOKED}", f"then {COOKED}")
 
 
-def test_a_task_not_over_predicates_is_undecided_with_its_invariants() -> None:
+def test_a_task_over_a_quantity_is_analysed_by_the_numbers_that_it_is_compared_with() -> None:
     filled = skill("fill", outcome("filled", {"fill_level": Fraction(1)}))
+    spilt = skill("fill", outcome("filled", {"fill_level": Fraction(3, 10)}))
     rules = rule("fill_level > 0.5", "fill")
-    plain = claims((filled,), rules, goal="fill_level > 0.5")["analysed"].diagnostic
-    assert plain is not None
-    assert plain.severity is Severity.ERROR
-    assert plain.headline.endswith(
-        "were not analysed: it depends on `fill_level`, which is neither a truth value nor an enum "
-        "nor a whole number with a range"
-    )
-    claimed = claims((filled,), rules, goal="fill_level > 0.5", kept="not wrapper_aligned")["analysed"]
-    assert claimed.verdict is Verdict.REFUTED
+    start = {"fill_level": Fraction(0)}
+    assert claims((filled,), rules, goal="fill_level > 0.5", initial=start)["progress"].diagnostic is None
+    found = claims((spilt,), rules, goal="fill_level > 0.5", initial=start)["progress"]
+    assert refutation(found, "AE802") == ("start with ", "then ")
+    assert found.diagnostic is not None
+    assert "start with fill_level = 0" in found.diagnostic.notes[0]
 
 
-@pytest.mark.parametrize(("limit", "of"), [("MAX_STARTS", "start states"), ("MAX_NODES", "states")])
-def test_a_state_space_that_is_too_large_is_not_analysed(
-    limit: str, of: str, monkeypatch: pytest.MonkeyPatch
+def test_a_task_that_compares_quantities_with_each_other_is_undecided_with_its_invariants() -> None:
+    rules = rule("joint[j1] > fill_level", "wrap")
+    claimed = claims((WRAP,), rules, goal="fill_level > 0.5", kept="not wrapper_aligned")
+    assert claimed.keys() == {"analysed"}
+    diagnostic = claimed["analysed"].diagnostic
+    assert diagnostic is not None
+    assert diagnostic.severity is Severity.ERROR
+    assert diagnostic.headline.endswith("`fill_level` is compared with `joint[j1]`")
+    assert claimed["analysed"].verdict is Verdict.REFUTED
+
+
+@pytest.mark.parametrize("limit", ["MAX_STARTS", "MAX_NODES"])
+def test_states_too_many_to_list_are_analysed_as_sets_with_a_certificate(
+    limit: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     rules = (rule(WRAPPED, "wrap"), rule(COOKED, "boil"))
-    found = claims((WRAP, BOIL), *rules, initial={})
-    assert "analysed" not in found
+    listed = claims((WRAP, BOIL), *rules, initial={})
     monkeypatch.setattr(reachability, limit, 3)
-    diagnostic = claims((WRAP, BOIL), *rules, initial={})["analysed"].diagnostic
-    assert diagnostic is not None
-    assert diagnostic.headline.endswith(f"it has too many {of}")
+    by_sets = claims((WRAP, BOIL), *rules, initial={})
+    assert by_sets.keys() == listed.keys()
+    assert all(one.verdict is listed[name].verdict for name, one in by_sets.items())
+    assert all(one.engine.startswith("dd ") for one in by_sets.values())
+    pursued = replace(task("cook", ("cook",), COOKED, *rules), initial={})
+    every = closed_loop_obligations(module("kitchen", (WRAP, BOIL), pursued), site())
+    certificate = [one for one in every if isinstance(one, Obligation)]
+    assert len(certificate) > 5
+    assert {one.verdict for one in discharge_obligations(certificate)} == {Verdict.PROVED}
 
 
 def test_a_task_that_starts_where_its_goal_is_reached_proves_nothing_of_its_rules() -> None:

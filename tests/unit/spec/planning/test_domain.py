@@ -9,6 +9,7 @@ from typing import Any
 
 from aeros.agent.planning.strong_cyclic import explain_no_plan
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.constants import equality_condition
 from aeros.spec.expr.types import BOOL, EnumType
 from aeros.spec.model.ecm import ActionCondition, Ecm, Outcome, TaskInvariant
 from aeros.spec.model.policy import OperatorOverride
@@ -19,7 +20,6 @@ from aeros.spec.planning.domain import (
     MAX_COMBINATIONS,
     PartialCondition,
     domain_for,
-    equality_condition,
 )
 from aeros.spec.planning.strong_cyclic import StrongCyclicStrategy
 from tests.differential.reference_cases import reference

@@ -1,0 +1,217 @@
+"""Places inside a composition that one try of a step runs, as `aeros.spec.closed_loop.composed_run` has them.
+
+Places are made from the end of the graph to its start.  Inside a composition chance decides, also between
+the skills that provide a capability.  The branches of a `par` do not interfere: their places are combined, so
+that each comes forward alone.  On the way to the goal they count as one after the other, and the failure of
+one of them is no way to the goal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, Final
+
+from aeros.spec.closed_loop.loop_variables import StateSpaceError
+from aeros.spec.closed_loop.symbolic.program import (
+    Branch,
+    End,
+    Move,
+    Place,
+    all_of,
+    any_of,
+    negation,
+    step,
+)
+from aeros.spec.closed_loop.symbolic.skill_branches import SymbolicSkill
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.lower import lower
+from aeros.spec.model.composition import Composition, Part, Step
+from aeros.spec.model.step_graph import If, Par, Seq
+
+_DONE: Final = Place("inside", number=-1)
+_FAILED: Final = Place("inside", number=-2)
+
+AddInside = Callable[..., Place]
+FindSkill = Callable[[str, Mapping[str, Any]], SymbolicSkill]
+
+
+class CompositionPlaces:
+    """Maker of the places of one composition.
+
+    Args:
+        composition: the composition.
+        goal: the task's goal, after which nothing more starts.
+        add: adds a place with its moves.
+        find_skill: describes a skill with constant inputs.
+    """
+
+    def __init__(self, composition: Composition, goal: t.Term, add: AddInside, find_skill: FindSkill) -> None:
+        self._composition = composition
+        self._goal = goal
+        self._add = add
+        self._find_skill = find_skill
+
+    def entry(self, done: Place, failed: Place) -> Place:
+        """Add all places.
+
+        Args:
+            done: place after the composition has succeeded.
+            failed: place after it has failed.
+
+        Returns:
+            The first place.
+
+        Raises:
+            StateSpaceError: an outcome leaves a variable open.
+        """
+        return self._part(self._composition.body, done, failed)
+
+    def _part(self, part: Part, done: Place, failed: Place) -> Place:
+        match part:
+            case Step():
+                return self._step(part, done, failed)
+            case Seq(parts=parts):
+                for one in reversed(parts):
+                    done = self._part(one, done, failed)
+                return done
+            case If():
+                return self._if(part, done, failed)
+            case Par():
+                return self._par(part, done, failed)
+
+    def _if(self, part: If[Step], done: Place, failed: Place) -> Place:
+        condition, open_ = lower(part.condition), negation(self._goal)
+        other = failed if part.otherwise is None else self._part(part.otherwise, done, failed)
+        return self._add(
+            step(self._goal, done),
+            step(all_of(open_, condition), self._part(part.then, done, failed)),
+            step(all_of(open_, negation(condition)), other),
+        )
+
+    def _step(self, one: Step, done: Place, failed: Place) -> Place:
+        """Add the tries of a step and what follows its failure."""
+        lost, handlers = failed, self._composition.handlers
+        if one.last_handler is not None:
+            handled = self._step(handlers[one.last_handler], failed, failed)
+            lost = self._add(step(self._goal, failed), step(negation(self._goal), handled))
+        following = self._failing(lost, None, one)
+        for tries in reversed(range(one.retry + 1)):
+            if tries < one.retry:
+                between = None if one.between_tries is None else handlers[one.between_tries]
+                after = following if between is None else self._step(between, following, lost)
+                following = self._try(one, done, self._failing(after, lost, one), lost if tries else failed)
+            else:
+                following = self._try(one, done, following, lost if tries else failed)
+        return following
+
+    def _failing(self, after: Place, lost: Place | None, one: Step) -> Place:
+        """Add the place after a failed try, where the agent's memory may leave out those that are left."""
+        if lost is None or one.last_handler is None:
+            return after
+        given_up = Branch(t.TRUE, (End(t.TRUE, lost),), is_likely=False)
+        return self._add(Move(t.TRUE, (Branch(t.TRUE, (End(t.TRUE, after),)), given_up)))
+
+    def _try(self, one: Step, done: Place, failing: Place, unable: Place) -> Place:
+        skills = [self._find_skill(name, one.inputs) for name in one.runs]
+        if not all(skill.is_settled for skill in skills):
+            raise StateSpaceError(f"a step of `{self._composition.id}` leaves a variable at several values")
+        open_ = negation(self._goal)
+        starts = [skill.can_start for skill in skills]
+        branches = [
+            Branch(
+                all_of(skill.can_start, each.guard),
+                (End(negation(each.is_failure), done), End(each.is_failure, failing)),
+                each.updates,
+                each.opened,
+                each.is_likely,
+            )
+            for skill in skills
+            for each in skill.branches
+        ]
+        return self._add(
+            step(self._goal, done),
+            step(all_of(open_, *map(negation, starts)), unable),
+            Move(all_of(open_, any_of(starts)), tuple(branches)),
+        )
+
+    def _par(self, part: Par[Step], done: Place, failed: Place) -> Place:
+        """Add the combined places of parallel branches."""
+        graphs: list[dict[Place, tuple[Move, ...]]] = []
+        entries: list[Place] = []
+        for branch in part.branches:
+            alone = _PlacesOfBranch()
+            maker = CompositionPlaces(self._composition, self._goal, alone.add, self._find_skill)
+            entries.append(maker._part(branch, _DONE, _FAILED))
+            graphs.append(alone.moves)
+        return self._combine(graphs, tuple(entries), done, failed)
+
+    def _combine(
+        self,
+        graphs: Sequence[dict[Place, tuple[Move, ...]]],
+        entries: tuple[Place, ...],
+        done: Place,
+        failed: Place,
+    ) -> Place:
+        """Add a place for each combination of the branches' places, the last of them first."""
+        orders = [
+            {place: number for number, place in enumerate([_DONE, _FAILED, *graph])} for graph in graphs
+        ]
+        reached = {entries}
+        pending = [entries]
+        while pending:
+            at = pending.pop()
+            for number, place in enumerate(at):
+                for target in _targets(graphs[number].get(place, ())):
+                    after = (*at[:number], target, *at[number + 1 :])
+                    if after not in reached:
+                        reached.add(after)
+                        pending.append(after)
+        made: dict[tuple[Place, ...], Place] = {}
+        for at in sorted(reached, key=lambda one: [o[p] for o, p in zip(orders, one, strict=True)]):
+            if all(place == _DONE for place in at):
+                made[at] = self._add(step(t.TRUE, done))
+                continue
+            branches: list[Branch] = []
+            for number, place in enumerate(at):
+                others = (at[:number], at[number + 1 :])
+                in_turn = all(one == _DONE for one in others[0]) and others[1] == entries[number + 1 :]
+                following = {
+                    target: made[(*others[0], target, *others[1])]
+                    for target in _targets(graphs[number].get(place, ()))
+                }
+                branches += [
+                    _moved(each, move.guard, following, in_turn)
+                    for move in graphs[number].get(place, ())
+                    for each in move.branches
+                ]
+            if _FAILED in at:
+                branches.append(Branch(t.TRUE, (End(t.TRUE, failed),), is_likely=False))
+            made[at] = self._add(Move(t.TRUE, tuple(branches)))
+        return made[entries]
+
+
+class _PlacesOfBranch:
+    """Places of one parallel branch, with numbers of their own."""
+
+    def __init__(self) -> None:
+        self.moves: dict[Place, tuple[Move, ...]] = {}
+
+    def add(self, *moves: Move) -> Place:
+        place = Place("inside", number=len(self.moves))
+        self.moves[place] = moves
+        return place
+
+
+def _targets(moves: Sequence[Move]) -> set[Place]:
+    return {end.target for move in moves for branch in move.branches for end in branch.ends}
+
+
+def _moved(branch: Branch, guard: t.Term, following: Mapping[Place, Place], is_in_turn: bool) -> Branch:
+    """Make a branch of one parallel branch one of the combined places."""
+    return replace(
+        branch,
+        guard=all_of(guard, branch.guard),
+        ends=tuple(End(end.guard, following[end.target]) for end in branch.ends),
+        is_likely=branch.is_likely and is_in_turn,
+    )

@@ -1,0 +1,104 @@
+"""Loops by sets of states against the same loops state by state; a certificate where nothing is wrong."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+
+import pytest
+
+from aeros.spec.closed_loop.findings import LoopFindings
+from aeros.spec.closed_loop.loop_variables import StateSpaceError
+from aeros.spec.closed_loop.reachability import ReachableStates, TooManyStatesError, explore_system
+from aeros.spec.closed_loop.symbolic.analysis import SymbolicLoop
+from aeros.spec.closed_loop.transition_system import LoopState, TransitionSystem
+from aeros.spec.obligations.closed_loop import closed_loop_obligations
+from aeros.spec.obligations.verdicts import Verdict
+from aeros.spec.verification.discharge import discharge_obligations
+from tests.differential.planning.number_loops import Loop, composed_loop, number_loop
+from tests.unit.spec.closed_loop.symbolic.certificates import certificate_of
+
+SEEN: Counter[str] = Counter()
+
+
+def answers(found: LoopFindings) -> dict[str, bool]:
+    """Whether each claim about a loop holds."""
+    return {
+        "AE801": found.blocked_step() is None,
+        "AE802": found.dead_end() is None,
+        "AE805": not found.starts_at_goal(),
+        "choices": not found.has_choices,
+    } | {f"AE804 {one.id}": found.violation(one) is None for one in found.system.task.invariants}
+
+
+def compare(make: Callable[[int], Loop], seed: int) -> None:
+    try:
+        system = TransitionSystem(*make(seed))
+        listed = explore_system(system)
+    except (StateSpaceError, TooManyStatesError):
+        SEEN["undecided"] += 1
+        return
+    by_sets = SymbolicLoop(system)
+    expected = answers(listed)
+    found = answers(by_sets)
+    assert_paths_are_runs(by_sets, listed)
+    if system.inexact_reason:
+        # The list has states in which parallel branches stop at points at which they may not.
+        SEEN["more precise"] += found != expected
+        assert all(found[claim] for claim, holds in expected.items() if holds and claim != "choices")
+    else:
+        assert found == expected
+    for claim, holds in expected.items():
+        SEEN[f"{claim.split()[0]} {holds}"] += 1
+    if all(holds for claim, holds in found.items() if claim not in ("choices", "AE805")):
+        SEEN["proved"] += 1
+        results = discharge_obligations(certificate_of(by_sets))
+        assert {one.verdict for one in results} == {Verdict.PROVED}
+
+
+def assert_paths_are_runs(by_sets: SymbolicLoop, listed: ReachableStates) -> None:
+    """Each path begins at a start and ends where the fault is."""
+    starts = {node.state for node in listed.graph if node not in listed.predecessors}
+    stuck = {node.state for node in listed.nodes_that_can_miss_goal()}
+    blocked, dead_end = by_sets.blocked_step(), by_sets.dead_end()
+    if dead_end is not None:
+        assert dead_end.start in starts
+        assert dead_end.end in stuck
+    if blocked is not None:
+        assert blocked.path.start in starts
+        index = by_sets.system.task.rules.index(blocked.rule)
+        due = LoopState("try", blocked.path.end, (index,))
+        assert by_sets.system.blocked_step(due) == (blocked.rule, blocked.skill)
+    states = {node.state for node in listed.graph} | listed.through.keys()
+    for invariant in by_sets.system.task.invariants:
+        path = by_sets.violation(invariant)
+        if path is not None:
+            assert path.start in starts
+            assert path.end in states
+            assert not by_sets.system.condition(invariant.term)(path.end)
+
+
+@pytest.mark.parametrize("make", [number_loop, composed_loop])
+@pytest.mark.parametrize(
+    "seeds", [range(120), pytest.param(range(1000, 4000), marks=pytest.mark.deep)], ids=["few", "many"]
+)
+def test_sets_of_states_have_the_same_faults_as_listed_states(
+    make: Callable[[int], Loop], seeds: range
+) -> None:
+    SEEN.clear()
+    for seed in seeds:
+        compare(make, seed)
+    assert SEEN["undecided"] < len(seeds) / 10
+    assert SEEN["proved"] > len(seeds) / 50
+    for code in ("AE801", "AE802", "AE804"):
+        assert min(SEEN[f"{code} True"], SEEN[f"{code} False"]) > len(seeds) / 30
+
+
+def test_the_claims_of_a_module_are_the_same_where_its_states_are_not_listed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    ecm, _, site = number_loop(3)
+    listed = {str(one.id) for one in closed_loop_obligations(ecm, site)}
+    monkeypatch.setattr("aeros.spec.closed_loop.reachability.MAX_STARTS", 0)
+    by_sets = {str(one.id) for one in closed_loop_obligations(ecm, site)}
+    assert listed == {one for one in by_sets if "/certificate/" not in one}

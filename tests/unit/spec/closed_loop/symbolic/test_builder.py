@@ -1,0 +1,68 @@
+"""Programs of tasks: their places, in order, and what has none."""
+
+from __future__ import annotations
+
+import pytest
+
+from aeros.spec.closed_loop.loop_variables import StateSpaceError
+from aeros.spec.closed_loop.symbolic import builder
+from aeros.spec.closed_loop.symbolic.builder import build_program
+from aeros.spec.closed_loop.symbolic.program import PLAN, Place
+from tests.unit.agent.dumplings import rule
+from tests.unit.spec.closed_loop.symbolic.loops_by_hand import COOKED, COOKING, WRAPPED, WRAPPING, loop
+
+
+def test_a_place_comes_after_those_that_its_moves_lead_to() -> None:
+    handled = rule(WRAPPED, "wrap", 2, "boil", "boil")
+    moves = build_program(loop(handled, COOKING).system).moves
+    places = list(moves)
+    for at, place in enumerate(places):
+        for move in moves[place]:
+            for branch in move.branches:
+                assert all(end.target == PLAN or end.target in places[:at] for end in branch.ends)
+    assert places[-1] == PLAN
+    assert {place.kind for place in places} >= {"try", "recover", "reset", "reached", "rejected", "plan"}
+
+
+def test_each_try_has_a_place() -> None:
+    program = build_program(loop(rule(WRAPPED, "wrap", 2), COOKING).system)
+    tries = [place for place in program.moves if place.kind == "try" and place.rule == 0]
+    assert sorted(place.tries for place in tries) == [0, 1, 2]
+    assert Place("try", 2) in program.moves
+    assert len(program.first_tries) == 2
+
+
+def test_a_variable_of_a_rule_follows_what_decides_it() -> None:
+    program = build_program(loop(COOKING, WRAPPING).system)
+    first, second = program.plan_bits
+    assert list(program.values) == [COOKED, first, WRAPPED, second]
+
+
+def test_plans_that_are_always_rejected_lead_nowhere() -> None:
+    # A failure of `wrap` is handled by `wrap`.
+    made = loop(rule(WRAPPED, "wrap", 0, None, "wrap"), COOKING)
+    path = made.dead_end()
+    assert path is not None
+    assert made.system.rejection(made.system.plan(path.end)) == "a failure leads back to itself"
+
+
+def test_a_circle_over_several_rules_is_found() -> None:
+    made = loop(rule(WRAPPED, "wrap", 0, None, "boil"), rule(COOKED, "boil", 0, None, "wrap"))
+    path = made.dead_end()
+    assert path is not None
+    assert path.end == (False, False)
+
+
+@pytest.mark.parametrize(
+    ("limit", "value", "message"),
+    [
+        ("MAX_PLACES", 5, "too many steps"),
+        ("MAX_PLAN_STEPS", 1, "more than 1 rules"),
+        ("MAX_CYCLES", 0, "in too many ways"),
+    ],
+)
+def test_a_program_has_limits(limit: str, value: int, message: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(builder, limit, value)
+    looped = rule(WRAPPED, "wrap", 0, None, "wrap")
+    with pytest.raises(StateSpaceError, match=message):
+        build_program(loop(looped, COOKING).system)

@@ -1,0 +1,74 @@
+"""Places inside compositions; `tests/differential/planning/test_symbolic_loops.py` compares their states."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+
+import pytest
+
+from aeros.spec.closed_loop.loop_variables import StateSpaceError
+from aeros.spec.closed_loop.symbolic.analysis import SymbolicLoop
+from aeros.spec.closed_loop.symbolic.program import REACHED
+from aeros.spec.closed_loop.transition_system import TransitionSystem
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.effects import QuantityRange
+from aeros.spec.model.composition import Composition, Part, Step
+from aeros.spec.model.ecm import Outcome
+from aeros.spec.model.step_graph import If, Par, Seq
+from tests.differential.planning.number_loops import STATE, term
+from tests.unit.agent.dumplings import SPAN, module, outcome, rule, site, skill, task
+from tests.unit.spec.closed_loop.symbolic.loops_by_hand import BOIL, COOKED, WRAP, WRAPPED
+
+POURED = Outcome(
+    "poured", {}, False, None, None, ranges=(QuantityRange("fill_level", None, Fraction(0), Fraction(1)),)
+)
+POUR = skill("pour", POURED)
+ALIGNED = "wrapper_aligned"
+ALIGN = skill("align", outcome("aligned", {ALIGNED: True}))
+
+
+def one(name: str, retry: int = 0) -> Step:
+    return Step(name, name, {}, {}, retry, None, None, SPAN)
+
+
+def composed(body: Part, goal: str = COOKED) -> SymbolicLoop:
+    pursued = replace(task("cook", ("cook",), COOKED, rule(COOKED, "cooking")), goal=term(goal))
+    ecm = replace(
+        module("kitchen", (WRAP, BOIL, POUR, ALIGN), pursued),
+        compositions={"both": Composition("both", t.TRUE, None, body, {}, SPAN)},
+        capabilities={"cooking": ("both",)},
+    )
+    return SymbolicLoop(TransitionSystem(ecm, pursued, replace(site(), state=STATE)))
+
+
+def test_a_sequence_comes_to_its_end() -> None:
+    made = composed(Seq((one("wrap", 1), one("boil"))))
+    assert made.dead_end() is None
+    sets, ended = made.fixpoints.sets, made.fixpoints.reachable[REACHED]
+    assert ended & sets.where(term(f"{WRAPPED} and {COOKED}")) != sets.none
+    assert ended & sets.where(term(f"not {COOKED}")) == sets.none
+
+
+def test_a_condition_without_an_alternative_fails_where_it_is_false() -> None:
+    made = composed(If(term(ALIGNED), ALIGNED, Seq((one("wrap"), one("boil"))), None, SPAN))
+    path = made.dead_end()
+    assert path is not None
+    assert dict(zip(made.system.names, path.end, strict=True))[ALIGNED] is False
+    other = If(term(ALIGNED), ALIGNED, Seq((one("wrap"), one("boil"))), one("align"), SPAN)
+    assert composed(other).dead_end() is None
+
+
+def test_branches_come_forward_alone() -> None:
+    made = composed(Par((Seq((one("wrap"), one("boil"))), one("align")), SPAN))
+    inside = [place for place in made.program.moves if place.kind == "inside"]
+    states = [made.fixpoints.reachable[place] for place in inside]
+    sets = made.fixpoints.sets
+    for ahead, behind in ((WRAPPED, ALIGNED), (ALIGNED, WRAPPED)):
+        some = sets.where(term(f"{ahead} and not {behind}"))
+        assert any(one & some != sets.none for one in states)
+
+
+def test_what_is_left_open_inside_is_not_analysed() -> None:
+    with pytest.raises(StateSpaceError, match="a step of `both` leaves a variable at several values"):
+        _ = composed(one("pour"), "fill_level > 0.5").program

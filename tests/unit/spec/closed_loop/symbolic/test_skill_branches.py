@@ -1,0 +1,70 @@
+"""Outcomes of skills as branches: each against the invocation of the same skill."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+from itertools import product
+from typing import Any
+
+import pytest
+
+from aeros.spec.closed_loop.invocation import Invocation
+from aeros.spec.closed_loop.loop_variables import StateSpaceError, skills_of
+from aeros.spec.closed_loop.symbolic.program import afterwards
+from aeros.spec.closed_loop.symbolic.skill_branches import symbolic_skill
+from aeros.spec.closed_loop.transition_system import TransitionSystem
+from aeros.spec.expr.semantics import evaluate, is_true
+from tests.differential.planning.number_loops import number_loop
+from tests.unit.agent.dumplings import FORCE, outcome, skill
+from tests.unit.spec.closed_loop.symbolic.loops_by_hand import WRAPPED, loop
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_branches_lead_where_the_invocation_does(seed: int) -> None:
+    ecm, task, site = number_loop(seed)
+    try:
+        system = TransitionSystem(ecm, task, site)
+    except StateSpaceError as error:
+        pytest.skip(str(error))
+    variables = system.variables
+    for one in skills_of(system.ecm, task):
+        made = symbolic_skill(one, {}, variables, system.names)
+        listed = Invocation(one, {}, system.names, system.names, variables.open_values)
+        for state in list(product(*variables.values.values()))[:200]:
+            env = dict(zip(system.names, state, strict=True))
+            assert is_true(made.can_start, env) is listed.can_start(state)
+            if not listed.can_start(state):
+                continue
+            expected = {(after, ended.failure) for after, ended, _ in listed.after(state)}
+            found: set[tuple[tuple[Any, ...], bool]] = set()
+            for branch in made.branches:
+                assert is_true(branch.guard, env)
+                for chosen in product(*branch.opened.values()):
+                    opened = dict(zip(branch.opened, chosen, strict=True))
+                    updated = {name: evaluate(term, env) for name, term in branch.updates.items()}
+                    after = {**env, **updated, **opened}
+                    later = {
+                        afterwards(variables.variables[name]).name: value for name, value in opened.items()
+                    }
+                    failed = is_true(branch.is_failure, {**env, **later})
+                    found.add((tuple(after[name] for name in system.names), failed))
+            assert found == expected
+
+
+def test_a_skill_whose_input_has_no_value_cannot_start() -> None:
+    forced = skill(
+        "press",
+        outcome("pressed", {WRAPPED: True}),
+        inputs={"force": replace(FORCE, default_value=None)},
+        precondition="inputs.force > 0.4",
+    )
+    variables = loop().system.variables
+    assert str(symbolic_skill(forced, {}, variables, ()).can_start) == str(
+        symbolic_skill(forced, {"force": Fraction(1, 4)}, variables, ()).can_start
+    )
+
+
+def test_a_skill_is_settled_if_nothing_is_left_open() -> None:
+    made = loop()
+    assert symbolic_skill(made.system.ecm.skills["wrap"], {}, made.system.variables, ()).is_settled

@@ -1,0 +1,109 @@
+"""State variables of a loop: the values of each, at the start and after outcomes that do not decide them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import pytest
+
+from aeros.spec.closed_loop import loop_variables
+from aeros.spec.closed_loop.loop_variables import (
+    LoopVariables,
+    StateSpaceError,
+    bound_inputs,
+    conditions_of,
+    recoveries_of,
+    skills_of,
+)
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.effects import QuantityRange
+from aeros.spec.expr.lower import lower
+from aeros.spec.model.ecm import Outcome, Skill, Task
+from tests.differential.planning.number_loops import STATE
+from tests.unit.agent.dumplings import FORCE, PREDICATES, module, rule, site, skill, task
+
+HALF, FULL = Fraction(1, 2), Fraction(1)
+LEFT_HALF = QuantityRange("fill_level", None, Fraction(0), HALF)
+FILL = skill("fill", Outcome("filled", {"fill_level": FULL}, False, None, None))
+POUR = skill(
+    "pour",
+    Outcome("poured", {}, False, None, None, ranges=(LEFT_HALF,)),
+    Outcome("spilt", {PREDICATES[0]: True}, True, None, None),
+)
+
+
+def variables(goal: str, *skills: Skill, initial: dict[str, Any] | None = None) -> LoopVariables:
+    rules = [rule(goal, one.id) for one in skills]
+    pursued = replace(task("fill", ("fill",), goal, *rules), initial=initial or {})
+    return LoopVariables(module("kitchen", skills, pursued), pursued, replace(site(), state=STATE))
+
+
+def test_values_are_listed_and_quantities_have_cells_at_every_number_that_is_stated() -> None:
+    found = variables(
+        "fill_level >= 0.75 and area == pot", FILL, POUR, initial={"fill_level": Fraction(1, 4)}
+    )
+    quarters = {Fraction(number, 4) for number in range(5)}
+    assert found.breakpoints["fill_level"] == quarters
+    assert set(found.values["fill_level"]) >= quarters
+    assert found.values["area"] == ("table", "pot")
+    assert list(found.variables) == sorted(found.variables)
+
+
+def test_a_start_has_the_values_that_are_stated_and_all_of_others() -> None:
+    found = variables("fill_level > 0.5 and dumpling_cooked", FILL, initial={"fill_level": HALF})
+    starts = dict(zip(found.variables, found.starts({"fill_level": HALF}), strict=True))
+    assert starts == {"fill_level": (HALF,), "dumpling_cooked": (False, True)}
+
+
+def test_a_vector_counts_as_the_components_that_are_read() -> None:
+    found = variables("tool.z > 100 mm", FILL)
+    assert list(found.variables) == ["fill_level", "tool.z"]
+    assert found.declared["tool.z"].name == "tool"
+    assert found.format("tool.z", Fraction(1, 10)) == "tool.z = 0.1"
+
+
+def test_an_outcome_leaves_a_quantity_where_it_states_and_else_as_it_was() -> None:
+    found = variables("fill_level > 0.25", FILL, POUR)
+    poured, spilt = POUR.outcomes.values()
+    inside = found.open_values(POUR, poured)["fill_level"]
+    assert inside == tuple(one for one in found.values["fill_level"] if one <= HALF)
+    assert found.open_values(FILL, FILL.outcomes["filled"]) == {}
+    # Of what measures it, nothing is known here, so a perceiver is assumed, and nothing moves that.
+    assert found.open_values(POUR, spilt) == {}
+
+
+@pytest.mark.parametrize(
+    ("goal", "limit", "message"),
+    [
+        ("fill_level > joint[j1]", {}, "is compared with"),
+        ("fill_level > 0.5", {"MAX_CELLS": 2}, "more than 1 numbers"),
+    ],
+)
+def test_what_is_not_finite_is_refused(
+    goal: str, limit: dict[str, int], message: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name, value in limit.items():
+        monkeypatch.setattr(loop_variables, name, value)
+    with pytest.raises(StateSpaceError, match=message):
+        variables(goal, FILL)
+
+
+def test_conditions_have_the_inputs_of_each_step() -> None:
+    forced = skill("force", inputs={"force": FORCE}, precondition="inputs.force > 0.4")
+    rules = (replace(rule("dumpling_cooked", "force"), inputs={"force": HALF}),)
+    pursued: Task = task("press", ("press",), "dumpling_cooked", *rules)
+    *_, precondition = conditions_of(module("kitchen", (forced,), pursued), pursued)
+    assert lower(precondition) == t.TRUE
+    assert bound_inputs(forced, {}) == {"inputs.force": FORCE.default_value}
+
+
+def test_skills_of_a_loop_are_those_of_its_steps_and_recoveries() -> None:
+    handled = rule("dumpling_cooked", "fill", 1, "pour", "fill")
+    pursued = task("cook", ("cook",), "dumpling_cooked", handled)
+    assert recoveries_of(handled) == ("pour", "fill")
+    assert [one.id for one in skills_of(module("kitchen", (FILL, POUR), pursued), pursued)] == [
+        "fill",
+        "pour",
+    ]
