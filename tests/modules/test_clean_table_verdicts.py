@@ -21,8 +21,8 @@ NOTHING_FOUND = {
     "sponge_on_floor": False,
     "piece_on_floor": False,
 }
-SPONGE_FOUND = {"sponge_on_floor": True, "sponge_floor_position": (0.13, -2.17, -0.3)}
-PIECE_FOUND = {"piece_on_floor": True, "piece_floor_position": (0.2, -2.0, -0.3)}
+SPONGE_FOUND: dict[str, Any] = {"sponge_on_floor": True, "sponge_floor_position": (0.13, -2.17, -0.3)}
+PIECE_FOUND: dict[str, Any] = {"piece_on_floor": True, "piece_floor_position": (0.2, -2.0, -0.3)}
 
 
 def assess(skill: str, status: StepStatus = StepStatus.FINISHED, **measured: Any) -> StepAssessment:
