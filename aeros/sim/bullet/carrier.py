@@ -120,13 +120,16 @@ class Carrier:
 
 
 def is_occupied(world: PhysicsWorld, low: Vector3, high: Vector3, body: int) -> bool:
-    """Return True if the bounds of some link of a body overlap with a box.
+    """Check if the bounds of some link of a body overlap with a box.
 
     Args:
         world: the simulated world.
         low: lowest corner of the box in W, m.
         high: highest corner in W, m.
         body: number of the body in PyBullet.
+
+    Returns:
+        True if they do.
     """
     links = range(-1, bullet.getNumJoints(body, physicsClientId=world.client))
     bounds = (bullet.getAABB(body, link, physicsClientId=world.client) for link in links)
