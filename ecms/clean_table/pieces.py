@@ -105,11 +105,15 @@ def choose_piece(
         one for one in loose if all(side < most for side, most in zip(one.sides, GRASPABLE, strict=True))
     ]
     if not fitting:
-        return {}
+        values: dict[str, Any] = {"clutter_too_large": bool(loose)}
+        if loose:
+            values["clutter_large_position"] = estimate(raise_place(loose[0].place, table), UNCERTAINTY)
+        return values
     fitting.sort(key=lambda one: (not is_in_the_way(one.points, area, region), one.place[0]))
     found = ((one, heading) for one in fitting if (heading := _heading_with_room(one, around)) is not None)
     piece, heading = next(found, (fitting[0], _headings(fitting[0])[0]))
     return {
+        "clutter_too_large": False,
         "clutter_position": estimate(raise_place(piece.place, table), UNCERTAINTY),
         "clutter_yaw": estimate(heading, HEADING_UNCERTAINTY),
         "clutter_length": estimate(piece.sides[1], UNCERTAINTY),
