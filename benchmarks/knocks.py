@@ -33,12 +33,14 @@ class Knock(NamedTuple):
         instruction: of the run.
         can: `recover` or `give-up`.
         fault: as in a faults file, without its rate.
+        also: a second fault of the same run; None for none.
     """
 
     name: str
     instruction: str
     can: str
     fault: dict[str, Any]
+    also: dict[str, Any] | None = None
 
 
 def read_knocks() -> list[Knock]:
@@ -48,8 +50,10 @@ def read_knocks() -> list[Knock]:
 
 def faults_of(knock: Knock) -> dict[str, Any]:
     """Make a faults file of a knock, as JSON values."""
-    fault = {**knock.fault, "rate": 1, "at_most": 1}
-    return {"schema": "aeros/faults/1", "faults": {knock.name.replace("-", "_"): fault}}
+    name = knock.name.replace("-", "_")
+    declared = {name: knock.fault} | ({} if knock.also is None else {f"{name}_also": knock.also})
+    faults = {name: {**fault, "rate": 1, "at_most": 1} for name, fault in declared.items()}
+    return {"schema": "aeros/faults/1", "faults": faults}
 
 
 def judge(knock: Knock, run: dict[str, Any]) -> str:

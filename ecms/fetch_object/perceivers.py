@@ -26,6 +26,8 @@ from aeros.perception import (
     upper_points,
 )
 
+from .pushes import push_length
+
 Place = tuple[float, float, float]
 
 MIN_PIXELS = 25
@@ -73,6 +75,13 @@ SEARCH_STEP = 0.02
 
 SEARCH_RADIUS = 0.45
 """Greatest distance of those positions from the object, m: more than half of a stand's length."""
+
+GRIPS_ALONG = (0.0, 0.008, -0.008, 0.014, -0.014, 0.02, -0.02)
+"""Distances from the middle of a cylinder that lies at which a hand may grip it, along its axis, m: at a
+quarter of its length from its end the fingers still hold it level, and it is delivered within 30 mm."""
+
+PUSH_SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
+"""Places on the way of a pushing hand that need room, as shares of it: they are at most 60 mm apart."""
 
 GRIP_HEADINGS = (0.0, pi / 2.0)
 """Hand headings to try for a cylinder that stands, rad."""
@@ -401,13 +410,14 @@ def _look(
         return values
     # Visible points that a hand would hit.
     higher = points[points[:, :, 2] > found.top + HAND_CLEARANCE]
-    grip = next((way for way in found.headings if _has_room(higher, found.position, way)), None)
+    grip = _grip_with_room(higher, found)
     push = None
     if found.axis is not None and grip is None:
         push = _shortest_push(higher, found.position, found.axis)
     values["object_free"] = (grip is not None,)
+    values["object_grip_offset"] = ((0.0, 0.0, 0.0) if grip is None else grip[1], UNCERTAINTY)
     values["object_aside"] = (_aside(points, found.position), UNCERTAINTY)
-    values["object_yaw"] = (found.headings[0] if grip is None else grip, HEADING_UNCERTAINTY)
+    values["object_yaw"] = (found.headings[0] if grip is None else grip[0], HEADING_UNCERTAINTY)
     values["object_push_start"] = None if push is None else (push[0], UNCERTAINTY)
     values["object_push_way"] = None if push is None else (push[1], UNCERTAINTY)
     if belongs is not None:
@@ -511,10 +521,24 @@ def _has_room(points: Points, place: Place, yaw: float, half: tuple[float, float
     return not bool(inside.any())
 
 
+def _grip_with_room(points: Points, found: Seen) -> tuple[float, Place] | None:
+    """Return heading and offset from its middle of a hand that has room to grip an object; None if none has.
+
+    One that lies may be gripped beside its middle, along its axis.
+    """
+    x, y, z = found.position
+    for along in GRIPS_ALONG if found.axis is not None else (0.0,):
+        u, v = (0.0, 0.0) if found.axis is None else (along * cos(found.axis), along * sin(found.axis))
+        for heading in found.headings:
+            if _has_room(points, (x + u, y + v, z), heading):
+                return heading, (u, v, 0.0)
+    return None
+
+
 def _shortest_push(points: Points, place: Place, axis: float) -> tuple[Place, Place] | None:
     """Return start and way of the shortest push along `axis` to where a hand has room.
 
-    A hand at the start has room, too. The fingers push as near to the axis as possible.
+    The pushing hand has room, too, all along its way. The fingers push as near to the axis as possible.
     """
     x, y, z = place
     for askew in PUSH_ASKEW:
@@ -525,6 +549,13 @@ def _shortest_push(points: Points, place: Place, axis: float) -> tuple[Place, Pl
                     continue
                 for aside in PUSH_ASIDE:
                     start = (x - PUSH_START * u - aside * v, y - PUSH_START * v + aside * u, z)
-                    if all(_has_room(points, start, way + pi / 2.0, half) for half in PUSH_HALVES):
+                    if _can_push(points, start, way, push_length(away)):
                         return start, (away * u, away * v, 0.0)
     return None
+
+
+def _can_push(points: Points, start: Place, way: float, length: float) -> bool:
+    """Return True if a hand that pushes from a place along a heading has room all along."""
+    x, y, z = start
+    ends = ((x + share * length * cos(way), y + share * length * sin(way), z) for share in PUSH_SHARES)
+    return all(_has_room(points, one, way + pi / 2.0, half) for one in ends for half in PUSH_HALVES)

@@ -9,6 +9,8 @@ from math import atan2, copysign, hypot, pi
 
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
 
+from .pushes import push_length
+
 Task = Generator[Action, Observation, Observation]
 Place = tuple[float, float, float]
 
@@ -61,17 +63,8 @@ GRIP_FORCE = 10.0
 SHUT = 0.005
 """Fingers closed to push with, m."""
 
-AMPLE = 0.06
-"""Distance that an object is pushed beyond the first place with room for a hand, m."""
-
-APPROACH = 0.06
-"""Part of a push that moves nothing, m: the way before contact, and the loss as the object turns."""
-
 PUSH_SPEED = 0.05
 """Peak speed of a hand that pushes, m/s: what it pushes may lie against something."""
-
-LONGEST = 0.18
-"""The longest push, m; a longer way begins with half of it, which turns it along what it lies against."""
 
 PUSHES = 5
 """Largest number of pushes before the next grasp."""
@@ -134,7 +127,8 @@ def grasp(observed: Observation, inputs: Inputs) -> SkillBody:
     else:
         return
     (x, y, z), yaw = observed["object_position"], observed["object_yaw"]
-    grip = z + (0.0 if observed["object_lying"] else GRASP)
+    dx, dy, _ = observed.get("object_grip_offset", (0.0, 0.0, 0.0))
+    x, y, grip = x + dx, y + dy, z + (0.0 if observed["object_lying"] else GRASP)
     yield act("move_tool", target=(x, y, grip + CLEARANCE), yaw=yaw, speed=_free(observed, pace))
     yield act("move_tool", target=(x, y, grip), yaw=yaw, speed=NEAR_SPEED)
     yield act("grip", width=CLOSED, force=GRIP_FORCE)
@@ -200,10 +194,7 @@ def _push(observed: Observation, pace: float) -> Task:
     """Push it by its end with closed fingers, and look."""
     (x, y, z), (dx, dy, _) = observed["object_push_start"], observed["object_push_way"]
     distance = hypot(dx, dy)
-    way = distance + AMPLE
-    if way > LONGEST:
-        way = min(way / 2, LONGEST)
-    share = (way + APPROACH) / distance
+    share = push_length(distance) / distance
     end = (x + share * dx, y + share * dy, z)
     if not (_in_reach(observed, (x, y, z)) and _in_reach(observed, end)):
         return observed

@@ -7,17 +7,13 @@ import numpy as np
 
 from aeros.perception import Points
 
-from .measures import BASE_FRONT, LOW_X, LOWEST, MIN_PATCH, Place
+from .measures import LOWEST, MIN_PATCH, Place
 
 GRASPS = ((0.28, 0.62), (-0.36, 0.37))
 """Bounds of the tool along x and y, m."""
 
 REACH = ((0.31, 0.62), (-0.36, 0.37), (-0.03, 0.20))
 """Bounds of a thing that the hand can grip, or push to such a place, along x, y and z, m."""
-
-HELD_HALF, HELD_OVER_BASE = 0.06, 0.057
-"""Half the width of the largest object that the hand may hold, along the last joint's axes, which are turned
-by 45 degrees, and height of the tool from which that is over what the arm stands on, m."""
 
 MOST_HEADING = 1.7
 """Greatest heading of a hand that grips, rad."""
@@ -63,22 +59,10 @@ def in_frame(points: Points, middle: Place, yaw: float) -> tuple[Points, Points]
     return away @ np.array((cos(yaw), sin(yaw))), away @ np.array((-sin(yaw), cos(yaw)))
 
 
-def has_room(
-    points: Points,
-    place: Place,
-    yaw: float,
-    hand: tuple[HandPart, ...] = OPEN_HAND,
-    least_x: float | None = None,
-) -> bool:
-    """Return True if a hand at `yaw` that grips at a place meets none of points (n, 3), nor the carriage.
-
-    What the hand lifts counts as the largest that it may hold: low and near the carriage is no room for it.
-    """
+def has_room(points: Points, place: Place, yaw: float, hand: tuple[HandPart, ...] = OPEN_HAND) -> bool:
+    """Return True if a hand at `yaw` that grips at a place meets none of points (n, 3), nor the carriage."""
     x, y, z = place[0], place[1], max(place[2], LOWEST)
-    if least_x is None:
-        corner = HELD_HALF * (abs(cos(yaw + pi / 4.0)) + abs(sin(yaw + pi / 4.0)))
-        least_x = BASE_FRONT + corner if z < HELD_OVER_BASE else LOW_X
-    if not (x > least_x and GRASPS[0][0] < x < GRASPS[0][1] and GRASPS[1][0] < y < GRASPS[1][1]):
+    if not (GRASPS[0][0] < x < GRASPS[0][1] and GRASPS[1][0] < y < GRASPS[1][1]):
         return False
     along, across = in_frame(points, place, yaw)
     along, across, above = np.abs(along), np.abs(across), points[:, 2] - z

@@ -57,6 +57,3 @@ WRAPPER_HALF, FILLING_HALF = (0.043, 0.028), (0.011, 0.011)
 
 LOWEST = 0.012
 """Height of the lowest grasp, m."""
-
-BASE_FRONT, LOW_X = 0.27, 0.28
-"""Front end of what the arm stands on, with the clearance of motions, and least x of an empty hand, m."""

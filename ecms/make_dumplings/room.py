@@ -12,7 +12,6 @@ from .measures import (
     ANGLE_UNCERTAINTY,
     FILLING_HALF,
     FILLING_HEIGHT,
-    LOW_X,
     LOWEST,
     OUTLINE,
     PLATE_HALF,
@@ -168,7 +167,7 @@ def push_along_side(
             )
             steps = [tuple(np.add(first, share * np.subtract(last, first)).tolist()) for share in PUSH_SHARES]
             for heading in (wrap_heading(way, pi), wrap_heading(way + pi / 2.0, pi)):
-                if all(has_room(solid, one, heading, CLOSED_HAND, LOW_X) for one in steps):
+                if all(has_room(solid, one, heading, CLOSED_HAND) for one in steps):
                     return {
                         "push_start": (first, UNCERTAINTY),
                         "push_end": (last, UNCERTAINTY),

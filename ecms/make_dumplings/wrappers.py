@@ -20,7 +20,7 @@ ON_PLATE_WITHIN = 0.006
 """Greatest distance of a filling on the plate from its height at rest, m."""
 
 FILLING_APART = 0.05
-"""Greatest distance of a filling from the middle of the wrapper that it may be in, level, m."""
+"""Greatest distance of a filling from the middle of the wrapper that it may be in, m."""
 
 MOST_PRESSES = 2
 """Times that the lid comes down on a wrapper that then lies open, after which it is known not to fold."""
@@ -142,7 +142,7 @@ class Piece:
 
 def is_near(filling: Place, wrapper: Wrapper) -> bool:
     """Return True if a filling may be in a wrapper."""
-    return dist(filling[:2], wrapper.middle[:2]) < FILLING_APART
+    return dist(filling, wrapper.middle) < FILLING_APART
 
 
 def is_in_pot(place: Place, opening: Place | None, margin: float = 0.0) -> bool:

@@ -197,9 +197,12 @@ def test_a_piece_that_fits_neither_hand_nor_bin_is_seen_and_not_offered(top: Top
     assert (found["clutter_on_table"], found["table_organized"]) == (True, False)
     for name in ("clutter_position", "clutter_yaw", "clutter_length"):
         assert (name in found) is fits
+    assert found["clutter_too_large"] is not fits
+    assert fits or found["clutter_large_position"][:2] == pytest.approx((0.5, -0.25), abs=0.004)
     # The next one that fits is offered.
     other = seen(SPONGE, top, Top(0.65, -0.25, 0.04, (0.02, 0.02), BLUE))
     assert other["clutter_position"][0] == pytest.approx(0.5 if fits else 0.65, abs=0.004)
+    assert other["clutter_too_large"] is False
 
 
 @pytest.mark.parametrize("yaw", [-1.2, -0.6, 0.0, 0.9])

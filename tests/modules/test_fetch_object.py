@@ -145,6 +145,24 @@ def test_a_lying_can_beside_a_short_wall_is_pushed_along_its_axis_past_the_neare
     assert z == found["object_position"][2]
 
 
+def test_a_can_is_not_pushed_where_something_stops_the_hand_on_its_way() -> None:
+    beside = wall(-0.065, 0.08, 0.0, (0.135, 0.01))
+    assert from_mast(lying(0.0), beside)["object_push_start"] is not None
+    # The hand has room where it comes down, and where it would grip, but not between.
+    between = wall(0.085, 0.0, 0.0, (0.01, 0.03))
+    assert from_mast(lying(0.0), beside, between)["object_push_start"] is None
+
+
+@pytest.mark.parametrize(("ends", "offset"), [(-0.075, 0.0), (-0.051, 0.014), (-0.044, 0.02), (-0.03, None)])
+def test_a_lying_can_is_gripped_beside_its_middle_where_the_hand_has_no_room_there(
+    ends: float, offset: float | None
+) -> None:
+    # A wall beside the can, 8 cm across its axis, which ends before its middle.
+    found = from_mast(lying(0.0), wall(ends - 0.15, 0.08, 0.0, (0.15, 0.01)))
+    assert found["object_free"] is (offset is not None)
+    assert found["object_grip_offset"] == pytest.approx((offset or 0.0, 0.0, 0.0), abs=0.007)
+
+
 def test_between_long_walls_nothing_can_be_pushed() -> None:
     # 10 cm high, so that the picture shows as much of them as of the table.
     walls = [wall(0.0, side, 0.0, (0.9, 0.01))._replace(z=0.1) for side in (-0.07, 0.07)]

@@ -19,7 +19,7 @@ from ecms.make_dumplings.perceivers import UNSEEN
 from ecms.make_dumplings.pictures import level_points, look_from_above, shows_filling, square_heading
 from ecms.make_dumplings.room import with_rim
 from ecms.make_dumplings.values import remaining_values
-from ecms.make_dumplings.wrappers import Piece, Wrapper, is_in_pot
+from ecms.make_dumplings.wrappers import Piece, Wrapper, is_in_pot, is_near
 from tests.modules.looking import Put, Top, Watched, as_picture, draw
 
 PRESS, POT = (0.5, 0.0, 0.083), (0.55, 0.33, 0.055)
@@ -589,10 +589,8 @@ def test_a_hand_turns_or_pushes_where_something_is_in_its_way() -> None:
     start, end = between["push_start"], between["push_end"]
     assert dist(start, (0.46, 0.185, 0.02)) < 0.05
     assert dist(start, end) > 0.03
-    # Near the arm, what a hand lifts would touch the carriage: the filling is pushed away from it.
-    near = alone((0.33, 0.0, 0.0085))
-    assert near["filling_has_room"] is False
-    assert near["push_end"][0] > near["push_start"][0] + 0.03
+    # Near the arm there is room, too, as far as the arm reaches.
+    assert alone((0.33, 0.0, 0.0085))["filling_has_room"] is True
     assert alone((0.25, 0.0, 0.0085))["fillings_out_of_reach"] == 1
 
 
@@ -605,6 +603,23 @@ def test_a_wrapper_beside_the_press_is_another_one() -> None:
         found = bench.look(1.0)
         assert dist(found["wrapper_position"], PRESS) < 0.005
         assert dist(found["other_wrapper_position"], (0.545 - HINGE_TO_PLATE, 0.062, 0.003)) < 0.005
+
+
+def test_the_filling_on_the_wrapper_comes_before_one_that_lies_below_the_press() -> None:
+    bench = Bench(second=True)
+    laid = (PRESS[0] + HINGE_TO_PLATE, PRESS[1], PRESS[2] + PLATE_HALF[2] + 0.0085)
+    bench.put(PRESS, 0.0, filling=laid)
+    bench.scene.put("filling_2", PRESS[0] + 0.012, PRESS[1] + 0.044, 0.0085)
+    found = bench.look(0.0)
+    assert dist(found["filling_position"], laid) < 0.005
+    assert found["filling_on_workspace"] is True
+
+
+def test_a_filling_far_below_a_wrapper_is_not_in_it() -> None:
+    wrapper = Wrapper(PRESS, 0.0, pi)
+    x, y, z = wrapper.middle
+    assert is_near((x, y, z + 0.01), wrapper)
+    assert not is_near((x, y, z - 0.075), wrapper)
 
 
 def on_its_side(place: Vector3, *, second: bool) -> dict[str, Any]:

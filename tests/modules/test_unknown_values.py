@@ -45,6 +45,8 @@ OBSERVED: Final[dict[str, Any]] = {
     "clutter_position": (0.4, -0.25, 0.02),
     "clutter_yaw": 0.3,
     "clutter_length": 0.04,
+    "clutter_too_large": False,
+    "clutter_large_position": (0.5, -1.2, 0.05),
     "wiped_fraction": 0.5,
     "sponge_floor_position": (0.15, -0.9, -0.3),
     "piece_floor_position": (0.15, -0.9, -0.3),
@@ -102,6 +104,7 @@ OBSERVED: Final[dict[str, Any]] = {
     "object_seen_time": 1.0,
     "object_searched": 0.4,
     "object_distance": 0.6,
+    "object_grip_offset": (0.0, 0.0, 0.0),
     "object_push_start": (1.7, 0.1, 0.4),
     "object_push_way": (0.1, 0.05, 0.0),
 }

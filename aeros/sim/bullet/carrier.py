@@ -43,9 +43,21 @@ class Carrier:
         goal: where the middle of its base is to be let go, in W, m.
         turn: angle by which it is turned on the way, rad.
         axis: axis of that turn in W, a unit vector.
+        lift: height above the higher end of the way at which it is carried, m.
+        strength: greatest force of the hand, N.
     """
 
-    def __init__(self, world: PhysicsWorld, body: int, goal: Vector3, turn: float, axis: Vector3) -> None:
+    def __init__(
+        self,
+        world: PhysicsWorld,
+        body: int,
+        goal: Vector3,
+        turn: float,
+        axis: Vector3,
+        *,
+        lift: float = LIFT,
+        strength: float = MAX_FORCE,
+    ) -> None:
         self._world = world
         self._body = body
         self._start = world.pose(body)
@@ -57,7 +69,8 @@ class Carrier:
         self._masses = [
             float(bullet.getDynamicsInfo(body, link, physicsClientId=world.client)[0]) for link in self._links
         ]
-        self._high = max(self._start.position[2], goal[2]) + LIFT
+        self._high = max(self._start.position[2], goal[2]) + lift
+        self._strength = strength
 
     def push(self, share: float) -> None:
         """Push and turn the body in the next step.
@@ -71,8 +84,8 @@ class Carrier:
         wanted = np.array(self._place(share))
         pull = STIFFNESS * (wanted - np.array(place)) - DAMPING * np.array(speed)
         pull[2] += GRAVITY
-        strength = float(np.linalg.norm(pull)) * mass
-        pull *= min(1.0, MAX_FORCE / strength) if strength > 0.0 else 1.0
+        force_wanted = float(np.linalg.norm(pull)) * mass
+        pull *= min(1.0, self._strength / force_wanted) if force_wanted > 0.0 else 1.0
         for link, part in zip(self._links, self._masses, strict=True):
             if part > 0.0:
                 at = place if link < 0 else bullet.getLinkState(self._body, link, physicsClientId=client)[0]
@@ -104,6 +117,26 @@ class Carrier:
         a, b, c = self._axis
         turned = Pose((0.0, 0.0, 0.0), (a * sin(half), b * sin(half), c * sin(half), cos(half)))
         return compose(turned, Pose((0.0, 0.0, 0.0), self._start.orientation)).orientation
+
+
+def is_occupied(world: PhysicsWorld, low: Vector3, high: Vector3, body: int) -> bool:
+    """Check if the bounds of some link of a body overlap with a box.
+
+    Args:
+        world: the simulated world.
+        low: lowest corner of the box in W, m.
+        high: highest corner in W, m.
+        body: number of the body in PyBullet.
+
+    Returns:
+        True if they do.
+    """
+    links = range(-1, bullet.getNumJoints(body, physicsClientId=world.client))
+    bounds = (bullet.getAABB(body, link, physicsClientId=world.client) for link in links)
+    return any(
+        all(a < d and c < b for a, b, c, d in zip(lower, upper, low, high, strict=True))
+        for lower, upper in bounds
+    )
 
 
 def _smooth(share: float) -> float:

@@ -17,7 +17,8 @@ import numpy as np
 from numpy.random import Generator
 
 from aeros.runtime.ports import CameraPicture
-from aeros.sim.bullet.carrier import Carrier
+from aeros.sim.bullet.carrier import MAX_FORCE, Carrier, is_occupied
+from aeros.sim.bullet.world import GRAVITY
 from aeros.sim.clock import TICK
 from aeros.sim.faults.degradation import NO_DEGRADATION, Degradation
 from aeros.sim.faults.model import PersonEntersFault, PhysicalFault, PictureFault
@@ -25,6 +26,7 @@ from aeros.sim.geometry import Pose, Vector3, add, subtract, to_world
 from aeros.sim.physics import PlantParts
 from aeros.sim.sensor_model import SensorModel
 from aeros.spec.declared.faults import (
+    BoxFault,
     CarryFault,
     CommandDelayFault,
     CoveredScannerFault,
@@ -40,6 +42,15 @@ from aeros.spec.declared.faults import (
 
 PictureEffect = Callable[[CameraPicture], CameraPicture]
 """Changes a picture."""
+
+_BROUGHT_FROM: Final = 0.8
+"""Height above its place at which somebody holds a box before they set it down, m: over the drawn-in arm."""
+
+_STRENGTH_BY_WEIGHT: Final = 2.0
+"""Greatest force of that hand over the weight of the box."""
+
+_BOX_COLOUR: Final = (0.5, 0.4, 0.6, 1.0)
+"""Colour of such a box, which no object of a task has."""
 
 _FAR: Final = 5.0
 """Depth of a pixel that shows nothing near, m."""
@@ -64,6 +75,8 @@ def physical_effect(
             return _bump(kind, source, parts)
         case CarryFault():
             return _carry(kind, source, parts)
+        case BoxFault():
+            return _put(kind, source, parts)
         case PadFrictionFault(friction, lasts):
             return repeat(Degradation(friction=friction), lasts)
         case GripForceFault(force, lasts):
@@ -93,13 +106,34 @@ def _bump(bump: ImpulseFault, source: Generator, parts: PlantParts) -> Iterator[
         yield NO_DEGRADATION
 
 
-def _carry(carry: CarryFault, source: Generator, parts: PlantParts) -> Iterator[Degradation]:
-    spread = np.array(carry.spread)
-    place = np.array(carry.to) + source.uniform(-spread, spread)
-    axis = _random_horizontal(source) if carry.about is None else carry.about
-    if carry.of:
-        place = place + np.array(parts.world.pose(parts.scene.body(carry.of)).position)
+def _put(put: BoxFault, source: Generator, parts: PlantParts) -> Iterator[Degradation]:
+    x, y, z = _draw_place(put, source, parts)
+    goal = (x, y, z + put.box[2] / 2.0)
+    start = add(goal, (0.0, 0.0, _BROUGHT_FROM))
+    half = (put.box[0] / 2.0, put.box[1] / 2.0, put.box[2] / 2.0)
+    while is_occupied(parts.world, subtract(goal, half), add(start, half), parts.robot.body):
+        yield NO_DEGRADATION
+    body = parts.world.bodies.add_box(put.box, start, mass=put.mass, colour=_BOX_COLOUR)
+    strength = max(MAX_FORCE, _STRENGTH_BY_WEIGHT * put.mass * GRAVITY)
+    hand = Carrier(parts.world, body, goal, 0.0, (0.0, 0.0, 1.0), lift=0.0, strength=strength)
+    for tick in range(1, put.over + 1):
+        hand.push(tick / put.over)
+        yield NO_DEGRADATION
+
+
+def _draw_place(fault: CarryFault | BoxFault, source: Generator, parts: PlantParts) -> Vector3:
+    """Draw the place to which a fault brings something, in W, m."""
+    spread = np.array(fault.spread)
+    place = np.array(fault.to) + source.uniform(-spread, spread)
+    if fault.of:
+        place = place + np.array(parts.world.pose(parts.scene.body(fault.of)).position)
     x, y, z = place.tolist()
+    return x, y, z
+
+
+def _carry(carry: CarryFault, source: Generator, parts: PlantParts) -> Iterator[Degradation]:
+    x, y, z = _draw_place(carry, source, parts)
+    axis = _random_horizontal(source) if carry.about is None else carry.about
     body = parts.scene.body(carry.thing)
     carriers = [Carrier(parts.world, body, (x, y, z), carry.turn, axis)]
     if carry.inside:

@@ -29,12 +29,15 @@ from aeros.spec.declared import faults as declared
 from aeros.spec.declared.decode import decode
 from aeros.spec.declared.faults import (
     KINDS,
+    LEAST_EDGE,
     LONGEST,
     MAX_COORDINATE,
+    MOST_EDGE,
     Amount,
     Deviation,
     Direction,
     Duration,
+    Edges,
     Known,
     Mark,
     MisplacedPictureFault,
@@ -297,7 +300,9 @@ def _value(
         case Direction():
             return _direction(written, diagnostics)
         case Place():
-            return _place(written, diagnostics)
+            return _lengths(written, -MAX_COORDINATE, MAX_COORDINATE, diagnostics)
+        case Edges():
+            return _lengths(written, LEAST_EDGE, MOST_EDGE, diagnostics)
 
 
 def _deviation(
@@ -326,9 +331,11 @@ def _direction(numbers: tuple[NumberField, ...], diagnostics: Diagnostics) -> Ve
     return (x / length, y / length, z / length)
 
 
-def _place(lengths: tuple[TextField, ...], diagnostics: Diagnostics) -> Vec3 | None:
-    """Return three coordinates in m; None where one is wrong, which is reported."""
-    x, y, z = (_quantity(one, LENGTH, MAX_COORDINATE, diagnostics, least=-MAX_COORDINATE) for one in lengths)
+def _lengths(
+    lengths: tuple[TextField, ...], least: float, most: float, diagnostics: Diagnostics
+) -> Vec3 | None:
+    """Return three lengths in m; None where one is wrong, which is reported."""
+    x, y, z = (_quantity(one, LENGTH, most, diagnostics, least=least) for one in lengths)
     return None if x is None or y is None or z is None else (x, y, z)
 
 
@@ -347,13 +354,13 @@ def _ticks(text: TextField, diagnostics: Diagnostics, *, least: int = 1) -> int 
 
 
 def _quantity(
-    text: TextField, dimension: Dimension, most: int, diagnostics: Diagnostics, *, least: int = 0
+    text: TextField, dimension: Dimension, most: float, diagnostics: Diagnostics, *, least: float = 0
 ) -> float | None:
     value = elaborate_quantity(text, dimension, diagnostics)
     if value is None:
         return None
     if least <= value <= most:
         return float(value)
-    help_ = (f"write a value from {least} to {most} {dimension}",)
+    help_ = (f"write a value from {least:g} to {most:g} {dimension}",)
     diagnostics.error("AE111", f"`{text.value}` is outside its bounds", text.span, help=help_)
     return None

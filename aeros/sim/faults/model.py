@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from aeros.sim.bullet.people import Person
 from aeros.sim.gilbert_elliott import GilbertElliottProcess
 from aeros.spec.declared.faults import (
+    BoxFault,
     CarryFault,
     CommandDelayFault,
     CoveredScannerFault,
@@ -80,6 +81,7 @@ class PersonEntersFault:
 PhysicalFault = (
     ImpulseFault
     | CarryFault
+    | BoxFault
     | PadFrictionFault
     | GripForceFault
     | TorqueFault

@@ -13,7 +13,7 @@ from typing import Annotated, Any, ClassVar, Final, Generic, Literal, TypeVar, g
 
 from aeros.spec.declared.people import Person
 from aeros.spec.diagnostics.source import SourceSpan
-from aeros.spec.expr.units import ANGLE, FORCE, LENGTH, TIME, Dimension
+from aeros.spec.expr.units import ANGLE, FORCE, LENGTH, MASS, TIME, Dimension
 from aeros.spec.text.fields import (
     ChoiceField,
     IntegerField,
@@ -41,6 +41,12 @@ _MOST_TURN: Final = 4
 
 _STRONGEST: Final = 10
 """Largest impulse (N·s), grip force (tens of N) and offset (m) that mean anything on a table."""
+
+LEAST_EDGE, MOST_EDGE = 0.01, 2.0
+"""Least and greatest edge of a box that somebody puts down, m."""
+
+_HEAVIEST: Final = 50
+"""Greatest mass of such a box, kg."""
 
 
 # How a file writes a value.
@@ -107,7 +113,13 @@ class Place(_Mark):
     form = Annotated[tuple[TextField, ...], LengthBounds(3, 3)]
 
 
-Mark = Known | Amount | Deviation | Duration | Share | Direction | Place
+class Edges(_Mark):
+    """Three lengths with units, each from `LEAST_EDGE` to `MOST_EDGE`."""
+
+    form = Annotated[tuple[TextField, ...], LengthBounds(3, 3)]
+
+
+Mark = Known | Amount | Deviation | Duration | Share | Direction | Place | Edges
 
 
 def marks_of(kind: type) -> dict[str, Mark]:
@@ -219,6 +231,34 @@ class CarryFault:
             "scene object",
         ),
     ] = ""
+    over: Annotated[int, Duration("duration; 2 s if absent, as in `over: 1 s`")] = 480
+
+
+@dataclass(frozen=True, slots=True)
+class BoxFault:
+    """Somebody brings a box that was not in the scene, sets it down from above and leaves it.
+
+    Attributes:
+        box: lengths of its edges, m.
+        to: place of the middle of its underside, m: in W, or from the middle of the body `of`.
+        of: name of a scene body; empty for W.
+        spread: greatest random offset from that place along each axis, m.
+        mass: kg.
+        over: duration in ticks; with a robot at that place it begins when the robot is away.
+    """
+
+    box: Annotated[_UnitVector, Edges("lengths of the box's edges, as in `box: [8 cm, 8 cm, 25 cm]`")]
+    to: Annotated[
+        _UnitVector,
+        Place("the place of the middle of its underside, as in `to: [40 cm, -10 cm, 0 m]`"),
+    ]
+    of: Annotated[
+        str, Known("the body from which that place counts, as in `of: stand`", "bodies", "body of the scene")
+    ] = ""
+    spread: Annotated[
+        _UnitVector, Place("the greatest random offset along each axis, as in `spread: [3 cm, 3 cm, 0 m]`")
+    ] = _NOWHERE
+    mass: Annotated[float, Amount("its mass; 2 kg if absent, as in `mass: 5 kg`", MASS, _HEAVIEST)] = 2.0
     over: Annotated[int, Duration("duration; 2 s if absent, as in `over: 1 s`")] = 480
 
 
@@ -352,6 +392,7 @@ class SilentScannerFault:
 KINDS: Final[dict[str, type[Any]]] = {
     "bump": ImpulseFault,
     "carry": CarryFault,
+    "put": BoxFault,
     "slip": PadFrictionFault,
     "loosen": GripForceFault,
     "weaken": TorqueFault,
@@ -452,6 +493,9 @@ class Fault:
     bump: Written[ImpulseFault] | None = field(default=None, metadata={"doc": "an object is pushed"})
     carry: Written[CarryFault] | None = field(
         default=None, metadata={"doc": "somebody moves an object elsewhere"}
+    )
+    put: Written[BoxFault] | None = field(
+        default=None, metadata={"doc": "somebody puts a box somewhere and leaves it there"}
     )
     slip: Written[PadFrictionFault] | None = field(
         default=None, metadata={"doc": "the finger pads are slippery"}

@@ -9,6 +9,7 @@ import pytest
 from aeros.sim.faults.faults_file import FaultContext, faults_in, parse_faults, read_faults, shipped_faults
 from aeros.sim.faults.model import CameraOpportunity, PersonEntersFault, SkillOpportunity, TimedOpportunity
 from aeros.spec.declared.faults import (
+    BoxFault,
     CarryFault,
     CommandDelayFault,
     CoveredScannerFault,
@@ -199,3 +200,24 @@ def test_a_carried_thing_has_a_place_which_may_count_from_a_body() -> None:
         code for code, _ in read(one(rest=CARRIED.replace("of: table, ", "").replace("40 cm", "40 kg")))
     ] == ["AE204"]
     assert [code for code, _ in read(one(rest=CARRIED))] == ["AE122"]
+
+
+PUT = "put: {box: [8 cm, 6 cm, 25 cm], to: [40 cm, -0.1 m, 2 cm], mass: 5 kg}"
+
+
+def test_a_box_that_is_put_down_has_edges_a_place_and_a_mass() -> None:
+    (fault,) = parse_faults(Source("faults.yaml", one(rest=PUT)), AROUND)
+    assert fault.kind == BoxFault((0.08, 0.06, 0.25), (0.4, -0.1, 0.02), mass=5.0)
+
+
+@pytest.mark.parametrize(
+    ("part", "other", "code"),
+    [
+        ("8 cm", "8 mm", "AE111"),
+        ("25 cm", "-25 cm", "AE111"),
+        ("5 kg", "5 m", "AE204"),
+        ("5 kg", "51 kg", "AE111"),
+    ],
+)
+def test_a_box_that_nobody_could_put_down_is_refused(part: str, other: str, code: str) -> None:
+    assert [found for found, _ in read(one(rest=PUT.replace(part, other)))] == [code]

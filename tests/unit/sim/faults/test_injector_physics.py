@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from aeros.runtime.ports import CameraPicture, CameraView, MotionCompletion
+from aeros.sim.bullet.client import bullet
 from aeros.sim.bullet.panda import Panda
 from aeros.sim.bullet.people import Person, Waypoint
 from aeros.sim.bullet.world import PhysicsWorld
@@ -30,6 +31,7 @@ from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.randomness import RandomSource
 from aeros.skill import act
 from aeros.spec.declared.faults import (
+    BoxFault,
     CommandDelayFault,
     GripForceFault,
     ImpulseFault,
@@ -133,6 +135,46 @@ def test_a_bump_moves_a_thing_by_force_and_without_one_it_stays(faulty_plant: Ma
     assert abs(after[1] - before[1]) < 0.002
     assert [happening.event for happening in one.happened] == ["fault-started", "fault-ended"]
     assert one.happened[0] == FaultEvent(0.5, "fault-started", "it", "fault `it` begins (opportunity 1)", 1)
+
+
+PUT = BoxFault((0.08, 0.08, 0.2), (0.45, -0.2, 0.0), spread=(0.02, 0.02, 0.0), mass=3.0, over=240)
+
+
+def bounds_of_newest(one: FaultyPlant) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    client = one.plant._world.client
+    newest = bullet.getBodyUniqueId(bullet.getNumBodies(physicsClientId=client) - 1, physicsClientId=client)
+    low, high = bullet.getAABB(newest, physicsClientId=client)
+    return low, high
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_box_is_put_down_at_a_place_that_the_seed_draws(seed: int, faulty_plant: Make) -> None:
+    places = []
+    for _ in range(2):
+        one = faulty_plant(fault(PUT), seed=seed)
+        one.plant.skill_began(SKILL)
+        one.do("wait", duration=2.0)
+        low, high = bounds_of_newest(one)
+        places.append((low, high))
+        assert low[2] == pytest.approx(0.0, abs=0.005)
+        assert [high[axis] - low[axis] for axis in range(3)] == pytest.approx(PUT.box, abs=0.01)
+        assert abs((low[0] + high[0]) / 2.0 - 0.45) < 0.025
+        assert abs((low[1] + high[1]) / 2.0 + 0.2) < 0.025
+    assert places[0] == places[1]
+
+
+def test_a_box_is_put_down_only_when_the_arm_has_left_the_place(faulty_plant: Make) -> None:
+    one = faulty_plant(fault(PUT))
+    assert one.move(0.45, -0.2, 0.3)
+    before = bounds_of_newest(one)
+    one.plant.skill_began(SKILL)
+    one.do("wait", duration=2.0)
+    assert dist(bounds_of_newest(one)[0], before[0]) < 0.01
+    assert one.move(0.45, 0.25, 0.3)
+    one.do("wait", duration=2.0)
+    low, _ = bounds_of_newest(one)
+    assert low[2] == pytest.approx(0.0, abs=0.005)
+    assert dist(low[:2], before[0][:2]) > 0.1
 
 
 @pytest.mark.parametrize("kind", [PadFrictionFault(0.0, 240), GripForceFault(0.0, 240)])

@@ -1,0 +1,103 @@
+"""The sponge in a picture: found by colour and size, and how it lies."""
+
+from math import cos, sin
+
+import numpy as np
+
+from aeros.perception import Mask, Points, Rectangle, has_red_ratios, min_area_rectangle, separate_parts
+
+from .places import FLAT, MIN_PIXELS, Place, is_standing
+
+FOAM_TOPS = (FLAT, 0.12)
+"""Height range of the sponge's foam, m, however it lies."""
+
+MIN_BRIGHTNESS = 60
+"""Least brightness of a coloured pixel (of 255)."""
+
+YELLOW = (0.6, 0.5)
+"""Colour of the sponge: least green over red, greatest blue over red."""
+
+SPONGE_LENGTHS = (0.0625, 0.13)
+"""Bounds on the longer side of the sponge's top, m: it is 100 mm, and 70 mm where it stands on its end; a
+smaller sponge (15 %) or a larger one (20 %) is as good."""
+
+FOAM_TOP_SHARE, FOAM_TOP_WITHIN = 80.0, 0.008
+"""Percentile of the heights of foam that is on its upper side, as seen from above, and the noise of that
+height, m."""
+
+SPONGE_HEIGHT = 0.03
+"""Height of the sponge's foam, m."""
+
+BLOCK_OVER, BLOCK_PIXELS = 0.02, 20
+"""Least height of a block on top of the foam above the foam's top, m, and its least number of pixels: the
+sponge's is 34 mm and some 120 pixels."""
+
+OVERTURNED_FROM = 0.045
+"""Height of the foam's top from which a sponge without its block on top lies on another face, m: on its side
+it is 75 mm high, upside down 64 mm."""
+
+SPONGE_RADIUS = 0.08
+"""Radius around the sponge's middle that belongs to the sponge, m."""
+
+SPONGE_MARGIN = 0.012
+"""Margin around the foam of a sponge that lies flat, m: depth and edges are a pixel off."""
+
+RETURNED_WITHIN = 0.03
+"""Greatest distance of the sponge from its rest at which it counts as returned, m."""
+
+
+def find_sponge(points: Points, rgb: Points) -> tuple[Rectangle, float] | None:
+    """Find the top of the foam and its height: yellow, and as long as a sponge.
+
+    Another yellow thing may lie beside it, and in a bad picture the foam may be in parts.
+    """
+    z = points[:, :, 2]
+    yellow = (z > FOAM_TOPS[0]) & (z < FOAM_TOPS[1]) & is_yellow(rgb)
+    for part in (*separate_parts(yellow, MIN_PIXELS), yellow):
+        if int(part.sum()) >= MIN_PIXELS:
+            face, top = _foam_face(points[part])
+            if SPONGE_LENGTHS[0] < max(face.length, face.width) < SPONGE_LENGTHS[1]:
+                return face, top
+    return None
+
+
+def _foam_face(points: Points) -> tuple[Rectangle, float]:
+    """Return the rectangle around the foam's upper side, and its height, whatever single points are."""
+    top = float(np.percentile(points[:, 2], FOAM_TOP_SHARE))
+    face = points[np.abs(points[:, 2] - top) < FOAM_TOP_WITHIN]
+    return min_area_rectangle(face[:, :2]), float(np.median(face[:, 2]))
+
+
+def middle_of_sponge(sponge: tuple[Rectangle, float]) -> Place:
+    """Return the foam's middle: half-way up on the table, else as far below its top as when it lies flat."""
+    face, top = sponge
+    return (face.x, face.y, top / 2.0 if top < OVERTURNED_FROM else top - SPONGE_HEIGHT / 2.0)
+
+
+def is_overturned(points: Points, face: Rectangle, top: float) -> bool:
+    """Return True if the foam is higher than on the table, and no block is on top of it."""
+    over = _inside(points, face, 0.0) & (points[:, :, 2] > top + BLOCK_OVER)
+    return top > OVERTURNED_FROM and int((over & is_standing(points)).sum()) < BLOCK_PIXELS
+
+
+def is_yellow(rgb: Points) -> Mask:
+    """Find the pixels that have the sponge's colour."""
+    return has_red_ratios(rgb, (YELLOW[0], None), (None, YELLOW[1]), MIN_BRIGHTNESS)
+
+
+def is_of_sponge(points: Points, face: Rectangle, top: float) -> Mask:
+    """Find the points of the sponge: over foam that lies flat, else around it, as its block is beside."""
+    if abs(top - SPONGE_HEIGHT) > FLAT:
+        x, y = points[:, :, 0] - face.x, points[:, :, 1] - face.y
+        around: Mask = np.hypot(x, y) <= SPONGE_RADIUS
+        return around
+    return _inside(points, face, SPONGE_MARGIN)
+
+
+def _inside(points: Points, face: Rectangle, margin: float) -> Mask:
+    """Find the points over a rectangle with a margin around it."""
+    x, y = points[:, :, 0] - face.x, points[:, :, 1] - face.y
+    c, s = cos(face.heading), sin(face.heading)
+    half = (face.length / 2.0 + margin, face.width / 2.0 + margin)
+    over: Mask = (np.abs(x * c + y * s) < half[0]) & (np.abs(y * c - x * s) < half[1])
+    return over
