@@ -8,7 +8,7 @@ variables themselves: quantities are real numbers here, and not cells.  Together
 - in the sets, each step that is due can start, and each invariant holds;
 - a state that has the goal within reach in n plans is one where, whichever move the agent makes, something
   likely leads to states that have it within reach in n plans, or in n - 1 after a move into a new plan; and
-  each reachable state before a plan has the goal within reach.
+  each reachable state before a plan has the goal within reach in some number of plans.
 
 So a mistake in the diagrams, in the cells of quantities or in the search shows as a claim that is not proved.
 """
@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Final
 
-from aeros.spec.closed_loop.loop_variables import LoopVariables
+from aeros.spec.closed_loop.loop_variables import LoopVariables, StateSpaceError
 from aeros.spec.closed_loop.symbolic.fixpoints import Fixpoints
 from aeros.spec.closed_loop.symbolic.program import (
     PLAN,
@@ -36,11 +36,10 @@ from aeros.spec.closed_loop.symbolic.set_terms import SetTerms
 from aeros.spec.closed_loop.symbolic.state_sets import StateSet, StateSets
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.constants import constant_term, equality_condition
-from aeros.spec.expr.types import IntegerType, RealType
-from aeros.spec.expr.units import NUMBER
+from aeros.spec.expr.types import RealType
 
-PLANS_LEFT: Final = t.Variable("plans left", IntegerType(), t.VariableRole.STATE)
-"""Number of plans in which a state has the goal within reach."""
+MAX_CLAIMS: Final = 4_000
+"""Largest number of claims of one certificate."""
 
 Range = tuple[Fraction, Fraction] | None
 
@@ -71,7 +70,12 @@ def certificate_claims(fixpoints: Fixpoints, variables: LoopVariables) -> Iterat
 
     Yields:
         The claims: of the start, of each place, and of the way to the goal from each place.
+
+    Raises:
+        StateSpaceError: there are more than `MAX_CLAIMS`.
     """
+    if len(fixpoints.program.moves) * (len(fixpoints.hopeful) + 1) > MAX_CLAIMS:
+        raise StateSpaceError("its goal takes too many plans")
     # The sets are complete, so another order of the bits would only cost time.
     fixpoints.sets.bdd.configure(reordering=False)
     certificate = _Certificate(fixpoints, variables)
@@ -98,7 +102,7 @@ class _Question:
         self._terms.append(terms)
         return terms
 
-    def after(self, branch: Branch, number: int, more: Mapping[str, t.Term]) -> tuple[SetTerms, t.Term, Any]:
+    def after(self, branch: Branch, number: int) -> tuple[SetTerms, t.Term, Any]:
         """Make sets over the values after a branch, with what is known of open ones, and their names."""
         fresh: dict[str, t.Variable] = {}
         known: list[t.Term] = []
@@ -111,7 +115,7 @@ class _Question:
             if isinstance(variable.type, RealType) and len(values) < len(self._sets.values[name]):
                 low, high = (constant_term(bound, variable.type) for bound in (values[0], values[-1]))
                 known += [t.Compare("<=", low, one), t.Compare("<=", one, high)]
-        terms: dict[str, t.Term] = {**self._program.variables, **branch.updates, **fresh, **more}
+        terms: dict[str, t.Term] = {**self._program.variables, **branch.updates, **fresh}
         renamed = {afterwards(self._program.variables[name]).name: one for name, one in fresh.items()}
         return self.over(terms, f" after {number}"), all_of(*known), renamed
 
@@ -135,7 +139,6 @@ class _Certificate:
             for name, one in variables.variables.items()
             if isinstance(one.type, RealType)
         }
-        self._whole = variables.values
 
     def _question(self) -> _Question:
         return _Question(self._sets, self._program, self._ranges)
@@ -160,7 +163,7 @@ class _Certificate:
             due, starts = self._program.first_tries[place.rule]
             parts.append(t.Implies(all_of(here, due), all_of(*starts)))
         for number, (move, branch) in enumerate(self._program.branches(place)):
-            after, known, renamed = question.after(branch, number, {})
+            after, known, renamed = question.after(branch, number)
             for end in branch.ends:
                 premise = all_of(here, move.guard, branch.guard, known, t.substitute(end.guard, renamed))
                 target = self._fixpoints.reachable[end.target]
@@ -169,69 +172,47 @@ class _Certificate:
         return question.claim(_named(place), *parts)
 
     def progress(self) -> Iterator[CertificateClaim]:
-        """Claim that the goal stays within reach."""
-        rounds = self._fixpoints.hopeful
-        numbers = tuple(map(Fraction, range(len(rounds))))
-        self._sets.declare(PLANS_LEFT, numbers)
-        self._ranges[PLANS_LEFT.name] = (numbers[0], numbers[-1])
-        self._program.variables[PLANS_LEFT.name] = PLANS_LEFT
-        within = {place: self._within_reach(place, rounds, numbers) for place in self._program.moves}
-        for place in self._program.moves:
-            if place != REACHED and within[place] != self._sets.none:
-                yield self._progress_at(place, within)
-        question = self._question()
-        last = question.over(
-            {**self._program.variables, PLANS_LEFT.name: constant_term(numbers[-1], PLANS_LEFT.type)},
-            " at last",
-        )
-        reachable = question.now.condition(self._fixpoints.reachable[PLAN])
-        yield question.claim("every plan", t.Implies(reachable, last.condition(within[PLAN])))
+        """Claim that the goal stays within reach.
 
-    def _within_reach(
-        self, place: Place, rounds: list[dict[Place, StateSet]], numbers: tuple[Fraction, ...]
-    ) -> StateSet:
-        union = self._sets.none
-        for number, found in zip(numbers, rounds, strict=True):
-            union |= self._sets.equals(PLANS_LEFT.name, number) & found[place]
-        return union
-
-    def _progress_at(self, place: Place, within: Mapping[Place, StateSet]) -> CertificateClaim:
+        Yields:
+            For each number of plans the claims about places where more states have the goal within reach than
+            with fewer plans, and that all states before a plan have it within reach in the end.
+        """
+        rounds, none = self._fixpoints.hopeful, self._sets.none
+        fewer: Mapping[Place, StateSet] = dict.fromkeys(self._program.moves, none)
+        for number, found in enumerate(rounds):
+            targets = {**found, PLAN: fewer[PLAN]}
+            for place in self._program.moves:
+                if place != REACHED and found[place] != fewer[place]:
+                    yield self._progress_at(place, number, found[place], targets)
+            fewer = found
         question = self._question()
-        here = question.now.condition(within[place])
+        reachable, within = (question.now.condition(one[PLAN]) for one in (self._fixpoints.reachable, fewer))
+        yield question.claim("every plan", t.Implies(reachable, within))
+
+    def _progress_at(
+        self, place: Place, number: int, states: StateSet, targets: Mapping[Place, StateSet]
+    ) -> CertificateClaim:
+        question = self._question()
+        here = question.now.condition(states)
         parts: list[t.Term] = []
-        number = 0
+        count = 0
         for move in self._program.moves[place]:
-            ways = []
+            ways: list[t.Term] = []
             for branch in move.branches:
                 if branch.is_likely:
-                    leads_on = self._leads_on(question, branch, number, place, within)
-                    ways.append(all_of(branch.guard, leads_on))
-                    number += 1
+                    after, known, renamed = question.after(branch, count)
+                    count += 1
+                    leads_on = [
+                        t.Implies(
+                            all_of(known, t.substitute(end.guard, renamed)),
+                            after.condition(targets[end.target], states, _changed(branch)),
+                        )
+                        for end in branch.ends
+                    ]
+                    ways.append(all_of(branch.guard, *leads_on))
             parts.append(t.Implies(all_of(here, move.guard), any_of(ways)))
-        return question.claim(f"the way on from {_named(place)}", *parts)
-
-    def _leads_on(
-        self,
-        question: _Question,
-        branch: Branch,
-        number: int,
-        place: Place,
-        within: Mapping[Place, StateSet],
-    ) -> t.Term:
-        """Make the condition that a branch leads on, whatever its open variables become."""
-        one_less = t.Add(PLANS_LEFT, t.Literal(Fraction(-1), RealType(NUMBER)))
-        fewer = any(end.target == PLAN for end in branch.ends)
-        more: dict[str, t.Term] = {PLANS_LEFT.name: one_less} if fewer else {}
-        after, known, renamed = question.after(branch, number, more)
-        parts: list[t.Term] = []
-        for end in branch.ends:
-            target = within[end.target]
-            premise = all_of(known, t.substitute(end.guard, renamed))
-            changed = {*_changed(branch), *more}
-            parts.append(t.Implies(premise, after.condition(target, within[place], changed)))
-        if fewer:
-            parts.append(t.Compare("<=", t.Literal(Fraction(1), RealType(NUMBER)), PLANS_LEFT))
-        return all_of(*parts)
+        return question.claim(f"{number} plans from {_named(place)}", *parts)
 
 
 def _changed(branch: Branch) -> set[str]:

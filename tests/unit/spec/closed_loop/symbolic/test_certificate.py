@@ -6,6 +6,8 @@ from collections.abc import Callable
 
 import pytest
 
+from aeros.spec.closed_loop.loop_variables import StateSpaceError
+from aeros.spec.closed_loop.symbolic import certificate
 from aeros.spec.closed_loop.symbolic.analysis import SymbolicLoop
 from aeros.spec.closed_loop.symbolic.program import PLAN, Place
 from aeros.spec.obligations.verdicts import Verdict
@@ -50,7 +52,6 @@ def claim_a_step_that_cannot_start(made: SymbolicLoop) -> None:
 
 
 def claim_the_goal_too_near(made: SymbolicLoop) -> None:
-    made.fixpoints.hopeful[0][PLAN] = made.fixpoints.reachable[PLAN]
     made.fixpoints.hopeful[0][Place("try", 0)] = made.fixpoints.sets.none
 
 
@@ -83,3 +84,9 @@ def test_a_count_that_needs_one_plan_more_is_refuted() -> None:
     rounds = made.fixpoints.hopeful
     rounds[0], rounds[1] = rounds[1], rounds[1]
     assert Verdict.REFUTED in verdicts(made)
+
+
+def test_a_certificate_has_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(certificate, "MAX_CLAIMS", 10)
+    with pytest.raises(StateSpaceError, match="takes too many plans"):
+        certificate_of(counting())
