@@ -52,12 +52,13 @@ examples:
   aeros verify ecms/ --format json            for programs; `aeros schema report` prints its schema
   aeros verify ecms/ --format sarif --output verify.sarif
                                               text, and a file for code scanning
+  aeros verify ecms/ --format github          annotations on the lines of a pull request
   aeros verify ecms/ --check                  write nothing; fail if a certificate is missing or stale
   aeros verify ecms/ --second-solver cvc5     check every obligation with cvc5 too
   aeros verify ecms/ --strict                 and how each question is written; exit 3 if cvc5 leaves one open
 """
 
-_FORMATS: Final = ("text", "json", "sarif", "junit")
+_FORMATS: Final = ("text", "json", "sarif", "junit", "github")
 
 
 def add_to(commands: Subparsers) -> None:
@@ -193,6 +194,10 @@ def _renderer(name: str) -> Callable[[VerifyResult], str]:
             from aeros.cli.author.reports.junit import as_junit
 
             return as_junit
+        case "github":
+            from aeros.cli.author.reports.github import as_github
+
+            return as_github
         case _:
             return as_text
 

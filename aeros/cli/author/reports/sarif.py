@@ -18,8 +18,13 @@ from urllib.parse import quote
 
 import aeros
 from aeros.cli.author.explain import pages
-from aeros.cli.author.reports.result import LocatedDiagnostic, VerifyResult
-from aeros.spec.diagnostics.codes import CODES, Diagnostic, DiagnosticCode, Fix, Severity, SpanLabel
+from aeros.cli.author.reports.result import (
+    LocatedDiagnostic,
+    VerifyResult,
+    message_text,
+    path_below_working_folder,
+)
+from aeros.spec.diagnostics.codes import CODES, DiagnosticCode, Fix, Severity, SpanLabel
 from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.diagnostics.source import SourceSpan
 
@@ -116,7 +121,7 @@ def _result(problem: LocatedDiagnostic, rule_index: int, fingerprint: str) -> di
         "ruleId": diagnostic.code,
         "ruleIndex": rule_index,
         "level": diagnostic.severity.value,
-        "message": {"text": _message(diagnostic)},
+        "message": {"text": _without_links(message_text(diagnostic))},
         "partialFingerprints": {"aeros/v1": fingerprint},
     }
     if diagnostic.primary is not None:
@@ -142,15 +147,13 @@ def _fix(fix: Fix) -> dict[str, Any]:
     }
 
 
-def _message(diagnostic: Diagnostic) -> str:
-    notes = (f"note: {text}" for text in diagnostic.notes)
-    helps = (f"help: {text}" for text in diagnostic.help)
-    return _visible_text("\n".join((diagnostic.headline, *notes, *helps)))
+def _without_links(text: str) -> str:
+    """Take apart the syntax of links in SARIF."""
+    return text.replace("](", "] (")
 
 
 def _visible_text(text: str) -> str:
-    """Escape invisible characters line by line, and the syntax of links in SARIF."""
-    return "\n".join(escape_invisible(line) for line in text.split("\n")).replace("](", "] (")
+    return _without_links(escape_invisible(text))
 
 
 def _location(label: SpanLabel) -> dict[str, Any]:
@@ -176,10 +179,9 @@ def _region(span: SourceSpan) -> dict[str, int]:
 
 def _uri(path: Path) -> str:
     """Return a URI, relative to the working folder (in CI the repository's root) for files below it."""
-    full = Path(os.path.abspath(path))
-    below = full.is_relative_to(Path.cwd())
-    quoted = quote(os.fsencode(full.relative_to(Path.cwd()) if below else full))
-    return quoted if below else f"file://{quoted}"
+    shortened = path_below_working_folder(path)
+    quoted = quote(os.fsencode(shortened))
+    return f"file://{quoted}" if shortened.is_absolute() else quoted
 
 
 def _fingerprints(problems: Iterable[LocatedDiagnostic]) -> list[str]:
