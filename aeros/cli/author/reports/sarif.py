@@ -12,6 +12,8 @@ import json
 import os
 from collections import Counter
 from collections.abc import Iterable
+from functools import cache
+from importlib.metadata import metadata
 from pathlib import Path
 from typing import Any, Final
 from urllib.parse import quote
@@ -25,6 +27,7 @@ from aeros.cli.author.reports.result import (
     path_below_working_folder,
 )
 from aeros.spec.diagnostics.codes import CODES, DiagnosticCode, Fix, Severity, SpanLabel
+from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.diagnostics.source import SourceSpan
 
@@ -61,6 +64,7 @@ def as_sarif(result: VerifyResult) -> str:
                 "rules": [_rule(CODES[code]) for code in rules],
             }
         },
+        "automationDetails": {"id": _category(result)},
         "columnKind": "unicodeCodePoints",
         "invocations": [
             {
@@ -71,6 +75,30 @@ def as_sarif(result: VerifyResult) -> str:
         "results": kept,
     }
     return _to_json({"$schema": _SCHEMA, "version": "2.1.0", "runs": [run]})
+
+
+def _category(result: VerifyResult) -> str:
+    """Name the kind of run for code scanning: results of a later run with the same name replace these.
+
+    Runs under different sites do not replace each other.  The slash at the end says that no run is named.
+    """
+    site = result.report.site
+    name = site.name if site.name != str(site.path) else "unreadable-site"
+    return f"aeros/verify/{quote(name, safe='')}/"
+
+
+@cache
+def _repository() -> str:
+    """Return the address of AEROS's repository, which the package's metadata gives.
+
+    Raises:
+        InternalError: the metadata name no repository.
+    """
+    for entry in metadata("aeros").get_all("Project-URL") or ():
+        label, _, address = entry.partition(", ")
+        if label == "Repository":
+            return address.rstrip("/")
+    raise InternalError("the metadata of the package `aeros` names no repository")
 
 
 def _to_json(data: object) -> str:
@@ -106,6 +134,7 @@ def _rule(code: DiagnosticCode) -> dict[str, Any]:
         "name": "".join(word.capitalize() for word in code.slug.split("-")),
         "shortDescription": {"text": code.summary},
         "fullDescription": {"text": sentence},
+        "helpUri": f"{_repository()}/blob/main/docs/codes/{code.id}.md",
         "help": {
             "text": f"{sentence} `aeros explain {code.id}` says more.",
             "markdown": (pages() / f"{code.id}.md").read_text(encoding="utf-8"),
