@@ -97,7 +97,7 @@ def _repository() -> str:
     for entry in metadata("aeros").get_all("Project-URL") or ():
         label, _, address = entry.partition(", ")
         if label == "Repository":
-            return address.rstrip("/")
+            return str(address).rstrip("/")
     raise InternalError("the metadata of the package `aeros` names no repository")
 
 
