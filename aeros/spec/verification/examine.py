@@ -10,7 +10,7 @@ from pathlib import Path
 
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.backends.resource_limit import MAX_TIMEOUTS, QUESTION_SECONDS
-from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, Fix, Severity, SpanLabel
+from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, Severity, SpanLabel
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.elaborate.load import elaborate_source, load_ecm
 from aeros.spec.model.ecm import Ecm
@@ -284,16 +284,8 @@ def diagnostic_of(finding: ObligationResult) -> Diagnostic | None:
         tuple(secondary),
         notes,
         (*help_, *one.help),
-        fix=_fix(finding),
+        fix=finding.fix,
     )
-
-
-def _fix(finding: ObligationResult) -> Fix | None:
-    """Return the repair as an edit of the file, if the envelope stands on one line."""
-    clause = finding.obligation.clause
-    if not finding.repair or clause is None or clause.span.line != clause.span.end_line:
-        return None
-    return Fix(clause.span, finding.repair.partition(": ")[2])
 
 
 def _needless_runtime_checks(ecm: Ecm, findings: Iterable[ObligationResult]) -> Iterator[Diagnostic]:

@@ -11,7 +11,7 @@ from aeros.spec.obligations.obligation import ClaimMode, Obligation
 from aeros.spec.obligations.verdicts import Verdict
 from aeros.spec.verification.discharge import ObligationResult
 from aeros.spec.verification.gate_boundary import gate_boundaries, relevant_envelope
-from aeros.spec.verification.repair import find_repairs
+from aeros.spec.verification.repairs.repair import Repair, find_repairs
 from aeros.spec.verification.unsat_core import find_unsat_core, label_core, label_violated_conjuncts
 
 
@@ -41,7 +41,7 @@ def explain_findings(
     return tuple(
         replace(one, boundary=boundaries[key])
         if key is not None
-        else _explain_finding(one, repairs.get(one.obligation.id, ""), oracle)
+        else _explain_finding(one, repairs.get(one.obligation.id), oracle)
         for key, one in zip(keys, listed, strict=True)
     )
 
@@ -50,7 +50,7 @@ def _boundary_key(obligation: Obligation) -> tuple[int, int]:
     return id(obligation.conclusion), id(obligation.clause) if relevant_envelope(obligation) else 0
 
 
-def _explain_finding(finding: ObligationResult, repair: str, oracle: Oracle) -> ObligationResult:
+def _explain_finding(finding: ObligationResult, repair: Repair | None, oracle: Oracle) -> ObligationResult:
     one = finding.obligation
     if finding.verdict in (Verdict.PROVED, Verdict.UNKNOWN):
         return finding
@@ -61,4 +61,5 @@ def _explain_finding(finding: ObligationResult, repair: str, oracle: Oracle) -> 
             primary, secondary = label_core(one, core)
     elif finding.witness is not None:
         primary, secondary = label_violated_conjuncts(one, finding.witness)
-    return replace(finding, labels=(primary, *secondary), repair=repair)
+    found = replace(finding, labels=(primary, *secondary))
+    return found if repair is None else replace(found, repair=repair.line, fix=repair.fix)

@@ -20,7 +20,8 @@ from aeros.spec.expr.typecheck.check import check, infer
 from aeros.spec.expr.types import BOOL, RealType
 from aeros.spec.expr.units import Unit, exact_decimal, to_unit
 from aeros.spec.model.variables import Declared
-from aeros.spec.verification.condition_text import (
+from aeros.spec.verification.queries import is_implied, is_unsatisfiable
+from aeros.spec.verification.repairs.condition_text import (
     add_bound,
     comparisons_in,
     conjoin_texts,
@@ -29,7 +30,6 @@ from aeros.spec.verification.condition_text import (
     replace_number,
     unit_used_for,
 )
-from aeros.spec.verification.queries import is_implied, is_unsatisfiable
 
 EXTRA_DIGITS = 3  # digits of a searched bound, beyond those the author wrote
 MAX_QUERIES = 300  # for one line; the search for one bound takes some thirty

@@ -13,8 +13,8 @@ from aeros.spec.expr.scope import Scope
 from aeros.spec.expr.types import BOOL, RealType
 from aeros.spec.expr.units import LENGTH, TIME, Unit
 from aeros.spec.model.variables import Declared
-from aeros.spec.verification import edits
-from aeros.spec.verification.edits import ConditionEditor
+from aeros.spec.verification.repairs import edits
+from aeros.spec.verification.repairs.edits import ConditionEditor
 
 SPAN = Source("x", "x").span(0, 1)
 METRE, SECOND = Unit("m", Fraction(1), LENGTH), Unit("s", Fraction(1), TIME)

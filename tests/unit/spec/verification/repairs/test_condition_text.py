@@ -12,7 +12,7 @@ from aeros.spec.expr.parser import parse
 from aeros.spec.expr.types import RealType
 from aeros.spec.expr.units import LENGTH, NUMBER, Unit
 from aeros.spec.model.variables import Declared
-from aeros.spec.verification.condition_text import (
+from aeros.spec.verification.repairs.condition_text import (
     add_bound,
     comparisons_in,
     conjoin_texts,
