@@ -102,7 +102,9 @@ def find_proved_repairs(report: Report, verify: Verify) -> tuple[RepairedManifes
         texts |= edited
         known = found
     repaired = (
-        RepairedManifest(folder / MANIFEST, original[folder], text, _gone(modules[folder], known[folder]))
+        RepairedManifest(
+            folder / MANIFEST, original[folder], text, _mended_errors(modules[folder], known[folder])
+        )
         for folder, text in texts.items()
         if text != original[folder]
     )
@@ -119,11 +121,11 @@ def errors_without_repair(report: Report, repaired: Iterable[RepairedManifest]) 
     Returns:
         The errors in the order of the report.
     """
-    gone = Counter(found for one in repaired for found in one.repaired)
+    repaired_errors = Counter(found for one in repaired for found in one.repaired)
     left = []
     for found in (found for subject in report.subjects for found in _errors(subject)):
-        if gone[found]:
-            gone[found] -= 1
+        if repaired_errors[found]:
+            repaired_errors[found] -= 1
         else:
             left.append(found)
     return left
@@ -141,15 +143,15 @@ def _new_errors(before: SubjectReport, after: SubjectReport) -> Counter[tuple[st
     return Counter(map(_identity, _errors(after))) - Counter(map(_identity, _errors(before)))
 
 
-def _gone(before: SubjectReport, after: SubjectReport) -> tuple[Diagnostic, ...]:
+def _mended_errors(before: SubjectReport, after: SubjectReport) -> tuple[Diagnostic, ...]:
     left = Counter(map(_identity, _errors(after)))
-    gone = []
+    mended = []
     for found in _errors(before):
         if left[_identity(found)]:
             left[_identity(found)] -= 1
         else:
-            gone.append(found)
-    return tuple(gone)
+            mended.append(found)
+    return tuple(mended)
 
 
 def _is_mended(before: SubjectReport, after: SubjectReport) -> bool:

@@ -57,7 +57,9 @@ def test_fix_writes_proves_again_and_makes_the_certificate(
     assert capsys.readouterr().out == ""
 
 
-def test_what_has_no_repair_is_listed_and_rejected(module: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_error_without_a_repair_is_listed_and_rejected(
+    module: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     manifest = module / "ecm.yaml"
     manifest.write_text(manifest.read_text().replace("risk: medium", "risk: high"))
     assert run(module, "--fix") == Exit.REJECTED

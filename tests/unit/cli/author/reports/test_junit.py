@@ -87,7 +87,7 @@ def test_the_counts_of_the_shipped_modules_are_those_of_the_text() -> None:
     assert_counts_of_text(VerifyResult(report))
 
 
-def test_what_fails_for_the_reason_of_another_obligation_is_skipped() -> None:
+def test_an_obligation_that_fails_for_the_reason_of_another_is_skipped() -> None:
     result = result_of("vacuous")
     suites = {one.attrib["name"]: one for one in suites_of(as_junit(result))}
     suite = suites["envelope_that_holds_nothing"]
