@@ -109,7 +109,7 @@ def examine_module(
         *interface_obligations(ecm, site),
         *closed_loop_obligations(ecm, site),
     )
-    settled, findings = _discharge_and_explain(claims, site, oracle)
+    settled, findings = _discharge_and_explain(claims, site, oracle, _readable_variables(ecm, site))
     before_summaries, settled_summaries = (
         tuple(map(summarize_static_claim, before)),
         tuple(map(summarize_static_claim, settled)),
@@ -205,6 +205,12 @@ def _verify_in_worker(folder: Path) -> ModuleFindings:
     return replace(examine_module(folder, *_WORKER_STATE["site"]), findings=None)
 
 
+def _readable_variables(ecm: Ecm, site: Site) -> frozenset[str]:
+    """Return the site's state variables of which a module may use the sensors."""
+    sensors = ecm.requested_access.sensors
+    return frozenset(name for name, one in site.state.items() if one.sensor is None or one.sensor in sensors)
+
+
 def _summarize_finding(finding: ObligationResult) -> ClaimSummary:
     one = finding.obligation
     witness = None if finding.witness is None else tuple(finding.witness.lines())
@@ -213,12 +219,15 @@ def _summarize_finding(finding: ObligationResult) -> ClaimSummary:
 
 
 def _discharge_and_explain(
-    claims: Iterable[Obligation | StaticClaim], site: Site, oracle: Oracle
+    claims: Iterable[Obligation | StaticClaim],
+    site: Site,
+    oracle: Oracle,
+    readable: frozenset[str] = frozenset(),
 ) -> tuple[tuple[StaticClaim, ...], tuple[ObligationResult, ...]]:
     listed = list(claims)
     open_ = [claim for claim in listed if isinstance(claim, Obligation)]
     settled = tuple(claim for claim in listed if isinstance(claim, StaticClaim))
-    return settled, explain_findings(discharge_obligations(open_, oracle), site, oracle)
+    return settled, explain_findings(discharge_obligations(open_, oracle), site, oracle, readable)
 
 
 def _diagnostics(

@@ -38,7 +38,7 @@ class Repair:
 
 
 def find_repairs(
-    findings: Iterable[ObligationResult], site: Site, oracle: Oracle
+    findings: Iterable[ObligationResult], site: Site, oracle: Oracle, readable: frozenset[str] = frozenset()
 ) -> Mapping[ClaimId, Repair]:
     """Find the repaired line for each refuted obligation of an envelope.
 
@@ -46,6 +46,7 @@ def find_repairs(
         findings: results of obligations.
         site: the site.
         oracle: solver with its budget.
+        readable: names of the state variables that a repaired line may read.
 
     Returns:
         The repair by the id of each refuted obligation that it repairs.
@@ -64,7 +65,10 @@ def find_repairs(
         clause = obligations[0].clause
         if clause is None or not_dead is None or not_dead.verdict is not Verdict.PROVED:
             continue
-        repaired = _repair_clause(clause, obligations, not_dead.obligation, site, oracle)
+        declared = obligations[0].space.variables
+        scope = scope_over(site, declared)
+        editor = ConditionEditor(scope, declared, oracle.with_reduced_budget(50), readable)
+        repaired = _repair_clause(clause, obligations, not_dead.obligation, editor, oracle)
         if repaired is not None:
             text, done = repaired
             line = f"{clause.kind_name or kind}: {_quoted(' '.join(text.split()), clause)}"
@@ -73,11 +77,13 @@ def find_repairs(
 
 
 def _repair_clause(
-    clause: ActionCondition, obligations: list[Obligation], not_dead: Obligation, site: Site, oracle: Oracle
+    clause: ActionCondition,
+    obligations: list[Obligation],
+    not_dead: Obligation,
+    editor: ConditionEditor,
+    oracle: Oracle,
 ) -> tuple[str, list[Obligation]] | None:
     """Return the text with the edits that repair obligations, and these obligations; all of it proved."""
-    declared = obligations[0].space.variables
-    editor = ConditionEditor(scope_over(site, declared), declared, oracle.with_reduced_budget(50))
     text = clause.text
     repaired: list[Obligation] = []
     for one in obligations:

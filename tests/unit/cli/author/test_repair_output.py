@@ -38,7 +38,7 @@ def test_diff_prints_the_diff_alone_and_writes_nothing(
     assert changed[0] == "--- quick/ecm.yaml"
     first, second = shown.err.splitlines()
     assert first == "would repair 1 error in 1 file"
-    assert second.lstrip().startswith("quick/ecm.yaml:19:13: AE501 ")
+    assert second.lstrip().startswith("quick/ecm.yaml:19:66: AE501 ")
     assert (module / "ecm.yaml").read_bytes() == before
     assert not (module / "ecm.lock").exists()
 

@@ -60,7 +60,7 @@ CASES = [
     ("turn", "-100 deg < angle < 1.7 rad", "-100 deg < angle < 1.7 rad and abs(angle) < 90 deg"),
     ("carry", "gait <= 101 mm/s", "gait <= 100 mm/s"),
     ("carry", "gait <= 0.1012 m/s", "gait <= 0.1 m/s"),
-    ("approach", "true", "pace <= 0.1 m/s"),
+    ("approach", "true", "person_near implies pace <= slow"),
     ("wipe", "pressure <= 5 N", "pressure <= 2 N"),
     ("wipe", "tool != knife and pressure <= 15 N", "tool != knife and pressure <= 10 N"),
     (
@@ -149,7 +149,7 @@ def test_a_fault_beyond_repair_does_not_prevent_other_repairs(judge: Judge) -> N
     report = judge("approach", "pace <= 200 mm/s", permission="table_tidy")
     mended = [str(one.obligation.id) for one in report.findings if one.repair]
     assert mended == ["safety/tidy/approach/slow-near-person"]
-    assert repairs(report) == {"approach: pace <= 100 mm/s"}
+    assert repairs(report) == {"approach: pace <= 200 mm/s and (person_near implies pace <= slow)"}
 
 
 def test_no_line_is_offered_that_allows_nothing(judge: Judge) -> None:
