@@ -12,6 +12,7 @@ from aeros.spec.backends.oracle import Oracle
 from aeros.spec.backends.resource_limit import MAX_TIMEOUTS, QUESTION_SECONDS
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, Severity, SpanLabel
 from aeros.spec.diagnostics.source import Source
+from aeros.spec.diagnostics.unknown_names import merge_unknown_names
 from aeros.spec.elaborate.load import elaborate_source, load_ecm
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.operator_settings import NO_SETTINGS, OperatorSettings
@@ -65,7 +66,7 @@ def examine_site(
     diagnostics, path = Diagnostics(), Path(source.path)
     site = elaborate_source(source, diagnostics)
     if site is None:
-        return None, SubjectReport(str(path), path, Conclusion.REJECTED, tuple(diagnostics))
+        return None, SubjectReport(str(path), path, Conclusion.REJECTED, merge_unknown_names(diagnostics))
     site = settings.applied_to(site)
     settled, findings = _discharge_and_explain(
         (*policy_obligations(site), *joint_policy_obligations(site)), site, oracle
@@ -92,7 +93,7 @@ def examine_module(
     diagnostics = Diagnostics()
     loaded = load_ecm(folder, site, diagnostics, surroundings)
     if loaded is None:
-        return ModuleFindings(None, tuple(diagnostics))
+        return ModuleFindings(None, merge_unknown_names(diagnostics))
     ecm = loaded.ecm
     site = site.with_modules(ecm.with_owners)
     presence, files = summarize_module(ecm), read_skill_files(ecm.folder, loaded.code)
