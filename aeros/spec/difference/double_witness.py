@@ -32,11 +32,8 @@ def witness_of_doubles(witness: Witness, shows: Callable[[Mapping[str, Value]], 
     if shows({name: _rounded(value, _nearest) for name, value in witness.values.items()}):
         return witness
     for attempt in range(_ATTEMPTS):
-        chance = random.Random(attempt)  # noqa: S311  picks neighbours, guards nothing
-        doubles = {
-            name: _rounded(value, lambda part, chance=chance: chance.choice(adjacent_doubles(part)))
-            for name, value in witness.values.items()
-        }
+        neighbour = _random_neighbour(attempt)
+        doubles = {name: _rounded(value, neighbour) for name, value in witness.values.items()}
         decimals = {name: _rounded(value, _shortest_decimal) for name, value in doubles.items()}
         if shows(doubles) and shows(decimals):
             return replace(witness, values=decimals)
@@ -47,6 +44,11 @@ def _nearest(part: Fraction) -> float:
     return float(part)
 
 
+def _random_neighbour(seed: int) -> Callable[[Fraction], float]:
+    chance = random.Random(seed)  # noqa: S311  picks neighbours, guards nothing
+    return lambda part: chance.choice(adjacent_doubles(part))
+
+
 def _shortest_decimal(part: Fraction) -> Fraction:
     return Fraction(repr(float(part)))
 
@@ -54,5 +56,6 @@ def _shortest_decimal(part: Fraction) -> Fraction:
 def _rounded(value: Value, rounding: Callable[[Fraction], float | Fraction]) -> Value:
     """Round each number of a value; others stay."""
     if isinstance(value, tuple):
-        return tuple(Fraction(rounding(part)) if isinstance(part, Fraction) else part for part in value)
+        numbers = tuple(Fraction(rounding(part)) for part in value if isinstance(part, Fraction))
+        return numbers or value  # a tuple of truth values has no numbers
     return Fraction(rounding(value)) if isinstance(value, Fraction) else value
