@@ -117,7 +117,7 @@ def examine_module(
     )
     return ModuleFindings(
         presence,
-        (*diagnostics, *diagnostics_of(before_summaries)),
+        (*diagnostics, *_without_empty_envelopes(diagnostics_of(before_summaries), findings)),
         ListedClaims(before_summaries, (*settled_summaries, *map(_summarize_finding, findings))),
         (*_diagnostics(settled, findings), *_needless_runtime_checks(ecm, findings)),
         findings=(ecm, before, settled, findings),
@@ -204,6 +204,25 @@ def _init_worker(
 
 def _verify_in_worker(folder: Path) -> ModuleFindings:
     return replace(examine_module(folder, *_WORKER_STATE["site"]), findings=None)
+
+
+def _without_empty_envelopes(
+    problems: Iterable[Diagnostic], findings: Iterable[ObligationResult]
+) -> Iterator[Diagnostic]:
+    """Leave out actions of code that are outside of an envelope without any action: that is reported itself."""
+    empty = [
+        one.obligation.primary.span
+        for one in findings
+        if one.verdict is Verdict.VACUOUS and one.obligation.code == "AE503"
+    ]
+    for problem in problems:
+        parts = [label.span for label in problem.secondary] if problem.code == "AE148" else []
+        if not any(
+            span.source == part.source and span.start <= part.start and part.end <= span.end
+            for span in empty
+            for part in parts
+        ):
+            yield problem
 
 
 def _readable_variables(ecm: Ecm, site: Site) -> frozenset[str]:
