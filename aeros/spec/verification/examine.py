@@ -209,7 +209,7 @@ def _verify_in_worker(folder: Path) -> ModuleFindings:
 def _without_empty_envelopes(
     problems: Iterable[Diagnostic], findings: Iterable[ObligationResult]
 ) -> Iterator[Diagnostic]:
-    """Leave out actions of code that are outside of an envelope without any action: that is reported itself."""
+    """Leave out actions of code outside of an envelope that has none: the envelope is reported itself."""
     empty = [
         one.obligation.primary.span
         for one in findings

@@ -58,7 +58,7 @@ def test_a_single_use_and_other_errors_stay() -> None:
     assert merge_unknown_names([other, single, other]) == (other, single, other)
 
 
-def test_names_are_told_apart() -> None:
+def test_different_names_stay_different() -> None:
     text = "a: first first\nb: second second\n"
     merged = merge_unknown_names([*uses(text, "first"), *uses(text, "second", "AE122")])
     assert [one.primary.span.text for one in merged if one.primary] == ["first", "second"]
