@@ -106,7 +106,7 @@ MARKED: Final = {
         "unit/spec/difference",
         "unit/spec/verification/test_certificate.py",
         "unit/spec/verification/test_proof_cache.py",
-        "unit/spec/verification/test_repair.py",
+        "unit/spec/verification/repairs/test_repair.py",
         "unit/spec/verification/test_verify_reports.py",
     ),
 }

@@ -29,6 +29,7 @@ _COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "tasks": ("run.tasks", "list the tasks that can be asked for, or show how an instruction is understood"),
     "plan": ("author.plan", "plan for a goal from declared preconditions and outcomes, without running it"),
     "decide": ("run.decide", "decide action requests, one per line of JSON"),
+    "test": ("author.site_tests.command", "compare decisions and verdicts with those that tests expect"),
     "diff": ("author.diff", "compare two policies: newly allowed and newly denied actions"),
     "audit": ("records.audit", "verify, show and replay the audit log of a run"),
     "report": ("records.report", "write a finished run as one HTML page"),
@@ -60,10 +61,7 @@ _COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "migrate": ("project.migrate", "rewrite files of older AEROS versions to the current format"),
     "site": ("author.site", "list the names of a site: volumes, cameras, variables, actions, limits"),
     "new": ("author.new", "create a new module from a template"),
-    "schema": (
-        "author.schema",
-        "print the JSON Schema of manifests, sites, overlays, people, faults, scenes or reports",
-    ),
+    "schema": ("author.schema", "print the JSON Schema of the files that people write, and of reports"),
 }
 """Module below `aeros.cli` and summary of each command; a module is imported only to run a command of it."""
 

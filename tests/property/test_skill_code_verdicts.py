@@ -135,7 +135,9 @@ def _askings_are_judged(body: list[str], helped: list[str], envelope: frozenset[
         _module(*envelope), SITE, read_skill_files("", {"skills.py": code.encode()})
     )
     found = {str(one.id): one.diagnostic for one in claims}["form/tidy/asks"]
-    assert found is None or found.code == "AE133"
+    # The site has no state variables, which is said only where each action is declared.
+    is_declared = found is None or found.code == "AE147"
+    assert is_declared or (found is not None and found.code == "AE133")
 
     def act(kind: str, **parameters: Any) -> tuple[str, frozenset[str]]:
         return kind, frozenset(parameters)
@@ -148,7 +150,7 @@ def _askings_are_judged(body: list[str], helped: list[str], envelope: frozenset[
         for action in scope["tidy"]({"a": a, "b": b}, None)
     }
     fine = all(kind in envelope and parameters <= {"speed"} for kind, parameters in asked)
-    ASKS.compare("AE133", proved=found is None, expected=fine)
+    ASKS.compare("AE133", proved=is_declared, expected=fine)
 
 
 _DOORS = {"open", "eval", "exec", "getattr", "globals", "print"}

@@ -147,18 +147,25 @@ def _step(name: str) -> dict[str, Any]:
     return step
 
 
-def _acted(repository: Path, **inputs: str) -> tuple[int, str, dict[str, Any] | None]:
-    """Run the step `verify` of the action; return exit code, its outputs, and the SARIF log."""
+def _run_action(repository: Path, **inputs: str) -> tuple[subprocess.CompletedProcess[str], str]:
+    """Run the step `verify` of the action; return the run of its script and its outputs."""
     sarif, outputs = repository.parent / "aeros.sarif", repository.parent / "outputs"
     sarif.unlink(missing_ok=True)
     outputs.write_text("")
     given = {name: str(one["default"]) for name, one in _ACTION["inputs"].items()} | inputs
     variables = {"PATHS": given["paths"], "SITE": given["site"], "CHECK": given["check"], "SARIF": str(sarif)}
+    variables |= {"UPLOAD": given["upload"], "ANNOTATIONS": str(repository.parent / "aeros.annotations")}
     assert variables.keys() == _step("verify")["env"].keys()
     script = ("bash", "--noprofile", "--norc", "-e", "-o", "pipefail", "-c", _step("verify")["run"])
-    done = _run(repository, *script, **variables, GITHUB_OUTPUT=str(outputs))
+    return _run(repository, *script, **variables, GITHUB_OUTPUT=str(outputs)), outputs.read_text()
+
+
+def _acted(repository: Path, **inputs: str) -> tuple[int, str, dict[str, Any] | None]:
+    """Run the step `verify` of the action; return exit code, its outputs, and the SARIF log."""
+    done, outputs = _run_action(repository, **inputs)
+    sarif = repository.parent / "aeros.sarif"
     log = json.loads(sarif.read_text()) if sarif.exists() else None
-    return done.returncode, outputs.read_text(), log
+    return done.returncode, outputs, log
 
 
 def test_the_action_verifies_and_leaves_a_log_to_upload(repository: Path) -> None:
@@ -184,6 +191,16 @@ def test_the_action_fails_and_still_leaves_its_log(repository: Path) -> None:
 def test_the_action_does_not_upload_what_was_not_written(repository: Path) -> None:
     assert _acted(repository, paths="nowhere") == (2, "", None)
     assert "steps.verify.outputs.sarif != ''" in _step("upload")["if"]
+
+
+def test_the_action_prints_annotations_if_it_does_not_upload(repository: Path) -> None:
+    manifest = repository / "ecms" / "left_to_the_gate" / "ecm.yaml"
+    manifest.write_text(manifest.read_text().replace("    gated: [slow-near-person]\n", ""))
+    done, outputs = _run_action(repository, paths="ecms", site="cell.yaml", check="false", upload="false")
+    assert (done.returncode, outputs) == (1, "")
+    lines = done.stdout.splitlines()
+    assert lines[0].startswith("error[AE501] ")
+    assert lines[-1].startswith("::error file=ecms/left_to_the_gate/ecm.yaml,line=")
 
 
 def test_the_action_is_well_formed() -> None:

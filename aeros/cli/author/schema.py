@@ -1,4 +1,4 @@
-"""`aeros schema`: print the JSON Schema of manifests, sites, overlays, people, faults, scenes or reports."""
+"""`aeros schema`: print the JSON Schema of the files that people write, and of reports."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ examples:
   aeros schema people > .vscode/people.schema.json  the same for a people file
   aeros schema faults > faults.schema.json        the same for a faults file
   aeros schema scene > scene.schema.json          the same for a scene file
+  aeros schema tests > tests.schema.json          the same for a file of `aeros test`
   aeros schema report                             the output of `aeros verify --format json`
 """
 

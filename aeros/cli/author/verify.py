@@ -7,7 +7,7 @@ import gc
 import os
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -52,12 +52,14 @@ examples:
   aeros verify ecms/ --format json            for programs; `aeros schema report` prints its schema
   aeros verify ecms/ --format sarif --output verify.sarif
                                               text, and a file for code scanning
+  aeros verify ecms/ --format github          annotations on the lines of a pull request
   aeros verify ecms/ --check                  write nothing; fail if a certificate is missing or stale
+  aeros verify ecms/ --diff                   show proved repairs; `--fix` writes them
   aeros verify ecms/ --second-solver cvc5     check every obligation with cvc5 too
   aeros verify ecms/ --strict                 and how each question is written; exit 3 if cvc5 leaves one open
 """
 
-_FORMATS: Final = ("text", "json", "sarif", "junit")
+_FORMATS: Final = ("text", "json", "sarif", "junit", "github")
 
 
 def add_to(commands: Subparsers) -> None:
@@ -84,6 +86,15 @@ def add_to(commands: Subparsers) -> None:
         "--check", action="store_true", help=f"do not write {LOCK}, but require it to be current"
     )
     parser.add_argument("--no-lock", action="store_true", help=f"neither write nor require {LOCK}")
+    repairs = parser.add_mutually_exclusive_group()
+    repairs.add_argument(
+        "--fix", action="store_true", help="write proved repairs into the manifests, and verify them again"
+    )
+    repairs.add_argument(
+        "--diff",
+        action="store_true",
+        help="print proved repairs as a diff, and write nothing; exit with 1 if there are any",
+    )
     add_module_settings(parser)
     add_solver_limits(parser)
     parser.add_argument("--no-cache", action="store_true", help="do not use cached solver answers")
@@ -109,8 +120,19 @@ def add_to(commands: Subparsers) -> None:
 
 
 def _command(arguments: argparse.Namespace) -> Exit:
+    _require_consistent(arguments)
     try:
         report = _verify(arguments)
+        if arguments.diff:
+            from aeros.cli.author.repair_output import print_repairs  # most runs do not need it
+
+            return print_repairs(report, lambda folders: _verify_briefly(arguments, folders))
+        summary = ""
+        if arguments.fix:
+            from aeros.cli.author.repair_output import write_repairs
+
+            summary, is_changed = write_repairs(report, lambda folders: _verify_briefly(arguments, folders))
+            report = _verify(arguments) if is_changed else report
     except DisagreementError as error:
         print_diagnostics(_disagreement(error))
         return Exit.INTERNAL_ERROR
@@ -124,12 +146,26 @@ def _command(arguments: argparse.Namespace) -> Exit:
         print_coloured(as_text(result, colour=sys.stdout.isatty()))
     else:
         print(as_asked(result))
+    if summary:
+        print(summary, file=sys.stdout if in_text else sys.stderr)
     stale = any(problem.diagnostic.severity is Severity.ERROR for problem in locks)
     if report.conclusion is Conclusion.PROVED and stale:
         return Exit.REJECTED
     if report.conclusion is Conclusion.PROVED and arguments.strict and not report.is_confirmed:
         return Exit.UNDECIDED
     return exit_for(report.conclusion)
+
+
+def _require_consistent(arguments: argparse.Namespace) -> None:
+    """Refuse options that contradict each other.
+
+    Raises:
+        UsageError: repairs are asked for with an option that excludes them.
+    """
+    if arguments.fix and arguments.check:
+        raise UsageError("--fix writes repairs and --check writes nothing: give one of them")
+    if arguments.diff and (arguments.format != "text" or arguments.output is not None):
+        raise UsageError("--diff prints a diff and no report: leave out --format and --output")
 
 
 def _second_solver(arguments: argparse.Namespace) -> SecondSolver | None:
@@ -145,6 +181,12 @@ def _second_solver(arguments: argparse.Namespace) -> SecondSolver | None:
             raise UsageError(f"--strict asks cvc5, and {error}") from error
     solver: SecondSolver | None = arguments.second_solver
     return solver
+
+
+def _verify_briefly(arguments: argparse.Namespace, folders: Sequence[Path]) -> Report:
+    """Verify modules in other folders by Z3 alone."""
+    options = {**vars(arguments), "paths": folders, "second_solver": None, "strict": False}
+    return _verify(argparse.Namespace(**options))
 
 
 def _verify(arguments: argparse.Namespace) -> Report:
@@ -193,6 +235,10 @@ def _renderer(name: str) -> Callable[[VerifyResult], str]:
             from aeros.cli.author.reports.junit import as_junit
 
             return as_junit
+        case "github":
+            from aeros.cli.author.reports.github import as_github
+
+            return as_github
         case _:
             return as_text
 

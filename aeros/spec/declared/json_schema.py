@@ -11,6 +11,7 @@ import inspect
 from typing import Any, Final, get_args, get_origin
 
 from aeros.spec.declared import ecm, faults, people, scene, site
+from aeros.spec.declared.testing import site_tests
 from aeros.spec.migrations.formats import format_named
 from aeros.spec.text.fields import (
     PATTERNS,
@@ -32,6 +33,7 @@ FILES: Final[dict[str, type]] = {
     "people": people.People,
     "faults": faults.Faults,
     "scene": scene.Scene,
+    "tests": site_tests.SiteTests,
 }
 """The declared files, by the name of their schema."""
 
@@ -42,6 +44,7 @@ _TITLES: Final = {
     "people": "AEROS people file",
     "faults": "AEROS faults file",
     "scene": "AEROS scene file",
+    "tests": "AEROS tests of a site",
 }
 
 

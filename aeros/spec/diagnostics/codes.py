@@ -132,6 +132,11 @@ _TABLE: Final = (
     ),
     DiagnosticCode("AE144", "import-cycle", "form", "files of a module import each other in a circle"),
     DiagnosticCode("AE145", "shared-memory", "form", "a value that comes from memory is public or shared"),
+    DiagnosticCode("AE146", "lost-action", "form", "skill code makes an action and does not ask for it"),
+    DiagnosticCode(
+        "AE147", "unknown-key", "form", "skill code reads an observation or input that it never gets"
+    ),
+    DiagnosticCode("AE148", "always-denied", "form", "skill code asks for an action outside of its envelope"),
     # AE2xx: the expression language
     DiagnosticCode("AE201", "expression-syntax", "form", "an expression cannot be parsed"),
     DiagnosticCode("AE202", "unknown-name", "form", "an expression uses a name that is not declared"),

@@ -7,15 +7,19 @@ is replayed. A state variable that one side does not declare may have any value 
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import partial
+from typing import Final
 
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.diagnostics.source import SourceSpan
+from aeros.spec.difference.double_witness import witness_of_doubles
 from aeros.spec.difference.policy_change import PolicyChange, Relation, bounds_relation, diagnostic_for
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.semantics import Value, is_true
 from aeros.spec.expr.types import FamilyType, RealType, VectorType
 from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.claim_id import ClaimForm
@@ -23,6 +27,10 @@ from aeros.spec.obligations.obligation import ClaimMode, Obligation, VariableSpa
 from aeros.spec.obligations.verdicts import Verdict
 from aeros.spec.verification.discharge import ObligationResult, discharge_obligations
 from aeros.spec.verification.witness import Witness
+
+_BETWEEN_DOUBLES: Final = (
+    "these values lie between doubles, and the doubles next to them show no difference; the gate gets doubles"
+)
 
 
 @dataclass(frozen=True)
@@ -99,8 +107,14 @@ def compare_sets(subject: str, what: str, old: ComparedSet, new: ComparedSet, or
         for relation, one in found.items()
         if one is not None and one.verdict is Verdict.REFUTED and one.witness is not None
     }
-    diagnostics = [_diagnostic(relation, what, witness, old, new) for relation, witness in shown.items()]
-    witnesses = {direction.value: witness for direction, witness in shown.items()}
+    sides = {Relation.NEWLY_ALLOWED: (after, before), Relation.NEWLY_DENIED: (before, after)}
+    diagnostics: list[Diagnostic] = []
+    witnesses: dict[str, Witness] = {}
+    for relation, witness in shown.items():
+        of_doubles = witness_of_doubles(witness, partial(_shows, *sides[relation]))
+        witnesses[relation.value] = of_doubles or witness
+        notes = () if of_doubles else (_BETWEEN_DOUBLES,)
+        diagnostics.append(_diagnostic(relation, what, witnesses[relation.value], old, new, notes))
     relation = bounds_relation(Relation.NEWLY_ALLOWED in shown, Relation.NEWLY_DENIED in shown)
     unknown = [one for one in found.values() if one is not None and one.verdict is Verdict.UNKNOWN]
     if unknown:
@@ -109,6 +123,13 @@ def compare_sets(subject: str, what: str, old: ComparedSet, new: ComparedSet, or
         note = f"the solver said: {unknown[0].reason}"
         diagnostics.append(diagnostic_for(relation, headline, old.labels("old"), new.labels("new"), (note,)))
     return PolicyChange(subject, relation, tuple(diagnostics), witnesses)
+
+
+def _shows(more: Iterable[SetCondition], less: Iterable[SetCondition], values: Mapping[str, Value]) -> bool:
+    """Tell if values are a member of `more` and not of `less`."""
+    return all(is_true(one.term, values) for one in more) and not all(
+        is_true(one.term, values) for one in less
+    )
 
 
 def _align_empty_side(side: ComparedSet, other: ComparedSet) -> ComparedSet:
@@ -144,7 +165,12 @@ def _subset_check(
 
 
 def _diagnostic(
-    relation: Relation, what: str, witness: Witness, old: ComparedSet, new: ComparedSet
+    relation: Relation,
+    what: str,
+    witness: Witness,
+    old: ComparedSet,
+    new: ComparedSet,
+    further_notes: tuple[str, ...] = (),
 ) -> Diagnostic:
     """Show the values of the witness that the changed conditions depend on."""
     before, after = ([one.term for one in side.conditions] for side in (old, new))
@@ -159,7 +185,7 @@ def _diagnostic(
         notes.append(f"`--format json` shows all {len(lines)} values of this witness")
     headline = f"{what} is {relation.value}"
     return diagnostic_for(
-        relation, headline, old.labels("old", removed), new.labels("new", added), tuple(notes)
+        relation, headline, old.labels("old", removed), new.labels("new", added), (*notes, *further_notes)
     )
 
 

@@ -46,6 +46,7 @@ SCENE: Final = Format(
         ),
     ),
 )
+TESTS: Final = Format("tests", "tests of a site", (), Kind.YAML, _FIRST)
 CERTIFICATE: Final = Format(
     name="certificate",
     title="certificate of a module",
@@ -216,7 +217,7 @@ AUDIT_CHECKPOINT: Final = Format(
 )
 
 FORMATS: Final = (
-    *(ECM, SITE, OVERLAY, PEOPLE, FAULTS, SCENE),
+    *(ECM, SITE, OVERLAY, PEOPLE, FAULTS, SCENE, TESTS),
     CERTIFICATE,
     *(CHECKPOINT, RUN, LATEST_RUN, IDENTITY, PHASE, QUARANTINE, CRASHES, MEMORY),
     REGISTRY,

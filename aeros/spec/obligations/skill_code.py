@@ -32,6 +32,7 @@ from aeros.spec.obligations.skill_syntax.allowed_names import (
 from aeros.spec.obligations.skill_syntax.allowed_syntax import Refusal, first_refusal
 from aeros.spec.obligations.skill_syntax.bound_names import bound_names, names_bound_by
 from aeros.spec.obligations.skill_syntax.changed_values import first_change_of_actions
+from aeros.spec.obligations.skill_syntax.code_mistakes import first_code_mistake
 from aeros.spec.obligations.skill_syntax.neighbour_errors import import_cycle_error, missing_neighbour_error
 from aeros.spec.obligations.skill_syntax.neighbours import (
     ModuleFiles,
@@ -90,10 +91,10 @@ def skill_code_obligations(
         yield StaticClaim(ClaimForm.CODE_ASKS_PLAINLY(path), _action_calls_are_readable(path, skill_files))
         for skill in ecm.skills.values():
             if path == f"{skill.module_name}.py":
-                yield StaticClaim(
-                    ClaimForm.SKILL_ASKS_WITHIN_ENVELOPE(skill.id),
-                    _requests_within_envelope(skill, ecm.names, site, readable),
-                )
+                mistake = _requests_within_envelope(skill, ecm.names, site, readable)
+                if mistake is None:
+                    mistake = first_code_mistake(skill, ecm, site, readable)
+                yield StaticClaim(ClaimForm.SKILL_ASKS_WITHIN_ENVELOPE(skill.id), mistake)
     if any(True for file in readable.values() for _ in neighbour_imports(file.tree)):
         yield StaticClaim(ClaimForm.CODE_IS_ACYCLIC(), import_cycle_error(readable))
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from aeros.spec.backends.oracle import Oracle, PosedQuestion
 from aeros.spec.backends.solver_results import Question, SatResult, SolverAnswer
-from aeros.spec.diagnostics.codes import SpanLabel
+from aeros.spec.diagnostics.codes import Fix, SpanLabel
 from aeros.spec.expr import terms as t
 from aeros.spec.model.variables import ranges_of, relevant_facts
 from aeros.spec.obligations.obligation import ClaimMode, Obligation
@@ -31,7 +31,8 @@ class ObligationResult:
             something can hold, an example; replayed through `aeros.spec.expr.semantics`.
         reason: reason for the verdict UNKNOWN.
         labels: places at fault, the primary one first; where empty, the obligation's own labels are shown.
-        repair: the line to write in place of a refuted envelope, or empty.
+        repair: the line to write in place of a refuted condition, or empty.
+        fix: the repair as an edit of the file, if that is known.
         boundary: for a runtime-checked claim, the condition under which the gate allows an action.
     """
 
@@ -41,6 +42,7 @@ class ObligationResult:
     reason: str = ""
     labels: tuple[SpanLabel, ...] = ()
     repair: str = ""
+    fix: Fix | None = None
     boundary: str = ""
 
     @property

@@ -10,8 +10,9 @@ from pathlib import Path
 
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.backends.resource_limit import MAX_TIMEOUTS, QUESTION_SECONDS
-from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, Fix, Severity, SpanLabel
+from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, Severity, SpanLabel
 from aeros.spec.diagnostics.source import Source
+from aeros.spec.diagnostics.unknown_names import merge_unknown_names
 from aeros.spec.elaborate.load import elaborate_source, load_ecm
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.operator_settings import NO_SETTINGS, OperatorSettings
@@ -65,7 +66,7 @@ def examine_site(
     diagnostics, path = Diagnostics(), Path(source.path)
     site = elaborate_source(source, diagnostics)
     if site is None:
-        return None, SubjectReport(str(path), path, Conclusion.REJECTED, tuple(diagnostics))
+        return None, SubjectReport(str(path), path, Conclusion.REJECTED, merge_unknown_names(diagnostics))
     site = settings.applied_to(site)
     settled, findings = _discharge_and_explain(
         (*policy_obligations(site), *joint_policy_obligations(site)), site, oracle
@@ -92,7 +93,7 @@ def examine_module(
     diagnostics = Diagnostics()
     loaded = load_ecm(folder, site, diagnostics, surroundings)
     if loaded is None:
-        return ModuleFindings(None, tuple(diagnostics))
+        return ModuleFindings(None, merge_unknown_names(diagnostics))
     ecm = loaded.ecm
     site = site.with_modules(ecm.with_owners)
     presence, files = summarize_module(ecm), read_skill_files(ecm.folder, loaded.code)
@@ -109,14 +110,14 @@ def examine_module(
         *interface_obligations(ecm, site),
         *closed_loop_obligations(ecm, site),
     )
-    settled, findings = _discharge_and_explain(claims, site, oracle)
+    settled, findings = _discharge_and_explain(claims, site, oracle, _readable_variables(ecm, site))
     before_summaries, settled_summaries = (
         tuple(map(summarize_static_claim, before)),
         tuple(map(summarize_static_claim, settled)),
     )
     return ModuleFindings(
         presence,
-        (*diagnostics, *diagnostics_of(before_summaries)),
+        (*diagnostics, *_without_empty_envelopes(diagnostics_of(before_summaries), findings)),
         ListedClaims(before_summaries, (*settled_summaries, *map(_summarize_finding, findings))),
         (*_diagnostics(settled, findings), *_needless_runtime_checks(ecm, findings)),
         findings=(ecm, before, settled, findings),
@@ -205,6 +206,31 @@ def _verify_in_worker(folder: Path) -> ModuleFindings:
     return replace(examine_module(folder, *_WORKER_STATE["site"]), findings=None)
 
 
+def _without_empty_envelopes(
+    problems: Iterable[Diagnostic], findings: Iterable[ObligationResult]
+) -> Iterator[Diagnostic]:
+    """Leave out actions of code outside of an envelope that has none: the envelope is reported itself."""
+    empty = [
+        one.obligation.primary.span
+        for one in findings
+        if one.verdict is Verdict.VACUOUS and one.obligation.code == "AE503"
+    ]
+    for problem in problems:
+        parts = [label.span for label in problem.secondary] if problem.code == "AE148" else []
+        if not any(
+            span.source == part.source and span.start <= part.start and part.end <= span.end
+            for span in empty
+            for part in parts
+        ):
+            yield problem
+
+
+def _readable_variables(ecm: Ecm, site: Site) -> frozenset[str]:
+    """Return the site's state variables of which a module may use the sensors."""
+    sensors = ecm.requested_access.sensors
+    return frozenset(name for name, one in site.state.items() if one.sensor is None or one.sensor in sensors)
+
+
 def _summarize_finding(finding: ObligationResult) -> ClaimSummary:
     one = finding.obligation
     witness = None if finding.witness is None else tuple(finding.witness.lines())
@@ -213,12 +239,15 @@ def _summarize_finding(finding: ObligationResult) -> ClaimSummary:
 
 
 def _discharge_and_explain(
-    claims: Iterable[Obligation | StaticClaim], site: Site, oracle: Oracle
+    claims: Iterable[Obligation | StaticClaim],
+    site: Site,
+    oracle: Oracle,
+    readable: frozenset[str] = frozenset(),
 ) -> tuple[tuple[StaticClaim, ...], tuple[ObligationResult, ...]]:
     listed = list(claims)
     open_ = [claim for claim in listed if isinstance(claim, Obligation)]
     settled = tuple(claim for claim in listed if isinstance(claim, StaticClaim))
-    return settled, explain_findings(discharge_obligations(open_, oracle), site, oracle)
+    return settled, explain_findings(discharge_obligations(open_, oracle), site, oracle, readable)
 
 
 def _diagnostics(
@@ -284,16 +313,8 @@ def diagnostic_of(finding: ObligationResult) -> Diagnostic | None:
         tuple(secondary),
         notes,
         (*help_, *one.help),
-        fix=_fix(finding),
+        fix=finding.fix,
     )
-
-
-def _fix(finding: ObligationResult) -> Fix | None:
-    """Return the repair as an edit of the file, if the envelope stands on one line."""
-    clause = finding.obligation.clause
-    if not finding.repair or clause is None or clause.span.line != clause.span.end_line:
-        return None
-    return Fix(clause.span, finding.repair.partition(": ")[2])
 
 
 def _needless_runtime_checks(ecm: Ecm, findings: Iterable[ObligationResult]) -> Iterator[Diagnostic]:

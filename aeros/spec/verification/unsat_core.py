@@ -12,10 +12,11 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 from aeros.spec.backends.oracle import Oracle
-from aeros.spec.diagnostics.codes import SpanLabel
+from aeros.spec.diagnostics.codes import Fix, SpanLabel
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import is_true
+from aeros.spec.model.ecm import ActionCondition
 from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.obligation import LabelledConjunct, Obligation
 from aeros.spec.verification.queries import is_unsatisfiable
@@ -128,7 +129,8 @@ def label_violated_conjuncts(
     Returns:
         The primary label and the further labels.
     """
-    broken = [one.label for one in obligation.labelled_conjuncts if not is_true(one.term, witness.values)]
+    at_fault = [one for one in obligation.labelled_conjuncts if not is_true(one.term, witness.values)]
+    broken = [one.label for one in at_fault]
     if not broken:
         return obligation.primary, obligation.secondary
     if _span_contains(obligation.primary.span, broken[0].span):
@@ -136,7 +138,58 @@ def label_violated_conjuncts(
     around = [
         one for one in obligation.secondary if not any(_span_contains(one.span, part.span) for part in broken)
     ]
-    return obligation.primary, (*around, *broken)
+    primary, *others = _label_envelope(obligation, [one.term for one in at_fault])
+    return primary, (*others, *around, *broken)
+
+
+def _label_envelope(obligation: Obligation, broken: Sequence[t.Term]) -> list[SpanLabel]:
+    """Narrow the label of an envelope to the conjuncts that bound the values of broken conditions.
+
+    Where no conjunct does, the label says so; of an envelope on several lines it marks the last conjunct.
+    """
+    clause, primary = obligation.clause, obligation.primary
+    if clause is None or clause.span != primary.span or len(clause.conjuncts) < 2:
+        return [primary]
+    asked = [name for term in broken for name, one in t.variables_of(term).items() if _is_chosen(one)]
+    names = dict.fromkeys(asked)
+    bounding = [one.span for one in clause.conjuncts if names.keys() & t.variables_of(one.term).keys()]
+    is_one_line = primary.span.line == primary.span.end_line
+    if bounding and is_one_line:
+        return [SpanLabel(bounding[0].merge(bounding[-1]), primary.text)]
+    if bounding:
+        return [SpanLabel(span, primary.text) for span in bounding]
+    unbounded = f"does not bound {', '.join(f'`{name}`' for name in names)}"
+    return [SpanLabel(primary.span if is_one_line else clause.conjuncts[-1].span, unbounded)]
+
+
+def label_edited_conjunct(clause: ActionCondition, fix: Fix, label: SpanLabel) -> SpanLabel:
+    """Narrow the label of an envelope to the conjunct that a repair changes.
+
+    Args:
+        clause: the envelope.
+        fix: a repair of it.
+        label: its label.
+
+    Returns:
+        The label at the conjunct; the same label if the repair changes several conjuncts, or adds one.
+    """
+    old, new, first = fix.span.text, fix.text, fix.span.start
+    start = _common_length(old, new)
+    end = len(old) - _common_length(old[start:][::-1], new[start:][::-1])
+    edited = SourceSpan(fix.span.source, first + start, first + end)
+    inside = [one.span for one in clause.conjuncts if start < end and _span_contains(one.span, edited)]
+    return SpanLabel(inside[0], label.text) if len(inside) == 1 else label
+
+
+def _common_length(first: str, second: str) -> int:
+    """Return the number of characters at the beginning of two texts that are the same."""
+    pairs = enumerate(zip(first, second, strict=False))
+    return next((i for i, (one, other) in pairs if one != other), min(len(first), len(second)))
+
+
+def _is_chosen(variable: t.Variable) -> bool:
+    """Tell if a skill chooses the value, so that its envelope can bound it."""
+    return variable.role is not t.VariableRole.STATE
 
 
 def _span_contains(outer: SourceSpan, inner: SourceSpan) -> bool:

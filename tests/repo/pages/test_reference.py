@@ -52,6 +52,7 @@ _WHOLE = {
     "people": "aeros/people/across_the_room.yaml",
     "faults": "ecms/fetch_object/faults/object_slips.yaml",
     "scene": "ecms/fetch_object/scenes/fetch.yaml",
+    "tests": "docs/examples/panda_cell_tests.yaml",
 }
 _SAMPLES = {
     "ecm": ("ecms/*/ecm.yaml", "tests/corpus/accepted/*/ecm.yaml"),
@@ -60,6 +61,7 @@ _SAMPLES = {
     "people": ("aeros/people/*.yaml",),
     "faults": ("aeros/faults/*.yaml", "ecms/*/faults/*.yaml"),
     "scene": ("aeros/scenes/*.yaml", "ecms/*/scenes/*.yaml"),
+    "tests": ("docs/examples/*.yaml", "tests/unit/cli/author/site_tests/*.yaml"),
 }
 _LONGEST_EXAMPLE = 80
 _SCALARS = {

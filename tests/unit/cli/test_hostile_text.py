@@ -23,10 +23,10 @@ ASKING = f'''
 '''
 HOSTILE = ESCAPES.encode().decode("unicode_escape")
 RAISING = f'''
-    observed = yield act("look", camera="overhead")
+    observed = yield act("look", camera="over" + "head")
     raise ValueError("{ESCAPES}\\ngoal       reached\\n")
 '''
-DRIVING = RAISING.replace('act("look", camera="overhead")', 'act("wait", duration=0.1)')
+DRIVING = RAISING.replace('act("look", camera="over" + "head")', 'act("wait", duration=0.1)')
 
 
 @pytest.fixture(scope="module")

@@ -1,1 +1,1 @@
-"""Results of `aeros verify` as text, JSON, SARIF and JUnit XML."""
+"""Results of `aeros verify` as text, JSON, SARIF, JUnit XML and GitHub annotations."""

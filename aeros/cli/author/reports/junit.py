@@ -1,14 +1,17 @@
 """Verification report as JUnit XML: a test suite for each subject, a test case for each obligation.
 
-A runtime-checked obligation passes, with a note.  Diagnostics without an obligation, such as a file that
-cannot be read, fail the case `form/readable` of their subject.  The file is ASCII, so that every tool can
-read it, and holds no times.
+The counts are those of the text: a suite has as many cases as the text has obligations, and as many cases
+fail as the text has errors.  A runtime-checked obligation passes, with a note.  An obligation that is not
+proved for the reason of another one, such as a rule in an empty envelope, is skipped.  Errors without an
+obligation, such as a file that cannot be read, are cases of a suite `NAME: files`.  The document is ASCII, so
+that every tool can read it, and holds no times.
 """
 
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Iterator
 
 from aeros.cli.author.reports.result import LocatedDiagnostic, VerifyResult
 from aeros.spec.diagnostics.codes import Diagnostic, Severity
@@ -28,7 +31,7 @@ def as_junit(result: VerifyResult) -> str:
     """
     root = ET.Element("testsuites", name="aeros verify")
     for subject in result.subjects:
-        root.append(_suite(subject))
+        root.extend(_suites(subject))
     if result.certificates:
         root.append(_certificates(result.certificates))
     for suite in root:
@@ -38,18 +41,39 @@ def as_junit(result: VerifyResult) -> str:
     return encoded.decode("ascii")
 
 
-def _suite(subject: SubjectReport) -> ET.Element:
+def _suites(subject: SubjectReport) -> Iterator[ET.Element]:
+    """Yield the suite of a subject's obligations, and one of its other errors if it has any."""
     name = escape_invisible(subject.name) or "paths"
     suite = ET.Element("testsuite", name=name)
-    reported: set[Diagnostic] = set()
+    unreported = Counter(subject.diagnostics)
     for one in subject.claims:
         case = _case(suite, name, str(one.id))
-        if one.diagnostic is not None:
-            reported.add(one.diagnostic)
+        if one.diagnostic is not None and unreported[one.diagnostic] > 0:
+            unreported[one.diagnostic] -= 1
             _add_diagnostic(case, one.diagnostic, "error" if one.verdict is Verdict.UNKNOWN else "failure")
+        elif one.diagnostic is not None:
+            reason = f"not proved, for the reason of another obligation: {_headline(one.diagnostic)}"
+            ET.SubElement(case, "skipped", message=reason)
         elif one.runtime_checked_rule is not None:
             _add_runtime_checked(case, one.runtime_checked_rule, one.boundary)
-    _add_other_diagnostics(suite, name, [found for found in subject.diagnostics if found not in reported])
+    others = list(unreported.elements())
+    remarks = [found for found in others if found.severity is not Severity.ERROR]
+    if remarks:
+        ET.SubElement(suite, "system-out").text = render_all(remarks)
+    yield suite
+    errors = [found for found in others if found.severity is Severity.ERROR]
+    if errors:
+        yield _error_suite(f"{name}: files", errors)
+
+
+def _error_suite(name: str, errors: list[Diagnostic]) -> ET.Element:
+    suite = ET.Element("testsuite", name=name)
+    counts = Counter(found.code for found in errors)
+    numbers: Counter[str] = Counter()
+    for found in errors:
+        numbers[found.code] += 1
+        number = f" {numbers[found.code]}" if counts[found.code] > 1 else ""
+        _add_diagnostic(_case(suite, name, f"{found.code}{number}"), found)
     return suite
 
 
@@ -60,18 +84,6 @@ def _add_runtime_checked(case: ET.Element, rule: str, boundary: str) -> None:
     note = f"not proved; `{guard}` is runtime-checked"
     allowed = f"; allowed while {escape_invisible(boundary)}" if boundary else ""
     ET.SubElement(case, "system-out").text = note + allowed
-
-
-def _add_other_diagnostics(suite: ET.Element, name: str, others: list[Diagnostic]) -> None:
-    """Add diagnostics without an obligation: errors fail a case of their own, the rest is output."""
-    case = _case(suite, name, "form/readable")
-    errors = [found for found in others if found.severity is Severity.ERROR]
-    if errors:
-        failure = ET.SubElement(case, "failure", type=errors[0].code, message=_headline(errors[0]))
-        failure.text = render_all(errors)
-    remarks = [found for found in others if found.severity is not Severity.ERROR]
-    if remarks:
-        ET.SubElement(suite, "system-out").text = render_all(remarks)
 
 
 def _certificates(problems: Iterable[LocatedDiagnostic]) -> ET.Element:
@@ -102,4 +114,4 @@ def _count(suite: ET.Element) -> None:
     suite.set("tests", str(len(suite.findall("testcase"))))
     suite.set("failures", str(len(suite.findall("testcase/failure"))))
     suite.set("errors", str(len(suite.findall("testcase/error"))))
-    suite.set("skipped", "0")
+    suite.set("skipped", str(len(suite.findall("testcase/skipped"))))

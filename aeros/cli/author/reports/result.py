@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from aeros.spec.diagnostics.codes import Diagnostic
+from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.text.discovery import MANIFEST
 from aeros.spec.verification.reports import Report, SubjectReport
 
@@ -53,3 +55,31 @@ class VerifyResult:
         if together is not None:
             yield from (LocatedDiagnostic(found, None) for found in together.diagnostics)
         yield from self.certificates
+
+
+def message_text(diagnostic: Diagnostic) -> str:
+    """Write a diagnostic without its source lines, for formats that show these themselves.
+
+    Args:
+        diagnostic: The diagnostic.
+
+    Returns:
+        The headline, then a paragraph for each note and each help; invisible characters are escaped.
+    """
+    notes = (f"note: {text}" for text in diagnostic.notes)
+    helps = (f"help: {text}" for text in diagnostic.help)
+    text = "\n".join((diagnostic.headline, *notes, *helps))
+    return "\n".join(escape_invisible(line) for line in text.split("\n"))
+
+
+def path_below_working_folder(path: Path) -> Path:
+    """Shorten the path of a file; in CI the working folder is the root of the repository.
+
+    Args:
+        path: Path of a file.
+
+    Returns:
+        The path relative to the working folder for a file below it, else the absolute path.
+    """
+    full = Path(os.path.abspath(path))
+    return full.relative_to(Path.cwd()) if full.is_relative_to(Path.cwd()) else full

@@ -12,14 +12,22 @@ import json
 import os
 from collections import Counter
 from collections.abc import Iterable
+from functools import cache
+from importlib.metadata import metadata
 from pathlib import Path
 from typing import Any, Final
 from urllib.parse import quote
 
 import aeros
 from aeros.cli.author.explain import pages
-from aeros.cli.author.reports.result import LocatedDiagnostic, VerifyResult
-from aeros.spec.diagnostics.codes import CODES, Diagnostic, DiagnosticCode, Fix, Severity, SpanLabel
+from aeros.cli.author.reports.result import (
+    LocatedDiagnostic,
+    VerifyResult,
+    message_text,
+    path_below_working_folder,
+)
+from aeros.spec.diagnostics.codes import CODES, DiagnosticCode, Fix, Severity, SpanLabel
+from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.diagnostics.source import SourceSpan
 
@@ -56,6 +64,7 @@ def as_sarif(result: VerifyResult) -> str:
                 "rules": [_rule(CODES[code]) for code in rules],
             }
         },
+        "automationDetails": {"id": _category(result)},
         "columnKind": "unicodeCodePoints",
         "invocations": [
             {
@@ -66,6 +75,30 @@ def as_sarif(result: VerifyResult) -> str:
         "results": kept,
     }
     return _to_json({"$schema": _SCHEMA, "version": "2.1.0", "runs": [run]})
+
+
+def _category(result: VerifyResult) -> str:
+    """Name the kind of run for code scanning: results of a later run with the same name replace these.
+
+    Runs under different sites do not replace each other.  The slash at the end says that no run is named.
+    """
+    site = result.report.site
+    name = site.name if site.name != str(site.path) else "unreadable-site"
+    return f"aeros/verify/{quote(name, safe='')}/"
+
+
+@cache
+def _repository() -> str:
+    """Return the address of AEROS's repository, which the package's metadata gives.
+
+    Raises:
+        InternalError: the metadata name no repository.
+    """
+    for entry in metadata("aeros").get_all("Project-URL") or ():
+        label, _, address = entry.partition(", ")
+        if label == "Repository":
+            return str(address).rstrip("/")
+    raise InternalError("the metadata of the package `aeros` names no repository")
 
 
 def _to_json(data: object) -> str:
@@ -101,6 +134,7 @@ def _rule(code: DiagnosticCode) -> dict[str, Any]:
         "name": "".join(word.capitalize() for word in code.slug.split("-")),
         "shortDescription": {"text": code.summary},
         "fullDescription": {"text": sentence},
+        "helpUri": f"{_repository()}/blob/main/docs/codes/{code.id}.md",
         "help": {
             "text": f"{sentence} `aeros explain {code.id}` says more.",
             "markdown": (pages() / f"{code.id}.md").read_text(encoding="utf-8"),
@@ -116,7 +150,7 @@ def _result(problem: LocatedDiagnostic, rule_index: int, fingerprint: str) -> di
         "ruleId": diagnostic.code,
         "ruleIndex": rule_index,
         "level": diagnostic.severity.value,
-        "message": {"text": _message(diagnostic)},
+        "message": {"text": _without_links(message_text(diagnostic))},
         "partialFingerprints": {"aeros/v1": fingerprint},
     }
     if diagnostic.primary is not None:
@@ -142,15 +176,13 @@ def _fix(fix: Fix) -> dict[str, Any]:
     }
 
 
-def _message(diagnostic: Diagnostic) -> str:
-    notes = (f"note: {text}" for text in diagnostic.notes)
-    helps = (f"help: {text}" for text in diagnostic.help)
-    return _visible_text("\n".join((diagnostic.headline, *notes, *helps)))
+def _without_links(text: str) -> str:
+    """Take apart the syntax of links in SARIF."""
+    return text.replace("](", "] (")
 
 
 def _visible_text(text: str) -> str:
-    """Escape invisible characters line by line, and the syntax of links in SARIF."""
-    return "\n".join(escape_invisible(line) for line in text.split("\n")).replace("](", "] (")
+    return _without_links(escape_invisible(text))
 
 
 def _location(label: SpanLabel) -> dict[str, Any]:
@@ -176,10 +208,9 @@ def _region(span: SourceSpan) -> dict[str, int]:
 
 def _uri(path: Path) -> str:
     """Return a URI, relative to the working folder (in CI the repository's root) for files below it."""
-    full = Path(os.path.abspath(path))
-    below = full.is_relative_to(Path.cwd())
-    quoted = quote(os.fsencode(full.relative_to(Path.cwd()) if below else full))
-    return quoted if below else f"file://{quoted}"
+    shortened = path_below_working_folder(path)
+    quoted = quote(os.fsencode(shortened))
+    return f"file://{quoted}" if shortened.is_absolute() else quoted
 
 
 def _fingerprints(problems: Iterable[LocatedDiagnostic]) -> list[str]:

@@ -2,4 +2,4 @@ from aeros.skill import Inputs, Observation, SkillBody, act
 
 
 def tidy(observed: Observation, inputs: Inputs) -> SkillBody:
-    yield act("glide", target=(0.1, 0.0, 0.1), speed=0.1)
+    yield act("glide", target=(0.1, 0.0, 0.1), speed=0.09)

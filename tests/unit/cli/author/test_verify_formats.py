@@ -17,7 +17,7 @@ SITE = str(CORPUS / "site" / "table.yaml")
 REJECTED = str(CORPUS / "rejected" / "safety" / "fast_near_a_person")
 ACCEPTED = str(CORPUS / "accepted" / "left_to_the_gate")
 NEEDS_THE_SOLVER = str(CORPUS / "accepted" / "norm_of_a_difference")
-FORMATS = ("text", "json", "sarif", "junit")
+FORMATS = ("text", "json", "sarif", "junit", "github")
 
 
 def verify(*arguments: object) -> int:
@@ -63,6 +63,7 @@ def test_each_format_is_what_it_says(capsys: pytest.CaptureFixture[str]) -> None
     assert shown["text"].startswith("error[AE501] ")
     assert json.loads(shown["json"])["schema"] == "aeros/report/1"
     assert json.loads(shown["sarif"])["version"] == "2.1.0"
+    assert shown["github"].startswith("::error file=")
     assert ET.fromstring(shown["junit"]).tag == "testsuites"  # noqa: S314  our own output
 
 

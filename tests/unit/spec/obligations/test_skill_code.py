@@ -47,7 +47,7 @@ def _codes(loaded: tuple[Ecm, Site], code: str) -> set[str]:
     [
         HEAD + "def wipe(o, i):\n    yield act('grip', width=0.05, force=5.0)\n",
         HEAD + "import math\ndef wipe(o, i):\n    yield act('grip', width=math.sin(0.1), force=5.0)\n",
-        HEAD + "def _do():\n    yield act('slide', target=(0, 0, 0), force=1.0, speed=0.1)\n"
+        HEAD + "def _do():\n    yield act('slide', target=tuple([0, 0, 0]), force=1.0, speed=0.1)\n"
         "def wipe(o, i):\n    yield from _do()\n",
         HEAD + "from collections.abc import Generator\nfrom functools import partial\n"
         "def _t(o) -> Generator[Action, None, None]:\n    yield act('grip', width=0.0, force=1.0)\n"

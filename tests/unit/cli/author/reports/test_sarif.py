@@ -3,6 +3,7 @@ from __future__ import annotations
 import json
 import re
 import shutil
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,9 +19,11 @@ from aeros.spec.diagnostics.codes import CODES, Diagnostic, Severity, SpanLabel
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.obligations.verdicts import Conclusion
 from aeros.spec.verification.verify import verify
+from tests.repo.tree import ROOT
 from tests.unit.cli.author.reports.results import CORPUS, RUNS, diagnostic_at, result_of, result_with
 
 SCHEMA = json.loads((Path(__file__).parent / "data" / "sarif-2.1.0-rtm.5.json").read_text(encoding="utf-8"))
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 VALIDATOR = Draft4Validator(SCHEMA)
 
 
@@ -101,6 +104,30 @@ def test_a_rule_says_what_the_registry_says() -> None:
     assert rule["properties"]["tags"] == ["safety"]
     assert "`aeros explain AE503`" in rule["help"]["text"]
     assert rule["help"]["markdown"].startswith("# AE503")
+
+
+def test_a_rule_names_its_page_in_the_repository() -> None:
+    for rule in run_of(result_of("every module"))["tool"]["driver"]["rules"]:
+        address, _, page = rule["helpUri"].partition("/blob/main/")
+        assert address == PROJECT["urls"]["Repository"]
+        assert (ROOT / page).read_text(encoding="utf-8").startswith(f"# {rule['id']}")
+
+
+def test_runs_under_one_site_are_one_category_of_code_scanning() -> None:
+    ids = {name: run_of(result_of(name))["automationDetails"]["id"] for name in ("accepted", "rejected")}
+    assert ids == dict.fromkeys(ids, "aeros/verify/table/")
+
+
+def test_a_site_that_cannot_be_read_and_a_hostile_name_make_a_category() -> None:
+    unreadable = result_with(name="module")
+    site = replace(unreadable.report.site, name="site.yaml")
+    assert run_of(replace(unreadable, report=replace(unreadable.report, site=site)))["automationDetails"] == {
+        "id": "aeros/verify/unreadable-site/"
+    }
+    site = replace(site, name="a/b c")
+    assert run_of(replace(unreadable, report=replace(unreadable.report, site=site)))["automationDetails"] == {
+        "id": "aeros/verify/a%2Fb%20c/"
+    }
 
 
 def test_a_fingerprint_stays_when_lines_move_and_numbers_of_a_witness_change() -> None:

@@ -100,9 +100,9 @@ def test_accepted_code_asks_for_nothing_else_when_it_runs(case: Case, loaded: tu
     wipe = CodeFile("clean_table", "skills.py", "skills.py", case.text.encode()).generator_function("wipe")
     for observed in (
         {},
-        {"hand": (1.0, 2.0, 3.0), "tool": "brush"},
-        {"tool": (1.0, 2.0)},
-        {"tool": {"kind": "a"}},
+        {"hand": (1.0, 2.0, 3.0), "tool_position": "brush"},
+        {"tool_position": (1.0, 2.0)},
+        {"tool_position": {"kind": "a"}},
     ):
         body = wipe(observed, {})
         assert isinstance(body, GeneratorType)

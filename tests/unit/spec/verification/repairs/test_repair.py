@@ -7,7 +7,7 @@ from fractions import Fraction
 import pytest
 import z3
 
-import aeros.spec.verification.edits
+import aeros.spec.verification.repairs.edits
 from aeros.spec.backends.oracle import Oracle
 from aeros.spec.expr.units import exact_decimal
 from aeros.spec.obligations.verdicts import Conclusion
@@ -60,7 +60,7 @@ CASES = [
     ("turn", "-100 deg < angle < 1.7 rad", "-100 deg < angle < 1.7 rad and abs(angle) < 90 deg"),
     ("carry", "gait <= 101 mm/s", "gait <= 100 mm/s"),
     ("carry", "gait <= 0.1012 m/s", "gait <= 0.1 m/s"),
-    ("approach", "true", "pace <= 0.1 m/s"),
+    ("approach", "true", "person_near implies pace <= slow"),
     ("wipe", "pressure <= 5 N", "pressure <= 2 N"),
     ("wipe", "tool != knife and pressure <= 15 N", "tool != knife and pressure <= 10 N"),
     (
@@ -117,13 +117,13 @@ def test_a_search_that_is_off_by_one_step_offers_nothing(
 ) -> None:
     """An edit's claim is not trusted: the obligations are discharged again."""
     offered = repair(judge, "wait", "duration <= 31 s")
-    honest = aeros.spec.verification.edits.ConditionEditor.strengthen
+    honest = aeros.spec.verification.repairs.edits.ConditionEditor.strengthen
 
     def lax(*arguments: object) -> str | None:
         found = honest(*arguments)  # type: ignore[arg-type]
         return None if found is None else found.replace("30 s", "30.001 s")
 
-    monkeypatch.setattr(aeros.spec.verification.edits.ConditionEditor, "strengthen", lax)
+    monkeypatch.setattr(aeros.spec.verification.repairs.edits.ConditionEditor, "strengthen", lax)
     assert offered == "duration <= 30 s"
     assert not repairs(judge("wait", "duration <= 31 s"))
 
@@ -149,7 +149,7 @@ def test_a_fault_beyond_repair_does_not_prevent_other_repairs(judge: Judge) -> N
     report = judge("approach", "pace <= 200 mm/s", permission="table_tidy")
     mended = [str(one.obligation.id) for one in report.findings if one.repair]
     assert mended == ["safety/tidy/approach/slow-near-person"]
-    assert repairs(report) == {"approach: pace <= 100 mm/s"}
+    assert repairs(report) == {"approach: pace <= 200 mm/s and (person_near implies pace <= slow)"}
 
 
 def test_no_line_is_offered_that_allows_nothing(judge: Judge) -> None:
@@ -178,7 +178,7 @@ def test_the_help_is_the_line(judge: Judge) -> None:
 
 
 def test_nothing_is_offered_where_the_budget_runs_out(judge: Judge, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(aeros.spec.verification.edits, "MAX_QUERIES", 2)
+    monkeypatch.setattr(aeros.spec.verification.repairs.edits, "MAX_QUERIES", 2)
     assert not repairs(judge("carry", "gait <= 101 mm/s"))
 
 

@@ -20,16 +20,17 @@ from aeros.spec.expr.typecheck.check import check, infer
 from aeros.spec.expr.types import BOOL, RealType
 from aeros.spec.expr.units import Unit, exact_decimal, to_unit
 from aeros.spec.model.variables import Declared
-from aeros.spec.verification.condition_text import (
+from aeros.spec.verification.queries import is_implied, is_unsatisfiable
+from aeros.spec.verification.repairs.condition_text import (
     add_bound,
     comparisons_in,
     conjoin_texts,
     count_decimals,
+    is_conditional,
     read_number,
     replace_number,
     unit_used_for,
 )
-from aeros.spec.verification.queries import is_implied, is_unsatisfiable
 
 EXTRA_DIGITS = 3  # digits of a searched bound, beyond those the author wrote
 MAX_QUERIES = 300  # for one line; the search for one bound takes some thirty
@@ -66,9 +67,17 @@ class ConditionEditor:
         scope: meaning of the names in the conditions.
         declared: the variables with their ranges.
         oracle: solver with its budget.
+        readable: names of the state variables that an edited text may read.
     """
 
-    def __init__(self, scope: Scope, declared: tuple[Declared, ...], oracle: Oracle) -> None:
+    def __init__(
+        self,
+        scope: Scope,
+        declared: tuple[Declared, ...],
+        oracle: Oracle,
+        readable: frozenset[str] = frozenset(),
+    ) -> None:
+        self._readable = readable
         self._scope = scope
         self._declared = declared
         self._oracle = oracle
@@ -105,6 +114,10 @@ class ConditionEditor:
     def strengthen(self, text: str, goal: t.Term, goal_text: str) -> str | None:
         """Find the least edit of a condition that makes it imply a goal and leaves it satisfiable.
 
+        No edit allows more than the conjunction of both.  So a goal that depends on the state, such as `near
+        implies speed <= 1 m/s`, is added as it stands, unless to move a number allows as much.  Where the
+        state may not be read, the bound holds in all states.
+
         Args:
             text: text of the condition.
             goal: the goal.
@@ -114,9 +127,23 @@ class ConditionEditor:
             The edited text, or None if no edit is found.
         """
         edited = self._smallest_change(self._literal_bounds(text), goal)
-        if edited is None and not _reads_state(goal) and self.term(goal_text) == goal:
-            edited = self._if_satisfiable(conjoin_texts(text, goal_text))
+        state = _state_read_by(goal)
+        if is_conditional(parse(goal_text)) if state else edited is None:
+            is_readable = state <= self._readable and t.variables_of(goal).keys() != state
+            together = self._conjoin(text, goal, goal_text) if is_readable else None
+            term = None if together is None else self.term(together)
+            if edited is None or (term is not None and not self._allows_all(edited, term)):
+                edited = together or edited
         return edited or self._smallest_change(self._new_bounds(text, goal, goal_text), goal)
+
+    def _conjoin(self, text: str, goal: t.Term, goal_text: str) -> str | None:
+        """Return the conjunction with the text of the goal; None if it holds nowhere."""
+        return self._if_satisfiable(conjoin_texts(text, goal_text)) if self.term(goal_text) == goal else None
+
+    def _allows_all(self, text: str, wanted: t.Term) -> bool:
+        """Tell if it is proved that a text holds wherever a condition does."""
+        term = self.term(text)
+        return term is not None and is_implied(term, (wanted,), self._declared, self._oracle)
 
     def _if_satisfiable(self, text: str) -> str | None:
         term = self.term(text)
@@ -165,7 +192,7 @@ class ConditionEditor:
         return None if text is None else (value, text)
 
     def _literal_bounds(self, text: str) -> Iterator[_Bound]:
-        """Yield the numbers with which the conjuncts of `text` compare parameters or inputs."""
+        """Yield the numbers with which `text` compares parameters or inputs, where less is stricter."""
         for left, right, op in comparisons_in(parse(text)):
             for literal, other, upper in ((right, left, op[0] == "<"), (left, right, op[0] == ">")):
                 number = read_number(literal)
@@ -212,8 +239,8 @@ def _can_be_bounded(variable: Declared) -> bool:
     return variable.variable.role is not t.VariableRole.STATE and isinstance(variable.variable.type, RealType)
 
 
-def _reads_state(term: t.Term) -> bool:
-    return any(one.role is t.VariableRole.STATE for one in t.variables_of(term).values())
+def _state_read_by(term: t.Term) -> set[str]:
+    return {name for name, one in t.variables_of(term).items() if one.role is t.VariableRole.STATE}
 
 
 def _matching_constants(bound: _Bound, goal: t.Term) -> list[Fraction]:

@@ -6,11 +6,11 @@ never contradict each other.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from aeros.spec.backends.oracle import Oracle
+from aeros.spec.diagnostics.codes import Fix
 from aeros.spec.elaborate.scopes import scope_over
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.parser import ExpressionSyntaxError
@@ -20,21 +20,36 @@ from aeros.spec.obligations.claim_id import ClaimForm, ClaimId
 from aeros.spec.obligations.obligation import ClaimMode, Obligation
 from aeros.spec.obligations.verdicts import Verdict
 from aeros.spec.verification.discharge import ObligationResult, discharge_obligations
-from aeros.spec.verification.edits import ConditionEditor
+from aeros.spec.verification.repairs.edits import ConditionEditor
+from aeros.spec.verification.repairs.source_edit import AMBIGUOUS, edit_in_source
 
-_AMBIGUOUS = re.compile(r"[\[\]{},#:]")  # characters that are special in a plain YAML scalar
+
+@dataclass(frozen=True)
+class Repair:
+    """Proved repair of a refuted obligation.
+
+    Attributes:
+        line: the line to write, for people.
+        fix: the same as an edit of the file; None if the edit is not known.
+    """
+
+    line: str
+    fix: Fix | None
 
 
-def find_repairs(findings: Iterable[ObligationResult], site: Site, oracle: Oracle) -> Mapping[ClaimId, str]:
+def find_repairs(
+    findings: Iterable[ObligationResult], site: Site, oracle: Oracle, readable: frozenset[str] = frozenset()
+) -> Mapping[ClaimId, Repair]:
     """Find the repaired line for each refuted obligation of an envelope.
 
     Args:
         findings: results of obligations.
         site: the site.
         oracle: solver with its budget.
+        readable: names of the state variables that a repaired line may read.
 
     Returns:
-        The line of the envelope to write, by the id of each refuted obligation that it repairs.
+        The repair by the id of each refuted obligation that it repairs.
     """
     known = {finding.obligation.id: finding for finding in findings}
     failing: dict[tuple[str, str], list[Obligation]] = {}
@@ -44,32 +59,37 @@ def find_repairs(findings: Iterable[ObligationResult], site: Site, oracle: Oracl
         if refuted and one.mode is ClaimMode.ALWAYS and one.clause is not None:
             envelope = one.id.name_of("skill"), one.id.name_of("action")
             failing.setdefault(envelope, []).append(one)
-    lines: dict[ClaimId, str] = {}
+    repairs: dict[ClaimId, Repair] = {}
     for (skill, kind), obligations in failing.items():
         not_dead = known.get(ClaimForm.ENVELOPE_NOT_DEAD(skill, kind))
         clause = obligations[0].clause
         if clause is None or not_dead is None or not_dead.verdict is not Verdict.PROVED:
             continue
-        repaired = _repair_clause(clause, obligations, not_dead.obligation, site, oracle)
+        declared = obligations[0].space.variables
+        scope = scope_over(site, declared)
+        editor = ConditionEditor(scope, declared, oracle.with_reduced_budget(50), readable)
+        repaired = _repair_clause(clause, obligations, not_dead.obligation, editor, oracle)
         if repaired is not None:
             text, done = repaired
-            lines |= {one.id: f"{clause.kind_name or kind}: {_quoted(text, clause)}" for one in done}
-    return lines
+            line = f"{clause.kind_name or kind}: {_quoted(' '.join(text.split()), clause)}"
+            repairs |= {one.id: Repair(line, edit_in_source(clause.span, clause.text, text)) for one in done}
+    return repairs
 
 
 def _repair_clause(
-    clause: ActionCondition, obligations: list[Obligation], not_dead: Obligation, site: Site, oracle: Oracle
+    clause: ActionCondition,
+    obligations: list[Obligation],
+    not_dead: Obligation,
+    editor: ConditionEditor,
+    oracle: Oracle,
 ) -> tuple[str, list[Obligation]] | None:
     """Return the text with the edits that repair obligations, and these obligations; all of it proved."""
-    declared = obligations[0].space.variables
-    editor = ConditionEditor(scope_over(site, declared), declared, oracle.with_reduced_budget(50))
     text = clause.text
     repaired: list[Obligation] = []
     for one in obligations:
         edited = _strengthen_clause(editor, text, one)
         if edited is not None:
             text, repaired = edited, [*repaired, one]
-    text = " ".join(text.split())
     term = editor.term(text)
     if not repaired or term is None:
         return None
@@ -105,4 +125,4 @@ def _quoted(text: str, clause: ActionCondition) -> str:
     quote = clause.span.text[:1]
     if quote in ("'", '"'):
         return f"{quote}{text}{quote}"
-    return f'"{text}"' if _AMBIGUOUS.search(text) and not _AMBIGUOUS.search(clause.text) else text
+    return f'"{text}"' if AMBIGUOUS.search(text) and not AMBIGUOUS.search(clause.text) else text

@@ -15,7 +15,9 @@ _NUMERAL = re.compile(r"-?\s*[0-9.]+(?:[eE][-+]?[0-9]+)?")
 
 
 def comparisons_in(node: s.Node) -> Iterator[tuple[s.Node, s.Node, str]]:
-    """Yield each comparison of two values among the conjuncts of a condition.
+    """Yield each comparison of two values that makes a condition stricter if it is stricter itself.
+
+    These stand outside of negations, premises and alternatives, as `a <= 1` does in `near implies a <= 1`.
 
     Args:
         node: syntax tree of the condition.
@@ -26,6 +28,11 @@ def comparisons_in(node: s.Node) -> Iterator[tuple[s.Node, s.Node, str]]:
     if isinstance(node, s.Junction) and node.op == "and":
         for operand in node.operands:
             yield from comparisons_in(operand)
+    elif isinstance(node, s.Binary) and node.op == "implies":
+        yield from comparisons_in(node.right)
+    elif isinstance(node, s.IfElse):
+        yield from comparisons_in(node.then)
+        yield from comparisons_in(node.otherwise)
     elif isinstance(node, s.ComparisonChain):
         yield from zip(node.operands, node.operands[1:], node.ops, strict=False)
 
@@ -116,7 +123,21 @@ def conjoin_texts(text: str, condition: str) -> str:
     Returns:
         The text, with parentheses where they are needed.
     """
-    return " and ".join(_parenthesize(part) for part in (text, condition) if part.strip() != "true")
+    parts = [part.strip() for part in (text, condition) if part.strip() != "true"]
+    return parts[0] if len(parts) == 1 else " and ".join(map(_parenthesize, parts))
+
+
+def is_conditional(node: s.Node) -> bool:
+    """Tell if a condition requires something in some cases only.
+
+    Args:
+        node: syntax tree of the condition.
+
+    Returns:
+        True for an implication, a choice by `if`, and alternatives.
+    """
+    is_implication = isinstance(node, s.Binary) and node.op == "implies"
+    return is_implication or isinstance(node, s.IfElse) or (isinstance(node, s.Junction) and node.op == "or")
 
 
 def _parenthesize(text: str) -> str:

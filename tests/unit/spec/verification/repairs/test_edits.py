@@ -13,8 +13,8 @@ from aeros.spec.expr.scope import Scope
 from aeros.spec.expr.types import BOOL, RealType
 from aeros.spec.expr.units import LENGTH, TIME, Unit
 from aeros.spec.model.variables import Declared
-from aeros.spec.verification import edits
-from aeros.spec.verification.edits import ConditionEditor
+from aeros.spec.verification.repairs import edits
+from aeros.spec.verification.repairs.edits import ConditionEditor
 
 SPAN = Source("x", "x").span(0, 1)
 METRE, SECOND = Unit("m", Fraction(1), LENGTH), Unit("s", Fraction(1), TIME)
@@ -35,12 +35,14 @@ SCOPE = Scope({one.name: one.variable for one in ALL})
 ORACLE = Oracle()
 
 
-def editor() -> ConditionEditor:
-    return ConditionEditor(SCOPE, ALL, ORACLE)
+def editor(*readable: str) -> ConditionEditor:
+    return ConditionEditor(SCOPE, ALL, ORACLE, frozenset(readable))
 
 
-def strengthened(text: str, goal: str, given: str | None = None) -> str | None:
-    one = editor()
+def strengthened(
+    text: str, goal: str, given: str | None = None, readable: tuple[str, ...] = ()
+) -> str | None:
+    one = editor(*readable)
     term = one.term(goal)
     assert term is not None
     edited = one.strengthen(text, term, goal if given is None else given)
@@ -94,6 +96,28 @@ def test_an_implication_is_proved_or_not() -> None:
 )
 def test_the_least_edit_is_found(text: str, goal: str, edited: str | None) -> None:
     assert strengthened(text, goal) == edited
+
+
+@pytest.mark.parametrize(
+    ("text", "goal", "edited"),
+    [
+        ("x <= 5 m", "near implies x <= 3 m", "x <= 5 m and (near implies x <= 3 m)"),
+        ("true", "near implies x <= 3 m", "near implies x <= 3 m"),
+        ("x <= 5 m", "far >= 2 m or x <= 3 m", "x <= 5 m and (far >= 2 m or x <= 3 m)"),
+        # A bound that holds in the same cases is moved.
+        ("near implies x <= 5 m", "near implies x <= 3 m", "near implies x <= 3 m"),
+        ("near and x <= 5 m", "near implies x <= 3 m", "near and x <= 3 m"),
+        # Products of state and parameter are no cases.
+        ("x <= 3 m", "far * x <= 20 m*m", "x <= 1 m"),
+        ("x <= 3 m", "near", None),
+    ],
+)
+def test_a_goal_for_some_states_leaves_the_others_alone(text: str, goal: str, edited: str | None) -> None:
+    assert strengthened(text, goal, readable=("near", "far")) == edited
+
+
+def test_a_state_that_may_not_be_read_bounds_all_cases() -> None:
+    assert strengthened("x <= 5 m", "near implies x <= 3 m", readable=("far",)) == "x <= 3 m"
 
 
 def test_nothing_is_offered_that_leaves_nothing() -> None:

@@ -1,0 +1,74 @@
+"""Proved repairs of `aeros verify`: printed as a diff (`--diff`) or written into the manifests (`--fix`)."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+from aeros.cli.author.proved_repairs import (
+    RepairedManifest,
+    Verify,
+    errors_without_repair,
+    find_proved_repairs,
+)
+from aeros.exit_codes import Exit, exit_for
+from aeros.spec.diagnostics.codes import Diagnostic
+from aeros.spec.diagnostics.render import escape_invisible
+from aeros.spec.verification.reports import Report
+
+
+def print_repairs(report: Report, verify: Verify) -> Exit:
+    """Print a diff of all proved repairs to standard output, and a summary to standard error.
+
+    Args:
+        report: Report on the modules as they are.
+        verify: Verifies the modules in given folders.
+
+    Returns:
+        The exit code: that of the report, so REJECTED where there is an error to repair.
+    """
+    repaired = find_proved_repairs(report, verify)
+    for one in repaired:
+        print(one.unified_diff(), end="")
+    print(_summary("would repair", report, repaired), file=sys.stderr)
+    return exit_for(report.conclusion)
+
+
+def write_repairs(report: Report, verify: Verify) -> tuple[str, bool]:
+    """Write all proved repairs into the manifests.
+
+    Args:
+        report: Report on the modules as they are.
+        verify: Verifies the modules in given folders.
+
+    Returns:
+        A summary for people, and True if a file was changed.
+    """
+    repaired, failures = [], []
+    for one in find_proved_repairs(report, verify):
+        try:
+            one.write()
+            repaired.append(one)
+        except OSError as error:
+            failures.append(f"cannot write `{escape_invisible(str(one.path))}`: {error.strerror}")
+    return "\n".join([_summary("repaired", report, repaired), *failures]), bool(repaired)
+
+
+def _summary(verb: str, report: Report, repaired: Sequence[RepairedManifest]) -> str:
+    """Count the repaired errors and the others, and list both with their places."""
+    done = [found for one in repaired for found in one.repaired]
+    left = errors_without_repair(report, repaired)
+    lines = [f"{verb} {_count(done)} in {len(repaired)} {'file' if len(repaired) == 1 else 'files'}"]
+    lines += map(_line, done)
+    if left:
+        lines += [f"{_count(left)} without a proved repair:", *map(_line, left)]
+    return "\n".join(lines)
+
+
+def _count(found: Sequence[Diagnostic]) -> str:
+    return f"{len(found)} {'error' if len(found) == 1 else 'errors'}"
+
+
+def _line(found: Diagnostic) -> str:
+    place = "" if found.primary is None else f"{escape_invisible(str(found.primary.span))}: "
+    return f"  {place}{found.code} {escape_invisible(found.headline)}"

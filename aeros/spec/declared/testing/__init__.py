@@ -1,0 +1,1 @@
+"""Schema of tests of a site."""

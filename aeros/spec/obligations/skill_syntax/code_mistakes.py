@@ -1,0 +1,268 @@
+"""Mistakes of skill code that show without a run: lost actions, unknown keys, actions that are always denied.
+
+Only what is certain is reported: a key that is written out, of a name that can only be the observation or the
+inputs; and a parameter that is written as a number, truth value, text or tuple of numbers.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterable, Iterator, Mapping
+from fractions import Fraction
+from typing import Any, Final
+
+from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel, did_you_mean
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.semantics import is_true
+from aeros.spec.expr.types import BoolType, EnumType, IntegerType, RealType, Type, VectorType
+from aeros.spec.expr.units import format_quantity
+from aeros.spec.model.ecm import Ecm, Skill
+from aeros.spec.model.site import Site
+from aeros.spec.model.variables import Declared
+from aeros.spec.obligations.skill_syntax.action_calls import action_calls
+from aeros.spec.obligations.skill_syntax.bound_names import names_bound_by
+from aeros.spec.obligations.skill_syntax.neighbours import ModuleFiles, files_run_by
+from aeros.spec.obligations.skill_syntax.skill_source import SkillFile
+
+_MAX_LISTED: Final = 8
+
+
+def first_code_mistake(skill: Skill, ecm: Ecm, site: Site, files: ModuleFiles) -> Diagnostic | None:
+    """Find the first mistake in the code of a skill, whose actions are known to be written out.
+
+    Args:
+        skill: the skill.
+        ecm: its module.
+        site: the site, with the variables of the modules.
+        files: the module's files.
+
+    Returns:
+        The mistake; None if there is none.
+    """
+    path = f"{skill.module_name}.py"
+    mistakes = (
+        *_lost_actions(path, skill, files),
+        *_unknown_keys(path, skill, ecm, site, files),
+        *_actions_outside_envelope(path, skill, ecm, site, files),
+    )
+    return next(iter(mistakes), None)
+
+
+def _lost_actions(path: str, skill: Skill, files: ModuleFiles) -> Iterator[Diagnostic]:
+    """Yield calls whose value is dropped although it is an action, or asks for some."""
+    for file, call in action_calls(path, skill.function, files):
+        if any(isinstance(node, ast.Expr) and node.value is call for node in file.nodes):
+            yield Diagnostic(
+                "AE146",
+                f"`{skill.id}` makes an action and does not ask for it",
+                SpanLabel(file.span(call), "has no effect"),
+                help=("write `yield` before it",),
+            )
+    for file in files_run_by(path, files).values():
+        generators = {name for name, node in file.functions.items() if _is_generator(node)}
+        bound = [name for node in file.nodes for name in names_bound_by(node)]
+        for node in file.nodes_in_order:
+            match node:
+                case ast.Expr(value=ast.Call(func=ast.Name(id=name)) as call) if name in generators:
+                    if bound.count(name) == 1:
+                        yield Diagnostic(
+                            "AE146",
+                            f"`{name}` is called, and the actions that it yields are not asked for",
+                            SpanLabel(file.span(call), "has no effect"),
+                            help=("write `yield from` before it",),
+                        )
+
+
+def _is_generator(function: ast.FunctionDef) -> bool:
+    inner = {id(node) for part in ast.walk(function) if _is_inner(part, function) for node in ast.walk(part)}
+    return any(
+        isinstance(node, ast.Yield | ast.YieldFrom) and id(node) not in inner for node in ast.walk(function)
+    )
+
+
+def _is_inner(node: ast.AST, function: ast.FunctionDef) -> bool:
+    return isinstance(node, ast.FunctionDef | ast.Lambda) and node is not function
+
+
+def _unknown_keys(path: str, skill: Skill, ecm: Ecm, site: Site, files: ModuleFiles) -> Iterator[Diagnostic]:
+    """Yield keys of observations and inputs that are never there."""
+    measured = _observable_names(ecm, site)
+    given = {name.removeprefix("inputs."): one for name, one in skill.inputs.items()}
+    executed = files_run_by(path, files)
+    for file in executed.values():
+        for function in file.functions.values():
+            for name in _parameters_of_type(function, "Observation"):
+                yield from _missing_keys(
+                    file, function, name, measured, "a state variable that this module may read"
+                )
+    entry = executed[path].functions.get(skill.function)
+    if entry is not None and len(entry.args.args) >= 2:
+        file, (observed, inputs) = executed[path], (one.arg for one in entry.args.args[:2])
+        if observed not in _parameters_of_type(entry, "Observation"):
+            yield from _missing_keys(
+                file, entry, observed, measured, "a state variable that this module may read"
+            )
+        yield from _missing_keys(file, entry, inputs, given, f"an input of `{skill.id}`")
+
+
+def _observable_names(ecm: Ecm, site: Site) -> dict[str, Declared]:
+    """Return the state variables by the names under which a skill of the module may find them."""
+    known: dict[str, Declared] = {}
+    for name, declared in site.state.items():
+        module, dot, short = name.partition(".")
+        own = [one for one, bound in ecm.names.variables.items() if bound == name]
+        if not dot:
+            known |= dict.fromkeys((*own, name), declared)
+        elif module == ecm.id:
+            known[short] = declared
+        elif module in ecm.required_modules:
+            known[name] = declared
+    return known
+
+
+def _parameters_of_type(function: ast.FunctionDef, type_name: str) -> list[str]:
+    arguments = (*function.args.posonlyargs, *function.args.args, *function.args.kwonlyargs)
+    return [
+        one.arg
+        for one in arguments
+        if isinstance(one.annotation, ast.Name) and one.annotation.id == type_name
+    ]
+
+
+def _missing_keys(
+    file: SkillFile, function: ast.FunctionDef, name: str, known: Mapping[str, object], noun: str
+) -> Iterator[Diagnostic]:
+    """Yield the keys with which a mapping is asked and that it never has."""
+    if not _is_only_bound_to_observations(function, name):
+        return
+    for node in ast.walk(function):
+        match node:
+            case ast.Subscript(value=ast.Name(id=mapping), slice=ast.Constant(value=str(key)) as place):
+                pass
+            case ast.Call(
+                func=ast.Attribute(value=ast.Name(id=mapping), attr="get"),
+                args=[ast.Constant(value=str(key)) as place, *_],
+            ):
+                pass
+            case _:
+                continue
+        if mapping == name and key not in known:
+            near = did_you_mean(key, known)
+            listed = ", ".join(f"`{one}`" for one in list(known)[:_MAX_LISTED]) or "none"
+            help_ = f"did you mean `{near}`?" if near else f"there are {listed}"
+            yield Diagnostic("AE147", f"`{key}` is not {noun}", SpanLabel(file.span(place)), help=(help_,))
+
+
+def _is_only_bound_to_observations(function: ast.FunctionDef, name: str) -> bool:
+    """Tell if a parameter is bound again to nothing but the value of a `yield`, which is an observation."""
+    yielded = {
+        id(target)
+        for node in ast.walk(function)
+        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Yield)
+        for target in node.targets
+    }
+    for node in ast.walk(function):
+        is_scope = _is_inner(node, function) or isinstance(
+            node, ast.ListComp | ast.SetComp | ast.GeneratorExp
+        )
+        if is_scope and name in {bound for part in ast.walk(node) for bound in names_bound_by(part)}:
+            return False
+        is_parameter = isinstance(node, ast.arg)
+        if name in names_bound_by(node) and not is_parameter and id(node) not in yielded:
+            return False
+    return True
+
+
+def _actions_outside_envelope(
+    path: str, skill: Skill, ecm: Ecm, site: Site, files: ModuleFiles
+) -> Iterator[Diagnostic]:
+    """Yield actions whose written-out parameters are out of range, or break a condition of the envelope."""
+    for file, call in action_calls(path, skill.function, files):
+        kind = _text(call.args[0])
+        if kind is None:
+            continue
+        name = ecm.names.kinds.get(kind, kind)
+        declared = site.kinds[name].parameters
+        values: dict[str, Any] = {}
+        for keyword, node in _parameter_nodes(call):
+            variable = declared[keyword]
+            value = _constant_value(node, variable.variable.type, ecm.names.cameras)
+            if value is None:
+                continue
+            values[variable.name] = value
+            low, high = variable.range or (None, None)
+            parts = value if isinstance(value, tuple) else (value,)
+            if low is not None and high is not None and not all(low <= part <= high for part in parts):
+                bounds = " to ".join(format_quantity(one, variable.unit) for one in (low, high))
+                headline = f"`{keyword}` of this `{kind}` is outside its range, {bounds}"
+                yield Diagnostic("AE148", headline, SpanLabel(file.span(node)))
+                return
+        for part in skill.envelope[name].conjuncts:
+            names = t.variables_of(part.term).keys()
+            if names and names <= values.keys() and not is_true(part.term, values):
+                yield Diagnostic(
+                    "AE148",
+                    f"`{skill.id}` asks for a `{kind}` outside of its envelope, which is always denied",
+                    SpanLabel(file.span(call), "always denied"),
+                    (SpanLabel(part.span, "false for these parameters"),),
+                    notes=_rounding_note(part.term, values, names),
+                    help=("correct the parameter, or widen the envelope",),
+                )
+                return
+
+
+def _parameter_nodes(call: ast.Call) -> Iterator[tuple[str, ast.expr]]:
+    """Yield the parameters of an action that are written out."""
+    yield from ((one.arg, one.value) for one in call.keywords if one.arg is not None)
+    if len(call.args) == 2 and isinstance(call.args[1], ast.Dict):
+        for key, value in zip(call.args[1].keys, call.args[1].values, strict=True):
+            if isinstance(key, ast.Constant) and isinstance(key.value, str):
+                yield key.value, value
+
+
+def _constant_value(node: ast.expr, type_: Type, cameras: Mapping[str, str]) -> Any:
+    """Return the value that the gate gets for an expression; None if it is not a constant of the type."""
+    try:
+        value = ast.literal_eval(node)
+    except (ValueError, TypeError, SyntaxError, MemoryError, RecursionError):
+        return None
+    if isinstance(type_, BoolType):
+        return value if isinstance(value, bool) else None
+    if isinstance(type_, EnumType):
+        name = cameras.get(value, value) if isinstance(value, str) else None
+        return name if name in type_.members else None
+    if isinstance(type_, VectorType):
+        parts = value if isinstance(value, tuple | list) and len(value) == 3 else ()
+        numbers = tuple(_number(part) for part in parts)
+        return numbers if len(numbers) == 3 and None not in numbers else None
+    return _number(value) if isinstance(type_, RealType | IntegerType) else None
+
+
+def _rounding_note(term: t.Term, values: Mapping[str, Any], names: Iterable[str]) -> tuple[str, ...]:
+    """Explain that a condition is false only because of the rounding of decimals, if that is so."""
+    decimals = {name: _decimal(value) for name, value in values.items()}
+    rounded = [name for name in names if decimals[name] != values[name]]
+    if not rounded or not is_true(term, decimals):
+        return ()
+    numbers = ", ".join(f"`{name}`" for name in sorted(rounded))
+    return (f"bounds are exact, and Python rounds the number of {numbers} to a double beyond the bound",)
+
+
+def _decimal(value: Any) -> Any:
+    """Return the decimal that a person reads for a double."""
+    if isinstance(value, tuple):
+        return tuple(_decimal(part) for part in value)
+    return Fraction(repr(float(value))) if isinstance(value, Fraction) else value
+
+
+def _text(node: ast.expr) -> str | None:
+    return node.value if isinstance(node, ast.Constant) and isinstance(node.value, str) else None
+
+
+def _number(value: object) -> Fraction | None:
+    """Return the exact value of a number of code, which reaches the gate as a double."""
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    try:
+        return Fraction(float(value)) if is_number else None  # type: ignore[arg-type]
+    except (OverflowError, ValueError):  # too large, or not finite
+        return None

@@ -1,0 +1,1 @@
+"""Repairs of conditions: edits of their text, proved before they are offered."""

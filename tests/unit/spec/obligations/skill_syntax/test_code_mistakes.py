@@ -1,0 +1,83 @@
+"""Mistakes of skill code that need no run, and code that is right."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from aeros.spec.verification.verify import Detail, verify
+from tests.repo.tree import ROOT
+
+CORPUS = ROOT / "tests" / "corpus"
+HEAD = """from aeros.skill import Inputs, Observation, SkillBody, act
+
+
+def tidy(observed: Observation, inputs: Inputs) -> SkillBody:
+"""
+
+
+MOVE = 'act("approach", pace=0.1)'
+REST = f"\n\ndef rest() -> SkillBody:\n    yield {MOVE}\n"
+SEEN = '\n\ndef rest(seen: Observation) -> float:\n    return 0.1 if seen["hands"] else 0.05\n'
+NOTE = "\n\ndef note(seen: list[int]) -> None:\n    seen.append(1)\n"
+
+
+def codes(folder: Path, body: str) -> list[tuple[str, str]]:
+    """The errors of a module whose skill has this body: code and marked text."""
+    module = shutil.copytree(CORPUS / "accepted" / "left_to_the_gate", folder / "left_to_the_gate")
+    (module / "skills.py").write_text(HEAD + body)
+    report = verify([module], CORPUS / "site" / "table.yaml", detail=Detail.BRIEF)
+    (found,) = report.modules
+    return [(one.code, one.primary.span.text if one.primary else "") for one in found.diagnostics]
+
+
+@pytest.mark.parametrize(
+    ("body", "code", "marked"),
+    [
+        (f"    {MOVE}\n    yield {MOVE}\n", "AE146", MOVE),
+        (f"    rest()\n    yield {MOVE}\n{REST}", "AE146", "rest()"),
+        (f'    if observed["hands"]:\n        yield {MOVE}\n', "AE147", '"hands"'),
+        (f'    if observed.get("hands"):\n        yield {MOVE}\n', "AE147", '"hands"'),
+        (f'    observed = yield {MOVE}\n    print(observed["hands"])\n', "AE147", '"hands"'),
+        (f'    yield act("approach", pace=rest(observed))\n{SEEN}', "AE147", '"hands"'),
+        ('    yield act("approach", pace=inputs["pace"])\n', "AE147", '"pace"'),
+        ('    yield act("approach", pace=0.21)\n', "AE148", 'act("approach", pace=0.21)'),
+        ('    yield act("approach", pace=6)\n', "AE148", "6"),
+        ('    yield act("approach", pace=-0.1)\n', "AE148", "-0.1"),
+        ('    yield act("approach", pace=0.2)\n', "AE148", 'act("approach", pace=0.2)'),
+    ],
+)  # fmt: skip
+def test_a_mistake_is_marked_where_it_is(tmp_path: Path, body: str, code: str, marked: str) -> None:
+    assert (code, marked) in codes(tmp_path, body)
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        '    yield act("approach", pace=0.1)\n',
+        '    if observed["person_near"] or observed.get("hand"):\n        yield act("approach", pace=0.1)\n',
+        # The name is something else then.
+        '    observed = {"hands": 1}\n    yield act("approach", pace=0.1 * observed["hands"])\n',
+        '    yield act("approach", pace=sum([observed["hands"] for observed in ({"hands": 0.1},)]))\n',
+        # The value is not written out.
+        '    pace = 3 * 0.1\n    yield act("approach", pace=pace)\n',
+        f"    yield from rest()\n{REST}",
+        # A function without a yield of its own does its work when it is called.
+        f"    note([])\n    yield {MOVE}\n{NOTE}",
+    ],
+)
+def test_code_that_may_be_right_is_not_reported(tmp_path: Path, body: str) -> None:
+    assert [one for one in codes(tmp_path, body) if one[0] in ("AE146", "AE147", "AE148")] == []
+
+
+def test_only_a_number_that_rounding_moves_beyond_its_bound_is_explained(tmp_path: Path) -> None:
+    for pace, is_explained in (("0.2", True), ("0.21", False)):
+        module = shutil.copytree(
+            CORPUS / "accepted" / "left_to_the_gate", tmp_path / pace / "left_to_the_gate"
+        )
+        (module / "skills.py").write_text(f'{HEAD}    yield act("approach", pace={pace})\n')
+        report = verify([module], CORPUS / "site" / "table.yaml", detail=Detail.BRIEF)
+        (found,) = (one for one in report.modules[0].diagnostics if one.code == "AE148")
+        assert bool(found.notes) == is_explained
