@@ -17,6 +17,7 @@ predicates that change by themselves. A predicate that a step leaves at either v
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator
+from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -35,7 +36,7 @@ from aeros.spec.model.site import Site
 from aeros.spec.model.variables import Declared
 from aeros.spec.obligations.claim_id import ClaimForm
 from aeros.spec.obligations.obligation import ClaimMode, Obligation, VariableSpace
-from aeros.spec.obligations.verdicts import StaticClaim
+from aeros.spec.obligations.verdicts import StaticClaim, Verdict
 
 if TYPE_CHECKING:
     from aeros.spec.closed_loop.symbolic.certificate import CertificateClaim
@@ -65,12 +66,19 @@ def _task_claims(ecm: Ecm, task: Task, site: Site) -> list[Obligation | StaticCl
     except TooManyStatesError:
         # Importing this and its library takes longer than most proofs.
         from aeros.spec.closed_loop.symbolic.analysis import SymbolicLoop
+        from aeros.spec.closed_loop.symbolic.certificate import CertificateTooLargeError
 
         found = SymbolicLoop(system)
-    settled = _settled_claims(ecm, site, found, f"dd {package_version('dd', 'dd')}")
-    if any(one.diagnostic for one in settled):
+    engine = f"dd {package_version('dd', 'dd')}"
+    settled = _settled_claims(ecm, site, found, engine)
+    if any(one.verdict is Verdict.REFUTED for one in settled):
         return [*settled]
-    return [*settled, *certificate_obligations(task, found.certificate())]
+    try:
+        return [*settled, *certificate_obligations(task, found.certificate())]
+    except CertificateTooLargeError:
+        return [
+            replace(one, engine=f"{engine}, without a certificate, which is too large") for one in settled
+        ]
 
 
 def _settled_claims(ecm: Ecm, site: Site, found: LoopFindings, engine: str = "") -> list[StaticClaim]:

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Final
 
-from aeros.spec.closed_loop.loop_variables import LoopVariables, StateSpaceError
+from aeros.spec.closed_loop.loop_variables import LoopVariables
 from aeros.spec.closed_loop.symbolic.fixpoints import Fixpoints
 from aeros.spec.closed_loop.symbolic.program import (
     PLAN,
@@ -38,8 +38,13 @@ from aeros.spec.expr import terms as t
 from aeros.spec.expr.constants import constant_term, equality_condition
 from aeros.spec.expr.types import RealType
 
-MAX_CLAIMS: Final = 4_000
-"""Largest number of claims of one certificate."""
+MAX_SIZE: Final = 150_000
+"""Largest number of clauses and definitions of one certificate; a solver takes some ten seconds for it."""
+
+
+class CertificateTooLargeError(Exception):
+    """A certificate has more than `MAX_SIZE` clauses and definitions."""
+
 
 Range = tuple[Fraction, Fraction] | None
 
@@ -72,18 +77,16 @@ def certificate_claims(fixpoints: Fixpoints, variables: LoopVariables) -> Iterat
         The claims: of the start, of each place, and of the way to the goal from each place.
 
     Raises:
-        StateSpaceError: there are more than `MAX_CLAIMS`.
+        CertificateTooLargeError: together they have more than `MAX_SIZE` clauses and definitions.
     """
-    if len(fixpoints.program.moves) * (len(fixpoints.hopeful) + 1) > MAX_CLAIMS:
-        raise StateSpaceError("its goal takes too many plans")
     # The sets are complete, so another order of the bits would only cost time.
     fixpoints.sets.bdd.configure(reordering=False)
-    certificate = _Certificate(fixpoints, variables)
-    yield certificate.start()
-    for place in fixpoints.program.moves:
-        if fixpoints.reachable[place] != fixpoints.sets.none:
-            yield certificate.reachability(place)
-    yield from certificate.progress()
+    size = 0
+    for question in _Certificate(fixpoints, variables).questions():
+        size += question.size
+        if size > MAX_SIZE:
+            raise CertificateTooLargeError
+        yield question.claim()
 
 
 class _Question:
@@ -93,6 +96,8 @@ class _Question:
         self._sets, self._program = sets, program
         self._ranges = dict(ranges)
         self._terms: list[SetTerms] = []
+        self._subject = ""
+        self._parts: tuple[t.Term, ...] = ()
         self.variables = [*program.variables.values()]
         self.now = self.over(program.variables, "")
 
@@ -119,12 +124,22 @@ class _Question:
         renamed = {afterwards(self._program.variables[name]).name: one for name, one in fresh.items()}
         return self.over(terms, f" after {number}"), all_of(*known), renamed
 
-    def claim(self, subject: str, *parts: t.Term) -> CertificateClaim:
+    def asks(self, subject: str, *parts: t.Term) -> _Question:
+        """Ask if all parts hold."""
+        self._subject, self._parts = subject, parts
+        return self
+
+    @property
+    def size(self) -> int:
+        """Number of clauses and definitions."""
+        return sum(terms.size for terms in self._terms)
+
+    def claim(self) -> CertificateClaim:
         """Make the claim that all parts hold."""
         definitions = [one for terms in self._terms for one in terms.definitions]
         defined = [one for terms in self._terms for one in terms.defined]
         variables = tuple((one, self._ranges.get(one.name)) for one in [*self.variables, *defined])
-        return CertificateClaim(subject, variables, tuple(definitions), all_of(*parts))
+        return CertificateClaim(self._subject, variables, tuple(definitions), all_of(*self._parts))
 
 
 class _Certificate:
@@ -143,7 +158,15 @@ class _Certificate:
     def _question(self) -> _Question:
         return _Question(self._sets, self._program, self._ranges)
 
-    def start(self) -> CertificateClaim:
+    def questions(self) -> Iterator[_Question]:
+        """Make the questions."""
+        yield self.start()
+        for place, states in self._fixpoints.reachable.items():
+            if states != self._sets.none:
+                yield self.reachability(place)
+        yield from self.progress()
+
+    def start(self) -> _Question:
         """Claim that all states at the start are in the set of the first place."""
         question = self._question()
         parts = [
@@ -152,9 +175,9 @@ class _Certificate:
             if len(values) == 1
         ]
         first = question.now.condition(self._fixpoints.reachable[PLAN])
-        return question.claim("the start", t.Implies(all_of(*parts), first))
+        return question.asks("the start", t.Implies(all_of(*parts), first))
 
-    def reachability(self, place: Place) -> CertificateClaim:
+    def reachability(self, place: Place) -> _Question:
         """Claim that every branch stays in the sets, and that nothing is wrong at a place."""
         question = self._question()
         here = question.now.condition(self._fixpoints.reachable[place])
@@ -169,9 +192,9 @@ class _Certificate:
                 target = self._fixpoints.reachable[end.target]
                 kept = after.condition(target, self._fixpoints.reachable[place], _changed(branch))
                 parts.append(t.Implies(premise, kept))
-        return question.claim(_named(place), *parts)
+        return question.asks(_named(place), *parts)
 
-    def progress(self) -> Iterator[CertificateClaim]:
+    def progress(self) -> Iterator[_Question]:
         """Claim that the goal stays within reach.
 
         Yields:
@@ -188,11 +211,11 @@ class _Certificate:
             fewer = found
         question = self._question()
         reachable, within = (question.now.condition(one[PLAN]) for one in (self._fixpoints.reachable, fewer))
-        yield question.claim("every plan", t.Implies(reachable, within))
+        yield question.asks("every plan", t.Implies(reachable, within))
 
     def _progress_at(
         self, place: Place, number: int, states: StateSet, targets: Mapping[Place, StateSet]
-    ) -> CertificateClaim:
+    ) -> _Question:
         question = self._question()
         here = question.now.condition(states)
         parts: list[t.Term] = []
@@ -212,7 +235,7 @@ class _Certificate:
                     ]
                     ways.append(all_of(branch.guard, *leads_on))
             parts.append(t.Implies(all_of(here, move.guard), any_of(ways)))
-        return question.claim(f"{number} plans from {_named(place)}", *parts)
+        return question.asks(f"{number} plans from {_named(place)}", *parts)
 
 
 def _changed(branch: Branch) -> set[str]:

@@ -29,6 +29,7 @@ class SetTerms:
         mark: end of the names of defined truth values, different for each choice of terms in one question.
 
     Attributes:
+        size: number of clauses and definitions so far.
         definitions: the definitions so far.
         defined: the truth values that they define.
     """
@@ -42,6 +43,7 @@ class SetTerms:
         self._mark = mark
         self._bits = {bit: (name, at) for name in values for at, bit in enumerate(sets.bits[name])}
         self._known: dict[object, t.Term] = {}
+        self.size = 0
         self.definitions: list[t.Term] = []
         self.defined: list[t.Variable] = []
 
@@ -63,15 +65,12 @@ class SetTerms:
             return self._of_nodes(states)
         known = set() if given is None else set(self._sets.clauses(given) or ())
         bits = {bit for name in changed for bit in self._sets.bits[name]}
-        return all_of(
-            *(
-                any_of(
-                    [self._bit(bit) if value else negation(self._bit(bit)) for bit, value in sorted(clause)]
-                )
-                for clause in clauses
-                if clause not in known or any(bit in bits for bit, _ in clause)
-            )
-        )
+        kept = [one for one in clauses if one not in known or any(bit in bits for bit, _ in one)]
+        self.size += len(kept)
+        return all_of(*(any_of([self._literal(*one) for one in sorted(clause)]) for clause in kept))
+
+    def _literal(self, bit: str, value: bool) -> t.Term:
+        return self._bit(bit) if value else negation(self._bit(bit))
 
     def _of_nodes(self, states: StateSet) -> t.Term:
         if states == self._sets.every:
@@ -136,6 +135,7 @@ class SetTerms:
                 kind = "set" if isinstance(key, int) else "bit"
                 name = f"{kind} {len(self.defined)}{self._mark}"
                 variable = t.Variable(name, BOOL, t.VariableRole.STATE)
+                self.size += 1
                 self.definitions.append(t.And((t.Implies(variable, term), t.Implies(term, variable))))
                 self.defined.append(variable)
                 term = variable

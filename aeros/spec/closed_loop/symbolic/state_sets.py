@@ -24,7 +24,7 @@ from aeros.spec.expr.types import RealType
 MAX_COMBINATIONS: Final = 65_536
 """Largest number of combinations of values that one comparison is decided for."""
 
-MAX_ORDERED: Final = 64
+MAX_ORDERED: Final = 32
 """Values of a number that has a bit for each of them, at most."""
 
 MAX_CLAUSES: Final = 400

@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 import pytest
 
-from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.closed_loop.symbolic import certificate
 from aeros.spec.closed_loop.symbolic.analysis import SymbolicLoop
+from aeros.spec.closed_loop.symbolic.certificate import CertificateTooLargeError
 from aeros.spec.closed_loop.symbolic.program import PLAN, Place
 from aeros.spec.obligations.verdicts import Verdict
 from aeros.spec.verification.discharge import discharge_obligations
@@ -87,6 +87,6 @@ def test_a_count_that_needs_one_plan_more_is_refuted() -> None:
 
 
 def test_a_certificate_has_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(certificate, "MAX_CLAIMS", 10)
-    with pytest.raises(StateSpaceError, match="takes too many plans"):
+    monkeypatch.setattr(certificate, "MAX_SIZE", 10)
+    with pytest.raises(CertificateTooLargeError):
         certificate_of(counting())
