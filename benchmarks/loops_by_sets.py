@@ -2,9 +2,10 @@
 
 Each loop has more states than `aeros verify` lists.  AEROS and the model checker Storm (`pip install
 stormpy`, https://www.stormchecker.org) answer the same question in the same run: from every state before a
-plan that can be reached, whichever choices the agent makes, the goal can be reached.  Storm gets the loop as a program of
-the PRISM language, made from AEROS's program of places, and builds decision diagrams of it, too.  AEROS's
-times are given without and with the certificate and Z3's check of it, for which Storm has no counterpart.
+plan that can be reached, whichever choices the agent makes, the goal can be reached.  Storm gets the loop as
+a program of the PRISM language, made from AEROS's program of places, and builds decision diagrams of it, too.
+AEROS's times are given without and with the certificate and Z3's check of it, for which Storm has no
+counterpart.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from aeros.spec.closed_loop.symbolic.analysis import SymbolicLoop
-from aeros.spec.closed_loop.symbolic.program import PLAN, REACHED, Move, Place
+from aeros.spec.closed_loop.symbolic.program import PLAN, REACHED, Move, Place, all_of
 from aeros.spec.closed_loop.transition_system import TransitionSystem
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.effects import Increment
@@ -117,7 +118,7 @@ def write_prism(loop: SymbolicLoop) -> str:
         lines.append(f"{names[name]} : bool;" if is_flag else f"{names[name]} : [{values[0]}..{values[-1]}];")
     for place, moves in program.moves.items():
         for move in moves:
-            lines += _commands(places[place], move, places, names)
+            lines += _commands(loop, place, move, names)
     lines.append("endmodule")
     free = [f"place={places[PLAN]}", *(f"!{names[bit]}" for bit in program.plan_bits)]
     lines.append(f"init {' & '.join(free)} endinit")
@@ -125,18 +126,19 @@ def write_prism(loop: SymbolicLoop) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _commands(place: int, move: Move, places: dict[Place, int], names: dict[str, str]) -> list[str]:
+def _commands(loop: SymbolicLoop, place: Place, move: Move, names: dict[str, str]) -> list[str]:
     """Write one move; branches with several ends have a command for each combination of these."""
     branches = move.branches
-    if any(branch.opened or not branch.is_likely or branch.guard != t.TRUE for branch in branches):
+    if any(branch.opened or not branch.is_likely for branch in branches):
         raise SystemExit("this comparison has no open variables and no impossible outcomes")
     commands = []
+    sets, places = loop.fixpoints.sets, {place: number for number, place in enumerate(loop.program.moves)}
     ends = [[end for end in branch.ends if end.guard != t.FALSE] for branch in branches]
     for chosen in product(*ends):
-        guards = [
-            f"place={place}",
-            *(_text(one, names) for one in (move.guard, *(end.guard for end in chosen))),
-        ]
+        guards = [*(one.guard for one in branches), *(one.guard for one in chosen)]
+        guard = all_of(move.guard, *guards)
+        if sets.where(guard) & sets.valid == sets.none:
+            continue
         updates = [
             " & ".join(
                 [f"(place'={places[end.target]})"]
@@ -145,7 +147,7 @@ def _commands(place: int, move: Move, places: dict[Place, int], names: dict[str,
             for branch, end in zip(branches, chosen, strict=True)
         ]
         shares = " + ".join(f"1/{len(updates)} : {one}" for one in updates)
-        commands.append(f"[] {' & '.join(guards)} -> {shares};")
+        commands.append(f"[] place={places[place]} & {_text(guard, names)} -> {shares};")
     return commands
 
 
@@ -196,9 +198,9 @@ def measure_storm(system: TransitionSystem, stormpy: Any) -> dict[str, Any]:
         program = stormpy.parse_prism_program(str(file))
         asked = stormpy.parse_properties(_PROPERTY, program)
         model = stormpy.build_symbolic_model(program, asked)
-        result = stormpy.check_model_dd(model, asked[0])
-        result.filter(stormpy.create_filter_initial_states_symbolic(model))
-        return {"holds": bool(result.forall_true), "decided": time.perf_counter() - started}
+        result = stormpy.model_checking(model, asked[0])
+        result.filter(stormpy.create_filter_initial_states(model))
+        return {"holds": bool(result.forall_true()), "decided": time.perf_counter() - started}
 
 
 def main() -> None:

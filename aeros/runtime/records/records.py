@@ -201,11 +201,12 @@ def format_reasons(reasons: tuple[Reason, ...], causes: tuple[Cause, ...] = ()) 
         causes: the cause of each, in the same order, with the values that broke it; empty if unknown.
 
     Returns:
-        One line, `CODE RULE: VALUES; TEXT` each, separated by semicolons; VALUES only where a cause has them.
+        One line, `CODE RULE: VALUES; TEXT` each, separated by semicolons; VALUES only where a cause has them
+        and the text does not say the same.
     """
     values = [", ".join(map(str, cause.shortfalls)) for cause in causes] or [""] * len(reasons)
     text = "; ".join(
-        f"{reason.code} {reason.rule}: {f'{shown}; ' if shown else ''}{reason.text}"
+        f"{reason.code} {reason.rule}: {f'{shown}; ' if shown not in ('', reason.text) else ''}{reason.text}"
         for reason, shown in zip(reasons, values, strict=True)
     )
     return text or "the gate gave no reason"

@@ -46,7 +46,7 @@ class BlockedStep:
 
 
 class LoopFindings(Protocol):
-    """What an engine has found out about the loop of one task."""
+    """Answers of an engine about the loop of one task."""
 
     @property
     def system(self) -> TransitionSystem:

@@ -16,7 +16,7 @@ from aeros.spec.model.ecm import Ecm, Task, TaskInvariant
 from aeros.spec.model.site import Site
 
 
-class TooManyStatesError(StateSpaceError):
+class UnlistedStatesError(StateSpaceError):
     """There are too many states to list them."""
 
 
@@ -145,7 +145,7 @@ def explore_task(ecm: Ecm, task: Task, site: Site) -> ReachableStates:
 
     Raises:
         StateSpaceError: a variable has infinitely many values.
-        TooManyStatesError: there are more than `MAX_STARTS` starts or `MAX_NODES` nodes.
+        UnlistedStatesError: there are more than `MAX_STARTS` starts or `MAX_NODES` nodes.
     """
     return explore_system(TransitionSystem(ecm, task, site))
 
@@ -160,11 +160,11 @@ def explore_system(system: TransitionSystem) -> ReachableStates:
         The reachable states.
 
     Raises:
-        TooManyStatesError: there are more than `MAX_STARTS` starts or `MAX_NODES` nodes.
+        UnlistedStatesError: there are more than `MAX_STARTS` starts or `MAX_NODES` nodes.
     """
     values = list(system.variables.starts(system.task.initial))
     if math.prod(map(len, values)) > MAX_STARTS:
-        raise TooManyStatesError("it has too many start states")
+        raise UnlistedStatesError("it has too many start states")
     starts = [*itertools.product(*values)]
     reachable = ReachableStates(system)
     pending = deque(LoopState("plan", start) for start in starts)
@@ -174,7 +174,7 @@ def explore_system(system: TransitionSystem) -> ReachableStates:
         for move in system.transitions(node):
             if move.target not in reachable.graph:
                 if len(reachable.graph) >= MAX_NODES:
-                    raise TooManyStatesError("it has too many states")
+                    raise UnlistedStatesError("it has too many states")
                 reachable.graph[move.target] = []
                 reachable.predecessors[move.target] = (node, move.label)
                 pending.append(move.target)

@@ -22,6 +22,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from graphlib import CycleError, TopologicalSorter
+from itertools import product
 from typing import Any, Final, Literal, TypeAlias
 
 from aeros.spec.closed_loop.composed_run import ComposedRun, Role, RunTooLargeError
@@ -195,8 +196,7 @@ class TransitionSystem:
         index = node.remaining_rules[0]
         if self._unless[index](node.state):
             return None
-        unable = (way.name for way in self._steps[index] if not way.can_start(node.state))
-        name = next(unable, None)
+        name = next((way.name for way in self._steps[index] if not way.can_start(node.state)), None)
         return None if name is None else (self.task.rules[index], name)
 
     def transitions(self, node: LoopState) -> list[Transition]:
@@ -220,9 +220,8 @@ class TransitionSystem:
             return self._recovery_transitions(node)
         if self._unless[node.remaining_rules[0]](node.state):
             return [Transition(LoopState("try", node.state, node.remaining_rules[1:]))]
-        return (
-            self._recovery_transitions(node) if node.phase == "recover" else self._attempt_transitions(node)
-        )
+        follow = self._recovery_transitions if node.phase == "recover" else self._attempt_transitions
+        return follow(node)
 
     def rejection(self, plan: tuple[int, ...]) -> str | None:
         """Give the reason for which the agent rejects a plan; results are cached.
@@ -246,12 +245,10 @@ class TransitionSystem:
         Returns:
             Pairs of a skill that the step may run, and a skill that may run after it failed.
         """
-        return [
-            (name, recovery)
-            for helper in recoveries_of(self.task.rules[index])
-            for recovery in self._recovery_skills[helper]
-            for name in self._providers[index]
-        ]
+        helpers = (
+            one for name in recoveries_of(self.task.rules[index]) for one in self._recovery_skills[name]
+        )
+        return [*product(self._providers[index], helpers)]
 
     def plan(self, state: State) -> tuple[int, ...]:
         """Plan by the task's rules.

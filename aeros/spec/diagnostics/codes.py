@@ -365,7 +365,7 @@ _TABLE: Final = (
         "AE803",
         "not-analysed",
         "closed-loop",
-        "a task's goal or planning rules use more than truth values and enums",
+        "a task's rules compare quantities in a way that is not analysed, or its loop is too large",
     ),
     DiagnosticCode(
         "AE804", "invariant-not-kept", "closed-loop", "a task can reach a state that violates its invariant"

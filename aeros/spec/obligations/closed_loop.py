@@ -1,17 +1,16 @@
 """Claims about a task's planning rules, over every path of every declared outcome.
 
-The claims are about the agent's loop, explored as the transition system of `aeros.spec.closed_loop`:
+The claims are about the agent's loop, the transition system of `aeros.spec.closed_loop`:
 
 - dispatch: whenever a step of a plan is due for its first try, its skill's precondition holds; where it names
   a capability, the precondition of every provider holds;
 - progress: from every reachable state the goal can be reached, whichever providers are chosen;
-- effective: some state agrees with the declared start, by the definitions of predicates, and not all such
-  states are at the goal;
 - each invariant of the task: it holds in every reachable state, the last included.
 
-A refutation is a trace of steps and outcomes from a start.
+States are listed one by one.  Where there are too many, they are computed as sets, and a certificate of
+obligations makes the solver check the sets.  A refutation is a trace of steps and outcomes from a start.
 Not modelled: the cap on re-plans (progress is possible, not certain; `aeros predict` says how likely);
-predicates that change by themselves. A predicate that a step leaves at either value is branched on.
+variables that change by themselves.  A variable that a step leaves at several values is branched on.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 from aeros.spec.backends.package_versions import package_version
 from aeros.spec.closed_loop.findings import LoopFindings, LoopPath, format_path
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
-from aeros.spec.closed_loop.reachability import TooManyStatesError, explore_system
+from aeros.spec.closed_loop.reachability import UnlistedStatesError, explore_system
 from aeros.spec.closed_loop.transition_system import TransitionSystem
 from aeros.spec.consequences.start_values import find_start_contradiction
 from aeros.spec.consequences.words import unsettled_note
@@ -63,7 +62,7 @@ def _task_claims(ecm: Ecm, task: Task, site: Site) -> list[Obligation | StaticCl
     system = TransitionSystem(ecm, task, site)
     try:
         return [*_settled_claims(ecm, site, explore_system(system))]
-    except TooManyStatesError:
+    except UnlistedStatesError:
         # Importing this and its library takes longer than most proofs.
         from aeros.spec.closed_loop.symbolic.analysis import SymbolicLoop
         from aeros.spec.closed_loop.symbolic.certificate import CertificateTooLargeError
@@ -202,7 +201,7 @@ def _analysis_undecided(task: Task, reason: str) -> Diagnostic:
         "AE803",
         f"undecided, so refused: the planning rules of `{task.id}` were not analysed: {reason}",
         SpanLabel(task.span),
-        help=("declare a state variable of type bool for the condition, in site or module, and use that",),
+        help=("declare a truth value with a `definition`, in site or module, and use that in the rules",),
     )
 
 

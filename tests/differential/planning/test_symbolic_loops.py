@@ -9,7 +9,7 @@ import pytest
 
 from aeros.spec.closed_loop.findings import LoopFindings
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
-from aeros.spec.closed_loop.reachability import ReachableStates, TooManyStatesError, explore_system
+from aeros.spec.closed_loop.reachability import ReachableStates, UnlistedStatesError, explore_system
 from aeros.spec.closed_loop.symbolic.analysis import SymbolicLoop
 from aeros.spec.closed_loop.transition_system import LoopState, TransitionSystem
 from aeros.spec.obligations.closed_loop import closed_loop_obligations
@@ -22,7 +22,7 @@ SEEN: Counter[str] = Counter()
 
 
 def answers(found: LoopFindings) -> dict[str, bool]:
-    """Whether each claim about a loop holds."""
+    """Answer of an engine to each claim about a loop: true if it holds."""
     return {
         "AE801": found.blocked_step() is None,
         "AE802": found.dead_end() is None,
@@ -35,7 +35,7 @@ def compare(make: Callable[[int], Loop], seed: int) -> None:
     try:
         system = TransitionSystem(*make(seed))
         listed = explore_system(system)
-    except (StateSpaceError, TooManyStatesError):
+    except (StateSpaceError, UnlistedStatesError):
         SEEN["undecided"] += 1
         return
     by_sets = SymbolicLoop(system)

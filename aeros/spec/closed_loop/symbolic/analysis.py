@@ -61,7 +61,11 @@ class SymbolicLoop:
         )
 
     def blocked_step(self) -> BlockedStep | None:
-        """Implement `LoopFindings.blocked_step`."""
+        """Implement `LoopFindings.blocked_step`.
+
+        Raises:
+            InternalError: the step can start, so the diagrams are wrong.
+        """
         for index, (due, starts) in enumerate(self.program.first_tries):
             able = all_of(*starts)
             path = self._path_to({Place("try", index): self._where(all_of(due, negation(able)))})
@@ -107,6 +111,9 @@ class SymbolicLoop:
         """Find a path to a reachable state of some sets.
 
         If that is in a composition, `inside` is the condition that holds there.
+
+        Raises:
+            InternalError: no run of the loop takes the path, so the diagrams are wrong.
         """
         reachable, none = self.fixpoints.reachable, self.fixpoints.sets.none
         meeting = {place: both for place, one in wanted.items() if (both := one & reachable[place]) != none}

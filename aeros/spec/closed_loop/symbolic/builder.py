@@ -19,11 +19,11 @@ from aeros.spec.closed_loop.symbolic.program import (
     PLAN,
     REACHED,
     REJECTED,
-    Branch,
     End,
     LoopProgram,
     Move,
     Place,
+    ProgramBranch,
     all_of,
     any_of,
     negation,
@@ -95,7 +95,7 @@ class _Builder:
             self._add_rule(index)
         self._add_plan()
         variables = self._system.variables
-        ordered = {one.name: one for one in self._ordered_variables()}
+        ordered = {one.name: one for one in _ordered(variables.variables, self._unless)}
         return LoopProgram(
             values={name: variables.values.get(name, (False, True)) for name in ordered},
             variables=ordered,
@@ -105,16 +105,6 @@ class _Builder:
             goal=self._goal,
             invariants={one.id: lower(one.term) for one in self._system.task.invariants},
         )
-
-    def _ordered_variables(self) -> Iterator[t.Variable]:
-        """Yield each rule's variable after those that decide it: so diagrams of plans are small."""
-        variables, seen = self._system.variables.variables, set[str]()
-        for index, unless in enumerate(self._unless):
-            names = [name for name in sorted(t.variables_of(unless)) if name in variables]
-            yield from (variables[name] for name in names if name not in seen)
-            seen.update(names)
-            yield plan_bit(index)
-        yield from (one for name, one in variables.items() if name not in seen)
 
     def add(self, place: Place, *moves: Move) -> Place:
         """Add a place with its moves.
@@ -186,7 +176,11 @@ class _Builder:
         )
 
     def _rejected_sets(self) -> list[frozenset[int]]:
-        """List sets of rules that no accepted plan contains."""
+        """List sets of rules that no accepted plan contains.
+
+        Raises:
+            StateSpaceError: there are too many.
+        """
         alone = [frozenset((index,)) for index in range(len(self._rules)) if self._system.rejection((index,))]
         by_edge: dict[tuple[str, str], set[int]] = {}
         for index in range(len(self._rules)):
@@ -225,14 +219,14 @@ class _Builder:
         At the first, the rule's variable becomes false: whatever follows, the rule is not due any more.
         """
         rule, skipped = self._rules[here.rule], self._unless[here.rule]
-        begun: dict[str, t.Term] = {}
+        cleared: dict[str, t.Term] = {}
         if not here.tries:
-            begun = {plan_bit(here.rule).name: t.FALSE}
+            cleared = {plan_bit(here.rule).name: t.FALSE}
             skipped = any_of([negation(plan_bit(here.rule)), skipped])
         due = all_of(negation(self._goal), negation(skipped))
         moves, starts = [], []
         for way in self._system.ecm.alternatives(rule.skill):
-            can_start, branches = self._way(way, rule, (after, failing, given_up), begun)
+            can_start, branches = self._way(way, rule, (after, failing, given_up), cleared)
             moves.append(Move(all_of(due, can_start), branches))
             starts.append(can_start)
         if not here.tries:
@@ -240,7 +234,7 @@ class _Builder:
         self.add(
             here,
             step(self._goal, REACHED, self._forgotten()),
-            step(all_of(negation(self._goal), skipped), after, begun),
+            step(all_of(negation(self._goal), skipped), after, cleared),
             step(all_of(due, *map(negation, starts)), lost if here.tries else PLAN, self._forgotten()),
             *moves,
         )
@@ -253,7 +247,7 @@ class _Builder:
         return self.add(
             Place("reset", index),
             step(self._goal, REACHED, self._forgotten()),
-            *self._recovery(helpers, PLAN, self._goal),
+            *_recovery(helpers, PLAN, self._goal),
         )
 
     def _between(self, index: int, rule: PlanningRule, tries: int) -> Place:
@@ -267,34 +261,16 @@ class _Builder:
             Place("recover", index, tries),
             step(self._goal, REACHED, self._forgotten()),
             step(skipped, Place("try", index + 1)),
-            *self._recovery(helpers, next_try, any_of([self._goal, self._unless[index]])),
+            *_recovery(helpers, next_try, any_of([self._goal, self._unless[index]])),
         )
-
-    @staticmethod
-    def _recovery(helpers: Sequence[SymbolicSkill], target: Place, over: t.Term) -> list[Move]:
-        """Make the moves of a recovery; where no helper can start, it is skipped."""
-        unable = all_of(negation(over), *(negation(one.can_start) for one in helpers))
-        return [
-            step(unable, target),
-            *(
-                Move(
-                    all_of(negation(over), one.can_start),
-                    tuple(
-                        Branch(each.guard, (End(t.TRUE, target),), each.updates, each.opened, each.is_likely)
-                        for each in one.branches
-                    ),
-                )
-                for one in helpers
-            ),
-        ]
 
     def _way(
         self,
         way: Alternative,
         rule: PlanningRule,
         targets: tuple[Place, Place, Place | None],
-        begun: Mapping[str, t.Term],
-    ) -> tuple[t.Term, tuple[Branch, ...]]:
+        cleared: Mapping[str, t.Term],
+    ) -> tuple[t.Term, tuple[ProgramBranch, ...]]:
         """Make the condition of an alternative's start, and what may happen in one try of it.
 
         The targets are those after a success, after a failure, and where memory leaves out further tries.
@@ -302,16 +278,18 @@ class _Builder:
         done, failing, given_up = targets
         if way.composition is not None:
             leaving = [] if given_up is None else [_given_up(t.TRUE, t.TRUE, given_up, self._forgotten())]
-            lost = self.inside(Move(t.TRUE, (Branch(t.TRUE, (End(t.TRUE, failing),)), *leaving)))
+            lost = self.inside(Move(t.TRUE, (ProgramBranch(t.TRUE, (End(t.TRUE, failing),)), *leaving)))
             places = CompositionPlaces(way.composition, self._goal, self.inside, self.skill)
             entry = places.entry(self.inside(step(t.TRUE, done)), lost)
-            return lower(way.composition.precondition), (Branch(t.TRUE, (End(t.TRUE, entry),), begun),)
+            return lower(way.composition.precondition), (
+                ProgramBranch(t.TRUE, (End(t.TRUE, entry),), cleared),
+            )
         skill = self.skill(way.name, rule.inputs)
-        branches: list[Branch] = []
+        branches: list[ProgramBranch] = []
         for one in skill.branches:
             ends = (End(negation(one.is_failure), done), End(one.is_failure, failing))
-            updates = {**one.updates, **begun}
-            branches.append(Branch(one.guard, ends, updates, one.opened, one.is_likely))
+            updates = {**one.updates, **cleared}
+            branches.append(ProgramBranch(one.guard, ends, updates, one.opened, one.is_likely))
             if given_up is not None:
                 updates = {**one.updates, **self._forgotten()}
                 branches.append(_given_up(one.guard, one.is_failure, given_up, updates, one.opened))
@@ -324,6 +302,36 @@ def _given_up(
     target: Place,
     updates: Mapping[str, t.Term],
     opened: Mapping[str, tuple[Any, ...]] | None = None,
-) -> Branch:
+) -> ProgramBranch:
     """Make the branch in which the agent's memory leaves out the tries that are left."""
-    return Branch(guard, (End(is_failure, target),), updates, opened or {}, is_likely=False)
+    return ProgramBranch(guard, (End(is_failure, target),), updates, opened or {}, is_likely=False)
+
+
+def _ordered(variables: Mapping[str, t.Variable], unless: Sequence[t.Term]) -> Iterator[t.Variable]:
+    """Yield each rule's variable after those that decide it: so diagrams of plans are small."""
+    seen = set[str]()
+    for index, condition in enumerate(unless):
+        names = [name for name in sorted(t.variables_of(condition)) if name in variables]
+        yield from (variables[name] for name in names if name not in seen)
+        seen.update(names)
+        yield plan_bit(index)
+    yield from (one for name, one in variables.items() if name not in seen)
+
+
+def _recovery(helpers: Sequence[SymbolicSkill], target: Place, over: t.Term) -> list[Move]:
+    """Make the moves of a recovery; where no helper can start, it is skipped."""
+    unable = all_of(negation(over), *(negation(one.can_start) for one in helpers))
+    ends = (End(t.TRUE, target),)
+    return [
+        step(unable, target),
+        *(
+            Move(
+                all_of(negation(over), one.can_start),
+                tuple(
+                    ProgramBranch(each.guard, ends, each.updates, each.opened, each.is_likely)
+                    for each in one.branches
+                ),
+            )
+            for one in helpers
+        ),
+    ]

@@ -25,9 +25,9 @@ from aeros.spec.closed_loop.symbolic.fixpoints import Fixpoints
 from aeros.spec.closed_loop.symbolic.program import (
     PLAN,
     REACHED,
-    Branch,
     LoopProgram,
     Place,
+    ProgramBranch,
     afterwards,
     all_of,
     any_of,
@@ -107,7 +107,7 @@ class _Question:
         self._terms.append(terms)
         return terms
 
-    def after(self, branch: Branch, number: int) -> tuple[SetTerms, t.Term, Any]:
+    def after(self, branch: ProgramBranch, number: int) -> tuple[SetTerms, t.Term, Any]:
         """Make sets over the values after a branch, with what is known of open ones, and their names."""
         fresh: dict[str, t.Variable] = {}
         known: list[t.Term] = []
@@ -238,7 +238,7 @@ class _Certificate:
         return question.asks(f"{number} plans from {_named(place)}", *parts)
 
 
-def _changed(branch: Branch) -> set[str]:
+def _changed(branch: ProgramBranch) -> set[str]:
     return {*branch.updates, *branch.opened}
 
 

@@ -14,10 +14,10 @@ from typing import Any, Final
 
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.closed_loop.symbolic.program import (
-    Branch,
     End,
     Move,
     Place,
+    ProgramBranch,
     all_of,
     any_of,
     negation,
@@ -109,8 +109,8 @@ class CompositionPlaces:
         """Add the place after a failed try, where the agent's memory may leave out those that are left."""
         if lost is None or one.last_handler is None:
             return after
-        given_up = Branch(t.TRUE, (End(t.TRUE, lost),), is_likely=False)
-        return self._add(Move(t.TRUE, (Branch(t.TRUE, (End(t.TRUE, after),)), given_up)))
+        given_up = ProgramBranch(t.TRUE, (End(t.TRUE, lost),), is_likely=False)
+        return self._add(Move(t.TRUE, (ProgramBranch(t.TRUE, (End(t.TRUE, after),)), given_up)))
 
     def _try(self, one: Step, done: Place, failing: Place, unable: Place) -> Place:
         skills = [self._find_skill(name, one.inputs) for name in one.runs]
@@ -119,7 +119,7 @@ class CompositionPlaces:
         open_ = negation(self._goal)
         starts = [skill.can_start for skill in skills]
         branches = [
-            Branch(
+            ProgramBranch(
                 all_of(skill.can_start, each.guard),
                 (End(negation(each.is_failure), done), End(each.is_failure, failing)),
                 each.updates,
@@ -172,7 +172,7 @@ class CompositionPlaces:
             if all(place == _DONE for place in at):
                 made[at] = self._add(step(t.TRUE, done))
                 continue
-            branches: list[Branch] = []
+            branches: list[ProgramBranch] = []
             for number, place in enumerate(at):
                 others = (at[:number], at[number + 1 :])
                 in_turn = all(one == _DONE for one in others[0]) and others[1] == entries[number + 1 :]
@@ -186,7 +186,7 @@ class CompositionPlaces:
                     for each in move.branches
                 ]
             if _FAILED in at:
-                branches.append(Branch(t.TRUE, (End(t.TRUE, failed),), is_likely=False))
+                branches.append(ProgramBranch(t.TRUE, (End(t.TRUE, failed),), is_likely=False))
             made[at] = self._add(Move(t.TRUE, tuple(branches)))
         return made[entries]
 
@@ -207,7 +207,9 @@ def _targets(moves: Sequence[Move]) -> set[Place]:
     return {end.target for move in moves for branch in move.branches for end in branch.ends}
 
 
-def _moved(branch: Branch, guard: t.Term, following: Mapping[Place, Place], is_in_turn: bool) -> Branch:
+def _moved(
+    branch: ProgramBranch, guard: t.Term, following: Mapping[Place, Place], is_in_turn: bool
+) -> ProgramBranch:
     """Make a branch of one parallel branch one of the combined places."""
     return replace(
         branch,

@@ -14,6 +14,7 @@ from heapq import heappop, heappush
 from typing import Any, Final
 
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
+from aeros.spec.closed_loop.symbolic.branch_images import BranchImages
 from aeros.spec.closed_loop.symbolic.program import PLAN, REACHED, LoopProgram, Move, Place
 from aeros.spec.closed_loop.symbolic.state_sets import StateSet, StateSets
 
@@ -40,6 +41,10 @@ class Fixpoints:
     _images: int = 0
 
     @cached_property
+    def _branches(self) -> BranchImages:
+        return BranchImages(self.sets)
+
+    @cached_property
     def start(self) -> StateSet:
         """The states at the start."""
         return self.sets.valid & self.sets.intersection(
@@ -60,7 +65,7 @@ class Fixpoints:
             states, new[place] = new[place], self.sets.none
             for move, branch in self.program.branches(place):
                 self._count()
-                for target, after in self.sets.after(states, move, branch):
+                for target, after in self._branches.after(states, move, branch):
                     more = after & ~found[target]
                     if more != self.sets.none:
                         if new[target] == self.sets.none:
@@ -96,7 +101,7 @@ class Fixpoints:
             for branch in move.branches:
                 if branch.is_likely:
                     self._count()
-                    some |= self.sets.surely_before(targets, branch)
+                    some |= self._branches.surely_before(targets, branch)
             common &= some
         return common
 
@@ -116,7 +121,7 @@ class Fixpoints:
             before: dict[Place, StateSet] = {}
             for place, move, branch in self._leading_to(ring):
                 self._count()
-                fresh = self.sets.before(ring, move, branch) & self.reachable[place]
+                fresh = self._branches.before(ring, move, branch) & self.reachable[place]
                 fresh &= self.sets.every if place not in seen else ~seen[place]
                 if fresh != self.sets.none:
                     before[place] = before.get(place, self.sets.none) | fresh

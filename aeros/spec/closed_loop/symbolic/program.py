@@ -52,7 +52,7 @@ class End:
 
 
 @dataclass(frozen=True, slots=True)
-class Branch:
+class ProgramBranch:
     """One thing that may happen in a move.
 
     Attributes:
@@ -80,7 +80,7 @@ class Move:
     """
 
     guard: t.Term
-    branches: tuple[Branch, ...]
+    branches: tuple[ProgramBranch, ...]
 
 
 @dataclass
@@ -112,7 +112,7 @@ class LoopProgram:
         """Names of the variables that tell whether a rule is in the plan, in the order of the rules."""
         return tuple(plan_bit(number).name for number in range(len(self.first_tries)))
 
-    def branches(self, place: Place) -> Iterator[tuple[Move, Branch]]:
+    def branches(self, place: Place) -> Iterator[tuple[Move, ProgramBranch]]:
         """List what may happen at a place.
 
         Args:
@@ -166,7 +166,7 @@ def step(guard: t.Term, target: Place, updates: Mapping[str, t.Term] | None = No
     Returns:
         The move.
     """
-    return Move(guard, (Branch(t.TRUE, (End(t.TRUE, target),), updates or {}),))
+    return Move(guard, (ProgramBranch(t.TRUE, (End(t.TRUE, target),), updates or {}),))
 
 
 def all_of(*terms: t.Term) -> t.Term:

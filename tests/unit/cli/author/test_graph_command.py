@@ -114,15 +114,14 @@ def test_an_unknown_task_is_a_usage_error(capsys: pytest.CaptureFixture[str]) ->
     assert capsys.readouterr().err == "aeros: `tidy` has no task `clean`; did you mean `clean_up`?\n"
 
 
-def test_a_loop_over_numbers_is_not_drawn(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_loop_without_cells_is_not_drawn(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     shutil.copytree(BASE / "tidy", tmp_path / "tidy")
     manifest = tmp_path / "tidy" / "ecm.yaml"
-    manifest.write_text(manifest.read_text().replace("goal: bench_clean", "goal: human_distance > 1 m"))
+    goal = "goal: human_distance * human_distance > 1 m*m"
+    manifest.write_text(manifest.read_text().replace("goal: bench_clean", goal))
     arguments = ["graph", str(tmp_path / "tidy"), *SITE, "--kind", "closed-loop"]
     assert main(arguments) == Exit.REJECTED
-    assert (
-        "depends on `human_distance`, which is neither a truth value nor an enum" in capsys.readouterr().err
-    )
+    assert "a condition multiplies `human_distance` by itself" in capsys.readouterr().err
 
 
 def test_a_module_that_cannot_be_read_says_why(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -36,7 +36,8 @@ def test_the_text_says_what_was_asked_and_what_comes_of_it(capsys: pytest.Captur
     assert main(["predict", CLEAN, *certain, "--max-replans", "0"]) == Exit.SUCCESS
     assert capsys.readouterr().out.splitlines() == [
         "clean_table.clean_table at panda_cell, at most 0 re-plans",
-        "from clean_table.clutter_on_table = true, clean_table.overhead_off = false, "
+        "from clean_table.clutter_on_table = true, clean_table.clutter_too_large = false, "
+        "clean_table.overhead_off = false, "
         "clean_table.piece_on_floor = false, "
         "clean_table.robot_at_table = true, clean_table.sponge_on_floor = false, "
         "clean_table.sponge_overturned = false, "
@@ -121,7 +122,7 @@ def test_a_name_that_the_module_lacks_is_a_usage_error(
 @pytest.mark.parametrize(
     ("module", "code"),
     [
-        ("rejected/closed_loop/rules_over_numbers", "AE803"),
+        ("rejected/closed_loop/rules_over_two_angles", "AE803"),
         ("rejected/form/unknown_invariant_left_to_the_gate", "AE122"),
     ],
 )

@@ -90,7 +90,9 @@ def test_another_variable_is_tried_with_all_its_values() -> None:
         (lower(term("fill_level < joint[j1]")), {"joint[j1]": [0] * 5000}, "too many values"),
     ],
 )
-def test_what_has_no_cells_is_named(condition: t.Term, others: dict[str, list[int]], message: str) -> None:
+def test_a_comparison_without_cells_is_named(
+    condition: t.Term, others: dict[str, list[int]], message: str
+) -> None:
     with pytest.raises(NoCellsError, match=message):
         breakpoints(condition, LEVEL, others)
 

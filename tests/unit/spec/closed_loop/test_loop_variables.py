@@ -81,7 +81,7 @@ def test_an_outcome_leaves_a_quantity_where_it_states_and_else_as_it_was() -> No
         ("fill_level > 0.5", {"MAX_CELLS": 2}, "more than 1 numbers"),
     ],
 )
-def test_what_is_not_finite_is_refused(
+def test_an_infinite_variable_is_refused(
     goal: str, limit: dict[str, int], message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for name, value in limit.items():

@@ -130,7 +130,7 @@ CASES = (
     "accepted/invariant_kept_through_failures",
     "accepted/modules_that_need_each_other_in_one_direction",
     "accepted/words_side_by_side",
-    "rejected/closed_loop/rules_over_numbers",
+    "rejected/closed_loop/rules_over_two_angles",
     "rejected/composition/both_branches_turn_the_table",
     "rejected/composition/case_without_a_branch",
     "rejected/composition/more_paths_than_are_explored",

@@ -41,7 +41,9 @@ def portable(made: Path) -> Path:
     text = text.replace(old, "glide: target in surface and speed <= pace")
     manifest.write_text(text.replace("    move: target in bench_top", "    glide: target in surface"))
     assert 'act("move"' in code.read_text()
-    code.write_text(code.read_text().replace('act("move"', 'act("glide"'))
+    text = code.read_text().replace('act("move"', 'act("glide"')
+    assert "speed=0.2" in text
+    code.write_text(text.replace("speed=0.2", "speed=0.02"))
     return made
 
 

@@ -69,6 +69,6 @@ def test_branches_come_forward_alone() -> None:
         assert any(one & some != sets.none for one in states)
 
 
-def test_what_is_left_open_inside_is_not_analysed() -> None:
+def test_an_open_variable_inside_is_not_analysed() -> None:
     with pytest.raises(StateSpaceError, match="a step of `both` leaves a variable at several values"):
         _ = composed(one("pour"), "fill_level > 0.5").program
