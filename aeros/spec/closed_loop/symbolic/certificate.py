@@ -39,11 +39,11 @@ from aeros.spec.expr.constants import constant_term, equality_condition
 from aeros.spec.expr.types import RealType
 
 MAX_SIZE: Final = 150_000
-"""Largest number of clauses and definitions of one certificate; a solver takes some ten seconds for it."""
+"""Largest size of one certificate, as `SetTerms.size` counts it; a solver takes some ten seconds for it."""
 
 
 class CertificateTooLargeError(Exception):
-    """A certificate has more than `MAX_SIZE` clauses and definitions."""
+    """A certificate is larger than `MAX_SIZE`."""
 
 
 Range = tuple[Fraction, Fraction] | None
@@ -77,7 +77,7 @@ def certificate_claims(fixpoints: Fixpoints, variables: LoopVariables) -> Iterat
         The claims: of the start, of each place, and of the way to the goal from each place.
 
     Raises:
-        CertificateTooLargeError: together they have more than `MAX_SIZE` clauses and definitions.
+        CertificateTooLargeError: together they are larger than `MAX_SIZE`.
     """
     # The sets are complete, so another order of the bits would only cost time.
     fixpoints.sets.bdd.configure(reordering=False)
@@ -131,7 +131,7 @@ class _Question:
 
     @property
     def size(self) -> int:
-        """Number of clauses and definitions."""
+        """Number of clauses, and of definitions with their weight."""
         return sum(terms.size for terms in self._terms)
 
     def claim(self) -> CertificateClaim:

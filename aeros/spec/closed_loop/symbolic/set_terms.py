@@ -10,13 +10,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from fractions import Fraction
-from typing import Any
+from typing import Any, Final
 
 from aeros.spec.closed_loop.symbolic.program import LoopProgram, all_of, any_of, negation
 from aeros.spec.closed_loop.symbolic.state_sets import StateSet, StateSets
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.constants import constant_term
 from aeros.spec.expr.types import BOOL, BoolType, RealType
+
+DEFINITION_SIZE: Final = 40
+"""Number of clauses that a solver takes as long for as for one definition, about."""
 
 
 class SetTerms:
@@ -29,7 +32,7 @@ class SetTerms:
         mark: end of the names of defined truth values, different for each choice of terms in one question.
 
     Attributes:
-        size: number of clauses and definitions so far.
+        size: number of clauses so far, and `DEFINITION_SIZE` for each definition.
         definitions: the definitions so far.
         defined: the truth values that they define.
     """
@@ -135,7 +138,7 @@ class SetTerms:
                 kind = "set" if isinstance(key, int) else "bit"
                 name = f"{kind} {len(self.defined)}{self._mark}"
                 variable = t.Variable(name, BOOL, t.VariableRole.STATE)
-                self.size += 1
+                self.size += DEFINITION_SIZE
                 self.definitions.append(t.And((t.Implies(variable, term), t.Implies(term, variable))))
                 self.defined.append(variable)
                 term = variable
