@@ -5,7 +5,7 @@ from aeros.perception import Mask, Points
 from .places import Corners, Place, in_rectangle
 
 BIN_SHADOW = 0.06
-"""What the bin's walls hide around it, m."""
+"""Width of the strip around the bin that its walls hide, m."""
 
 BIN_HALF = (0.09, 0.08)
 """Half of the bin's inner length and width, m."""

@@ -11,7 +11,6 @@ its pieces ends or where its two sides are equal.  A condition of any other form
 
 from __future__ import annotations
 
-from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import pairwise, product
@@ -58,7 +57,7 @@ def values_between(values: Sequence[Fraction], low: Fraction, high: Fraction) ->
     Returns:
         The values that are in the range.
     """
-    return tuple(values[bisect_left(values, low) :][: sum(low <= one <= high for one in values)])
+    return tuple(one for one in values if low <= one <= high)
 
 
 def breakpoints(

@@ -132,7 +132,7 @@ def lower(term: t.Term) -> t.Term:
     """
     if isinstance(term, t.And):
         # A site's rules are joined anew for each skill and action kind; each rule is lowered only once.
-        return _junction([lower(operand) for operand in term.operands], neutral=True)
+        return junction([lower(operand) for operand in term.operands], neutral=True)
     return _lower(term)
 
 
@@ -170,18 +170,16 @@ def _scalar(term: t.Term, indices: _Indices) -> t.Term:
         case t.Component(vector=vector, axis=axis):
             return _components(vector, indices)[axis]
         case t.Not(operand=operand):
-            return _negate(_scalar(operand, indices))
+            return negate(_scalar(operand, indices))
         case t.And(operands=operands):
-            return _junction([_scalar(operand, indices) for operand in operands], neutral=True)
+            return junction([_scalar(operand, indices) for operand in operands], neutral=True)
         case t.Or(operands=operands):
-            return _junction([_scalar(operand, indices) for operand in operands], neutral=False)
+            return junction([_scalar(operand, indices) for operand in operands], neutral=False)
         case t.Implies(premise=premise, conclusion=conclusion):
-            return _junction(
-                [_negate(_scalar(premise, indices)), _scalar(conclusion, indices)], neutral=False
-            )
+            return junction([negate(_scalar(premise, indices)), _scalar(conclusion, indices)], neutral=False)
         case t.Compare(left=left) if _is_vector(left):
             pairs = zip(_components(left, indices), _components(term.right, indices), strict=True)
-            return _junction([_fold(t.Compare("==", a, b)) for a, b in pairs], neutral=True)
+            return junction([_fold(t.Compare("==", a, b)) for a, b in pairs], neutral=True)
         case t.Compare() | t.Add() | t.Extremum():
             return _fold(replace(term, left=_scalar(term.left, indices), right=_scalar(term.right, indices)))
         case t.Multiply(left=left, right=right):
@@ -193,7 +191,7 @@ def _scalar(term: t.Term, indices: _Indices) -> t.Term:
             return _if_then_else(_scalar(condition, indices), *parts)
         case t.Quantified(kind=kind, index=index, body=body):
             each = [_scalar(body, {**indices, index.name: member}) for member in index.type.members]
-            return _junction(each, neutral=kind == "all")
+            return junction(each, neutral=kind == "all")
         case t.Aggregate(kind=kind, index=index, body=body):
             each = [_scalar(body, {**indices, index.name: member}) for member in index.type.members]
             addends = each if kind == "sum" else [_if_then_else(part, _ONE, _ZERO) for part in each]
@@ -283,14 +281,30 @@ def _real_type(term: t.Term) -> RealType:
             raise AssertionError(f"not a constant real: {term}")
 
 
-def _negate(term: t.Term) -> t.Term:
+def negate(term: t.Term) -> t.Term:
+    """Negate a condition.
+
+    Args:
+        term: the condition.
+
+    Returns:
+        Its negation, without a double one.
+    """
     if isinstance(term, t.Not):
         return term.operand
     return _fold(t.Not(term))
 
 
-def _junction(parts: list[t.Term], *, neutral: bool) -> t.Term:
-    """Build the conjunction (`neutral` true) or disjunction of `parts`, flattened."""
+def junction(parts: list[t.Term], *, neutral: bool) -> t.Term:
+    """Join conditions by `and` or `or`, flattened and without constants.
+
+    Args:
+        parts: the conditions.
+        neutral: True for `and`, False for `or`; the result if there are no conditions.
+
+    Returns:
+        The joined condition; a single one stays as it is.
+    """
     node = t.And if neutral else t.Or
     flat: list[t.Term] = []
     for part in parts:

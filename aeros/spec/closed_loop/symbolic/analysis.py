@@ -17,12 +17,12 @@ from aeros.spec.closed_loop.invocation import State
 from aeros.spec.closed_loop.symbolic.builder import build_program
 from aeros.spec.closed_loop.symbolic.certificate import CertificateClaim, certificate_claims
 from aeros.spec.closed_loop.symbolic.fixpoints import Fixpoints
-from aeros.spec.closed_loop.symbolic.program import PLAN, LoopProgram, Place, all_of, negation
+from aeros.spec.closed_loop.symbolic.program import PLAN, LoopProgram, Place, all_of
 from aeros.spec.closed_loop.symbolic.state_sets import StateSet, StateSets
 from aeros.spec.closed_loop.transition_system import LoopState, Transition, TransitionSystem
 from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.lower import lower
+from aeros.spec.expr.lower import lower, negate
 from aeros.spec.model.ecm import TaskInvariant
 
 
@@ -68,7 +68,7 @@ class SymbolicLoop:
         """
         for index, (due, starts) in enumerate(self.program.first_tries):
             able = all_of(*starts)
-            path = self._path_to({Place("try", index): self._where(all_of(due, negation(able)))})
+            path = self._path_to({Place("try", index): self._where(all_of(due, negate(able)))})
             if path is not None:
                 node = path.node
                 blocked = self.system.blocked_step(node)
@@ -84,7 +84,7 @@ class SymbolicLoop:
 
     def violation(self, invariant: TaskInvariant) -> LoopPath | None:
         """Implement `LoopFindings.violation`."""
-        violated = negation(lower(invariant.term))
+        violated = negate(lower(invariant.term))
         bad = self._where(violated)
         outside = {place: bad for place in self.program.moves if place.kind != "inside"}
         inside = {place: bad for place in self.program.moves if place.kind == "inside"}

@@ -137,7 +137,7 @@ class BranchImages:
 
 @dataclass(frozen=True, slots=True)
 class _Change:
-    """What a branch changes.
+    """Change that a branch makes.
 
     Attributes:
         branch: the branch, which lives as long as this.

@@ -26,14 +26,13 @@ from aeros.spec.closed_loop.symbolic.program import (
     ProgramBranch,
     all_of,
     any_of,
-    negation,
     plan_bit,
     step,
 )
 from aeros.spec.closed_loop.symbolic.skill_branches import SymbolicSkill, symbolic_skill
 from aeros.spec.closed_loop.transition_system import MAX_PLAN_STEPS, TransitionSystem
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.lower import lower
+from aeros.spec.expr.lower import lower, negate
 from aeros.spec.model.ecm import Alternative, PlanningRule
 
 MAX_PLACES: Final = 5_000
@@ -89,7 +88,7 @@ class _Builder:
         self.add(
             done,
             step(self._goal, REACHED, self._forgotten()),
-            step(negation(self._goal), PLAN, self._forgotten()),
+            step(negate(self._goal), PLAN, self._forgotten()),
         )
         for index in reversed(range(len(self._rules))):
             self._add_rule(index)
@@ -161,18 +160,18 @@ class _Builder:
     def _add_plan(self) -> None:
         rejected = any_of(
             [
-                all_of(*map(negation, (self._unless[index] for index in rules)))
+                all_of(*map(negate, (self._unless[index] for index in rules)))
                 for rules in self._rejected_sets()
             ]
             + [all_of(*self._unless)]
         )
-        chosen = {plan_bit(index).name: negation(one) for index, one in enumerate(self._unless)}
-        open_ = negation(self._goal)
+        chosen = {plan_bit(index).name: negate(one) for index, one in enumerate(self._unless)}
+        open_ = negate(self._goal)
         self.add(
             PLAN,
             step(self._goal, REACHED, self._forgotten()),
             step(all_of(open_, rejected), REJECTED),
-            step(all_of(open_, negation(rejected)), Place("try"), chosen),
+            step(all_of(open_, negate(rejected)), Place("try"), chosen),
         )
 
     def _rejected_sets(self) -> list[frozenset[int]]:
@@ -202,7 +201,7 @@ class _Builder:
         lost = self._add_failure(rule, index)
         last = self.inside(
             step(self._unless[index], after),
-            step(negation(self._unless[index]), lost, self._forgotten()),
+            step(negate(self._unless[index]), lost, self._forgotten()),
         )
         for tries in reversed(range(rule.retry + 1)):
             failing, given_up = last, None
@@ -222,8 +221,8 @@ class _Builder:
         cleared: dict[str, t.Term] = {}
         if not here.tries:
             cleared = {plan_bit(here.rule).name: t.FALSE}
-            skipped = any_of([negation(plan_bit(here.rule)), skipped])
-        due = all_of(negation(self._goal), negation(skipped))
+            skipped = any_of([negate(plan_bit(here.rule)), skipped])
+        due = all_of(negate(self._goal), negate(skipped))
         moves, starts = [], []
         for way in self._system.ecm.alternatives(rule.skill):
             can_start, branches = self._way(way, rule, (after, failing, given_up), cleared)
@@ -234,8 +233,8 @@ class _Builder:
         self.add(
             here,
             step(self._goal, REACHED, self._forgotten()),
-            step(all_of(negation(self._goal), skipped), after, cleared),
-            step(all_of(due, *map(negation, starts)), lost if here.tries else PLAN, self._forgotten()),
+            step(all_of(negate(self._goal), skipped), after, cleared),
+            step(all_of(due, *map(negate, starts)), lost if here.tries else PLAN, self._forgotten()),
             *moves,
         )
 
@@ -256,7 +255,7 @@ class _Builder:
         if rule.between_tries is None:
             return next_try
         helpers = [self.skill(name, {}) for name in self._system.ecm.providers(rule.between_tries)]
-        skipped = all_of(negation(self._goal), self._unless[index])
+        skipped = all_of(negate(self._goal), self._unless[index])
         return self.add(
             Place("recover", index, tries),
             step(self._goal, REACHED, self._forgotten()),
@@ -287,7 +286,7 @@ class _Builder:
         skill = self.skill(way.name, rule.inputs)
         branches: list[ProgramBranch] = []
         for one in skill.branches:
-            ends = (End(negation(one.is_failure), done), End(one.is_failure, failing))
+            ends = (End(negate(one.is_failure), done), End(one.is_failure, failing))
             updates = {**one.updates, **cleared}
             branches.append(ProgramBranch(one.guard, ends, updates, one.opened, one.is_likely))
             if given_up is not None:
@@ -320,13 +319,13 @@ def _ordered(variables: Mapping[str, t.Variable], unless: Sequence[t.Term]) -> I
 
 def _recovery(helpers: Sequence[SymbolicSkill], target: Place, over: t.Term) -> list[Move]:
     """Make the moves of a recovery; where no helper can start, it is skipped."""
-    unable = all_of(negation(over), *(negation(one.can_start) for one in helpers))
+    unable = all_of(negate(over), *(negate(one.can_start) for one in helpers))
     ends = (End(t.TRUE, target),)
     return [
         step(unable, target),
         *(
             Move(
-                all_of(negation(over), one.can_start),
+                all_of(negate(over), one.can_start),
                 tuple(
                     ProgramBranch(each.guard, ends, each.updates, each.opened, each.is_likely)
                     for each in one.branches

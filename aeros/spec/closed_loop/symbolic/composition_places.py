@@ -20,12 +20,11 @@ from aeros.spec.closed_loop.symbolic.program import (
     ProgramBranch,
     all_of,
     any_of,
-    negation,
     step,
 )
 from aeros.spec.closed_loop.symbolic.skill_branches import SymbolicSkill
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.lower import lower
+from aeros.spec.expr.lower import lower, negate
 from aeros.spec.model.composition import Composition, Part, Step
 from aeros.spec.model.step_graph import If, Par, Seq
 
@@ -81,12 +80,12 @@ class CompositionPlaces:
                 return self._par(part, done, failed)
 
     def _if(self, part: If[Step], done: Place, failed: Place) -> Place:
-        condition, open_ = lower(part.condition), negation(self._goal)
+        condition, open_ = lower(part.condition), negate(self._goal)
         other = failed if part.otherwise is None else self._part(part.otherwise, done, failed)
         return self._add(
             step(self._goal, done),
             step(all_of(open_, condition), self._part(part.then, done, failed)),
-            step(all_of(open_, negation(condition)), other),
+            step(all_of(open_, negate(condition)), other),
         )
 
     def _step(self, one: Step, done: Place, failed: Place) -> Place:
@@ -94,7 +93,7 @@ class CompositionPlaces:
         lost, handlers = failed, self._composition.handlers
         if one.last_handler is not None:
             handled = self._step(handlers[one.last_handler], failed, failed)
-            lost = self._add(step(self._goal, failed), step(negation(self._goal), handled))
+            lost = self._add(step(self._goal, failed), step(negate(self._goal), handled))
         following = self._failing(lost, None, one)
         for tries in reversed(range(one.retry + 1)):
             if tries < one.retry:
@@ -116,12 +115,12 @@ class CompositionPlaces:
         skills = [self._find_skill(name, one.inputs) for name in one.runs]
         if not all(skill.is_settled for skill in skills):
             raise StateSpaceError(f"a step of `{self._composition.id}` leaves a variable at several values")
-        open_ = negation(self._goal)
+        open_ = negate(self._goal)
         starts = [skill.can_start for skill in skills]
         branches = [
             ProgramBranch(
                 all_of(skill.can_start, each.guard),
-                (End(negation(each.is_failure), done), End(each.is_failure, failing)),
+                (End(negate(each.is_failure), done), End(each.is_failure, failing)),
                 each.updates,
                 each.opened,
                 each.is_likely,
@@ -131,7 +130,7 @@ class CompositionPlaces:
         ]
         return self._add(
             step(self._goal, done),
-            step(all_of(open_, *map(negation, starts)), unable),
+            step(all_of(open_, *map(negate, starts)), unable),
             Move(all_of(open_, any_of(starts)), tuple(branches)),
         )
 

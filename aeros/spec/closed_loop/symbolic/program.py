@@ -13,6 +13,7 @@ from fractions import Fraction
 from typing import Any, Final, Literal
 
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.lower import junction
 from aeros.spec.expr.types import BOOL
 
 PlaceKind = Literal["plan", "try", "recover", "reset", "reached", "rejected", "inside"]
@@ -178,10 +179,7 @@ def all_of(*terms: t.Term) -> t.Term:
     Returns:
         True if there are none.
     """
-    kept = tuple(one for one in terms if one != t.TRUE)
-    if t.FALSE in kept:
-        return t.FALSE
-    return t.TRUE if not kept else kept[0] if len(kept) == 1 else t.And(kept)
+    return junction(list(terms), neutral=True)
 
 
 def any_of(terms: Sequence[t.Term]) -> t.Term:
@@ -193,21 +191,4 @@ def any_of(terms: Sequence[t.Term]) -> t.Term:
     Returns:
         False if there are none.
     """
-    kept = tuple(one for one in terms if one != t.FALSE)
-    if t.TRUE in kept:
-        return t.TRUE
-    return t.FALSE if not kept else kept[0] if len(kept) == 1 else t.Or(kept)
-
-
-def negation(term: t.Term) -> t.Term:
-    """Negate a condition.
-
-    Args:
-        term: the condition.
-
-    Returns:
-        Its negation, without a double one.
-    """
-    if isinstance(term, t.Not):
-        return term.operand
-    return {t.TRUE: t.FALSE, t.FALSE: t.TRUE}[term] if isinstance(term, t.Literal) else t.Not(term)
+    return junction(list(terms), neutral=False)

@@ -12,10 +12,11 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import Any, Final
 
-from aeros.spec.closed_loop.symbolic.program import LoopProgram, all_of, any_of, negation
+from aeros.spec.closed_loop.symbolic.program import LoopProgram, all_of, any_of
 from aeros.spec.closed_loop.symbolic.state_sets import StateSet, StateSets
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.constants import constant_term
+from aeros.spec.expr.lower import negate
 from aeros.spec.expr.types import BOOL, BoolType, RealType
 
 DEFINITION_SIZE: Final = 40
@@ -73,7 +74,7 @@ class SetTerms:
         return all_of(*(any_of([self._literal(*one) for one in sorted(clause)]) for clause in kept))
 
     def _literal(self, bit: str, value: bool) -> t.Term:
-        return self._bit(bit) if value else negation(self._bit(bit))
+        return self._bit(bit) if value else negate(self._bit(bit))
 
     def _of_nodes(self, states: StateSet) -> t.Term:
         if states == self._sets.every:
@@ -81,13 +82,13 @@ class SetTerms:
         if states == self._sets.none:
             return t.FALSE
         if states.negated:
-            return negation(self._of_nodes(~states))
+            return negate(self._of_nodes(~states))
         return self._defined(int(states), lambda: self._node(states))
 
     def _node(self, states: StateSet) -> t.Term:
         bit = self._bit(states.var)
         positive = all_of(bit, self._of_nodes(states.high))
-        return any_of([positive, all_of(negation(bit), self._of_nodes(states.low))])
+        return any_of([positive, all_of(negate(bit), self._of_nodes(states.low))])
 
     def _bit(self, bit: str) -> t.Term:
         name, at = self._bits[bit]

@@ -8,11 +8,11 @@ from typing import Any
 
 from aeros.spec.closed_loop.loop_variables import LoopVariables, bound_inputs
 from aeros.spec.closed_loop.outcome_probabilities import outcome_probabilities
-from aeros.spec.closed_loop.symbolic.program import afterwards, all_of, any_of, negation
+from aeros.spec.closed_loop.symbolic.program import afterwards, all_of, any_of
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.constants import constant_term
 from aeros.spec.expr.effects import Increment
-from aeros.spec.expr.lower import lower, with_constants
+from aeros.spec.expr.lower import lower, negate, with_constants
 from aeros.spec.expr.types import BoolType, IntegerType, RealType
 from aeros.spec.model.ecm import Outcome, Skill
 from aeros.spec.model.hold_conditions import hold_loss_outcomes
@@ -165,7 +165,7 @@ def _failure_condition(ending: _Ending, every: list[_Ending]) -> t.Term:
     for one in ranked:
         measured = ending.measures(one)
         if one.outcome.failure:
-            failing.append(all_of(measured, *map(negation, better)))
+            failing.append(all_of(measured, *map(negate, better)))
         if measured == t.TRUE:
             break
         better += [] if measured == t.FALSE else [measured]
@@ -177,7 +177,7 @@ def _equal(left: t.Term, right: t.Term, variable: t.Variable) -> t.Term:
         return t.TRUE
     if isinstance(variable.type, BoolType):
         wanted = right == t.TRUE
-        return left if wanted else negation(left)
+        return left if wanted else negate(left)
     if _is_same_number_apart(left, right):
         return t.FALSE
     return t.Compare("==", left, right)

@@ -63,15 +63,10 @@ class StateSets:
         self.every: StateSet = self.bdd.true
         self.valid: StateSet = self.every
         for name, listed in values.items():
-            self.declare(variables[name], listed)
+            self._declare(variables[name], listed)
 
-    def declare(self, variable: t.Variable, values: Sequence[Any]) -> None:
-        """Add a variable.
-
-        Args:
-            variable: the variable.
-            values: its values.
-        """
+    def _declare(self, variable: t.Variable, values: Sequence[Any]) -> None:
+        """Add a variable with its values."""
         place, after = len(self.after_names), afterwards(variable).name
         self.after_names[variable.name] = after
         is_ordered = isinstance(variable.type, RealType) and len(values) <= MAX_ORDERED

@@ -8,11 +8,11 @@ from aeros.spec.closed_loop.symbolic.program import (
     afterwards,
     all_of,
     any_of,
-    negation,
     plan_bit,
     step,
 )
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.lower import negate
 
 A, B = plan_bit(0), plan_bit(1)
 
@@ -29,9 +29,9 @@ def test_conditions_are_joined_without_constants() -> None:
 
 
 def test_a_negation_is_not_negated_again() -> None:
-    assert negation(negation(A)) == A
-    assert negation(t.TRUE) == t.FALSE
-    assert negation(t.FALSE) == t.TRUE
+    assert negate(negate(A)) == A
+    assert negate(t.TRUE) == t.FALSE
+    assert negate(t.FALSE) == t.TRUE
 
 
 def test_names_differ() -> None:
