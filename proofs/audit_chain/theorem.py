@@ -18,6 +18,7 @@ from aeros.spec.theorems.symbolic_execution import (
     execute_symbolically,
 )
 from aeros.spec.theorems.theorem import SymbolicFunction, Theorem, TheoremObligation
+from proofs.lib.loops import loops_of
 
 CANONICAL_JSON: Final = "aeros.runtime.canonical_json"
 CHECK: Final = "aeros.runtime.audit.check"
@@ -437,6 +438,11 @@ def _verify_signed(code: ModuleSource) -> TheoremObligation:
     )
 
 
+_LOOPS: Final = loops_of(
+    "aeros.runtime.audit.check",
+    "aeros.runtime.audit.checkpoints",
+)
+
 THEOREM = Theorem(
     "edited, deleted, inserted and moved audit records are detected; with an anchor, also cuts and rewrites",
     {
@@ -448,6 +454,7 @@ THEOREM = Theorem(
         "anchor": _anchor,
         "closed": _closed,
         "verify-signed": _verify_signed,
+        "loops": _LOOPS,
     },
     (
         Mutant(
@@ -512,6 +519,13 @@ THEOREM = Theorem(
             CHECKPOINTS,
             "why = watch.missing_tail(chain.records) or unsigned",
             "why = unsigned",
+        ),
+        Mutant(
+            "looks-at-two-anchors-only",
+            "loops",
+            "aeros.runtime.audit.checkpoints",
+            "for anchor in self._anchors:",
+            "for anchor in self._anchors[:2]:",
         ),
     ),
 )

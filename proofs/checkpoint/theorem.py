@@ -14,6 +14,7 @@ from aeros.runtime.ports import AuditEvent, EndedStep, LogHead, StepRequest, Ste
 from aeros.spec.theorems.module_copies import ModuleSource, Mutant
 from aeros.spec.theorems.smtlib import smt_and, smt_or
 from aeros.spec.theorems.theorem import Theorem, TheoremObligation
+from proofs.lib.loops import loops_of
 from proofs.lib.process_model import (
     PerformStep,
     ProcessGraph,
@@ -360,9 +361,19 @@ _START_ATTEMPT: Final = (
 )
 _START_STEP: Final = "        started = self._attempts.start(role, step.module, step.skill, inputs)\n"
 
+_LOOPS: Final = loops_of(
+    "aeros.agent.execution.plan_executor",
+    "aeros.agent.execution.progress",
+    "aeros.agent.execution.step_attempt",
+    "aeros.agent.execution.uncertain_steps",
+    "aeros.agent.recovery.checkpoint",
+    "aeros.agent.recovery.recover",
+    "aeros.agent.task_loop",
+)
+
 THEOREM = Theorem(
     "a resumed agent repeats no step that was acknowledged or that happened before the crash",
-    {"base": _base, "step": _step, "crash": _crash, "claim": _claim},
+    {"base": _base, "step": _step, "crash": _crash, "claim": _claim, "loops": _LOOPS},
     (
         Mutant(
             "begins-before-it-keeps-that",
@@ -398,6 +409,13 @@ THEOREM = Theorem(
             UNCERTAIN_STEPS,
             "if not is_excluded(outcome, world, before):",
             "if outcome.effects.keys() <= world.known.keys() and not is_excluded(outcome, world, before):",
+        ),
+        Mutant(
+            "looks-at-two-outcomes-only",
+            "loops",
+            "aeros.agent.execution.uncertain_steps",
+            "for outcome in skill.success_outcomes:",
+            "for outcome in skill.success_outcomes[:2]:",
         ),
     ),
 )

@@ -21,6 +21,7 @@ from aeros.spec.theorems.smtlib import smt_and, smt_apply, smt_implies, smt_lite
 from aeros.spec.theorems.symbolic_execution import DecideBranch, execute_symbolically
 from aeros.spec.theorems.theorem import SymbolicFunction, Theorem, TheoremObligation
 from proofs.lib.executor_motions import CLEAN_UP, SCHEDULER, STEP, motions_match_plant
+from proofs.lib.loops import loops_of
 
 JOINT_RULES: Final = "aeros.runtime.gate.joint_rules"
 DECISION_PIPELINE: Final = "aeros.runtime.execution.decision_pipeline"
@@ -430,6 +431,31 @@ def _concurrent_steps(branches: tuple[Any, Any], handlers: Sequence[str]) -> set
     return found
 
 
+_LOOPS: Final = loops_of(
+    "aeros.runtime.gate.gate",
+    "aeros.runtime.gate.joint_rules",
+    "aeros.runtime.execution.scheduler",
+    "aeros.runtime.execution.clean_up",
+    "aeros.runtime.execution.step",
+    "aeros.runtime.execution.decision_pipeline",
+    "aeros.agent.execution.dispatcher",
+    ("aeros.spec.obligations.joint", ("joint_obligations",)),
+    (
+        "aeros.spec.obligations.parallel",
+        (
+            "_BranchPairClaims.joint_rule_claims",
+            "_BranchPairClaims._actuators",
+        ),
+    ),
+    (
+        "aeros.spec.model.composition",
+        (
+            "handlers_of",
+            "steps_of",
+        ),
+    ),
+)
+
 THEOREM = Theorem(
     "parallel actions obey Φ individually and the joint rules together; seq and cond need no joint check; a "
     "step that calls another module runs as that module",
@@ -441,6 +467,7 @@ THEOREM = Theorem(
         "proved-joint": _proved_obligations,
         "pairs": _branch_pair_obligations,
         "owner": _owner_obligation,
+        "loops": _LOOPS,
     },
     (
         Mutant(
@@ -527,6 +554,13 @@ THEOREM = Theorem(
             DISPATCHER,
             ', "" if one in preferred else _unavailable_reason(one.problem))\n',
             ', "")\n',
+        ),
+        Mutant(
+            "looks-at-two-motions-only",
+            "loops",
+            "aeros.runtime.gate.joint_rules",
+            "for other in active_actions:",
+            "for other in active_actions[:2]:",
         ),
     ),
 )

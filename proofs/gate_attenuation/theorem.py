@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from math import inf
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, Final
 
 from aeros.spec.theorems.module_copies import ModuleSource, Mutant
 from aeros.spec.theorems.smtlib import smt_apply, smt_or
 from aeros.spec.theorems.symbolic_execution import DecideBranch, SymbolicValue, execute_symbolically
 from aeros.spec.theorems.theorem import SymbolicFunction, Theorem, TheoremObligation
 from proofs.lib import gate_model as gate
+from proofs.lib.loops import loops_of
 
 ATTENUATION = "aeros.runtime.gate.attenuation"
 DOUBLES = "aeros.spec.expr.doubles"
@@ -144,12 +145,18 @@ def _rounding_is_inwards(code: ModuleSource) -> TheoremObligation:
     )
 
 
+_LOOPS: Final = loops_of(
+    "aeros.runtime.gate.gate",
+    "aeros.runtime.gate.attenuation",
+)
+
 THEOREM = Theorem(
     "an attenuated action is allowed, larger in no parameter, and not attenuated further",
     {
         "allowed": _attenuated_is_allowed,
         "no-larger": _attenuated_is_smaller,
         "rounded-inwards": _rounding_is_inwards,
+        "loops": _LOOPS,
     },
     (
         Mutant(
@@ -179,6 +186,13 @@ THEOREM = Theorem(
             DOUBLES,
             "            return nextafter(nearest, -inf)\n        if Fraction(nearest) < lower",
             "            return nearest\n        if Fraction(nearest) < lower",
+        ),
+        Mutant(
+            "reduces-by-two-rules-only",
+            "loops",
+            "aeros.runtime.gate.attenuation",
+            "    for rule in rules:\n",
+            "    for rule in rules[:2]:\n",
         ),
     ),
 )

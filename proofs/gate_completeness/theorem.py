@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 from aeros.spec.theorems.module_copies import ModuleSource, Mutant
 from aeros.spec.theorems.theorem import SymbolicFunction, Theorem, TheoremObligation
 from proofs.lib import gate_fast_path as short_way
 from proofs.lib import gate_model as gate
+from proofs.lib.loops import loops_of
 
 
 def _decision(code: ModuleSource) -> TheoremObligation:
@@ -43,6 +46,12 @@ def _criteria(code: ModuleSource) -> TheoremObligation:
     )
 
 
+_LOOPS: Final = loops_of(
+    "aeros.runtime.gate.gate",
+    "aeros.runtime.gate.compiled.fast_path",
+    "aeros.runtime.gate.compiled.codegen",
+)
+
 THEOREM = Theorem(
     "a well-formed, permitted action in the envelope that Φ and every site rule allow is allowed",
     {
@@ -50,6 +59,7 @@ THEOREM = Theorem(
         "objections": _objections,
         "short-way-criteria": _criteria,
         **short_way.fast_path_obligations(short_way.conditions_imply_allow),
+        "loops": _LOOPS,
     },
     (
         Mutant(
@@ -79,6 +89,13 @@ THEOREM = Theorem(
             short_way.FAST_PATH,
             "< {quota.max_count}",
             "< {quota.max_count - 1}",
+        ),
+        Mutant(
+            "objects-from-the-third-condition-on",
+            "loops",
+            "aeros.runtime.gate.gate",
+            "    for condition, reason in conditions:\n",
+            "    for number, (condition, reason) in enumerate(conditions):\n",
         ),
     ),
 )

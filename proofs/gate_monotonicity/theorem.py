@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from typing import Final
 
 from aeros.spec.theorems.module_copies import ModuleSource, Mutant
 from aeros.spec.theorems.theorem import SymbolicFunction, Theorem, TheoremObligation
 from proofs.lib import gate_layers as layers
 from proofs.lib import gate_model as gate
+from proofs.lib.loops import loops_of
 
 _SMALLER_POLICY = gate.GateVariant(rules=("rule.a",), name_prefix="fewer.")
 
@@ -123,6 +125,11 @@ _OBLIGATIONS: dict[str, Callable[[ModuleSource], TheoremObligation]] = {
     f"another-module-{place}": partial(_another_module, place) for place in _OTHER_MODULES
 }
 
+_LOOPS: Final = loops_of(
+    "aeros.runtime.gate.gate",
+    "aeros.runtime.gate.finite_layers",
+)
+
 THEOREM = Theorem(
     "an override wins; an added rule, override, quota or module allows nothing more",
     {
@@ -133,6 +140,7 @@ THEOREM = Theorem(
         "more-rules": _more_rules,
         "more-rules-short-way": _more_rules_fast_path,
         **_OBLIGATIONS,
+        "loops": _LOOPS,
     },
     (
         Mutant(
@@ -162,6 +170,13 @@ THEOREM = Theorem(
             gate.GATE,
             "self._configuration.proved_obligations(ecm.id) if relied_on",
             "self._configuration.proved_obligations(min(self._configuration.modules)) if relied_on",
+        ),
+        Mutant(
+            "stops-at-the-first-quota",
+            "loops",
+            "aeros.runtime.gate.finite_layers",
+            "            yield from _quota_objections(quota, usage)\n",
+            "            yield from _quota_objections(quota, usage)\n            break\n",
         ),
     ),
 )

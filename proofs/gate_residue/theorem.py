@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, Final
 
 from aeros.runtime.gate.decision import Reason
 from aeros.spec.diagnostics.errors import InternalError
@@ -16,6 +16,7 @@ from aeros.spec.theorems.smtlib import smt_and, smt_literal
 from aeros.spec.theorems.symbolic_execution import DecideBranch, SymbolicValue, execute_symbolically
 from aeros.spec.theorems.theorem import SymbolicFunction, Theorem, TheoremObligation
 from proofs.lib import gate_model as gate
+from proofs.lib.loops import loops_of
 
 CONFIGURATION = "aeros.runtime.gate.configuration"
 REPORTS = "aeros.spec.verification.reports"
@@ -206,6 +207,13 @@ def _claim_name_collision(code: ModuleSource) -> TheoremObligation:
     )
 
 
+_LOOPS: Final = loops_of(
+    "aeros.runtime.gate.gate",
+    "aeros.runtime.gate.configuration",
+    ("aeros.spec.obligations.safety", ("safety_obligations",)),
+    ("aeros.spec.verification.reports", ("certificate_verdicts",)),
+)
+
 THEOREM = Theorem(
     "a gate that skips proved conditions decides as a gate that evaluates all conditions",
     {
@@ -216,6 +224,7 @@ THEOREM = Theorem(
         "relied-on": _proved,
         "claimed": _claim_lookup,
         "named": _claim_name_collision,
+        "loops": _LOOPS,
     },
     (
         Mutant(
@@ -252,6 +261,13 @@ THEOREM = Theorem(
             SAFETY,
             "*skill.inputs.values(), *parameters), (clause.term,)\n    )",
             "*skill.inputs.values(), *parameters), (clause.term, skill.precondition.term)\n    )",
+        ),
+        Mutant(
+            "looks-at-the-first-claims-only",
+            "loops",
+            "aeros.spec.verification.reports",
+            "    for claim in claims:\n        if claim.id in verdicts:",
+            "    for claim in islice(claims, 2):\n        if claim.id in verdicts:",
         ),
     ),
 )

@@ -6,10 +6,12 @@ from typing import Final
 
 from aeros.spec.theorems.module_copies import ModuleSource, Mutant
 from aeros.spec.theorems.theorem import SymbolicFunction, Theorem, TheoremObligation
+from proofs.gate_soundness.plant_parameters import REQUEST_CHECK, plant_parameters
 from proofs.lib import gate_fast_path as short_way
 from proofs.lib import gate_layers as layers
 from proofs.lib import gate_model as gate
 from proofs.lib import gate_snapshots
+from proofs.lib.loops import loops_of
 
 
 def _decision(code: ModuleSource) -> TheoremObligation:
@@ -53,14 +55,28 @@ _OBLIGATIONS: Final = {
     "decision": _decision,
     "objections": _objections,
     **layers.layer_obligations(),
+    "plant-parameters": plant_parameters,
     "short-way-criteria": _criteria,
     **short_way.fast_path_obligations(short_way.allow_implies_conditions),
     **gate_snapshots.snapshot_obligations(),
 }
 
+_LOOPS: Final = loops_of(
+    "aeros.runtime.gate.gate",
+    "aeros.runtime.gate.finite_layers",
+    "aeros.runtime.gate.request_check",
+    "aeros.runtime.gate.value_check",
+    "aeros.runtime.gate.configuration",
+    "aeros.runtime.gate.conditions",
+    "aeros.runtime.gate.compiled.fast_path",
+    "aeros.runtime.gate.compiled.codegen",
+    "aeros.spec.model.policy",
+    "aeros.spec.model.site",
+)
+
 THEOREM = Theorem(
     "forwarded actions satisfy Φ, P_i, the envelope and every site rule; all others become ⊥",
-    _OBLIGATIONS,
+    {**_OBLIGATIONS, "loops": _LOOPS},
     (
         Mutant(
             "forwards-what-is-reduced-without-deciding-it",
@@ -166,6 +182,34 @@ THEOREM = Theorem(
             gate_snapshots.SNAPSHOTS,
             "if unpack is None or type(value) is list else",
             "if unpack is None else",
+        ),
+        Mutant(
+            "turns-a-list-round",
+            "plant-parameters",
+            REQUEST_CHECK,
+            "tuple(_to_plant_value(part) for part in value)",
+            "tuple(_to_plant_value(part) for part in reversed(value))",
+        ),
+        Mutant(
+            "turns-the-sign-of-a-whole-number",
+            "plant-parameters",
+            REQUEST_CHECK,
+            "        return float(value)\n",
+            "        return -float(value)\n",
+        ),
+        Mutant(
+            "forgets-overrides-after-the-second",
+            "loops",
+            "aeros.runtime.gate.finite_layers",
+            "for block in site.blocks:",
+            "for block in site.blocks[:2]:",
+        ),
+        Mutant(
+            "forgets-rules-after-the-second",
+            "loops",
+            "aeros.runtime.gate.gate",
+            "rules = self._configuration.site.rules_for_kind(kind.name)",
+            "rules = self._configuration.site.rules_for_kind(kind.name)[:2]",
         ),
     ),
 )

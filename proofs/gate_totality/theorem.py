@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 from aeros.spec.theorems.module_copies import ModuleSource, Mutant
 from aeros.spec.theorems.theorem import SymbolicFunction, Theorem, TheoremObligation
 from proofs.lib import gate_model as gate
 from proofs.lib import gate_validation as forms
+from proofs.lib.loops import loops_of
 
 
 def _decision(code: ModuleSource) -> TheoremObligation:
@@ -45,6 +48,12 @@ def _strangers(code: ModuleSource) -> TheoremObligation:
     )
 
 
+_LOOPS: Final = loops_of(
+    "aeros.runtime.gate.gate",
+    "aeros.runtime.gate.request_check",
+    "aeros.runtime.gate.value_check",
+)
+
 THEOREM = Theorem(
     "every input has a decision; malformed or unknown input, or input outside the envelope, is denied",
     {
@@ -52,6 +61,7 @@ THEOREM = Theorem(
         "objections": _objections,
         "strangers": _strangers,
         **forms.validation_obligations(),
+        "loops": _LOOPS,
     },
     (
         Mutant(
@@ -95,6 +105,13 @@ THEOREM = Theorem(
             forms.REQUEST_CHECK,
             "        if name not in checkers:\n",
             "        if not name:\n",
+        ),
+        Mutant(
+            "checks-two-parameters-only",
+            "loops",
+            "aeros.runtime.gate.request_check",
+            "    for name, form in checkers.items():\n        value = given.get",
+            "    for number, (name, form) in enumerate(checkers.items()):\n        value = given.get",
         ),
     ),
 )

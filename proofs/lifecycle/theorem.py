@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 from aeros.spec.theorems.module_copies import Mutant
 from aeros.spec.theorems.theorem import Theorem
 from proofs.lib.lifecycle_executor import GOVERNOR, SCHEDULER, executor_obligations
@@ -14,8 +16,24 @@ from proofs.lib.lifecycle_table import (
     table_obligations,
 )
 from proofs.lib.lifecycle_transaction import transaction_obligations
+from proofs.lib.loops import loops_of
 from proofs.lib.registry_changes import RUN_MODULES, change_obligations
 from proofs.lib.revocation import CONTROL_PAGE, REGISTRY_STORE, TRANSACTION, revocation_obligations
+
+_LOOPS: Final = loops_of(
+    "aeros.runtime.proving",
+    "aeros.runtime.execution.scheduler",
+    "aeros.runtime.execution.governor",
+    "aeros.runtime.execution.prepare",
+    "aeros.runtime.registry.installed",
+    "aeros.runtime.registry.lifecycle",
+    "aeros.runtime.registry.registry",
+    "aeros.runtime.registry.run_modules",
+    "aeros.runtime.registry.store",
+    "aeros.runtime.registry.transaction",
+    "aeros.runtime.registry.waiting_modules",
+    "aeros.runtime.registry.control_page",
+)
 
 THEOREM = Theorem(
     "only skills of active modules are dispatched, and nothing revoked moves after a change has returned",
@@ -25,6 +43,7 @@ THEOREM = Theorem(
         **transaction_obligations(),
         **change_obligations(),
         **revocation_obligations(),
+        "loops": _LOOPS,
     },
     (
         Mutant(
@@ -162,6 +181,13 @@ THEOREM = Theorem(
             "            yield self.generation == generation\n",
             "        latest = self.generation\n        fcntl.flock(lock, fcntl.LOCK_SH)\n        try:\n"
             "            yield latest == generation\n",
+        ),
+        Mutant(
+            "looks-at-two-blocks-only",
+            "loops",
+            "aeros.runtime.registry.run_modules",
+            "        for block in now.blocks.values():\n",
+            "        for block in list(now.blocks.values())[:2]:\n",
         ),
     ),
 )

@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from fractions import Fraction
 from functools import partial
-from itertools import zip_longest
+from itertools import pairwise, zip_longest
+from types import SimpleNamespace
 from typing import Any, Final
 
 from aeros.spec.theorems.module_copies import ModuleSource, Mutant
-from aeros.spec.theorems.smtlib import smt_literal
+from aeros.spec.theorems.smtlib import smt_and, smt_literal
 from aeros.spec.theorems.symbolic_execution import DecideBranch, execute_symbolically
 from aeros.spec.theorems.theorem import SymbolicFunction, Theorem, TheoremObligation
+from proofs.lib.loops import loops_of
 from proofs.lib.symbolic_reals import POLYNOMIALS, SIZE, SymbolicReal, max_stub
 
 KINEMATIC_BOUNDS: Final = "aeros.runtime.motion.kinematic_bounds"
@@ -212,9 +214,100 @@ def _piece(name: str, code: ModuleSource) -> TheoremObligation:
     )
 
 
+# A path of the joints: its pieces follow each other, each with the same share of the path parameter.
+
+_PIECES: Final = ("earlier", "later")
+_DERIVATIVES: Final = ("max_first", "max_second", "third")
+
+
+def _joint_rates(code: ModuleSource) -> TheoremObligation:
+    """Two pieces of any number, each with two joints."""
+
+    def run(ask: DecideBranch) -> str:
+        given: list[SymbolicReal] = []
+
+        def derivatives(piece: str) -> Any:
+            bounds = {
+                name: tuple(SymbolicReal(f"{piece}.{joint}.{order}", ask) for joint in "ab")
+                for order, name in enumerate(_DERIVATIVES, 1)
+            }
+            return SimpleNamespace(**bounds)
+
+        def rates_in_time(*bounds: Any) -> None:
+            given.extend(bounds)
+
+        peaks = code.module(
+            KINEMATIC_BOUNDS,
+            derivatives=derivatives,
+            rates_in_time=rates_in_time,
+            max=max_stub,
+            len=lambda _: SymbolicReal("pieces", ask),
+            float=lambda value: value,
+        )
+        peaks.joint_rates(_PIECES, SymbolicReal("duration", ask))
+        return f"(rates {' '.join(one.term for one in given)})"
+
+    pieces = [f"{piece}.{joint}.{order}" for piece in _PIECES for joint in "ab" for order in (1, 2, 3)]
+    fields = [f"{joint}.{order}-of" for joint in "ab" for order in (1, 2, 3, "duration")]
+    covered = (
+        f"(<= (* {one} {' '.join(['pieces'] * int(one[-1]))}) ({one[-3:]}-of found))" for one in pieces
+    )
+    return TheoremObligation(
+        "`joint_rates` hands to `rates_in_time`, for each joint, bounds of its derivatives by the path\n"
+        "parameter on every piece of the path: those by the piece's parameter, times the number of pieces\n"
+        "to the power of the order.",
+        (
+            "(declare-datatypes ((Rates 0)) (((rates "
+            + " ".join(f"({field} Real)" for field in fields)
+            + "))))",
+            *(f"(declare-const {name} Real)" for name in (*pieces, "pieces", "duration")),
+        ),
+        smt_and([*covered, *(f"(= ({joint}.duration-of found) duration)" for joint in "ab")]),
+        tables=(SymbolicFunction("found", "Rates", execute_symbolically(run)),),
+        assumptions={"some-pieces": "(<= 2.0 pieces)"},
+    )
+
+
+_JUMP: Final = smt_literal(Fraction(1e-9))
+"""The largest jump that rounding explains, rad: a part of the claim, not read from the code."""
+
+
+def _smooth(code: ModuleSource) -> TheoremObligation:
+    """Three pieces of a path of two joints."""
+    peaks = code.module(KINEMATIC_BOUNDS)
+    names = [[[f"{joint}.{piece}.{point}" for joint in "ab"] for point in _POINTS] for piece in range(3)]
+
+    def run(ask: DecideBranch) -> str:
+        path = [tuple(tuple(SymbolicReal(one, ask) for one in point) for point in piece) for piece in names]
+        return smt_literal(bool(peaks.is_c2_continuous(path)))
+
+    small = []
+    for left, right in pairwise(names):
+        for joint in range(2):
+            (_, b, c, d), (e, f, g, _) = ([point[joint] for point in piece] for piece in (left, right))
+            jumps = (
+                f"(- {d} {e})",
+                f"(- (- {d} {c}) (- {f} {e}))",
+                f"(- (+ (- {d} {c}) (- {b} {c})) (+ (- {g} {f}) (- {e} {f})))",
+            )
+            small += [f"(<= (size {jump}) {_JUMP})" for jump in jumps]
+    return TheoremObligation(
+        "`is_c2_continuous` exactly if no joint jumps from one piece to the next by more than 1e-9 rad: not\n"
+        "its position, nor a third of its derivative by the piece's parameter, nor a sixth of the second.",
+        (SIZE, *(f"(declare-const {one} Real)" for piece in names for point in piece for one in point)),
+        f"(= smooth {smt_and(small)})",
+        tables=(SymbolicFunction("smooth", "Bool", execute_symbolically(run)),),
+    )
+
+
 _TIMED: dict[str, Callable[[ModuleSource], TheoremObligation]] = {
     f"timed-{one}": partial(_time_scaling, one) for one in _RATES
 }
+
+_LOOPS: Final = loops_of(
+    "aeros.runtime.motion.bezier",
+    "aeros.runtime.motion.kinematic_bounds",
+)
 
 THEOREM = Theorem(
     "the gate's bounds on speed, acceleration and jerk of a timed motion are upper bounds",
@@ -224,6 +317,9 @@ THEOREM = Theorem(
         **_TIMED,
         "products": _products,
         **{f"piece-{name}": partial(_piece, name) for name in _MAXIMA},
+        "joint-rates": _joint_rates,
+        "smooth": _smooth,
+        "loops": _LOOPS,
     },
     (
         Mutant(
@@ -253,6 +349,27 @@ THEOREM = Theorem(
             PROFILE,
             "ds = 30.0 * u**2 * (1.0 - u) ** 2",
             "ds = 30.0 * u**2 * (1.0 - u)",
+        ),
+        Mutant(
+            "forgets-that-a-piece-is-a-part-of-the-path",
+            "joint-rates",
+            KINEMATIC_BOUNDS,
+            "max(b) * n**2, max(c) * n**3",
+            "max(b), max(c)",
+        ),
+        Mutant(
+            "accepts-a-path-with-a-jump",
+            "smooth",
+            KINEMATIC_BOUNDS,
+            "_CONTINUITY_TOLERANCE: Final = 1e-9",
+            "_CONTINUITY_TOLERANCE: Final = 1.0",
+        ),
+        Mutant(
+            "looks-at-the-first-joins-only",
+            "loops",
+            "aeros.runtime.motion.kinematic_bounds",
+            "for left, right in pairwise(path):",
+            "for left, right in pairwise(path[:3]):",
         ),
     ),
 )

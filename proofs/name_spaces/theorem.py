@@ -19,6 +19,7 @@ from aeros.spec.theorems.smtlib import smt_literal
 from aeros.spec.theorems.symbolic_execution import DecideBranch, execute_symbolically
 from aeros.spec.theorems.theorem import SymbolicFunction, Theorem, TheoremObligation
 from proofs.lib import symbolic_requests as requests
+from proofs.lib.loops import loops_of
 
 _REQUEST_CHECK: Final = "aeros.runtime.gate.request_check"
 _FAST_PATH: Final = "aeros.runtime.gate.compiled.fast_path"
@@ -461,6 +462,13 @@ def _rule_variables(code: ModuleSource) -> TheoremObligation:
     )
 
 
+_LOOPS: Final = loops_of(
+    "aeros.runtime.execution.step",
+    "aeros.runtime.gate.compiled.fast_path",
+    "aeros.runtime.monitor.monitor",
+    "aeros.runtime.gate.request_check",
+)
+
 THEOREM = Theorem(
     "what a module measures changes no decision on another's action or Φ unless the site shares or allows it",
     {
@@ -476,6 +484,7 @@ THEOREM = Theorem(
         "invariants": _invariants,
         "declarations": _declarations,
         "rule-variables": _rule_variables,
+        "loops": _LOOPS,
     },
     (
         Mutant(
@@ -624,6 +633,13 @@ THEOREM = Theorem(
             _SITE,
             'for name in self.state if "." in name)',
             'for name in self.state if "/" in name)',
+        ),
+        Mutant(
+            "evaluates-two-watches-only",
+            "loops",
+            "aeros.runtime.monitor.monitor",
+            "        for watch in self._watches:\n            violation",
+            "        for watch in self._watches[:2]:\n            violation",
         ),
     ),
 )

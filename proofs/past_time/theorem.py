@@ -13,6 +13,7 @@ from aeros.spec.theorems.module_copies import ModuleSource, Mutant
 from aeros.spec.theorems.smtlib import smt_and, smt_implies, smt_literal, smt_or
 from aeros.spec.theorems.theorem import SymbolicFunction, Theorem, TheoremObligation
 from proofs.lib import past_time_monitors, time_windows
+from proofs.lib.loops import loops_of
 
 _A, _B = (past_time_monitors.past_term(name) for name in "ab")
 _WINDOW: Final = past_time_monitors.WINDOW
@@ -485,9 +486,21 @@ _OBLIGATIONS: dict[str, Callable[[ModuleSource], TheoremObligation]] = {
     **{f"traces-of-{name}": partial(_trace, one) for name, one in _TRACES.items()},
 }
 
+_LOOPS: Final = loops_of(
+    "aeros.runtime.monitor.history",
+    (
+        "aeros.spec.expr.semantics",
+        (
+            "evaluate",
+            "_evaluate_since",
+            "_age_of_last",
+        ),
+    ),
+)
+
 THEOREM = Theorem(
     "every known history has the value of its definition along the whole trace, in bounded memory",
-    _OBLIGATIONS,
+    {**_OBLIGATIONS, "loops": _LOOPS},
     (
         Mutant(
             "has-an-open-window",
@@ -579,6 +592,13 @@ THEOREM = Theorem(
             past_time_monitors.PAST_TIME,
             "if name in self._kept:\n            return self._kept[name].declared.variable",
             "if name and self._kept:\n            return self.collected[0].declared.variable",
+        ),
+        Mutant(
+            "reads-for-two-histories-only",
+            "loops",
+            "aeros.runtime.monitor.history",
+            "for history in site.histories:\n",
+            "for history in site.histories[:2]:\n",
         ),
     ),
 )

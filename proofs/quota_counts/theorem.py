@@ -14,6 +14,7 @@ from aeros.spec.theorems.smtlib import smt_literal
 from aeros.spec.theorems.symbolic_execution import DecideBranch, SymbolicValue, execute_symbolically
 from aeros.spec.theorems.theorem import SymbolicFunction, Theorem, TheoremObligation
 from proofs.lib import time_windows
+from proofs.lib.loops import loops_of
 
 USAGE: Final = "aeros.runtime.gate.quotas"
 
@@ -176,13 +177,71 @@ def _initial_obligation(code: ModuleSource) -> TheoremObligation:
     )
 
 
+# Several quotas.
+
+_QUOTAS: Final = ("p", "q")
+
+
+class _Kinds(frozenset[str]):
+    """The kinds of a quota: whether the kind of the action is one of them is asked for."""
+
+    quota: str
+    ask: DecideBranch
+
+    def __contains__(self, _: object) -> bool:
+        return self.ask(f"{self.quota}.governs")
+
+
+def _each_quota(code: ModuleSource) -> TheoremObligation:
+    usage = _copy_usage(code)
+
+    def run(ask: DecideBranch) -> str:
+        kinds = {name: _Kinds() for name in _QUOTAS}
+        for name, one in kinds.items():
+            one.quota, one.ask = name, ask
+        quotas = [Quota(name, kinds[name], 2, Fraction(1), cast("Any", None)) for name in _QUOTAS]
+        made = usage.QuotaUsageCounter(quotas)
+        now, before = SymbolicValue("now", ask), SymbolicValue("latest", ask)
+        made._latest = before
+        try:
+            made.count_execution("a", now)
+            counted = dict(made.usage_at(now))
+        except usage.ClockError:
+            return "refused"
+        kept = [made._times[name] for name in _QUOTAS]
+        if made._latest is not now or any(time is not now for times in kept for time in times):
+            return "others"
+        return f"(counted {' '.join(str(counted[name]) for name in _QUOTAS)})"
+
+    return TheoremObligation(
+        "`QuotaUsageCounter.count_execution` counts an action once in each quota of its kind, and in no\n"
+        "other, and `usage_at` says so of each.",
+        (
+            "(declare-datatypes ((Counted 0)) (((counted (of-p Int) (of-q Int)) (refused) (others))))",
+            *(f"(declare-const {name}.governs Bool)" for name in _QUOTAS),
+            "(declare-const now Real)",
+            "(declare-const latest Real)",
+            "(declare-const window Real)",
+        ),
+        "(= found (ite (< now latest) refused (counted (ite p.governs 1 0) (ite q.governs 1 0))))",
+        tables=(SymbolicFunction("found", "Counted", execute_symbolically(run)),),
+        assumptions={"a-window": "(<= 0.0 window)"},
+    )
+
+
+_LOOPS: Final = loops_of(
+    "aeros.runtime.gate.quotas",
+)
+
 THEOREM = Theorem(
     "a quota counts exactly the actions in its time window, in bounded memory",
     {
         "begins": _initial_obligation,
         "executed": _executed,
         "count": _count,
+        "each-quota": _each_quota,
         **{f"window-of-{name}": partial(_window, length) for name, length in time_windows.LENGTHS.items()},
+        "loops": _LOOPS,
     },
     (
         Mutant(
@@ -219,6 +278,20 @@ THEOREM = Theorem(
             time_windows.WINDOW,
             "(earlier + share) <= 0.0",
             "(earlier + share) < 0.0",
+        ),
+        Mutant(
+            "counts-what-is-another-quota's",
+            "each-quota",
+            USAGE,
+            "self._times[quota.id].append(at)",
+            "self._times[self._quotas[0].id].append(at)",
+        ),
+        Mutant(
+            "counts-for-the-first-quota-only",
+            "loops",
+            "aeros.runtime.gate.quotas",
+            "                self._times[quota.id].append(at)\n",
+            "                self._times[quota.id].append(at)\n                break\n",
         ),
     ),
 )

@@ -159,6 +159,68 @@ def _definitions(graph: ProcessGraph) -> tuple[str, ...]:
     )
 
 
+class _NamedFile:
+    """A path below the state folder."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def __truediv__(self, part: str) -> _NamedFile:
+        return _NamedFile(f"{self.name}/{part}")
+
+
+def _locked_file(code: ModuleSource, process: int) -> str:
+    """Return the file that a process locks; whatever a process can ask about itself is its own number."""
+    opened: dict[int, str] = {}
+    locked: list[str] = []
+    flags = ("O_RDWR", "O_CREAT", "O_CLOEXEC", "O_NOFOLLOW")
+
+    def open_file(path: _NamedFile, *_: Any) -> int:
+        opened[len(opened)] = path.name
+        return len(opened) - 1
+
+    locks = code.module(
+        LOCKS,
+        fcntl=SimpleNamespace(
+            LOCK_EX=fcntl.LOCK_EX,
+            LOCK_NB=fcntl.LOCK_NB,
+            LOCK_SH=fcntl.LOCK_SH,
+            flock=lambda descriptor, _: locked.append(opened[descriptor]),
+        ),
+    )
+    identity = code.module(
+        IDENTITY,
+        using=(locks,),
+        os=SimpleNamespace(
+            **{flag: getattr(os, flag) for flag in flags},
+            open=open_file,
+            close=lambda _: None,
+            fstat=lambda _: SimpleNamespace(st_size=0),
+            pwrite=lambda *_: None,
+            ftruncate=lambda *_: None,
+            getpid=lambda: process,
+        ),
+        socket=SimpleNamespace(gethostname=lambda: str(process)),
+        time=SimpleNamespace(monotonic=lambda: process, sleep=lambda _: None),
+        _utc_now=lambda: str(process),
+        make_folder=lambda *_: None,
+        _read=lambda _: None,
+        _write=lambda *_: None,
+    )
+    with identity.acquire_identity(_NamedFile("state"), f"name-{process}"):
+        (name,) = locked
+    return name
+
+
+def _one_file(code: ModuleSource) -> TheoremObligation:
+    names = {who: _locked_file(code, number) for who, number in _AGENTS.items()}
+    return TheoremObligation(
+        "Two processes that differ in all that they ask about themselves lock one file of the folder.",
+        [f'(define-fun locked.{who} () String "{name}")' for who, name in names.items()],
+        "(= locked.one locked.two)",
+    )
+
+
 def _base(code: ModuleSource) -> TheoremObligation:
     return TheoremObligation(
         "Base: where nobody has begun and nobody holds the lock, the invariant holds.",
@@ -207,6 +269,7 @@ THEOREM = Theorem(
         "base": _base,
         **{f"step-{who}": _step(who) for who in (*_AGENTS, "kernel")},
         "claim": _claim,
+        "one-file": _one_file,
     },
     (
         Mutant(
@@ -231,6 +294,13 @@ THEOREM = Theorem(
             IDENTITY,
             "        yield abandoned\n",
             "        os.close(descriptor)\n        yield abandoned\n",
+        ),
+        Mutant(
+            "locks-a-file-of-its-own",
+            "one-file",
+            IDENTITY,
+            "descriptor = os.open(folder / _LOCK, flags, 0o600)",
+            'descriptor = os.open(folder / f"agent-{os.getpid()}.lock", flags, 0o600)',
         ),
     ),
 )

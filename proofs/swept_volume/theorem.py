@@ -2,17 +2,34 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 from aeros.spec.theorems.module_copies import Mutant
 from aeros.spec.theorems.theorem import Theorem
 from proofs.lib import kinematic_chain
 from proofs.lib.ball_enclosures import BEZIER, LINKS, SWEEP, ball_obligations
 from proofs.lib.link_search import link_obligations as pair_obligations
+from proofs.lib.loops import loops_of
 from proofs.lib.sweep_search import search_obligations
 from proofs.swept_volume.obstacles import OBSTACLES, obstacle_obligations
 
+_LOOPS: Final = loops_of(
+    "aeros.runtime.motion.bezier",
+    "aeros.runtime.motion.swept_volume",
+    "aeros.runtime.motion.link_distance",
+    "aeros.runtime.motion.obstacle_contact",
+    "aeros.runtime.motion.kinematic_bounds",
+)
+
 THEOREM = Theorem(
     "if the sweep finds nothing, neither the body nor what it holds meets a barrier, and no link another",
-    {**ball_obligations(), **search_obligations(), **pair_obligations(), **obstacle_obligations()},
+    {
+        **ball_obligations(),
+        **search_obligations(),
+        **pair_obligations(),
+        **obstacle_obligations(),
+        "loops": _LOOPS,
+    },
     (
         Mutant(
             "turns-one-axis-the-other-way",
@@ -192,6 +209,13 @@ THEOREM = Theorem(
             OBSTACLES,
             "contact = find_link_contact(moving, clearance)",
             "contact = find_link_contact(moving, 0.0)",
+        ),
+        Mutant(
+            "looks-at-two-paths-only",
+            "loops",
+            "aeros.runtime.motion.swept_volume",
+            "for path in moving.paths:",
+            "for path in moving.paths[:2]:",
         ),
     ),
 )

@@ -13,6 +13,7 @@ from aeros.spec.theorems.smtlib import smt_and, smt_or
 from aeros.spec.theorems.symbolic_execution import DecideBranch, execute_symbolically, term_of
 from aeros.spec.theorems.theorem import SymbolicFunction, Theorem, TheoremObligation
 from proofs.lib import kinematic_chain
+from proofs.lib.loops import loops_of
 from proofs.lib.symbolic_reals import (
     AXES,
     LARGER_DEFINITION,
@@ -396,6 +397,11 @@ def _path(code: ModuleSource) -> TheoremObligation:
     )
 
 
+_LOOPS: Final = loops_of(
+    "aeros.runtime.motion.bezier",
+    "aeros.runtime.motion.kinematic_bounds",
+)
+
 THEOREM = Theorem(
     "no tool moves or turns faster or more abruptly than the bounds that the gate uses",
     {
@@ -409,6 +415,7 @@ THEOREM = Theorem(
         "of-rotation": _rotation_bounds,
         "halved": _halving_induction,
         "path": _path,
+        "loops": _LOOPS,
     },
     (
         Mutant(
@@ -466,6 +473,13 @@ THEOREM = Theorem(
             KINEMATIC_BOUNDS,
             "most = [max(pair) for pair in zip(most, _piece(body, piece, allowed, 0), strict=True)]",
             "most = _piece(body, piece, allowed, 0)",
+        ),
+        Mutant(
+            "looks-at-two-pieces-only",
+            "loops",
+            "aeros.runtime.motion.kinematic_bounds",
+            "    for piece in path:\n",
+            "    for piece in path[:2]:\n",
         ),
     ),
 )

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import ast
 import re
 from pathlib import Path
 
 import pytest
 
+from aeros.spec.theorems.loop_forms import loop_forms
+from aeros.spec.theorems.module_copies import ModuleSource
 from aeros.spec.theorems.theorem_folder import EXPECTED, load_theorem, proofs_folder, theorem_folders
+from proofs.lib.loops import registered_loops
 from tests.repo.tree import ROOT, text_of
 
 _FOLDERS = theorem_folders(proofs_folder())
@@ -41,67 +43,26 @@ def test_a_theorem_has_all_that_belongs_to_it(folder: Path) -> None:
     assert {path.name for path in folder.iterdir() if path.name != "__pycache__"} == wanted | programs
 
 
-# Two of a kind stand for any number of them where a loop carries nothing from one to the next.
-
-_LOOPS = [
-    (module, function)
-    for module, functions in {
-        "aeros/runtime/gate/finite_layers.py": (
-            "finite_objections",
-            "_access_objections",
-            "_malformed_usage_objections",
-        ),
-        "aeros/runtime/gate/gate.py": ("_failed_reasons",),
-        "aeros/runtime/gate/request_check.py": ("unpack_arguments", "unpack_readings"),
-        "aeros/runtime/gate/joint_rules.py": ("objections", "rules_for_pair", "_shared_actuators"),
-    }.items()
-    for function in functions
-]
+# Two of a kind stand for any number of them where a loop treats each by itself.
 
 
-def _carried(loop: ast.For) -> set[str]:
-    """List what an iteration reads and an earlier one may have assigned, or how the loop ends early."""
-    carried: set[str] = set()
-    targets = [node.target for node in ast.walk(loop) if isinstance(node, ast.For | ast.comprehension)]
-    own = {node.id for one in targets for node in ast.walk(one) if isinstance(node, ast.Name)}
-    assigned = {
-        node.id
-        for statement in loop.body
-        for node in ast.walk(statement)
-        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)
+@pytest.mark.parametrize("module", registered_loops())
+def test_each_registered_loop_is_one_of_the_code_with_exactly_these_faults(module: str) -> None:
+    faults = {form.place: [*form.faults] for form in loop_forms(text_of(f"{module.replace('.', '/')}.py"))}
+    registered = registered_loops()[module]
+    assert {place: one["faults"] for place, one in registered.items()} == {
+        place: faults.get(place) for place in registered
     }
-    known = set(own)
-    for statement in loop.body:
-        nodes = [node for node in ast.walk(statement) if isinstance(node, ast.Name)]
-        read = {node.id for node in nodes if isinstance(node.ctx, ast.Load)}
-        always = isinstance(statement, ast.Assign)
-        carried |= read & (assigned - known)
-        known |= {node.id for node in nodes if isinstance(node.ctx, ast.Store)} if always else set()
-        carried |= {
-            type(node).__name__ for node in ast.walk(statement) if isinstance(node, ast.Break | ast.Return)
-        }
-    return carried
+    assert all(one["why"].strip() for one in registered.values())
 
 
-@pytest.mark.parametrize(("module", "function"), _LOOPS)
-def test_a_loop_over_things_of_a_kind_treats_each_by_itself(module: str, function: str) -> None:
-    found = [
-        node
-        for node in ast.walk(ast.parse(text_of(module)))
-        if isinstance(node, ast.FunctionDef) and node.name == function
-    ]
-    loops = [node for each in found for node in ast.walk(each) if isinstance(node, ast.For)]
-    assert loops
-    assert [name for loop in loops for name in _carried(loop)] == []
-
-
-@pytest.mark.parametrize(
-    "body",
-    ["total = total + one", "if one: last = one\n    print(last)", "if one: break", "if one: return one"],
-)
-def test_a_loop_that_carries_something_on_would_be_noticed(body: str) -> None:
-    function = ast.parse(f"def f(ones):\n  for one in ones:\n    {body}").body[0]
-    assert isinstance(function, ast.FunctionDef)
-    (loop,) = function.body
-    assert isinstance(loop, ast.For)
-    assert _carried(loop)
+@pytest.mark.parametrize("folder", _FOLDERS.values(), ids=_FOLDERS)
+def test_a_theorem_checks_the_loops_of_the_runtime_code_that_it_is_made_of(folder: Path) -> None:
+    # The filter is about generated code without loops, and a single agent's only loop waits.
+    theorem = load_theorem(folder)
+    if folder.name in {"filter", "single_agent"}:
+        return
+    about_loops = ModuleSource()
+    theorem.obligations["loops"](about_loops)
+    mutated = {one.module for one in theorem.mutants if one.module.startswith("aeros.runtime.")}
+    assert mutated - about_loops.loaded == set()

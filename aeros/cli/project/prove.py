@@ -200,7 +200,13 @@ def _problems(outcome: TheoremResult) -> list[str]:
     ]
     if not outcome.mutants:
         problems.append("it has no mutant, so nothing shows that it can fail")
-    return problems + [f"the theorem also holds for the mutant {name}" for name in outcome.surviving_mutants]
+    return problems + [
+        f"the theorem also holds for the mutant {one.mutant.name}"
+        if one.checked.verdict is Verdict.PROVED
+        else f"the mutant {one.mutant.name} is {one.checked.verdict.value}: {one.checked.reason}"
+        for one in outcome.mutants
+        if not one.refuted
+    ]
 
 
 def _exit(outcome: TheoremResult, problems: Sequence[str]) -> Exit:
@@ -211,10 +217,10 @@ def _exit(outcome: TheoremResult, problems: Sequence[str]) -> Exit:
 
 def _text(outcome: TheoremResult, name: str, problems: Sequence[str], rewritten: Sequence[str]) -> str:
     verdict = "failed" if problems else outcome.verdict.value.lower()
-    count = len(outcome.obligations)
+    count, refuted = len(outcome.obligations), sum(one.refuted for one in outcome.mutants)
     lines = [
         f"{name:<24} {verdict:<8} {count} obligation{'' if count == 1 else 's'}, "
-        f"{len(outcome.mutants)} refuted mutant{'' if len(outcome.mutants) == 1 else 's'}: "
+        f"{refuted} refuted mutant{'' if refuted == 1 else 's'}: "
         f"{outcome.theorem.title}"
     ]
     lines += [f"  {problem}" for problem in problems]

@@ -39,7 +39,7 @@ class TheoremObligationResult:
 
     Attributes:
         name: name of the obligation.
-        obligation: the obligation.
+        obligation: the obligation; None if it could not be made from the code.
         verdicts: verdict by solver; REFUTED without a witness if only the second solver refutes it.
         unsat_core: size of Z3's unsat core, in assertions; 0 if Z3 was not asked.
         rlimit_used: Z3 resource units; 0 if Z3 was not asked.
@@ -48,7 +48,7 @@ class TheoremObligationResult:
     """
 
     name: str
-    obligation: TheoremObligation
+    obligation: TheoremObligation | None
     verdicts: Mapping[str, Verdict]
     unsat_core: int = 0
     rlimit_used: int = 0
@@ -57,7 +57,9 @@ class TheoremObligationResult:
 
     @property
     def verdict(self) -> Verdict:
-        """REFUTED if a solver refutes it; PROVED if all prove it."""
+        """REFUTED if a solver refutes it; PROVED if all prove it; UNKNOWN if it could not be made."""
+        if self.obligation is None:
+            return Verdict.UNKNOWN
         ranked = (Verdict.REFUTED, Verdict.VACUOUS, Verdict.UNKNOWN)
         return next((one for one in ranked if one in self.verdicts.values()), Verdict.PROVED)
 
@@ -184,8 +186,24 @@ def check_theorem(
     checked: list[TheoremObligationResult] = []
     for name, make in theorem.obligations.items():
         progress(name)
-        checked.append(solvers.check(name, make(shipped)))
+        checked.append(_check_made(name, make, shipped, solvers))
     return checked
+
+
+def _check_made(
+    name: str, make: Callable[[ModuleSource], TheoremObligation], code: ModuleSource, solvers: SolverPanel
+) -> TheoremObligationResult:
+    """Make an obligation and check it; code that it cannot be made of leaves it UNKNOWN, with the reason.
+
+    Raises:
+        DisagreementError: one solver proves it and another refutes it.
+    """
+    try:
+        obligation = make(code)
+    except Exception as error:  # changed code may fail in any way with stand-ins
+        reason = f"it cannot be made from the code: {type(error).__name__}: {error}"
+        return TheoremObligationResult(name, None, {}, reason=reason)
+    return solvers.check(name, obligation)
 
 
 def check_mutants(
@@ -208,9 +226,9 @@ def check_mutants(
     for mutant in theorem.mutants:
         progress(mutant.name)
         code = ModuleSource(mutant)
-        obligation = theorem.obligations[mutant.refuted_obligation](code)
-        if mutant.module not in code.loaded:
-            name = mutant.refuted_obligation
+        name = mutant.refuted_obligation
+        result = _check_made(name, theorem.obligations[name], code, solvers)
+        if result.obligation is not None and mutant.module not in code.loaded:
             raise InternalError(f"`{name}` is not made of `{mutant.module}`, which `{mutant.name}` breaks")
-        checked.append(MutantResult(mutant, solvers.check(mutant.refuted_obligation, obligation)))
+        checked.append(MutantResult(mutant, result))
     return checked

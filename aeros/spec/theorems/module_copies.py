@@ -60,17 +60,29 @@ class ModuleSource:
         Raises:
             InternalError: a stub's name does not exist, or the mutant does not apply.
         """
-        self.loaded.add(name)
         copy = ModuleType(name)
         copy.__file__ = str(_path(name))
         vars(copy)["__builtins__"] = {**_BUILTINS, "__import__": _import_hook(using)}
+        self.loaded.add(name)
         if name not in self._compiled:
-            self._compiled[name] = compile(self._source(name), copy.__file__, "exec", dont_inherit=True)
+            self._compiled[name] = compile(self.source(name), copy.__file__, "exec", dont_inherit=True)
         exec(self._compiled[name], vars(copy))  # noqa: S102 - it is AEROS's own code
         install_stubs(copy, stubs)
         return copy
 
-    def _source(self, name: str) -> str:
+    def source(self, name: str) -> str:
+        """Return the source of a module, with the mutant if it is one of this module.
+
+        Args:
+            name: full name of the module.
+
+        Returns:
+            The text.
+
+        Raises:
+            InternalError: the mutant does not apply.
+        """
+        self.loaded.add(name)
         source = _path(name).read_text("utf-8")
         if self._mutant is None or self._mutant.module != name:
             return source

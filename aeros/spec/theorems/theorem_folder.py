@@ -154,7 +154,8 @@ def generated_files(outcome: TheoremResult) -> dict[str, str]:
     Returns:
         The texts by file name.
     """
-    texts = {f"{one.name}.smt2": one.obligation.to_smtlib() for one in outcome.obligations}
+    made = {one.name: one.obligation for one in outcome.obligations if one.obligation is not None}
+    texts = {f"{name}.smt2": obligation.to_smtlib() for name, obligation in made.items()}
     return {**texts, EXPECTED: json.dumps(outcome.to_expected_json(), indent=2, ensure_ascii=False) + "\n"}
 
 
@@ -169,7 +170,7 @@ def stale_files(outcome: TheoremResult, folder: Path) -> list[str]:
         The problems in words.
     """
     wanted = generated_files(outcome)
-    problems = [f"{name} is no longer generated" for name in _obsolete_files(wanted, folder)]
+    problems = [f"{name} is no longer generated" for name in _obsolete_files(outcome, folder)]
     for name, text in wanted.items():
         found = _read(folder / name)
         if found is None:
@@ -197,13 +198,14 @@ def write_generated(outcome: TheoremResult, folder: Path) -> list[str]:
         if found is None or _without_time(name, found) != _without_time(name, text):
             (folder / name).write_text(text, encoding="utf-8")
             changed.append(name)
-    for name in _obsolete_files(generated_files(outcome), folder):
+    for name in _obsolete_files(outcome, folder):
         (folder / name).unlink()
         changed.append(name)
     return changed
 
 
-def _obsolete_files(wanted: Mapping[str, str], folder: Path) -> list[str]:
+def _obsolete_files(outcome: TheoremResult, folder: Path) -> list[str]:
+    wanted = {f"{one.name}.smt2" for one in outcome.obligations}
     return sorted(path.name for path in folder.glob("*.smt2") if path.name not in wanted)
 
 
