@@ -227,6 +227,8 @@ def _text(outcome: TheoremResult, name: str, problems: Sequence[str], rewritten:
     for one in outcome.obligations:
         if one.witness is not None:
             lines += [f"  {one.name} is refuted by"]
-            ways = witness_to_json(one.witness)["ways"]
-            lines += [f"    {table}: {'; '.join(way)}" for table, way in ways.items()]
+            found = witness_to_json(one.witness)
+            lines += [f"    {table}: {'; '.join(way)}" for table, way in found["ways"].items()]
+            if not found["ways"]:
+                lines += [f"    {name} = {value}" for name, value in found["constants"].items()]
     return "\n".join([*lines, *(f"  wrote {one}" for one in rewritten)])
