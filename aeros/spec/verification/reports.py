@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from aeros.spec.verification.discharge import ObligationResult
     from aeros.spec.verification.second_opinion.cross_check import SecondSolverReport
     from aeros.spec.verification.second_opinion.encodings import EncodingReport
+    from aeros.spec.verification.second_opinion.listed_loops import ListedLoopsReport
 
 
 Progress = Callable[[str], None]
@@ -107,6 +108,7 @@ class Report:
         configuration: report on all modules together; None unless several can be read.
         agreement: result of a second solver, where one was asked.
         encodings: result of the comparison of encodings, where it was asked for.
+        listed_loops: result of proving closed loops a second time, where a second solver was asked.
 
     Example:
         >>> report = aeros.verify("no/such/folder")
@@ -122,12 +124,15 @@ class Report:
     configuration: SubjectReport | None = None
     agreement: SecondSolverReport | None = None
     encodings: EncodingReport | None = None
+    listed_loops: ListedLoopsReport | None = None
 
     @property
     def is_confirmed(self) -> bool:
         """True if each question that was asked a second time was read and decided."""
         undecided = () if self.agreement is None else self.agreement.undecided_queries
-        return not undecided and (self.encodings is None or not self.encodings.unread_questions)
+        loops = () if self.listed_loops is None else self.listed_loops.uncertified
+        unread = () if self.encodings is None else self.encodings.unread_questions
+        return not (undecided or loops or unread)
 
     @property
     def subjects(self) -> tuple[SubjectReport, ...]:

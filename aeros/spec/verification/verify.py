@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from aeros.spec.model.site import Site
     from aeros.spec.verification.second_opinion.cross_check import SecondSolverReport
     from aeros.spec.verification.second_opinion.encodings import EncodingReport
+    from aeros.spec.verification.second_opinion.listed_loops import ListedLoopsReport
 
 MIN_MODULES_FOR_POOL: Final = 16
 """Smallest number of modules that are proved by more than one process."""
@@ -166,12 +167,15 @@ def _report(
     given = {folder: one.summary for folder, one in findings.items() if one.summary is not None}
     around = dependency_candidates(given, summarize, prover.surroundings)
     modules = [module_report(folder, one, site, around) for folder, one in findings.items()]
+    loops = prover.listed_loops(proved.values(), progress)
     agreement, encodings = prover.agreement(progress), prover.encodings(progress)
     prover.close()
     others = _others_with_settings(site, given, folders, prover.surroundings)
     configuration = configuration_report(list(given.values()), site, others)
     about_site = replace(site_report, variables=site.variables)
-    report = Report(about_site, (*refused, *modules), prover.site_model, configuration, agreement, encodings)
+    report = Report(
+        about_site, (*refused, *modules), prover.site_model, configuration, agreement, encodings, loops
+    )
     return report, Known((site, site_report) if known.site is None else None, proved)
 
 
@@ -293,6 +297,18 @@ class _LazyProver:
         from aeros.spec.verification.examine import summarize_folder
 
         return summarize_folder(folder, self._site, self.surroundings)
+
+    def listed_loops(
+        self, findings: Iterable[ModuleFindings], progress: Progress
+    ) -> ListedLoopsReport | None:
+        """Prove listed loops by certificates, where there is a second solver, which then gets them."""
+        if self._second is None:
+            return None
+        from aeros.spec.verification.second_opinion.listed_loops import certify_listed_loops
+
+        modules = [one.findings[0] for one in findings if one.findings is not None]
+        around = [(ecm, self._site.with_modules(ecm.with_owners)) for ecm in modules]
+        return certify_listed_loops(around, self._oracle, progress)
 
     def agreement(self, progress: Progress) -> SecondSolverReport | None:
         """Put every query to the second solver, where there is one."""

@@ -40,6 +40,12 @@ def as_json(result: VerifyResult) -> str:
             "agreed": agreement.agreed_count,
             "undecided": _reasons(agreement.undecided_queries),
         }
+    loops = result.report.listed_loops
+    if loops is not None:
+        data["listed_loops"] = {
+            "certified": loops.certified,
+            "uncertified": _reasons(loops.uncertified),
+        }
     encodings = result.report.encodings
     if encodings is not None:
         data["encodings"] = {

@@ -45,10 +45,22 @@ def _agreement(result: VerifyResult) -> list[str]:
         return []
     agreement = f"{found.solver} agreed on {found.agreed_count} of {found.query_count} questions"
     if not found.undecided_queries:
-        return ["", agreement, *_encodings(result)]
+        return ["", agreement, *_listed_loops(result), *_encodings(result)]
     beyond = _listed(found.undecided_queries)
     undecided = f"{agreement}; {len(beyond)} undecided by it (Z3's verdict used):"
-    return ["", undecided, *beyond, *_encodings(result)]
+    return ["", undecided, *beyond, *_listed_loops(result), *_encodings(result)]
+
+
+def _listed_loops(result: VerifyResult) -> list[str]:
+    """Summarize the second proofs of closed loops, if there were any."""
+    found = result.report.listed_loops
+    if found is None or not (found.certified or found.uncertified):
+        return []
+    total = found.certified + len(found.uncertified)
+    line = (
+        f"{found.certified} of {total} closed loops whose states were listed are proved by a certificate too"
+    )
+    return [f"{line}; not proved so:", *_listed(found.uncertified)] if found.uncertified else [line]
 
 
 def _encodings(result: VerifyResult) -> list[str]:
