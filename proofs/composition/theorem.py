@@ -20,7 +20,7 @@ from aeros.spec.theorems.module_copies import ModuleSource, Mutant, install_stub
 from aeros.spec.theorems.smtlib import smt_and, smt_apply, smt_implies, smt_literal
 from aeros.spec.theorems.symbolic_execution import DecideBranch, execute_symbolically
 from aeros.spec.theorems.theorem import SymbolicFunction, Theorem, TheoremObligation
-from proofs.lib.executor_motions import CLEAN_UP, SCHEDULER, STEP, motions_match_plant
+from proofs.composition.executor_motions import CLEAN_UP, SCHEDULER, STEP, motions_match_plant
 from proofs.lib.loops import loops_of
 
 JOINT_RULES: Final = "aeros.runtime.gate.joint_rules"

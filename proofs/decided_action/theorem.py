@@ -188,13 +188,13 @@ def _decided(code: ModuleSource) -> TheoremObligation:
 
 _BEGIN_DECLARATIONS: Final = (
     "(declare-datatypes ((Act 0)) (((asked) (reduced) (other-act))))",
-    "(declare-datatypes ((Begun 0)) (((none) (begun (act Act)) (wrong))))",
+    "(declare-datatypes ((Started 0)) (((none) (started (act Act)) (wrong))))",
     *(f"(declare-const {name} Bool)" for name in ("forwarded", "allows", "plant-can", "stops", "begins")),
     "(declare-const way-round Bool)",
 )
 
 
-def _begun(code: ModuleSource) -> TheoremObligation:
+def _beginning(code: ModuleSource) -> TheoremObligation:
     scheduler = code.module(
         SCHEDULER, is_transient_denial=lambda *_: False, format_reasons=lambda *_: "denied"
     )
@@ -252,25 +252,25 @@ def _begun(code: ModuleSource) -> TheoremObligation:
                 expected.append(("begin", active.action, plan))
                 if ask("begins"):
                     expected.append(("watch", active, plan))
-        begun = [one for one in events if one[0] == "begin"]
+        started = [one for one in events if one[0] == "begin"]
         if not _are_same(events, expected):
             # Name the action where it is another one, so that a counterexample shows it.
-            others = [one[1] for one in begun if one[1] is not active.action]
-            return f"(begun {_TERMS.get(id(others[0]), 'other-act')})" if others else "wrong"
+            others = [one[1] for one in started if one[1] is not active.action]
+            return f"(started {_TERMS.get(id(others[0]), 'other-act')})" if others else "wrong"
         moves = forwarded and ask("plant-can") and ask("begins")
         if moves and (ending is not None or step.active_motion != ("motion", active, plan, False)):
             return "wrong"
         if not moves and step.active_motion is not None:
             return "wrong"
-        return f"(begun {_TERMS[id(active.action)]})" if begun else "none"
+        return f"(started {_TERMS[id(active.action)]})" if started else "none"
 
     return TheoremObligation(
         "`StepControl._decide_and_begin` lets the plant begin exactly the action that was decided for the\n"
         "request, with the motion that was decided, once, counted against its quotas before; it is watched\n"
         "from then on. Where it was denied, or the plant cannot do it, nothing begins.",
         _BEGIN_DECLARATIONS,
-        "(= found (ite (and forwarded plant-can) (begun (ite allows asked reduced)) none))",
-        tables=(SymbolicFunction("found", "Begun", execute_symbolically(run)),),
+        "(= found (ite (and forwarded plant-can) (started (ite allows asked reduced)) none))",
+        tables=(SymbolicFunction("found", "Started", execute_symbolically(run)),),
     )
 
 
@@ -354,7 +354,7 @@ THEOREM = Theorem(
     {
         "turn": _turn,
         "decided": _decided,
-        "begun": _begun,
+        "beginning": _beginning,
         "loops": loops_of(SCHEDULER, PIPELINE, STEP),
     },
     (
@@ -388,21 +388,21 @@ THEOREM = Theorem(
         ),
         Mutant(
             "begins-what-was-asked-for",
-            "begun",
+            "beginning",
             SCHEDULER,
             "self._plant.begin(active_action.action, plan)",
             "self._plant.begin(action, plan)",
         ),
         Mutant(
             "lets-the-plant-plan-again",
-            "begun",
+            "beginning",
             SCHEDULER,
             "self._plant.begin(active_action.action, plan)",
             "self._plant.begin(active_action.action, None)",
         ),
         Mutant(
             "does-not-watch-what-begins",
-            "begun",
+            "beginning",
             SCHEDULER,
             "        self._pipeline.monitors.add(active_action, plan)\n",
             "",

@@ -6,8 +6,12 @@ from typing import Final
 
 from aeros.spec.theorems.module_copies import Mutant
 from aeros.spec.theorems.theorem import Theorem
-from proofs.lib.lifecycle_executor import GOVERNOR, SCHEDULER, executor_obligations
-from proofs.lib.lifecycle_table import (
+from proofs.lib.loops import loops_of
+from proofs.lifecycle.changer import transaction_obligations
+from proofs.lifecycle.executor import GOVERNOR, SCHEDULER, executor_obligations
+from proofs.lifecycle.registry_changes import RUN_MODULES, change_obligations
+from proofs.lifecycle.revocation import CONTROL_PAGE, REGISTRY_STORE, TRANSACTION, revocation_obligations
+from proofs.lifecycle.table import (
     INSTALLED,
     LIFECYCLE,
     PROVING,
@@ -15,10 +19,6 @@ from proofs.lib.lifecycle_table import (
     WAITING,
     table_obligations,
 )
-from proofs.lib.lifecycle_transaction import transaction_obligations
-from proofs.lib.loops import loops_of
-from proofs.lib.registry_changes import RUN_MODULES, change_obligations
-from proofs.lib.revocation import CONTROL_PAGE, REGISTRY_STORE, TRANSACTION, revocation_obligations
 
 _LOOPS: Final = loops_of(
     "aeros.runtime.proving",

@@ -7,11 +7,11 @@ from typing import Final
 from aeros.spec.theorems.module_copies import Mutant
 from aeros.spec.theorems.theorem import Theorem
 from proofs.lib import kinematic_chain
-from proofs.lib.ball_enclosures import BEZIER, LINKS, SWEEP, ball_obligations
-from proofs.lib.link_search import link_obligations as pair_obligations
 from proofs.lib.loops import loops_of
-from proofs.lib.sweep_search import search_obligations
+from proofs.swept_volume.ball_enclosures import BEZIER, LINKS, SWEEP, ball_obligations
+from proofs.swept_volume.link_search import link_obligations as pair_obligations
 from proofs.swept_volume.obstacles import OBSTACLES, obstacle_obligations
+from proofs.swept_volume.sweep_search import search_obligations
 
 _LOOPS: Final = loops_of(
     "aeros.runtime.motion.bezier",

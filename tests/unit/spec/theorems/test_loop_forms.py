@@ -72,7 +72,7 @@ def test_a_loop_that_treats_each_element_by_itself_has_no_fault(body: str) -> No
         ("  return sum(itertools.islice(ones, 2))", "f: itertools.islice(ones, 2)", ("part",)),
     ],
 )
-def test_what_may_depend_on_the_number_of_elements_is_reported(
+def test_a_form_that_may_depend_on_the_number_of_elements_is_reported(
     body: str, place: str, expected: tuple[str, ...]
 ) -> None:
     assert faults(body)[place] == expected

@@ -14,7 +14,7 @@ from aeros.spec.theorems.module_copies import ModuleSource
 from aeros.spec.theorems.smtlib import smt_apply, smt_literal
 from aeros.spec.theorems.symbolic_execution import DecideBranch, execute_symbolically
 from aeros.spec.theorems.theorem import SymbolicFunction, TheoremObligation
-from proofs.lib.revocation import REGISTRY_STORE
+from proofs.lifecycle.revocation import REGISTRY_STORE
 
 INSTALLED: Final = "aeros.runtime.registry.installed"
 LIFECYCLE: Final = "aeros.runtime.registry.lifecycle"

@@ -14,7 +14,7 @@ from aeros.spec.theorems.module_copies import ModuleSource, install_stubs
 from aeros.spec.theorems.smtlib import smt_literal
 from aeros.spec.theorems.symbolic_execution import DecideBranch, SymbolicValue, execute_symbolically
 from aeros.spec.theorems.theorem import SymbolicFunction, TheoremObligation
-from proofs.lib.revocation import TRANSACTION
+from proofs.lifecycle.revocation import TRANSACTION
 
 RUN_MODULES: Final = "aeros.runtime.registry.run_modules"
 

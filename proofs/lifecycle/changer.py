@@ -12,7 +12,7 @@ from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.theorems.module_copies import ModuleSource
 from aeros.spec.theorems.theorem import TheoremObligation
 from proofs.lib.process_model import PerformStep, StepPath, declare_state, execute_process, primed, transition
-from proofs.lib.revocation import REGISTRY_STORE
+from proofs.lifecycle.revocation import REGISTRY_STORE
 
 _DISK: Final = {"pc": "Int", "open": "Bool", "pending": "Int", "disk": "Int", "half": "Bool"}
 """`pending`, `disk`: how many writes are in the transaction, and on the disk; `half`: one is there alone."""

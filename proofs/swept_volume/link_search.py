@@ -12,7 +12,6 @@ from aeros.spec.theorems.module_copies import ModuleSource
 from aeros.spec.theorems.smtlib import smt_and, smt_implies
 from aeros.spec.theorems.symbolic_execution import DecideBranch, execute_symbolically, term_of
 from aeros.spec.theorems.theorem import SymbolicFunction, TheoremObligation
-from proofs.lib.ball_enclosures import LINKS, SWEEP
 from proofs.lib.symbolic_reals import (
     AXES,
     POLYNOMIALS,
@@ -27,6 +26,7 @@ from proofs.lib.symbolic_reals import (
     symbolic_vector,
     vector_terms,
 )
+from proofs.swept_volume.ball_enclosures import LINKS, SWEEP
 
 _CORNERS: Final = ("one", "other")
 """Corners of a hull; two stand for any number."""

@@ -12,7 +12,7 @@ from aeros.spec.theorems.module_copies import ModuleSource
 from aeros.spec.theorems.smtlib import smt_apply, smt_literal
 from aeros.spec.theorems.symbolic_execution import DecideBranch, SymbolicValue, execute_symbolically
 from aeros.spec.theorems.theorem import SymbolicFunction, TheoremObligation
-from proofs.lib.lifecycle_table import SymbolicMapping
+from proofs.lifecycle.table import SymbolicMapping
 
 SCHEDULER: Final = "aeros.runtime.execution.scheduler"
 GOVERNOR: Final = "aeros.runtime.execution.governor"
