@@ -9,6 +9,7 @@ from itertools import product
 from math import prod
 from typing import Any, Final, NamedTuple
 
+from aeros.spec.closed_loop.definition_facts import UNDECIDED, OutcomeValues
 from aeros.spec.closed_loop.outcome_probabilities import outcome_probabilities
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.effects import QuantityRange, value_after
@@ -24,7 +25,7 @@ MAX_UNSETTLED: Final = 256
 State = tuple[Any, ...]
 """A value for each state variable of a task, in the order of `TransitionSystem.names`."""
 
-OpenValues = Callable[[Skill, Outcome], Mapping[str, tuple[Any, ...]]]
+FindValues = Callable[[Skill, Outcome], OutcomeValues]
 
 _EITHER: Final = (False, True)
 
@@ -99,7 +100,9 @@ class _OutcomeEffects(NamedTuple):
         declared: declared effects by place, which say if it is measured.
         ranges: declared ranges by place, which say so, too.
         known: the declared effects, and values that follow from them.
+        computed: by place, conditions on the state afterwards whose value a predicate has.
         unsettled: values by place of predicates that may be either, and of quantities that may be any.
+        constraints: conditions that some of these values meet; the others are left out.
     """
 
     outcome: Outcome
@@ -107,7 +110,9 @@ class _OutcomeEffects(NamedTuple):
     declared: list[tuple[int, Any]]
     ranges: list[tuple[int, QuantityRange]]
     known: list[tuple[int, Any]]
+    computed: dict[int, StateCondition]
     unsettled: list[tuple[int, tuple[Any, ...]]]
+    constraints: list[StateCondition]
 
     def is_measured(self, before: State, after: Sequence[Any]) -> bool:
         """Tell whether all that the outcome declares holds afterwards."""
@@ -132,7 +137,7 @@ class Invocation:
         names: the predicates of a state, in order.
         settable: predicates that some skill of the loop can set, so that nothing else changes them after the
             hold-condition broke.
-        open_values: lists the values that quantities may have after an outcome that does not decide them.
+        values_after: finds the values that variables may have after an outcome that does not state them.
         has_unknown: a predicate that an outcome leaves at either value is None afterwards; else there is a
             state for each value.
 
@@ -150,7 +155,7 @@ class Invocation:
         inputs: Mapping[str, Any],
         names: tuple[str, ...],
         settable: Collection[str] = (),
-        open_values: OpenValues = lambda _skill, _outcome: {},
+        values_after: FindValues = lambda _skill, _outcome: UNDECIDED,
         *,
         has_unknown: bool = False,
     ) -> None:
@@ -164,11 +169,11 @@ class Invocation:
         self._names = names
         self._has_unknown = has_unknown
         self._outcomes = [
-            _effects_of(outcome, share, names, open_values(skill, outcome))
+            _effects_of(outcome, share, names, values_after(skill, outcome))
             for outcome, share in outcome_probabilities(skill.outcomes.values())
         ]
         self._unheld = [
-            _effects_of(outcome, Fraction(0), names, open_values(skill, outcome))
+            _effects_of(outcome, Fraction(0), names, values_after(skill, outcome))
             for outcome in hold_loss_outcomes(skill, settable)
         ]
         for one in (*self._outcomes, *self._unheld):
@@ -239,6 +244,8 @@ class Invocation:
 
     def _states_after(self, state: State, one: _OutcomeEffects) -> list[list[Any]]:
         changed = _apply_effects(state, one.known)
+        for place, holds in one.computed.items():
+            changed[place] = holds(tuple(changed))
         if not one.unsettled:
             return [changed]
         values = [(None,) if self._has_unknown else values for _, values in one.unsettled]
@@ -247,7 +254,9 @@ class Invocation:
             states.append(list(changed))
             for (place, _), value in zip(one.unsettled, chosen, strict=True):
                 states[-1][place] = value
-        return states
+        if self._has_unknown:
+            return states
+        return [each for each in states if all(holds(tuple(each)) for holds in one.constraints)]
 
     def _measured_outcome(self, before: State, after: list[Any]) -> Outcome:
         matching = [one.outcome for one in self._outcomes if one.is_measured(before, after)]
@@ -255,19 +264,22 @@ class Invocation:
 
 
 def _effects_of(
-    outcome: Outcome, share: Fraction, names: tuple[str, ...], open_values: Mapping[str, tuple[Any, ...]]
+    outcome: Outcome, share: Fraction, names: tuple[str, ...], values: OutcomeValues
 ) -> _OutcomeEffects:
     places = _index_by_name(names)
     declared = [(places[name], value) for name, value in outcome.effects.items()]
     following = [(places[name], value) for name, value in outcome.consequences.items() if name in places]
-    either = [(place, _EITHER) for place, value in following if value is None]
+    computed = {places[name]: StateCondition(one, names) for name, one in values.computed.items()}
+    either = [(place, _EITHER) for place, value in following if value is None and place not in computed]
     return _OutcomeEffects(
         outcome,
         share,
         declared,
         [(places[one.name], one) for one in outcome.ranges if one.name in places],
         declared + [(place, value) for place, value in following if value is not None],
-        either + [(places[name], values) for name, values in open_values.items()],
+        computed,
+        either + [(places[name], several) for name, several in values.opened.items()],
+        [StateCondition(one, names) for one in values.constraints],
     )
 
 

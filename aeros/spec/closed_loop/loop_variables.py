@@ -17,7 +17,8 @@ from fractions import Fraction
 from typing import Any, Final
 
 from aeros.spec.closed_loop.cells import NoCellsError, breakpoints, cells, values_between
-from aeros.spec.consequences.consequences import known_definitions
+from aeros.spec.closed_loop.definition_facts import DefinitionFacts, OutcomeValues
+from aeros.spec.consequences.consequences import expanded_definition, known_definitions
 from aeros.spec.consequences.disturbance import is_moved, readings_behind
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.lower import lower, values_by_scalar, with_constants
@@ -59,6 +60,7 @@ class LoopVariables:
         values: the values of each of them.
         breakpoints: those values of each quantity that are cells of their own.
         declared: declaration of each variable, or of the vector or family that it is a part of.
+        facts: definitions of variables that read other variables of the loop alone.
     """
 
     def __init__(self, ecm: Ecm, task: Task, site: Site) -> None:
@@ -69,12 +71,17 @@ class LoopVariables:
         self.variables = _scalars(conditions, skills, site)
         self.declared = {one.name: site.state[_whole_name(one, site)] for one in self.variables.values()}
         numbers = _compared_numbers(skills, task, self.variables)
+        defining = self._defining_conditions()
         self.values: dict[str, Values] = {}
         self.breakpoints: dict[str, frozenset[Fraction]] = {}
         quantities = [name for name, one in self.variables.items() if _is_quantity(one)]
         for name, one in self.variables.items():
             if name not in quantities:
                 self.values[name] = _listed_values(self.declared[name], one)
+        self.facts = DefinitionFacts(
+            {name: one for name, one in defining.items() if self._has_cells(one, quantities)}
+        )
+        conditions += self.facts.conditions.values()
         for name in quantities:
             self.values[name] = self._cells(name, conditions, numbers.get(name, set()), quantities)
         self.values = {name: self.values[name] for name in self.variables}
@@ -111,21 +118,42 @@ class LoopVariables:
         is_quantity = isinstance(value, Fraction) and name in self._quantities
         return f"{name} = {format_quantity(value, declared.unit) if is_quantity else str(value).lower()}"
 
-    def open_values(self, skill: Skill, outcome: Outcome) -> dict[str, Values]:
-        """List the values that quantities may have after an outcome that does not decide them.
+    def after(self, skill: Skill, outcome: Outcome) -> OutcomeValues:
+        """Find the values that variables may have after an outcome that does not state them.
 
         Args:
             skill: a skill of the loop, with the consequences of its outcomes.
             outcome: an outcome of it, or an end without a declared outcome.
 
         Returns:
-            The values by name of the quantity, several for each.
+            The values; several for each quantity that is open.
         """
-        return {
+        opened = {
             name: values
             for name in self._quantities
             if (values := self._open_values(name, skill, outcome)) is not None
         }
+        return self.facts.after(outcome, opened, self.variables)
+
+    def _defining_conditions(self) -> dict[str, t.Term]:
+        """Return the definitions of variables that read other variables of the loop alone, on scalars."""
+        found = {
+            name: lower(expanded_definition(name, self._definitions))
+            for name in self.variables
+            if name in self._definitions
+        }
+        return {
+            name: one for name, one in found.items() if t.variables_of(one).keys() <= self.variables.keys()
+        }
+
+    def _has_cells(self, condition: t.Term, quantities: Sequence[str]) -> bool:
+        """Tell whether a condition has one value in each cell of its quantities."""
+        try:
+            for name in t.variables_of(condition).keys() & {*quantities}:
+                breakpoints(condition, name, self.values, quantities)
+        except NoCellsError:
+            return False
+        return True
 
     def _open_values(self, name: str, skill: Skill, outcome: Outcome) -> Values | None:
         declared = self.declared[name]

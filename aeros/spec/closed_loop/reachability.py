@@ -165,7 +165,10 @@ def explore_system(system: TransitionSystem) -> ReachableStates:
     values = list(system.variables.starts(system.task.initial))
     if math.prod(map(len, values)) > MAX_STARTS:
         raise UnlistedStatesError("it has too many start states")
-    starts = [*itertools.product(*values)]
+    facts = [system.condition(one) for one in system.variables.facts.equivalences(system.variables.variables)]
+    combined = [*itertools.product(*values)]
+    # Where no start agrees with the definitions, `initial` contradicts them (AE806), and the rules are shown.
+    starts = [one for one in combined if all(holds(one) for holds in facts)] or combined
     reachable = ReachableStates(system)
     pending = deque(LoopState("plan", start) for start in starts)
     reachable.graph.update((start, []) for start in pending)

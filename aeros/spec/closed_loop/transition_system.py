@@ -158,9 +158,7 @@ class TransitionSystem:
 
     def _invocation(self, skill: str, inputs: Mapping[str, Any]) -> Invocation:
         try:
-            made = Invocation(
-                self._skills[skill], inputs, self.names, self._settable, self.variables.open_values
-            )
+            made = Invocation(self._skills[skill], inputs, self.names, self._settable, self.variables.after)
         except UnsettledError as error:
             raise StateSpaceError(str(error)) from error
         self._invocations.append(made)

@@ -48,7 +48,10 @@ class SymbolicLoop:
             zip(self.system.names, self.system.variables.starts(self.system.task.initial), strict=True)
         )
         starts |= dict.fromkeys(self.program.plan_bits, (False,))
-        return Fixpoints(self.program, starts, StateSets(self.program.values, self.program.variables))
+        variables = self.system.variables
+        facts = tuple(map(lower, variables.facts.equivalences(variables.variables)))
+        sets = StateSets(self.program.values, self.program.variables)
+        return Fixpoints(self.program, starts, sets, facts)
 
     @property
     def has_choices(self) -> bool:

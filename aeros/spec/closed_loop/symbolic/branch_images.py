@@ -93,12 +93,19 @@ class BranchImages:
     def _make_change(self, branch: ProgramBranch) -> _Change:
         functions: dict[str, StateSet] = {}
         relation, related = self._sets.every, []
+        changing = {*branch.updates, *branch.opened}
         for name, term in branch.updates.items():
             if isinstance(term, t.Literal):
                 for bit, is_set in self._sets.code(name, term.value).items():
                     functions[bit] = self._sets.every if is_set else self._sets.none
             elif self._sets.values[name] == (False, True):
-                functions[self._sets.bits[name][0]] = self._sets.where(term)
+                if t.variables_of(term).keys().isdisjoint(changing):
+                    functions[self._sets.bits[name][0]] = self._sets.where(term)
+                else:
+                    # A function of values that are gone afterwards.
+                    related.append(name)
+                    (bit,) = self._sets.bits[self._sets.after_names[name]]
+                    relation &= self._sets.bdd.apply("<=>", self._sets.bdd.var(bit), self._sets.where(term))
             else:
                 related.append(name)
                 relation &= self._sum(name, term)

@@ -286,7 +286,7 @@ class _Builder:
         skill = self.skill(way.name, rule.inputs)
         branches: list[ProgramBranch] = []
         for one in skill.branches:
-            ends = (End(negate(one.is_failure), done), End(one.is_failure, failing))
+            ends = (End(one.is_success, done), End(one.is_failure, failing))
             updates = {**one.updates, **cleared}
             branches.append(ProgramBranch(one.guard, ends, updates, one.opened, one.is_likely))
             if given_up is not None:
@@ -320,14 +320,15 @@ def _ordered(variables: Mapping[str, t.Variable], unless: Sequence[t.Term]) -> I
 def _recovery(helpers: Sequence[SymbolicSkill], target: Place, over: t.Term) -> list[Move]:
     """Make the moves of a recovery; where no helper can start, it is skipped."""
     unable = all_of(negate(over), *(negate(one.can_start) for one in helpers))
-    ends = (End(t.TRUE, target),)
     return [
         step(unable, target),
         *(
             Move(
                 all_of(negate(over), one.can_start),
                 tuple(
-                    ProgramBranch(each.guard, ends, each.updates, each.opened, each.is_likely)
+                    ProgramBranch(
+                        each.guard, (End(each.agrees, target),), each.updates, each.opened, each.is_likely
+                    )
                     for each in one.branches
                 ),
             )

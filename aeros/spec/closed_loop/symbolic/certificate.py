@@ -174,6 +174,7 @@ class _Certificate:
             for name, values in self._fixpoints.starts.items()
             if len(values) == 1
         ]
+        parts += self._fixpoints.start_facts
         first = question.now.condition(self._fixpoints.reachable[PLAN])
         return question.asks("the start", t.Implies(all_of(*parts), first))
 

@@ -120,7 +120,7 @@ class CompositionPlaces:
         branches = [
             ProgramBranch(
                 all_of(skill.can_start, each.guard),
-                (End(negate(each.is_failure), done), End(each.is_failure, failing)),
+                (End(each.is_success, done), End(each.is_failure, failing)),
                 each.updates,
                 each.opened,
                 each.is_likely,

@@ -17,6 +17,7 @@ from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.closed_loop.symbolic.branch_images import BranchImages
 from aeros.spec.closed_loop.symbolic.program import PLAN, REACHED, LoopProgram, Move, Place
 from aeros.spec.closed_loop.symbolic.state_sets import StateSet, StateSets
+from aeros.spec.expr import terms as t
 
 MAX_IMAGES: Final = 200_000
 """Largest number of images of branches that one analysis computes."""
@@ -33,11 +34,13 @@ class Fixpoints:
         program: the program.
         starts: values that each variable may have at the start.
         sets: the diagrams.
+        facts: definitions of variables, as conditions on a state.
     """
 
     program: LoopProgram
     starts: Mapping[str, tuple[Any, ...]]
     sets: StateSets
+    facts: tuple[t.Term, ...] = ()
     _images: int = 0
 
     @cached_property
@@ -47,6 +50,17 @@ class Fixpoints:
     @cached_property
     def start(self) -> StateSet:
         """The states at the start."""
+        return self._stated & self.sets.intersection(map(self.sets.where, self.start_facts))
+
+    @cached_property
+    def start_facts(self) -> tuple[t.Term, ...]:
+        """The definitions, unless no state that the task may start in agrees with them."""
+        agreeing = self._stated & self.sets.intersection(map(self.sets.where, self.facts))
+        return () if agreeing == self.sets.none else self.facts
+
+    @cached_property
+    def _stated(self) -> StateSet:
+        """The states that the task states as its start."""
         return self.sets.valid & self.sets.intersection(
             self.sets.one_of(name, values) for name, values in self.starts.items()
         )

@@ -26,14 +26,18 @@ class SkillBranch:
         guard: condition under which no number leaves its range; the claims about increments prove it.
         updates: value afterwards of each variable that changes, as a term over the values before.
         opened: values of variables of which nothing decides which they have afterwards.
-        is_failure: condition, on the values before and those afterwards of opened variables, under which the
-            outcome that is measured then is a failure.
+        agrees: condition, on the values before and those afterwards of opened variables, under which these
+            agree with all definitions.
+        is_success: the same, and the outcome that is measured then is a success.
+        is_failure: the same for a failure.
         is_likely: False if its probability is 0.
     """
 
     guard: t.Term
     updates: Mapping[str, t.Term]
     opened: Mapping[str, tuple[Any, ...]]
+    agrees: t.Term
+    is_success: t.Term
     is_failure: t.Term
     is_likely: bool
 
@@ -81,13 +85,14 @@ def symbolic_skill(
     ]
     endings = [one for one, _ in listed]
     branches = [
-        SkillBranch(one.guard, one.updates, one.opened, _failure_condition(one, endings), is_likely)
+        one.branch(_failure_condition(one, endings), is_likely)
         for one, is_likely in listed
         if one.outcome.probability != 0
     ]
-    for outcome in hold_loss_outcomes(skill, settable):
-        lost = _Ending(outcome, skill, variables)
-        branches.append(SkillBranch(lost.guard, lost.updates, lost.opened, t.TRUE, is_likely=False))
+    branches += [
+        _Ending(outcome, skill, variables).branch(t.TRUE, is_likely=False)
+        for outcome in hold_loss_outcomes(skill, settable)
+    ]
     return SymbolicSkill(can_start, tuple(branches))
 
 
@@ -106,12 +111,34 @@ class _Ending:
             if isinstance(one.type, IntegerType)
         }
         self.updates = {name: self.effect(name, value) for name, value in outcome.effects.items()}
-        self.opened: dict[str, tuple[Any, ...]] = dict(variables.open_values(skill, outcome))
+        values = variables.after(skill, outcome)
+        self.opened: dict[str, tuple[Any, ...]] = dict(values.opened)
         for name, value in outcome.consequences.items():
-            if name in self._variables and value is None:
-                self.opened[name] = (False, True)
-            elif name in self._variables:
+            if name in self._variables and value is not None:
                 self.updates[name] = self.effect(name, value)
+            elif name in self._variables and name not in values.computed:
+                self.opened[name] = (False, True)
+        self.updates |= {name: self._afterwards(one) for name, one in values.computed.items()}
+        self._agrees = all_of(*map(self._afterwards, values.constraints))
+
+    def branch(self, is_failure: t.Term, is_likely: bool) -> SkillBranch:
+        """Make the branch of this outcome.
+
+        Args:
+            is_failure: condition under which the outcome that is measured then is a failure.
+            is_likely: False if its probability is 0.
+
+        Returns:
+            The branch.
+        """
+        agrees = self._agrees
+        succeeds, fails = (all_of(agrees, one) for one in (negate(is_failure), is_failure))
+        return SkillBranch(self.guard, self.updates, self.opened, agrees, succeeds, fails, is_likely)
+
+    def _afterwards(self, condition: t.Term) -> t.Term:
+        """Write a condition on the state afterwards on the values before, and on opened variables."""
+        after = {name: self.value_after(name) for name in t.variables_of(condition)}
+        return lower(t.substitute(condition, after))
 
     @property
     def guard(self) -> t.Term:

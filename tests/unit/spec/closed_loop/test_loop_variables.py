@@ -67,11 +67,11 @@ def test_a_vector_counts_as_the_components_that_are_read() -> None:
 def test_an_outcome_leaves_a_quantity_where_it_states_and_else_as_it_was() -> None:
     found = variables("fill_level > 0.25", FILL, POUR)
     poured, spilt = POUR.outcomes.values()
-    inside = found.open_values(POUR, poured)["fill_level"]
+    inside = found.after(POUR, poured).opened["fill_level"]
     assert inside == tuple(one for one in found.values["fill_level"] if one <= HALF)
-    assert found.open_values(FILL, FILL.outcomes["filled"]) == {}
+    assert found.after(FILL, FILL.outcomes["filled"]).opened == {}
     # Of what measures it, nothing is known here, so a perceiver is assumed, and nothing moves that.
-    assert found.open_values(POUR, spilt) == {}
+    assert found.after(POUR, spilt).opened == {}
 
 
 @pytest.mark.parametrize(

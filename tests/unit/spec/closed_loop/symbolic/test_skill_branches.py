@@ -30,7 +30,7 @@ def test_branches_lead_where_the_invocation_does(seed: int) -> None:
     variables = system.variables
     for one in skills_of(system.ecm, task):
         made = symbolic_skill(one, {}, variables, system.names)
-        listed = Invocation(one, {}, system.names, system.names, variables.open_values)
+        listed = Invocation(one, {}, system.names, system.names, variables.after)
         for state in list(product(*variables.values.values()))[:200]:
             env = dict(zip(system.names, state, strict=True))
             assert is_true(made.can_start, env) is listed.can_start(state)
