@@ -114,6 +114,13 @@ _VALUES: Final = (
         "watch.actions[-1].readings.get(name)",
     ),
     Mutant(
+        "shows-histories-the-state-of-the-decision",
+        "histories",
+        MONITOR,
+        "        self._readings.update(\n            (name, value if",
+        "        dict(\n            (name, value if",
+    ),
+    Mutant(
         "lets-a-variable-be-missing",
         "measured",
         MONITOR,
@@ -289,6 +296,20 @@ _CODE: Final = (
         RULES,
         '            self.add_line(" = ".join([*flags, "False"]))\n',
         "            pass\n",
+    ),
+    Mutant(
+        "takes-a-rule-on-changed-values-to-hold-still",
+        "ticks-of-numbers",
+        RULES,
+        "alike = [one for one in dict.fromkeys(reads) if one <= kept.keys()]",
+        "alike = [*dict.fromkeys(reads)]",
+    ),
+    Mutant(
+        "takes-any-number-for-whole",
+        "ticks-of-vectors",
+        RULES,
+        "_is_whole(form):\n            continue",
+        "_is_whole(form):\n            pass",
     ),
     Mutant(
         "measures-more-or-less",
@@ -486,6 +507,7 @@ THEOREM: Final = Theorem(
         "back-off": tick_answers.back_off_obligation,
         "stop-records": tick_answers.stop_records_obligation,
         "values": tick_values.values_obligation,
+        "histories": tick_values.histories_obligation,
         "measured": tick_values.measured_obligation,
         "usable": tick_values.usable_obligation,
         "added": watch_lists.added_obligation,

@@ -12,7 +12,7 @@ from typing import Any, Final, cast
 from aeros.runtime.gate.value_check import value_checkers
 from aeros.spec.diagnostics.errors import InternalError
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.types import BOOL, RealType, VectorType
+from aeros.spec.expr.types import BOOL, IntegerType, RealType, VectorType
 from aeros.spec.expr.units import NUMBER
 from aeros.spec.model.variables import Declared
 from aeros.spec.theorems.module_copies import ModuleSource
@@ -108,8 +108,8 @@ _SCALARS: Final = _TickShape(
 _PLACE: Final = ("place.x", "place.y", "place.z")
 _VECTORS: Final = _TickShape(
     "vectors",
-    (_variable("place", VectorType(NUMBER)),),
-    {"place": _PLACE},
+    (_variable("place", VectorType(NUMBER)), _variable("count", IntegerType(NUMBER))),
+    {"place": _PLACE, "count": ("count",)},
     ("place",),
     (
         _TickRule(
@@ -123,6 +123,14 @@ _VECTORS: Final = _TickShape(
             ("place.z",),
             lambda z: z <= 0.5,
             "(leq {place.z} (a-double (/ 1 2)))",
+        ),
+        _TickRule(
+            t.And(
+                (t.Compare("<=", _constant(0), _real("count")), t.Compare("<=", _real("count"), _constant(4)))
+            ),
+            ("count",),
+            lambda count: count >= 0.0 and count <= 1.0,
+            "(and (leq (a-double 0.0) {count}) (leq {count} (a-double 1.0)))",
         ),
         _TickRule(
             t.Compare("<=", _SPEED, _constant(3)),
@@ -315,6 +323,8 @@ def _formed(shape: _TickShape, name: str, prefix: str) -> str:
     if name == "lit":
         return "true" if prefix else "lit.is-flag"
     numbers = smt_and(f"(in-unit {prefix}{scalar})" for scalar in shape.scalars[name])
+    if name == "count":
+        return smt_and((numbers, f"(is_int (number {prefix}count))"))
     is_compound = len(shape.scalars[name]) > 1 and not prefix
     return smt_and((f"{name}.is-list", f"{name}.has-three", numbers)) if is_compound else numbers
 
@@ -355,7 +365,7 @@ def _tick_declarations(shape: _TickShape, flags: Iterable[str]) -> tuple[str, ..
 
 
 def _before(shape: _TickShape) -> dict[str, str]:
-    return {scalar: f"was.{scalar}" for name in shape.kept for scalar in shape.scalars[name]}
+    return {scalar: f"was.{scalar}" for scalars in shape.scalars.values() for scalar in scalars}
 
 
 def _formula(rule: _TickRule, values: Mapping[str, str]) -> str:
@@ -383,7 +393,7 @@ def _tick_claim(shape: _TickShape, flags: Mapping[str, tuple[int, ...]]) -> str:
     ]
     holds = smt_and((*every, "(not measures-more)", *(_formula(rule, now) for rule in shape.rules)))
     claims = ["(not (= found raises))", "(not (= found wrong))", f"(= (holds found) {holds})"]
-    after: dict[str, str] = {}
+    after = dict(now)
     for name in shape.kept:
         kept = f"(kept-{name} found)"
         if name == "lit":

@@ -83,7 +83,8 @@ def values_obligation(code: ModuleSource) -> TheoremObligation:
         unpackers = {name: (lambda value, name=name: unpack(name, value)) for name in (*_READ, "h")}
         made._compiled = SimpleNamespace(unpackers=unpackers)
         known = {"h": True} if ask("h.is-known") else {}
-        return cast("str", made._violation(watch, measured, known))
+        found = cast("str", made._violation(watch, measured, known))
+        return found if watch.requested_values.keys() == {"p"} else "raises"
 
     def expected(name: str) -> str:
         decided = (
@@ -122,10 +123,78 @@ def values_obligation(code: ModuleSource) -> TheoremObligation:
     )
 
 
+def histories_obligation(code: ModuleSource) -> TheoremObligation:
+    """With the histories themselves put aside: `past_time` is about these."""
+    monitor = code.module(MONITOR)
+
+    def run(ask: DecideBranch) -> str:
+        at, times = object(), {name: object() for name in _READ}
+        values = {name: object() for name in _READ}
+        measured = {
+            name: Reading(values[name], cast("float", times[name]))
+            if ask(f"{name}.is-reading")
+            else values[name]
+            for name in _READ
+            if ask(f"{name}.is-measured")
+        }
+        earlier = Reading("earlier", 0.0)
+        made = object.__new__(monitor.RuntimeMonitor)
+        made._readings = dict.fromkeys((*_READ, "other"), earlier)
+        advanced: list[Any] = []
+
+        def advance(readings: Mapping[str, Reading], now: object) -> dict[str, bool]:
+            advanced.append((dict(readings), now))
+            return {"h": True}
+
+        names = frozenset("h") if ask("has-histories") else frozenset()
+        made._histories = SimpleNamespace(names=names, advance=advance)
+        found = made._update_histories(at, measured)
+        if not names:
+            return "none" if found == {} and not advanced else "raises"
+        ((readings, now),) = advanced
+        if now is not at or found != {"h": True} or readings.pop("other") != earlier:
+            return "raises"
+
+        def origin(name: str) -> str:
+            reading = readings[name]
+            if reading is earlier:
+                return "earlier"
+            if reading.value is not values[name]:
+                return "wrong"
+            return {id(at): "of-tick", id(times[name]): "of-reading"}.get(id(reading.time), "wrong")
+
+        return smt_apply("updated", *map(origin, _READ))
+
+    def expected(name: str) -> str:
+        return f"(ite {name}.is-measured (ite {name}.is-reading of-reading of-tick) earlier)"
+
+    return TheoremObligation(
+        "`RuntimeMonitor._update_histories` advances the histories once, to the time of the tick, with each\n"
+        "value that is measured, at its own time or that of the tick; and else with the reading that it had.",
+        (
+            "(declare-datatypes ((Given 0)) (((earlier) (of-tick) (of-reading) (wrong))))",
+            "(declare-datatypes ((Update 0)) (((raises) (none) (updated (a Given) (b Given)))))",
+            *declare_bools("has-histories"),
+            *declare_bools(*(f"{name}.{of}" for name in _READ for of in ("is-measured", "is-reading"))),
+        ),
+        f"(= found (ite has-histories (updated {' '.join(map(expected, _READ))}) none))",
+        tables=(SymbolicFunction("found", "Update", execute_symbolically(run, raising="raises")),),
+    )
+
+
 # Which values can be used.
 
 _MEASURED: Final = ("a", "m.b", "m.c")
 """A variable of the site, and two of a module, which perhaps no rule reads."""
+
+
+class _EqualValue:
+    """A value that equals any other, as 1 equals True: that does not make it well-formed."""
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __eq__(self, other: object) -> bool:
+        return True
 
 
 def measured_obligation(code: ModuleSource) -> TheoremObligation:
@@ -134,9 +203,9 @@ def measured_obligation(code: ModuleSource) -> TheoremObligation:
 
     def run(ask: DecideBranch) -> str:
         at, wrong = object(), list[str]()
-        kept = {name: object() for name in _MEASURED}
+        kept = {name: _EqualValue() for name in _MEASURED}
         measured = {
-            name: kept[name] if ask(f"{name}.is-same") else object()
+            name: kept[name] if ask(f"{name}.is-same") else _EqualValue()
             for name in _MEASURED
             if ask(f"{name}.is-measured")
         }

@@ -5,6 +5,7 @@
 (declare-const raises Bool)
 (declare-datatypes ((Number 0)) (((not-a-number) (finite (value Real)))))
 (define-fun at-most ((x Number) (y Number)) Bool (and ((_ is finite) x) ((_ is finite) y) (<= (value x) (value y))))
+(declare-fun scaled (Number) Number)
 (declare-const off Number)
 (declare-const bound Number)
 (declare-const is-bounded Bool)

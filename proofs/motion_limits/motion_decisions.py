@@ -342,6 +342,15 @@ def _wrong_as_wholes(plan: Trajectory) -> Iterator[tuple[str, Any]]:
     yield "no-balls", replace(plan, body=replace(body, balls=()))
     yield "no-hand", replace(plan, body=replace(body, balls=(arm, arm)))
     hulls = body.hulls
+    # A leg in place of the hand; and parts that move with a joint that the arm does not have.
+    for label, changes in {"leg": {"link": "leg"}, "beyond": {"joint": 3}, "before": {"joint": -1}}.items():
+        other = replace(
+            body,
+            balls=(arm, hand._replace(**cast("Any", changes))),
+            hulls=(hulls[0], hulls[1]._replace(**cast("Any", changes))),
+            exempt_pairs=(),
+        )
+        yield label, replace(plan, body=other)
     yield "negative-hull", replace(plan, body=replace(body, hulls=(hulls[0], hulls[1]._replace(radius=-0.1))))
     yield "no-hull", replace(plan, body=replace(body, hulls=hulls[:1], exempt_pairs=()))
     yield "no-corner", replace(plan, body=replace(body, hulls=(hulls[0], hulls[1]._replace(corners=()))))

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from types import SimpleNamespace
 from typing import Any, Final
 
 from aeros.skill import Action
 from aeros.spec.theorems.module_copies import ModuleSource
-from aeros.spec.theorems.smtlib import smt_and, smt_implies
+from aeros.spec.theorems.smtlib import smt_and, smt_implies, smt_literal
 from aeros.spec.theorems.symbolic_execution import DecideBranch
 from aeros.spec.theorems.theorem import TheoremObligation
 from proofs.motion_limits.motion_rates import (
@@ -97,6 +98,9 @@ def base_obligation(code: ModuleSource) -> TheoremObligation:
     )
 
 
+_ROUNDING: Final = f"(finite {smt_literal(Fraction(1e-6))})"
+"""Distance of a joint from its target that rounding explains: 1 µrad."""
+
 _TARGETS: Final = ("tool", "joints", "base")
 
 
@@ -112,7 +116,6 @@ def end_obligation(code: ModuleSource) -> TheoremObligation:
             return known[given]
 
         module = trajectory_module(code, dist=dist, max=lambda values: Measure("largest", ask))
-        vars(module)["_JOINT_TOLERANCE"] = Measure("joint-tolerance", ask)
         kind = SimpleNamespace(
             tool_target="t" if ask("tool.has-target") else None,
             joint_target=tuple(f"q{n}" for n in JOINTS) if ask("joints.has-target") else None,
@@ -130,7 +133,7 @@ def end_obligation(code: ModuleSource) -> TheoremObligation:
         policy = SimpleNamespace(kinds={"move": kind, "grip": None}, end_tolerance=Measure("tolerance", ask))
         return is_nothing(module._end_mismatch(policy, Action("move", parameters), merged, "it ends"))
 
-    joints = smt_and(f"(at-most {_off(f'end.{n}', f'target.{n}')} joint-tolerance)" for n in JOINTS)
+    joints = smt_and(f"(at-most {_off(f'end.{n}', f'target.{n}')} {_ROUNDING})" for n in JOINTS)
     return nothing_obligation(
         "`_end_mismatch` is empty exactly where tool, joints and base end within the tolerance of the\n"
         "targets that the action's kind names, when all motions are over; never where a distance is not a\n"
@@ -138,7 +141,7 @@ def end_obligation(code: ModuleSource) -> TheoremObligation:
         (
             *NUMBERS,
             *OPERATIONS,
-            *declare_numbers("tolerance", "joint-tolerance", "tool-off", "base-off", "largest"),
+            *declare_numbers("tolerance", "tool-off", "base-off", "largest"),
             *declare_numbers(*(f"{of}.{n}" for of in ("end", "target") for n in JOINTS)),
             *declare_truths(*(f"{part}.has-target" for part in _TARGETS)),
         ),

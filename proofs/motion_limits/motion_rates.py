@@ -19,6 +19,7 @@ NUMBERS: Final = (
     "(declare-datatypes ((Number 0)) (((not-a-number) (finite (value Real)))))",
     "(define-fun at-most ((x Number) (y Number)) Bool (and ((_ is finite) x) ((_ is finite) y)"
     " (<= (value x) (value y))))",
+    "(declare-fun scaled (Number) Number)",
 )
 """Doubles that may be NaN, with which every comparison fails."""
 
@@ -60,7 +61,7 @@ class Measure:
         return self.name  # in messages
 
     def __rmul__(self, _: float) -> Measure:
-        return self  # millimetres, in messages
+        return self._named("scaled")
 
 
 def _number_term(value: Any) -> str:
@@ -125,7 +126,10 @@ def limits_obligation(code: ModuleSource) -> TheoremObligation:
     return nothing_obligation(
         "`_limit_violations` is empty exactly where speed, acceleration and jerk are each at most their\n"
         "limit; never where one is not a number.",
-        (*NUMBERS, *declare_numbers(*(f"{of}.{name}" for of in ("found", "limit") for name in RATES))),
+        (
+            *(*NUMBERS, *OPERATIONS),
+            *declare_numbers(*(f"{of}.{name}" for of in ("found", "limit") for name in RATES)),
+        ),
         smt_and(f"(at-most found.{name} limit.{name})" for name in RATES),
         run,
     )
@@ -243,7 +247,10 @@ def tool_obligation(code: ModuleSource) -> TheoremObligation:
     """With the bounds of tool and base put aside."""
 
     def run(ask: DecideBranch) -> str:
-        plans = {name: SimpleNamespace(name=name, base_path="way", duration="time") for name in _MOTIONS}
+        plans = {
+            name: SimpleNamespace(name=name, base_path=f"way {name}", duration=f"time {name}")
+            for name in _MOTIONS
+        }
         arm = plans["new" if ask("arm-is-new") else "old"]
         base = plans["new" if ask("base-is-new") else "old"]
 
