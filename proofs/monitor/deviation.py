@@ -72,11 +72,11 @@ def _tracker(tracking: ModuleType, ask: DecideBranch, under_way: set[int]) -> An
     return made
 
 
-def _part(follower: Any) -> str:
+def _part(follower: Any, part: str) -> str:
     if follower is None:
         return "none"
     if follower.number == 3:
-        return "this" if follower.reference == "this plan" else "wrong"
+        return "this" if follower.reference == f"{part} of this plan" else "wrong"
     rests, halts = smt_literal(follower.rests), smt_literal(follower.halts)
     return smt_apply("part", str(follower.number), rests, halts)
 
@@ -94,8 +94,8 @@ _PARTS: Final = (
 def _tracker_term(made: Any, body: str) -> str:
     return smt_apply(
         "tracker",
-        _part(made._arm),
-        _part(made._base),
+        _part(made._arm, "joints"),
+        _part(made._base, "base"),
         smt_literal(made.is_idle),
         str(len(made._numbers)),
         str(len(made._rates)),
@@ -116,8 +116,8 @@ def tracked_obligation(code: ModuleSource) -> TheoremObligation:
             moves_joints=lambda _: ask("moves-joints"),
             moves_base=lambda _: ask("moves-base"),
             _Follower=follow,
-            _joint_reference=lambda plan: plan.text,
-            _base_reference=lambda plan: plan.text,
+            _joint_reference=lambda plan: f"joints of {plan.text}",
+            _base_reference=lambda plan: f"base of {plan.text}",
             FeedbackRates=lambda plan, variable: ("rates", variable),
         )
         under_way = {number for number in _NUMBERS if ask(f"is-under-way.{number}")}
