@@ -54,6 +54,7 @@ from aeros.runtime.motion.swept_volume import (
     moves_joints,
 )
 from aeros.runtime.ports import (
+    Ball,
     Hull,
     JointVector,
     MotionCompletion,
@@ -191,11 +192,13 @@ class MotionDecider:
         """Return the fault of a malformed motion, or None; total for everything a plant may return."""
         try:
             return self._motion_fault(policy, plan)
-        except (TypeError, ValueError, AttributeError) as fault:
+        except (TypeError, ValueError, AttributeError, IndexError) as fault:
             return str(fault) or type(fault).__name__
 
     def _motion_fault(self, policy: MotionPolicy, plan: Trajectory) -> str | None:
         joints = len(policy.lowest)
+        if not _is_immutable(plan):
+            return "one of its parts is not of the type that it has to be, or no tuple"
         if (
             not plan.joint_paths
             or not all(plan.joint_paths)
@@ -220,7 +223,7 @@ class MotionDecider:
             return "its duration is not above 0 s"
         if plan.servo is not None and any(plan.base_path):
             return "the base travels under feedback"
-        if any(not 0 <= ball.joint <= joints or ball.radius < 0.0 for ball in plan.body.balls):
+        if any(not _moves_with_joint(ball, joints) for ball in plan.body.balls):
             return "a sphere of the body moves with no joint, or has no radius"
         if not all(is_c2_continuous(path) for path in plan.joint_paths):
             return "its segments do not join smoothly, so its jerk has no bound"
@@ -228,7 +231,7 @@ class MotionDecider:
         named = {link for box in self._boxes for link in box.links or ()} - {HELD}
         if not links or named - links:
             return f"the body has no link `{min(named - links, default='')}`"
-        return None if policy.link_clearance is None else _hull_fault(plan.body, joints)
+        return _hull_fault(plan.body, joints, policy.link_clearance is not None)
 
     # Limits.
 
@@ -413,23 +416,53 @@ def _obstacle_contacts(
     return [Reason(OBSTRUCTED, obstacle.name, text)]
 
 
-def _hull_fault(body: RobotBody, joints: int) -> str | None:
-    """Return the fault of the hulls that distances between links are checked with, or None."""
-    hash(body)  # raises TypeError unless all of it is made of tuples
+def _is_immutable(plan: Trajectory) -> bool:
+    """Tell if a plan is made of tuples and of the types of its parts, so that it stays as it was decided."""
+    body, servo = plan.body, plan.servo
+    if type(body) is not RobotBody or (servo is not None and type(servo) is not ServoBounds):
+        return False
+    pieces = [*chain.from_iterable(plan.joint_paths)]
+    corners = [*chain.from_iterable(hull.corners for hull in body.hulls)]
+    sequences = [
+        *(plan.joint_paths, *plan.joint_paths, *pieces, *chain.from_iterable(pieces)),
+        *(plan.base, plan.base_path, body.dh_rows, *body.dh_rows, body.tool_offset),
+        *(body.balls, *(ball.centre for ball in body.balls)),
+        *(body.hulls, *(hull.corners for hull in body.hulls), *corners),
+        *(body.exempt_pairs, *body.exempt_pairs),
+    ]
+    if servo is not None:
+        sequences += [servo.joint_tolerance, servo.speed, servo.acceleration, servo.jerk]
+    names = [*chain.from_iterable(body.exempt_pairs), *(ball.link for ball in body.balls)]
+    names += [hull.link for hull in body.hulls]
+    return (
+        {type(one) for one in sequences} == {tuple}
+        and all(type(one) is str for one in names)
+        and all(type(ball) is Ball and len(ball) == len(Ball._fields) for ball in body.balls)
+        and all(type(hull) is Hull and len(hull) == len(Hull._fields) for hull in body.hulls)
+    )
+
+
+def _moves_with_joint(part: Ball | Hull, joints: int) -> bool:
+    return type(part.joint) is int and 0 <= part.joint <= joints and part.radius >= 0.0
+
+
+def _hull_fault(body: RobotBody, joints: int, are_links_checked: bool) -> str | None:
+    """Return the fault of the hulls that distances are computed with, or None.
+
+    are_links_checked: the site keeps links apart, so each link needs a hull.
+    """
     names = [hull.link for hull in body.hulls]
     missing = {ball.link for ball in body.balls} - {*names}
-    if missing:
+    if missing and are_links_checked:
         return f"the body has no hull of its link `{min(missing)}`, so distances between links are unknown"
     for hull in body.hulls:
-        if not (
-            type(hull.joint) is int and 0 <= hull.joint <= joints and hull.radius >= 0.0 and hull.corners
-        ):
+        if not (_moves_with_joint(hull, joints) and hull.corners):
             return f"the hull of `{hull.link}` moves with no joint, has no corner or no radius"
         if any(len(corner) != 3 for corner in hull.corners):
             return f"a corner of the hull of `{hull.link}` does not have three coordinates"
         if any(ball.joint != hull.joint for ball in body.balls if ball.link == hull.link):
             return f"the hull of `{hull.link}` does not move with its spheres"
-    if any(len(pair) != 2 or not {*pair} <= {*names} for pair in body.exempt_pairs):
+    if are_links_checked and any(len(pair) != 2 or not {*pair} <= {*names} for pair in body.exempt_pairs):
         return "a pair of links that needs no check is not two of the links"
     return None
 
@@ -558,6 +591,8 @@ def _other_numbers(plan: Trajectory) -> list[float]:
         for p in (plan.base, plan.base_path, body.tool_offset, *(ball.centre for ball in body.balls))
     ):
         raise ValueError("a point does not have three coordinates")
+    if any(len(row) != 3 for row in body.dh_rows):
+        raise ValueError("a joint does not have three parameters")
     numbers = [*body.tool_offset, *chain.from_iterable(body.dh_rows)]
     for ball in body.balls:
         numbers += [*ball.centre, ball.radius]

@@ -1,0 +1,23 @@
+; The decided position of the base at a time is on its straight path, at the fraction that minimum
+; jerk has completed then.
+; unsat: proved
+(set-logic QF_NRA)
+(declare-const raises Real)
+(declare-const elapsed Real)
+(declare-const duration Real)
+(declare-const base.x Real)
+(declare-const base.y Real)
+(declare-const base.z Real)
+(declare-const way.x Real)
+(declare-const way.y Real)
+(declare-const way.z Real)
+(declare-const is-x Bool)
+(declare-const is-y Bool)
+(define-fun u () Real (ite (<= (/ elapsed duration) 1.0) (/ elapsed duration) 1.0))
+(define-fun s ((x Real)) Real (+ (* 10.0 x x x) (* (- 15.0) x x x x) (* 6.0 x x x x x)))
+(define-fun found.0 () Real (ite is-y (+ base.y (* (* (* (* (ite (<= (/ elapsed duration) (/ 1 1)) (/ elapsed duration) (/ 1 1)) (ite (<= (/ elapsed duration) (/ 1 1)) (/ elapsed duration) (/ 1 1))) (ite (<= (/ elapsed duration) (/ 1 1)) (/ elapsed duration) (/ 1 1))) (+ (- (/ 10 1) (* (/ 15 1) (ite (<= (/ elapsed duration) (/ 1 1)) (/ elapsed duration) (/ 1 1)))) (* (* (/ 6 1) (ite (<= (/ elapsed duration) (/ 1 1)) (/ elapsed duration) (/ 1 1))) (ite (<= (/ elapsed duration) (/ 1 1)) (/ elapsed duration) (/ 1 1))))) way.y)) (+ base.z (* (* (* (* (ite (<= (/ elapsed duration) (/ 1 1)) (/ elapsed duration) (/ 1 1)) (ite (<= (/ elapsed duration) (/ 1 1)) (/ elapsed duration) (/ 1 1))) (ite (<= (/ elapsed duration) (/ 1 1)) (/ elapsed duration) (/ 1 1))) (+ (- (/ 10 1) (* (/ 15 1) (ite (<= (/ elapsed duration) (/ 1 1)) (/ elapsed duration) (/ 1 1)))) (* (* (/ 6 1) (ite (<= (/ elapsed duration) (/ 1 1)) (/ elapsed duration) (/ 1 1))) (ite (<= (/ elapsed duration) (/ 1 1)) (/ elapsed duration) (/ 1 1))))) way.z))))
+(define-fun found.1 () Real (ite is-x (+ base.x (* (* (* (* (ite (<= (/ elapsed duration) (/ 1 1)) (/ elapsed duration) (/ 1 1)) (ite (<= (/ elapsed duration) (/ 1 1)) (/ elapsed duration) (/ 1 1))) (ite (<= (/ elapsed duration) (/ 1 1)) (/ elapsed duration) (/ 1 1))) (+ (- (/ 10 1) (* (/ 15 1) (ite (<= (/ elapsed duration) (/ 1 1)) (/ elapsed duration) (/ 1 1)))) (* (* (/ 6 1) (ite (<= (/ elapsed duration) (/ 1 1)) (/ elapsed duration) (/ 1 1))) (ite (<= (/ elapsed duration) (/ 1 1)) (/ elapsed duration) (/ 1 1))))) way.x)) found.0))
+(define-fun found () Real found.1)
+(assert (! (< 0.0 duration) :named given.it-takes-time))
+(assert (! (not (= found (ite is-x (+ base.x (* (s u) way.x)) (ite is-y (+ base.y (* (s u) way.y)) (+ base.z (* (s u) way.z)))))) :named negated-conclusion))
+(check-sat)

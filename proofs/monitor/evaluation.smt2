@@ -1,0 +1,28 @@
+; `CompiledRuleSet.first_violation` is None exactly where every scalar that a rule reads has a
+; value, and each rule holds of these values; else it names the first that is missing or does not
+; hold.
+; unsat: proved
+(set-logic ALL)
+(declare-datatypes ((Found 0)) (((none) (wrong) (missing.a) (missing.b) (missing.c) (broken.first) (broken.second) (broken.third))))
+(declare-const all-at-once Bool)
+(declare-const has.a Bool)
+(declare-const has.b Bool)
+(declare-const has.c Bool)
+(declare-const first.holds Bool)
+(declare-const first.is-undecided Bool)
+(declare-const second.holds Bool)
+(declare-const second.is-undecided Bool)
+(declare-const third.holds Bool)
+(declare-const third.is-undecided Bool)
+(define-fun found.0 () Found (ite third.holds none broken.third))
+(define-fun found.1 () Found (ite second.holds found.0 broken.second))
+(define-fun found.2 () Found (ite first.holds found.1 broken.first))
+(define-fun found.3 () Found (ite second.holds missing.c broken.second))
+(define-fun found.4 () Found (ite first.holds found.3 broken.first))
+(define-fun found.5 () Found (ite has.c found.2 found.4))
+(define-fun found.6 () Found (ite first.holds missing.b broken.first))
+(define-fun found.7 () Found (ite has.b found.5 found.6))
+(define-fun found.8 () Found (ite has.a found.7 missing.a))
+(define-fun found () Found found.8)
+(assert (! (not (= found (ite has.a (ite first.holds (ite has.a (ite has.b (ite second.holds (ite has.c (ite third.holds none broken.third) missing.c) broken.second) missing.b) missing.a) broken.first) missing.a))) :named negated-conclusion))
+(check-sat)

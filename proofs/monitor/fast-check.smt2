@@ -1,0 +1,33 @@
+; `RuntimeMonitor._fast_check_for` returns a check only where exactly one action is watched, and
+; all that the tick before measured is measured: the check of its kind and of these variables,
+; which has just been given the parameters, and the state of the decision unless all that rules
+; read is measured. It keeps a bounded number of checks.
+; unsat: proved
+(set-logic ALL)
+(declare-datatypes ((Check 0)) (((one-by-one) (fast-requested) (fast-complete) (wrong))))
+(declare-const watches-none Bool)
+(declare-const watches-one Bool)
+(declare-const reads-b Bool)
+(declare-const measured-b Bool)
+(declare-const measures-b Bool)
+(declare-const is-known Bool)
+(declare-const is-full Bool)
+(declare-const a-value-is-missing Bool)
+(declare-const has-check.move Bool)
+(declare-const has-check.grip Bool)
+(define-fun found.0 () Check (ite a-value-is-missing one-by-one fast-requested))
+(define-fun found.1 () Check (ite has-check.move found.0 one-by-one))
+(define-fun found.2 () Check (ite is-known found.1 one-by-one))
+(define-fun found.3 () Check (ite measures-b found.2 one-by-one))
+(define-fun found.4 () Check (ite a-value-is-missing one-by-one fast-complete))
+(define-fun found.5 () Check (ite has-check.move found.4 one-by-one))
+(define-fun found.6 () Check (ite measures-b found.2 found.5))
+(define-fun found.7 () Check (ite measured-b found.3 found.6))
+(define-fun found.8 () Check (ite measures-b found.2 found.1))
+(define-fun found.9 () Check (ite measured-b found.3 found.8))
+(define-fun found.10 () Check (ite reads-b found.7 found.9))
+(define-fun found.11 () Check (ite watches-one found.10 one-by-one))
+(define-fun found.12 () Check (ite watches-none one-by-one found.11))
+(define-fun found () Check found.12)
+(assert (! (not (= found (ite (and (not watches-none) watches-one (=> measured-b measures-b) (not a-value-is-missing) has-check.move (or is-known (not measures-b))) (ite (=> reads-b measures-b) fast-requested fast-complete) one-by-one))) :named negated-conclusion))
+(check-sat)

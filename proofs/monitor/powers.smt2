@@ -1,0 +1,18 @@
+; `_powers` are the coefficients of the powers of a Bézier curve's parameter, for each joint.
+; unsat: proved
+(set-logic QF_NRA)
+(declare-const raises Real)
+(declare-const x Real)
+(declare-const a.1 Real)
+(declare-const a.2 Real)
+(declare-const b.1 Real)
+(declare-const b.2 Real)
+(declare-const c.1 Real)
+(declare-const c.2 Real)
+(declare-const d.1 Real)
+(declare-const d.2 Real)
+(declare-const is-first Bool)
+(define-fun found.0 () Real (ite is-first (+ (* (+ (* (+ (* (+ (- d.1 a.1) (* (/ 3 1) (- b.1 c.1))) x) (* (/ 3 1) (+ (- a.1 (* (/ 2 1) b.1)) c.1))) x) (* (/ 3 1) (- b.1 a.1))) x) a.1) (+ (* (+ (* (+ (* (+ (- d.2 a.2) (* (/ 3 1) (- b.2 c.2))) x) (* (/ 3 1) (+ (- a.2 (* (/ 2 1) b.2)) c.2))) x) (* (/ 3 1) (- b.2 a.2))) x) a.2)))
+(define-fun found () Real found.0)
+(assert (! (not (= found (ite is-first (+ (* (- 1.0 x) (- 1.0 x) (- 1.0 x) a.1) (* 3.0 (- 1.0 x) (- 1.0 x) x b.1) (* 3.0 (- 1.0 x) x x c.1) (* x x x d.1)) (+ (* (- 1.0 x) (- 1.0 x) (- 1.0 x) a.2) (* 3.0 (- 1.0 x) (- 1.0 x) x b.2) (* 3.0 (- 1.0 x) x x c.2) (* x x x d.2))))) :named negated-conclusion))
+(check-sat)

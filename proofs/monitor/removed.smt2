@@ -1,0 +1,28 @@
+; After `RuntimeMonitor.remove`, exactly the other actions under way are watched, alone and in
+; pairs. What was measured has to be measured still, and a stop goes on, as long as any is under
+; way.
+; unsat: proved
+(set-logic ALL)
+(declare-datatypes ((State 0)) (((wrong) (state (watches.1 Bool) (watches.2 Bool) (watches.3 Bool) (watches.12.x Bool) (watches.12.y Bool) (watches.13.x Bool) (watches.13.y Bool) (watches.23.x Bool) (watches.23.y Bool) (lists.1 Bool) (lists.2 Bool) (lists.3 Bool) (forgets Bool) (changed Bool) (asks-for-all Bool) (asks-for-none Bool) (clears Bool)))))
+(declare-const recording Bool)
+(declare-const has-histories Bool)
+(declare-const compiled Bool)
+(declare-const is-under-way.1 Bool)
+(declare-const is-under-way.2 Bool)
+(declare-const is-under-way.3 Bool)
+(declare-const joint.x.12 Bool)
+(declare-const joint.y.12 Bool)
+(declare-const joint.x.13 Bool)
+(declare-const joint.y.13 Bool)
+(declare-const joint.x.23 Bool)
+(declare-const joint.y.23 Bool)
+(define-fun after.0 () State (ite joint.y.23 (state false true true false false false false true true false true true true true true false false) (state false true true false false false false true false false true true true true true false false)))
+(define-fun after.1 () State (ite joint.y.23 (state false true true false false false false false true false true true true true true false false) (state false true true false false false false false false false true true true true true false false)))
+(define-fun after.2 () State (ite joint.x.23 after.0 after.1))
+(define-fun after.3 () State (ite is-under-way.3 after.2 (state false true false false false false false false false false true false true true true false false)))
+(define-fun after.4 () State (ite recording (state false false false false false false false false false false false false true true false true true) (state false false false false false false false false false false false false true true false true false)))
+(define-fun after.5 () State (ite is-under-way.3 (state false false true false false false false false false false false true true true true false false) after.4))
+(define-fun after.6 () State (ite is-under-way.2 after.3 after.5))
+(define-fun after () State after.6)
+(assert (! (not (and (not (= after wrong)) (and (= (watches.1 after) false) (= (watches.2 after) is-under-way.2) (= (watches.3 after) is-under-way.3) (= (lists.1 after) false) (= (lists.2 after) is-under-way.2) (= (lists.3 after) is-under-way.3) (= (watches.12.x after) false) (= (watches.12.y after) false) (= (watches.13.x after) false) (= (watches.13.y after) false) (= (watches.23.x after) (and is-under-way.2 is-under-way.3 joint.x.23)) (= (watches.23.y after) (and is-under-way.2 is-under-way.3 joint.y.23))) (forgets after) (changed after) (ite (or is-under-way.2 is-under-way.3) (and (asks-for-all after) (not (clears after))) (and (asks-for-none after) (= (clears after) recording))))) :named negated-conclusion))
+(check-sat)

@@ -1,0 +1,21 @@
+; `_base_mismatch` is empty exactly where the base is measured within the bound on tracking of
+; where the motion has it, if the site measures the base and bounds the distance.
+; unsat: proved
+(set-logic ALL)
+(declare-const raises Bool)
+(declare-datatypes ((Number 0)) (((not-a-number) (finite (value Real)))))
+(define-fun at-most ((x Number) (y Number)) Bool (and ((_ is finite) x) ((_ is finite) y) (<= (value x) (value y))))
+(declare-fun scaled (Number) Number)
+(declare-const off Number)
+(declare-const bound Number)
+(declare-const is-bounded Bool)
+(declare-const is-named Bool)
+(declare-const is-measured Bool)
+(define-fun nothing.0 () Bool (ite (at-most off bound) true false))
+(define-fun nothing.1 () Bool (ite is-measured nothing.0 false))
+(define-fun nothing.2 () Bool (ite is-named nothing.1 true))
+(define-fun nothing.3 () Bool (ite is-bounded nothing.2 true))
+(define-fun nothing () Bool nothing.3)
+(assert (! (and ((_ is finite) off) ((_ is finite) bound)) :named given.a-distance-is-a-number))
+(assert (! (not (= nothing (=> (and is-bounded is-named) (and is-measured (at-most off bound))))) :named negated-conclusion))
+(check-sat)
