@@ -1,85 +1,133 @@
 """Mutation of the kernel: try mutants, and sum up the results.
 
-    python -m tests.mutation try AREA... [--minutes M] [--seconds S] [--retry] [--slice N] [--match TEXT]
-    python -m tests.mutation summary
+    python -m tests.mutation try AREA                    untried mutants of functions
+    python -m tests.mutation try AREA --outside          those outside of functions; after the others
+    python -m tests.mutation try AREA --which survivors  again those that no test killed
+    python -m tests.mutation try AREA --which all --slice 200 --seed 2026-11-29
+    python -m tests.mutation summary [AREA]              sums; exit code 1 below the floor
+    python -m tests.mutation survivors AREA              one line for each
+
+Results are in `tests/mutation/results/`.  A run may be ended at any time, and goes on with the next.
 """
 
 from __future__ import annotations
 
 import argparse
-import fnmatch
 import random
 import sys
 import time
 from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from tests.mutation.areas import Area, read_areas
 from tests.mutation.mutants import CodeMutant, FileMutants
-from tests.mutation.results import KILLED, SAME, AreaResults, Summary, summarise
+from tests.mutation.outside import import_ahead, outcome_outside
+from tests.mutation.quick_reports import OPTIONS
+from tests.mutation.reach import Reach
+from tests.mutation.results import KILLED, SAME, AreaResults, argued, summary_table
 from tests.mutation.trials import Trials
 
 
-def _mutants(area: Area) -> list[CodeMutant]:
-    return [mutant for name in area.files() for mutant in FileMutants(Path(name)).mutants]
+class _Campaign:
+    """Mutants of one area with their results."""
 
+    def __init__(self, area: Area) -> None:
+        self.area = area
+        self.results = AreaResults(area.name)
+        self.files = {one.module: one for one in (FileMutants(Path(name)) for name in area.files())}
+        self.mutants = [mutant for one in self.files.values() for mutant in one.mutants]
+        self.results.keep(Counter(mutant.unit.key for mutant in self.mutants))
+        self._before = {key: dict(outcomes) for key, outcomes in self.results.of.items()}
 
-def _try_area(area: Area, given: argparse.Namespace, until: float) -> int:
-    results = AreaResults(area.name)
-    mutants = _mutants(area)
-    results.keep(Counter(mutant.unit.key for mutant in mutants))
-    ended = {KILLED, SAME} if given.retry else {outcome.verdict for one in results.of.values() for outcome in one.values()}
-    chosen = []
-    for mutant in mutants:
-        outcome = results.of.get(mutant.unit.key, {}).get(mutant.number)
-        if given.again == (outcome is not None and outcome.verdict in ended) and fnmatch.fnmatch(
-            mutant.unit.key[0], f"*{given.match}*"
-        ):
-            chosen.append(mutant)
-    if given.slice:
-        random.Random(given.seed).shuffle(chosen)  # noqa: S311 - not a secret
-        chosen = chosen[: given.slice]
-    sys.stdout.write(f"== {area.name}: {len(chosen)} of {len(mutants)} mutants to try\n")
-    if not chosen:
-        results.write()
-        return 0
-    options = ["--rootdir=.", "-q", "-s", "-p", "no:cacheprovider", "-p", "no:cov", "-p", "no:xdist", "-m", "not physics and not deep"]
-    return int(pytest.main([*options, *area.tests], plugins=[Trials(area, results, chosen, given.seconds, until)]))
+    def chosen(self, given: argparse.Namespace) -> list[CodeMutant]:
+        """Choose mutants as the command line says."""
+        found = []
+        for mutant in self.mutants:
+            outcome = self.results.of.get(mutant.unit.key, {}).get(mutant.number)
+            survived = outcome is not None and outcome.verdict not in {KILLED, SAME}
+            wanted = {"untried": outcome is None, "survivors": survived, "all": True}[given.which]
+            if wanted and given.match in mutant.unit.key[0]:
+                found.append(mutant)
+        if given.slice:
+            random.Random(given.seed).shuffle(found)  # noqa: S311 - not a secret
+            found = found[: given.slice]
+        return [mutant for mutant in found if given.outside == (mutant.unit.line == 0)]
 
+    def run(self, given: argparse.Namespace) -> int:
+        """Try mutants; return an exit code, which is 1 if one is killed no longer."""
+        until = time.time() + 60 * given.minutes
+        chosen = self.chosen(given)
+        sys.stdout.write(f"== {self.area.name}: {len(chosen)} of {len(self.mutants)} mutants to try\n")
+        sys.stdout.flush()
+        if chosen and given.outside:
+            self._run_outside(chosen, given.seconds, until)
+        elif chosen:
+            trials = Trials(self.area, self.results, chosen, given.seconds, until)
+            pytest.main([*OPTIONS, *self.area.tests], plugins=[trials])
+        self.results.write()
+        lost = list(self._no_longer_killed(chosen))
+        for mutant in lost:
+            sys.stdout.write(f"no longer killed: {mutant.description()}\n")
+        return 1 if lost else 0
 
-def _summary() -> int:
-    rows = {name: summarise(AreaResults(name)) for name in read_areas()}
-    names = [field for field in ("mutants", "tried", "killed", "equivalent")]
-    rows["all"] = Summary(*(sum(getattr(one, name) for one in rows.values()) for name in names))
-    sys.stdout.write("| area | mutants | untried | tried | killed | equivalent | survived |\n|---|---|---|---|---|---|---|\n")
-    for name, one in rows.items():
-        sys.stdout.write(
-            f"| {name} | {one.mutants} | {one.mutants - one.tried} | {one.tried} | {one.killed} = {one.percent(one.killed):.1f} % "
-            f"| {one.equivalent} = {one.percent(one.equivalent):.1f} % | {one.survived} = {one.percent(one.survived):.1f} % |\n"
-        )
-    return 0 if all(one.holds() for one in rows.values()) else 1
+    def _run_outside(self, mutants: list[CodeMutant], seconds: float, until: float) -> None:
+        reach = Reach(self.area.name, self.area.files())
+        import_ahead()
+        for count, mutant in enumerate(mutants, 1):
+            if time.time() > until:
+                break
+            file = self.files[mutant.unit.module]
+            outcome = outcome_outside(str(file.path), file.whole(mutant), reach, seconds)
+            self.results.of[mutant.unit.key][mutant.number] = outcome
+            if outcome.verdict != KILLED:
+                sys.stdout.write(f"{outcome.verdict}: {mutant.description()}\n")
+                sys.stdout.flush()
+            if count % 20 == 0:
+                self.results.write()
+
+    def _no_longer_killed(self, mutants: list[CodeMutant]) -> Iterator[CodeMutant]:
+        for mutant in mutants:
+            before = self._before.get(mutant.unit.key, {}).get(mutant.number)
+            now = self.results.of.get(mutant.unit.key, {}).get(mutant.number)
+            if before is not None and now is not None and before.verdict == KILLED != now.verdict:
+                yield mutant
+
+    def survivors(self) -> Iterator[str]:
+        """Describe the mutants that no test kills and that no argument covers."""
+        known = argued()
+        for mutant in self.mutants:
+            outcome = self.results.of.get(mutant.unit.key, {}).get(mutant.number)
+            excused = (mutant.unit.key, mutant.number) in known
+            if outcome is not None and outcome.verdict not in {KILLED, SAME} and not excused:
+                yield f"{mutant.unit.digest} {outcome.verdict}: {mutant.description()}"
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     commands = parser.add_subparsers(dest="command", required=True)
     trying = commands.add_parser("try")
-    trying.add_argument("areas", nargs="+", choices=read_areas())
-    trying.add_argument("--minutes", type=float, default=1e6)
-    trying.add_argument("--seconds", type=float, default=4.0)
-    trying.add_argument("--retry", action="store_true")
-    trying.add_argument("--again", action="store_true")
-    trying.add_argument("--slice", type=int, default=0)
-    trying.add_argument("--seed", default="")
-    trying.add_argument("--match", default="")
-    commands.add_parser("summary")
+    trying.add_argument("area", choices=read_areas())
+    trying.add_argument("--which", choices=("untried", "survivors", "all"), default="untried")
+    trying.add_argument("--outside", action="store_true", help="mutants outside of functions")
+    trying.add_argument("--match", default="", help="part of the names of units to try")
+    trying.add_argument("--slice", type=int, default=0, help="number of mutants, drawn at random")
+    trying.add_argument("--seed", default="", help="of what is drawn")
+    trying.add_argument("--seconds", type=float, default=4.0, help="of passing tests on one mutant")
+    trying.add_argument("--minutes", type=float, default=1e6, help="after which no mutant is begun")
+    commands.add_parser("summary").add_argument("area", nargs="?", choices=read_areas())
+    commands.add_parser("survivors").add_argument("area", choices=read_areas())
     given = parser.parse_args()
-    if given.command == "summary":
-        return _summary()
-    until = time.time() + 60 * given.minutes
-    return max(_try_area(read_areas()[name], given, until) for name in given.areas)
+    if given.command == "try":
+        return _Campaign(read_areas()[given.area]).run(given)
+    if given.command == "survivors":
+        sys.stdout.writelines(f"{line}\n" for line in _Campaign(read_areas()[given.area]).survivors())
+        return 0
+    table, holds = summary_table([given.area] if given.area else list(read_areas()))
+    sys.stdout.write(table)
+    return 0 if holds else 1
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,11 +16,19 @@ class Area:
         name: its name, that of its results file, too.
         code: patterns of paths of its code.
         tests: files and folders of its tests.
+        warm: cached functions of tests, `module:function`, to be called before the first fork.
     """
 
     name: str
     code: tuple[str, ...]
     tests: tuple[str, ...]
+    warm: tuple[str, ...] = ()
+
+    def warm_up(self) -> None:
+        """Call what tests would compute anew in each fork, by code of other areas."""
+        for name in self.warm:
+            module, _, function = name.partition(":")
+            getattr(importlib.import_module(module), function)()
 
     def files(self) -> list[str]:
         """Return the paths of its code; an empty package has none."""
@@ -39,5 +48,6 @@ def read_areas() -> dict[str, Area]:
     """Read `areas.toml`."""
     text = Path(__file__).with_name("areas.toml").read_text(encoding="utf-8")
     return {
-        name: Area(name, tuple(one["code"]), tuple(one["tests"])) for name, one in tomllib.loads(text).items()
+        name: Area(name, tuple(one["code"]), tuple(one["tests"]), tuple(one.get("warm", ())))
+        for name, one in tomllib.loads(text).items()
     }

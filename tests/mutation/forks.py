@@ -45,7 +45,7 @@ def fork(work: Callable[[TextIO], None], seconds: float) -> tuple[str, str, floa
     _end_group(child)
     _, status, usage = os.wait4(child, 0)
     code = os.waitstatus_to_exitcode(status)
-    if late or code in (-signal.SIGXCPU,):
+    if late or code == -signal.SIGXCPU:
         end = "timed out"
     else:
         end = "done" if text.endswith(b"done\n") else "crashed"

@@ -51,8 +51,8 @@ class LiveFunctions:
         """
         unit = mutant.unit
         new = _define(mutant.function(), unit)
-        old = _define(compile_definition(unit.node, unit.classes), unit)  # type: ignore[arg-type]
-        if not mutant.in_signature and _shape(new.__code__) == _shape(old.__code__):
+        old = _define(compile_definition(unit.node, unit.classes), unit)
+        if not mutant.in_signature and shape_of(new.__code__) == shape_of(old.__code__):
             return False
         for function in self.of(unit):
             function.__code__ = new.__code__
@@ -66,17 +66,17 @@ def _define(code: CodeType, unit: Unit) -> FunctionType:
     """Run a definition among the names of its module, and return the function."""
     names = dict(vars(sys.modules[unit.module]))
     exec(code, names)  # noqa: S102 - a mutant of AEROS's own code
-    found: Any = names[(*unit.classes, unit.node.name.value)[0]]  # type: ignore[attr-defined]
-    for name in (*unit.classes, unit.node.name.value)[1:]:  # type: ignore[attr-defined]
+    found: Any = names[(*unit.classes, unit.node.name.value)[0]]
+    for name in (*unit.classes, unit.node.name.value)[1:]:
         private = name.startswith("__") and not name.endswith("__")
         found = vars(found)[f"_{unit.classes[-1].lstrip('_')}{name}" if private else name]
     assert isinstance(found, FunctionType)
     return found
 
 
-def _shape(code: CodeType) -> tuple[Any, ...]:
-    """Everything about code that decides what it does."""
+def shape_of(code: CodeType) -> tuple[Any, ...]:
+    """Return everything about code that decides what it does, line numbers left out."""
     constants = tuple(
-        _shape(one) if isinstance(one, CodeType) else (type(one), repr(one)) for one in code.co_consts
+        shape_of(one) if isinstance(one, CodeType) else (type(one), repr(one)) for one in code.co_consts
     )
     return (code.co_code, code.co_names, code.co_varnames, code.co_freevars, code.co_flags, constants)

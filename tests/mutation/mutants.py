@@ -6,8 +6,8 @@ long as its code is the same.
 """
 
 from __future__ import annotations
-
 import __future__
+
 import ast
 import hashlib
 import textwrap
@@ -16,7 +16,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import CodeType
-from typing import Any, cast
 
 import libcst as cst
 from libcst.metadata import MetadataWrapper, PositionProvider
@@ -71,18 +70,18 @@ class CodeMutant:
     in_signature: bool
     mutation: Mutation
 
-    def function(self) -> Any:
+    def function(self) -> CodeType:
         """Compile the function with the fault; for globals see `run_definition`."""
         node = deep_replace(self.unit.node, self.mutation.original_node, self.mutation.mutated_node)
-        return compile_definition(cast(cst.FunctionDef, node), self.unit.classes)
+        return compile_definition(node, self.unit.classes)
 
-    def difference(self) -> str:
-        """Show the replaced text and the new one, each in one line."""
+    def description(self) -> str:
+        """Say in one line which mutant it is, with the line, the replaced text and the new one."""
         old, new = (
             " ".join(cst.Module([]).code_for_node(node).split())
             for node in (self.mutation.original_node, self.mutation.mutated_node)
         )
-        return f"{old}  ->  {new}"
+        return f"{self.unit.key[0]} {self.number}, line {self.lines[0]}: {old}  ->  {new}"
 
 
 class FileMutants:
@@ -112,13 +111,17 @@ class FileMutants:
             unit = self._unit_of[node]
             counts[unit.key] += 1
             yield CodeMutant(
-                unit, counts[unit.key], self._span(self._statement_of[node]), node in self._in_signature, mutation
+                unit,
+                counts[unit.key],
+                self._span(self._statement_of[node]),
+                node in self._in_signature,
+                mutation,
             )
 
     def whole(self, mutant: CodeMutant) -> str:
         """Return the text of the whole file with the fault of a mutant."""
         mutation = mutant.mutation
-        return cast(cst.Module, deep_replace(self.tree, mutation.original_node, mutation.mutated_node)).code
+        return str(deep_replace(self.tree, mutation.original_node, mutation.mutated_node).code)
 
     def _span(self, statement: cst.CSTNode) -> tuple[int, int]:
         """Lines of a statement, of a compound one those before its body."""
@@ -132,7 +135,9 @@ class FileMutants:
         self, node: cst.CSTNode, classes: tuple[str, ...], unit: Unit | None, statement: cst.CSTNode
     ) -> None:
         """Say of a node and all below it which unit and statement they are of."""
-        if isinstance(node, (cst.BaseCompoundStatement, cst.SimpleStatementLine, cst.ExceptHandler, cst.MatchCase)):
+        if isinstance(
+            node, (cst.BaseCompoundStatement, cst.SimpleStatementLine, cst.ExceptHandler, cst.MatchCase)
+        ):
             statement = node
             if unit is None:
                 inside = isinstance(node, cst.FunctionDef)
@@ -192,7 +197,10 @@ def compile_definition(node: cst.FunctionDef, classes: Sequence[str]) -> CodeTyp
     for name in reversed(classes):
         definition = cst.ClassDef(cst.Name(name), cst.IndentedBlock([definition]))
     text = cst.Module([definition]).code
-    return compile(text, "<mutant>", "exec", __future__.annotations.compiler_flag, dont_inherit=True)
+    code: CodeType = compile(
+        text, "<mutant>", "exec", __future__.annotations.compiler_flag, dont_inherit=True
+    )
+    return code
 
 
 def _lines_of_functions(tree: ast.Module) -> dict[str, list[int]]:

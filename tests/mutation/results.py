@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import csv
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -57,7 +57,9 @@ class AreaResults:
         numbers = _expanded(row["numbers"])
         self.totals[key] = int(row["mutants"])
         for number in numbers:
-            self.of[key][number] = Outcome(row["verdict"], row["killer"], float(row["seconds"]) / len(numbers))
+            self.of[key][number] = Outcome(
+                row["verdict"], row["killer"], float(row["seconds"]) / len(numbers)
+            )
 
     def keep(self, totals: Mapping[Key, int]) -> None:
         """Drop units that are no more, and set how many mutants each has."""
@@ -103,7 +105,7 @@ def _expanded(text: str) -> list[int]:
     return found
 
 
-def arguments() -> dict[tuple[Key, int], tuple[str, str]]:
+def argued() -> dict[tuple[Key, int], tuple[str, str]]:
     """Read which mutants are equivalent, or never end, and why: kind and argument by unit and number."""
     found = {}
     with (HERE / "arguments.csv").open(encoding="utf-8", newline="") as file:
@@ -113,7 +115,7 @@ def arguments() -> dict[tuple[Key, int], tuple[str, str]]:
     return found
 
 
-@dataclass
+@dataclass(frozen=True)
 class Summary:
     """Sums of one area or of all; `equivalent` ones are no survivors, and `endless` ones are killed."""
 
@@ -138,11 +140,11 @@ class Summary:
 
 def summarise(results: AreaResults) -> Summary:
     """Sum up an area."""
-    argued = arguments()
+    known = argued()
     ends: Counter[str] = Counter()
     for key, outcomes in results.of.items():
         for number, outcome in outcomes.items():
-            kind, _ = argued.get((key, number), ("", ""))
+            kind, _ = known.get((key, number), ("", ""))
             if outcome.verdict == SAME or (kind == "equivalent" and outcome.verdict == SURVIVED):
                 ends["equivalent"] += 1
             elif outcome.verdict == KILLED or (kind == "endless" and outcome.verdict == LATE):
@@ -150,3 +152,20 @@ def summarise(results: AreaResults) -> Summary:
             else:
                 ends[SURVIVED] += 1
     return Summary(sum(results.totals.values()), ends.total(), ends[KILLED], ends["equivalent"])
+
+
+def summary_table(areas: Sequence[str]) -> tuple[str, bool]:
+    """Sum up areas in a table of Markdown, and say if each holds the floor."""
+    rows = {name: summarise(AreaResults(name)) for name in areas}
+    holds = all(one.holds() for one in rows.values())
+    if len(rows) > 1:
+        counts = ("mutants", "tried", "killed", "equivalent")
+        rows["all"] = Summary(*(sum(getattr(one, name) for one in rows.values()) for name in counts))
+    lines = ["| area | mutants | untried | tried | killed | equivalent | survived |", "|---" * 7 + "|"]
+    for name, one in rows.items():
+        numbers = map(str, (one.mutants, one.mutants - one.tried, one.tried))
+        shares = (
+            f"{part} = {one.percent(part):.1f} %" for part in (one.killed, one.equivalent, one.survived)
+        )
+        lines.append(f"| {' | '.join((name, *numbers, *shares))} |")
+    return "\n".join(lines) + "\n", holds

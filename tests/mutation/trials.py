@@ -22,17 +22,18 @@ from tests.mutation.areas import Area
 from tests.mutation.forks import fork
 from tests.mutation.live import LiveFunctions
 from tests.mutation.mutants import CodeMutant
+from tests.mutation.quick_reports import QuickReports
 from tests.mutation.reach import Reach
 from tests.mutation.results import KILLED, LATE, SAME, SURVIVED, AreaResults, Outcome
 
-_TOO_LONG: Final = 60
+_TOO_LONG: Final = 20
 """Seconds of the processor after which a test is not used."""
 
 _EVERY: Final = 20
 """Seconds between writes of the results."""
 
 
-class Trials:
+class Trials(QuickReports):
     """Plugin of pytest that tries mutants with the collected tests, instead of running them once.
 
     Args:
@@ -53,36 +54,13 @@ class Trials:
             for outcome in outcomes.values():
                 self._note(key, outcome.killer)
 
-    def pytest_configure(self) -> None:
-        """Let Hypothesis stop at the first failure, which need not be made small."""
-        from hypothesis import Phase, settings  # not before pytest has begun, which rewrites it
-
-        settings.register_profile("first", settings(), phases=(Phase.explicit, Phase.generate))
-        settings.load_profile("first")
-
-    @pytest.hookimpl(tryfirst=True)
-    def pytest_runtest_makereport(
-        self, item: pytest.Item, call: pytest.CallInfo[None]
-    ) -> pytest.TestReport | None:
-        """Make a report without a traceback, which would take longer than most tests."""
-        if call.excinfo is None:
-            return None
-        skipped = call.excinfo.errisinstance(pytest.skip.Exception)
-        return pytest.TestReport(
-            item.nodeid,
-            item.location,
-            {},
-            "skipped" if skipped else "failed",
-            ("", 0, "skipped") if skipped else "failed",
-            call.when,
-        )
-
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
         """Measure which lines each test executes, then try the mutants."""
         if session.testsfailed:
             raise session.Interrupted(f"{session.testsfailed} tests were not collected")
         self._items = {item.nodeid: item for item in session.items if not item.get_closest_marker("xfail")}
+        self._area.warm_up()
         self._live = LiveFunctions(self._area.modules())
         self._measure_all()
         written = time.time()
@@ -96,7 +74,7 @@ class Trials:
             self._results.of[mutant.unit.key][mutant.number] = outcome
             self._note(mutant.unit.key, outcome.killer)
             if outcome.verdict != KILLED:
-                _say(f"{outcome.verdict}: {mutant.unit.key[0]} {mutant.number}, {mutant.lines[0]}: {mutant.difference()}")
+                _say(f"{outcome.verdict}: {mutant.description()}")
             if time.time() > written + _EVERY:
                 self._results.write()
                 written = time.time()
@@ -122,7 +100,9 @@ class Trials:
         verdict, _, test = last[0].partition(" ")
         if end != "done":
             return Outcome(LATE if end == LATE else KILLED, "" if end == LATE else test, used)
-        return Outcome({"failed": KILLED, "same": SAME}.get(verdict, SURVIVED), test if verdict == "failed" else "", used)
+        return Outcome(
+            {"failed": KILLED, "same": SAME}.get(verdict, SURVIVED), test if verdict == "failed" else "", used
+        )
 
     def _order(self, mutant: CodeMutant) -> Iterator[str]:
         """Tests that execute the statement, best first, for as many seconds as there are."""
@@ -184,7 +164,10 @@ class Trials:
                 _say(f"not used: {test}: {end}, {text[-300:]}")
                 del self._items[test]
                 continue
-            lines = {name: [int(line) for line in numbers.split()] for name, _, numbers in (one.partition(" ") for one in found)}
+            lines = {
+                name: [int(line) for line in numbers.split()]
+                for name, _, numbers in (one.partition(" ") for one in found)
+            }
             self._reach.add(test, lines, float(seconds))
             if count % 200 == 0:
                 self._reach.write()
