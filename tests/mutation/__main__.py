@@ -3,6 +3,7 @@
     python -m tests.mutation try AREA                    untried mutants of functions
     python -m tests.mutation try AREA --outside          those outside of functions; after the others
     python -m tests.mutation try AREA --which survivors  again those that no test killed
+    python -m tests.mutation try AREA --which survivors --anew   and with all imports after the fault
     python -m tests.mutation try AREA --which all --slice 200 --seed 2026-11-29
     python -m tests.mutation summary [AREA]              sums; exit code 1 below the floor
     python -m tests.mutation survivors AREA              one line for each
@@ -54,6 +55,8 @@ class _Campaign:
         if given.slice:
             random.Random(given.seed).shuffle(found)  # noqa: S311 - not a secret
             found = found[: given.slice]
+        if given.anew:
+            return found
         return [mutant for mutant in found if given.outside == (mutant.unit.line == 0)]
 
     def run(self, given: argparse.Namespace) -> int:
@@ -62,7 +65,7 @@ class _Campaign:
         chosen = self.chosen(given)
         sys.stdout.write(f"== {self.area.name}: {len(chosen)} of {len(self.mutants)} mutants to try\n")
         sys.stdout.flush()
-        if chosen and given.outside:
+        if chosen and (given.outside or given.anew):
             self._run_outside(chosen, given.seconds, until)
         elif chosen:
             trials = Trials(self.area, self.results, chosen, given.seconds, until)
@@ -112,6 +115,7 @@ def main() -> int:
     trying.add_argument("area", choices=read_areas())
     trying.add_argument("--which", choices=("untried", "survivors", "all"), default="untried")
     trying.add_argument("--outside", action="store_true", help="mutants outside of functions")
+    trying.add_argument("--anew", action="store_true", help="import AEROS anew for each mutant")
     trying.add_argument("--match", default="", help="part of the names of units to try")
     trying.add_argument("--slice", type=int, default=0, help="number of mutants, drawn at random")
     trying.add_argument("--seed", default="", help="of what is drawn")

@@ -10,7 +10,7 @@ import sys
 import tempfile
 import time
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import Final, TextIO
@@ -91,11 +91,11 @@ class Trials(QuickReports):
             killers.insert(0, killer)
 
     def _outcome(self, mutant: CodeMutant) -> Outcome:
-        tests = list(self._order(mutant))
+        tests = self._order(mutant)
         if not tests:
             return Outcome(SURVIVED, "", 0.0)
-        expected = sum(map(self._reach.seconds, tests))
-        end, text, used = fork(partial(self._try, mutant, tests), 3 + 3 * expected)
+        slowest = max(map(self._reach.seconds, tests))
+        end, text, used = fork(partial(self._try, mutant, tests), 3 + 2 * self._seconds + 3 * slowest)
         last = text.splitlines()[-1:] or ["no code"]
         verdict, _, test = last[0].partition(" ")
         if end != "done":
@@ -104,8 +104,8 @@ class Trials(QuickReports):
             {"failed": KILLED, "same": SAME}.get(verdict, SURVIVED), test if verdict == "failed" else "", used
         )
 
-    def _order(self, mutant: CodeMutant) -> Iterator[str]:
-        """Tests that execute the statement, best first, for as many seconds as there are."""
+    def _order(self, mutant: CodeMutant) -> list[str]:
+        """Tests that execute the statement, best first."""
         file = str(Path(*mutant.unit.module.split(".")).with_suffix(".py"))
         line = mutant.unit.line
         first, last = (line, line + 10_000) if mutant.in_signature else mutant.lines
@@ -114,18 +114,17 @@ class Trials(QuickReports):
         killers = [test for test in self._killers[mutant.unit.key] if test in fit]
         mirror = f"test_{Path(file).stem}"
         about = [test for test in reaching if mirror in test]
-        spent = 0.0
-        for test in dict.fromkeys([*killers, *about, *reaching]):
-            if spent + self._reach.seconds(test) <= self._seconds:
-                spent += self._reach.seconds(test)
-                yield test
+        return list(dict.fromkeys([*killers, *about, *reaching]))
 
     def _try(self, mutant: CodeMutant, tests: Sequence[str], pipe: TextIO) -> None:
         if not self._live.install(mutant):
             pipe.write("same \n")
             return
         self._prepare()
+        started = time.process_time()
         for test in tests:
+            if time.process_time() > started + self._seconds:
+                break
             pipe.write(f"trying {test}\n")
             pipe.flush()
             if self._fails(test):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from fractions import Fraction
+from functools import cache
 from math import nan
 from typing import Any
 
@@ -20,7 +21,11 @@ from tests.unit.runtime.together import configuration, move, roll
 
 NOW = 100.0
 MEASURED: dict[str, Any] = {"charge": 0.5, "hand": 0.0, "stop_pressed": False}
-COMPILED = JointRules(configuration().site, compiled=True)
+
+
+@cache
+def compiled() -> JointRules:
+    return JointRules(configuration().site, compiled=True)
 
 
 def active(action: Action, time: Any = NOW, **changed: Any) -> ActiveAction:
@@ -29,8 +34,8 @@ def active(action: Action, time: Any = NOW, **changed: Any) -> ActiveAction:
     return ActiveAction(action, {name: Reading(value, time) for name, value in values.items()}, NOW, 7)
 
 
-def objections(action: ActiveAction, *others: ActiveAction, by: JointRules = COMPILED) -> list[str]:
-    return [f"{reason.code} {reason.rule}" for reason in by.objections(action, others)]
+def objections(action: ActiveAction, *others: ActiveAction, by: JointRules | None = None) -> list[str]:
+    return [f"{reason.code} {reason.rule}" for reason in (by or compiled()).objections(action, others)]
 
 
 def test_one_action_alone_has_no_objections() -> None:
@@ -52,7 +57,7 @@ def test_a_rule_reads_the_parameters_of_both_in_either_order(
 
 
 def test_an_objection_names_the_action_under_way_and_the_rule() -> None:
-    (reason,) = COMPILED.objections(active(move(1.0)), [active(roll(1.0))])
+    (reason,) = compiled().objections(active(move(1.0)), [active(roll(1.0))])
     assert reason.text == (
         "together with the `roll` under way it breaks `moving.speed + rolling.pace <= 1 m/s`: the cart tips"
     )
@@ -93,7 +98,7 @@ def test_a_missing_malformed_or_stale_reading_that_a_rule_reads_objects(
 
 def test_two_actions_never_move_one_actuator() -> None:
     lift = active(act("lift", height=1.0))
-    (reason,) = COMPILED.objections(active(move()), [lift])
+    (reason,) = compiled().objections(active(move()), [lift])
     assert (reason.code, reason.rule) == ("AE752", "arm")
     assert reason.text == "`arm` is being moved by the `lift` under way"
     assert objections(active(act("wait", duration=1.0)), lift) == []
@@ -131,10 +136,10 @@ def test_a_solver_that_cannot_decide_objects(monkeypatch: pytest.MonkeyPatch) ->
 
 def test_the_rules_of_a_pair_come_with_the_actions_in_the_order_of_the_roles() -> None:
     moving, rolling = active(move()), active(roll())
-    roles = {rule.id: pair for rule, pair in COMPILED.rules_for_pair(rolling, moving)}
+    roles = {rule.id: pair for rule, pair in compiled().rules_for_pair(rolling, moving)}
     assert roles == {
         "not-fast-together": (moving, rolling),
         "charge-for-both": (rolling, moving),
         "hand-near-while-rolling": (moving, rolling),
     }
-    assert list(COMPILED.rules_for_pair(moving, active(move()))) == []
+    assert list(compiled().rules_for_pair(moving, active(move()))) == []

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from fractions import Fraction
+from functools import cache
 from math import inf, nan, nextafter
 from typing import Any
 
@@ -110,7 +111,11 @@ def compiled(
     return function, denials
 
 
-FUNCTION, _ = compiled()
+@cache
+def usual() -> FastDecide:
+    return compiled()[0]
+
+
 VALUES: Mapping[str, Any] = {"distance": 3.0, "hand": (0.0, 0.0, 0.5), "pressed": False}
 WANTED: Mapping[str, Any] = {"speed": 1.0, "target": (0.5, 0.0, 0.25)}
 USAGE = {"moves": 0, "lifts": 9}
@@ -127,7 +132,7 @@ def snapshot(time: Any = NOW, **changed: Any) -> Snapshot:
 
 
 def ask(
-    function: FastDecide = FUNCTION,
+    function: FastDecide | None = None,
     *,
     inputs: Any = None,
     readings: Any = None,
@@ -136,6 +141,7 @@ def ask(
     usage: Any = None,
 ) -> Any:
     """The answer; the same for readings one by one and, if there are none given, for a snapshot."""
+    function = function or usual()
     inputs = {"careful": True} if inputs is None else inputs
     parameters = WANTED if parameters is None else parameters
     usage = USAGE if usage is None else usage
@@ -268,14 +274,14 @@ class Name(str):
     ],
 )
 def test_malformed_parameters_have_no_answer(parameters: Any) -> None:
-    assert FUNCTION({"careful": True}, readings(), parameters, NOW, USAGE) is None
+    assert usual()({"careful": True}, readings(), parameters, NOW, USAGE) is None
 
 
 @pytest.mark.parametrize(
     "inputs", [{}, {"careful": 1}, {"careful": True, "more": 1}, {"inputs.careful": True}, None]
 )
 def test_malformed_inputs_have_no_answer(inputs: Any) -> None:
-    assert FUNCTION(inputs, readings(), WANTED, NOW, USAGE) is None
+    assert usual()(inputs, readings(), WANTED, NOW, USAGE) is None
 
 
 @pytest.mark.parametrize(
@@ -295,7 +301,7 @@ def test_malformed_inputs_have_no_answer(inputs: Any) -> None:
     ],
 )
 def test_malformed_usage_has_no_answer(usage: Any) -> None:
-    assert FUNCTION({"careful": True}, readings(), WANTED, NOW, usage) is None
+    assert usual()({"careful": True}, readings(), WANTED, NOW, usage) is None
 
 
 def test_a_count_of_another_kinds_quota_may_be_missing() -> None:
@@ -382,7 +388,7 @@ def test_only_values_that_no_condition_reads_may_be_missing() -> None:
     ],
 )
 def test_readings_of_another_form_have_no_answer(odd: Any) -> None:
-    assert FUNCTION({"careful": True}, odd, WANTED, NOW, USAGE) is None
+    assert usual()({"careful": True}, odd, WANTED, NOW, USAGE) is None
 
 
 def test_a_reader_returns_the_scalars_of_required_readings_alone() -> None:
@@ -400,7 +406,7 @@ def test_a_reader_returns_the_scalars_of_required_readings_alone() -> None:
 
 
 def test_a_request_is_decided_by_the_function_of_its_module_skill_and_kind() -> None:
-    functions = {("handling", "lift", "move"): FUNCTION}
+    functions = {("handling", "lift", "move"): usual()}
 
     def decided(caller: Any = CALLER, action: Any = ACTION) -> Any:
         return decide_fast(functions, caller, readings(), action, NOW, USAGE)
