@@ -35,12 +35,19 @@ from tests.mutation.trials import Trials
 class _Campaign:
     """Mutants of one area with their results."""
 
-    def __init__(self, area: Area) -> None:
+    def __init__(self, area: Area, match: str = "") -> None:
         self.area = area
         self.results = AreaResults(area.name)
-        self.files = {one.module: one for one in (FileMutants(Path(name)) for name in area.files())}
+        module = match.partition(":")[0]
+        names = [name for name, one in zip(area.files(), area.modules(), strict=True) if module in one]
+        self.files = {one.module: one for one in (FileMutants(Path(name)) for name in names)}
         self.mutants = [mutant for one in self.files.values() for mutant in one.mutants]
-        self.results.keep(Counter(mutant.unit.key for mutant in self.mutants))
+        others = {
+            key: total
+            for key, total in self.results.totals.items()
+            if key[0].partition(":")[0] not in self.files and key[0].partition(":")[0] in area.modules()
+        }
+        self.results.keep({**others, **Counter(mutant.unit.key for mutant in self.mutants)})
         self._before = {key: dict(outcomes) for key, outcomes in self.results.of.items()}
 
     def chosen(self, given: argparse.Namespace) -> list[CodeMutant]:
@@ -50,7 +57,7 @@ class _Campaign:
             outcome = self.results.of.get(mutant.unit.key, {}).get(mutant.number)
             survived = outcome is not None and outcome.verdict not in {KILLED, SAME}
             wanted = {"untried": outcome is None, "survivors": survived, "all": True}[given.which]
-            if wanted and given.match in mutant.unit.key[0]:
+            if wanted and given.match.partition(":")[2] in mutant.unit.name:
                 found.append(mutant)
         if given.slice:
             random.Random(given.seed).shuffle(found)  # noqa: S311 - not a secret
@@ -116,7 +123,9 @@ def main() -> int:
     trying.add_argument("--which", choices=("untried", "survivors", "all"), default="untried")
     trying.add_argument("--outside", action="store_true", help="mutants outside of functions")
     trying.add_argument("--anew", action="store_true", help="import AEROS anew for each mutant")
-    trying.add_argument("--match", default="", help="part of the names of units to try")
+    trying.add_argument(
+        "--match", default="", help="module, or part of its name; after a colon, part of a unit"
+    )
     trying.add_argument("--slice", type=int, default=0, help="number of mutants, drawn at random")
     trying.add_argument("--seed", default="", help="of what is drawn")
     trying.add_argument("--seconds", type=float, default=4.0, help="of passing tests on one mutant")
@@ -125,7 +134,7 @@ def main() -> int:
     commands.add_parser("survivors").add_argument("area", choices=read_areas())
     given = parser.parse_args()
     if given.command == "try":
-        return _Campaign(read_areas()[given.area]).run(given)
+        return _Campaign(read_areas()[given.area], given.match).run(given)
     if given.command == "survivors":
         sys.stdout.writelines(f"{line}\n" for line in _Campaign(read_areas()[given.area]).survivors())
         return 0
