@@ -4,6 +4,7 @@
     python -m tests.mutation try AREA --outside          those outside of functions; after the others
     python -m tests.mutation try AREA --which survivors  again those that no test killed
     python -m tests.mutation try AREA --which survivors --anew   and with all imports after the fault
+    python -m tests.mutation try AREA --which survivors --theorems   with theorems instead of tests
     python -m tests.mutation try AREA --which all --slice 200 --seed 2026-11-29
     python -m tests.mutation summary [AREA]              sums; exit code 1 below the floor
     python -m tests.mutation survivors AREA              one line for each
@@ -62,7 +63,7 @@ class _Campaign:
         if given.slice:
             random.Random(given.seed).shuffle(found)  # noqa: S311 - not a secret
             found = found[: given.slice]
-        if given.anew:
+        if given.anew or given.theorems:
             return found
         return [mutant for mutant in found if given.outside == (mutant.unit.line == 0)]
 
@@ -72,7 +73,9 @@ class _Campaign:
         chosen = self.chosen(given)
         sys.stdout.write(f"== {self.area.name}: {len(chosen)} of {len(self.mutants)} mutants to try\n")
         sys.stdout.flush()
-        if chosen and (given.outside or given.anew):
+        if chosen and given.theorems:
+            self._run_theorems(chosen, until)
+        elif chosen and (given.outside or given.anew):
             self._run_outside(chosen, given.seconds, until)
         elif chosen:
             trials = Trials(self.area, self.results, chosen, given.seconds, until)
@@ -97,6 +100,23 @@ class _Campaign:
                 sys.stdout.flush()
             if count % 20 == 0:
                 self.results.write()
+
+    def _run_theorems(self, mutants: list[CodeMutant], until: float) -> None:
+        from tests.mutation.by_theorems import TheoremTrials  # imports AEROS
+
+        trials = TheoremTrials()
+        for mutant in mutants:
+            if time.time() > until:
+                break
+            if not trials.about(mutant.unit.module):
+                continue
+            text = self.files[mutant.unit.module].whole(mutant)
+            outcome = trials.outcome(mutant.unit.module, text)
+            if outcome.verdict == KILLED:
+                self.results.of[mutant.unit.key][mutant.number] = outcome
+                self.results.write()
+            sys.stdout.write(f"{outcome.verdict} {outcome.killer}: {mutant.description()}\n")
+            sys.stdout.flush()
 
     def _no_longer_killed(self, mutants: list[CodeMutant]) -> Iterator[CodeMutant]:
         for mutant in mutants:

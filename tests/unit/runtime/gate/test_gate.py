@@ -379,3 +379,29 @@ def test_a_reason_names_a_code_that_is_registered() -> None:
     motions = "AE751 AE752 AE760 AE761 AE762 AE763 AE764 AE765 AE766"
     registered = {code for code in CODES if code.startswith("AE7")}
     assert registered == {*text.split(), *motions.split()}
+
+
+# Modes.
+
+
+@pytest.mark.parametrize("mode", GateMode)
+def test_a_gate_of_another_configuration_has_the_same_mode_and_goes_on_counting(mode: GateMode) -> None:
+    first = CompiledGate(configuration(), mode)
+    asked = request()
+    assert asked.decided_by(first).kind is DecisionKind.ALLOW
+    stopped = replace(configuration().site, blocks=())
+    second = first.with_configuration(replace(configuration(), site=stopped))
+    assert second.mode is mode
+    assert second.monitor_rules.site == stopped
+    assert asked.decided_by(second).kind is DecisionKind.ALLOW
+    assert asked.decided_by(second).kind is DecisionKind.ALLOW
+    expected = 3 if mode is GateMode.CHECKED else 0
+    assert (second.tally.decided, second.tally.confirmed) == (expected, expected)
+    assert second.tally is first.tally
+
+
+def test_the_earlier_name_of_a_mode_is_read_and_no_other() -> None:
+    assert GateMode("shadow") is GateMode.CHECKED
+    for name in ("Shadow", "both", None):
+        with pytest.raises(ValueError, match="is not a valid GateMode"):
+            GateMode(name)
