@@ -11,7 +11,7 @@ from pathlib import Path
 from types import CodeType, FunctionType
 from typing import Any
 
-from tests.mutation.mutants import CodeMutant, Unit, compile_definition
+from tests.mutation.mutants import CodeMutant, Unit
 
 _Place = tuple[str, int]
 
@@ -40,26 +40,19 @@ class LiveFunctions:
         """Tell if replacing code has an effect: outside of functions it has none."""
         return bool(unit.line and self.of(unit))
 
-    def install(self, mutant: CodeMutant) -> bool:
+    def install(self, mutant: CodeMutant) -> None:
         """Replace the code of a mutant's function in this process.
-
-        Returns:
-            False if the mutant's code is the same.
 
         Raises:
             ValueError: the mutant needs other variables of the functions around it.
         """
         unit = mutant.unit
         new = _define(mutant.function(), unit)
-        old = _define(compile_definition(unit.node, unit.classes), unit)
-        if not mutant.in_signature and shape_of(new.__code__) == shape_of(old.__code__):
-            return False
         for function in self.of(unit):
             function.__code__ = new.__code__
             if mutant.in_signature:
                 function.__defaults__ = new.__defaults__
                 function.__kwdefaults__ = new.__kwdefaults__
-        return True
 
 
 def _define(code: CodeType, unit: Unit) -> FunctionType:
@@ -72,11 +65,3 @@ def _define(code: CodeType, unit: Unit) -> FunctionType:
         found = vars(found)[f"_{unit.classes[-1].lstrip('_')}{name}" if private else name]
     assert isinstance(found, FunctionType)
     return found
-
-
-def shape_of(code: CodeType) -> tuple[Any, ...]:
-    """Return everything about code that decides what it does, line numbers left out."""
-    constants = tuple(
-        shape_of(one) if isinstance(one, CodeType) else (type(one), repr(one)) for one in code.co_consts
-    )
-    return (code.co_code, code.co_names, code.co_varnames, code.co_freevars, code.co_flags, constants)

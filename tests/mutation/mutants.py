@@ -16,6 +16,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import CodeType
+from typing import Any
 
 import libcst as cst
 from libcst.metadata import MetadataWrapper, PositionProvider
@@ -74,6 +75,17 @@ class CodeMutant:
         """Compile the function with the fault; for globals see `run_definition`."""
         node = deep_replace(self.unit.node, self.mutation.original_node, self.mutation.mutated_node)
         return compile_definition(node, self.unit.classes)
+
+    def is_same(self) -> bool:
+        """Tell if the mutant compiles to the code of the original, calls of `typing.cast` left out."""
+        if not self.unit.line or self.in_signature:
+            return False
+        old, mutation = self.unit.node, self.mutation
+        new = deep_replace(old, mutation.original_node, mutation.mutated_node)
+        one, other = (
+            compile_definition(node.visit(_WithoutCasts()), self.unit.classes) for node in (old, new)
+        )
+        return shape_of(one) == shape_of(other)
 
     def description(self) -> str:
         """Say in one line which mutant it is, with the line, the replaced text and the new one."""
@@ -180,6 +192,24 @@ class _Visitor(MutationVisitor):
         if isinstance(node, cst.FunctionDef) and node.decorators:
             node = node.with_changes(decorators=[])
         return bool(super()._skip_node_and_children(node))
+
+
+class _WithoutCasts(cst.CSTTransformer):
+    """Replaces `cast(TYPE, VALUE)` with VALUE, which is all that it returns."""
+
+    def leave_Call(self, original_node: cst.Call, updated_node: cst.Call) -> cst.BaseExpression:  # noqa: N802
+        is_cast = isinstance(updated_node.func, cst.Name) and updated_node.func.value == "cast"
+        if is_cast and len(updated_node.args) == 2:
+            return updated_node.args[1].value.with_changes(lpar=[cst.LeftParen()], rpar=[cst.RightParen()])
+        return updated_node
+
+
+def shape_of(code: CodeType) -> tuple[Any, ...]:
+    """Return everything about code that decides what it does, line numbers left out."""
+    constants = tuple(
+        shape_of(one) if isinstance(one, CodeType) else (type(one), repr(one)) for one in code.co_consts
+    )
+    return (code.co_code, code.co_names, code.co_varnames, code.co_freevars, code.co_flags, constants)
 
 
 def digest_of(text: str) -> str:

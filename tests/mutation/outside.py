@@ -17,7 +17,7 @@ from typing import Final, TextIO
 import pytest
 
 from tests.mutation.forks import fork
-from tests.mutation.live import shape_of
+from tests.mutation.mutants import shape_of
 from tests.mutation.quick_reports import OPTIONS, QuickReports
 from tests.mutation.reach import Reach
 from tests.mutation.results import KILLED, LATE, SAME, SURVIVED, Outcome

@@ -71,6 +71,8 @@ class Trials(QuickReports):
             if not self._live.can_run(mutant.unit):
                 continue
             outcome = self._outcome(mutant)
+            if outcome.verdict == SURVIVED and mutant.is_same():
+                outcome = Outcome(SAME, "", outcome.seconds)
             self._results.of[mutant.unit.key][mutant.number] = outcome
             self._note(mutant.unit.key, outcome.killer)
             if outcome.verdict != KILLED:
@@ -96,13 +98,13 @@ class Trials(QuickReports):
             return Outcome(SURVIVED, "", 0.0)
         slowest = max(map(self._reach.seconds, tests))
         end, text, used = fork(partial(self._try, mutant, tests), 3 + 2 * self._seconds + 3 * slowest)
-        last = text.splitlines()[-1:] or ["no code"]
-        verdict, _, test = last[0].partition(" ")
-        if end != "done":
-            return Outcome(LATE if end == LATE else KILLED, "" if end == LATE else test, used)
-        return Outcome(
-            {"failed": KILLED, "same": SAME}.get(verdict, SURVIVED), test if verdict == "failed" else "", used
-        )
+        if end == LATE:
+            return Outcome(LATE, "", used)
+        verdict, _, last = text.rstrip("\n").rpartition("\n")[2].partition(" ")
+        if end != "done":  # a test ended the process, or the mutant could not be installed
+            tried = [line.partition(" ")[2] for line in text.splitlines() if line.startswith("trying ")]
+            return Outcome(KILLED, tried[-1], used) if tried else Outcome(SURVIVED, "", used)
+        return Outcome(KILLED, last, used) if verdict == "failed" else Outcome(SURVIVED, "", used)
 
     def _order(self, mutant: CodeMutant) -> list[str]:
         """Tests that execute the statement, best first."""
@@ -117,9 +119,7 @@ class Trials(QuickReports):
         return list(dict.fromkeys([*killers, *about, *reaching]))
 
     def _try(self, mutant: CodeMutant, tests: Sequence[str], pipe: TextIO) -> None:
-        if not self._live.install(mutant):
-            pipe.write("same \n")
-            return
+        self._live.install(mutant)
         self._prepare()
         started = time.process_time()
         for test in tests:

@@ -372,6 +372,8 @@ def test_a_solver_that_cannot_decide_denies(monkeypatch: pytest.MonkeyPatch) -> 
     assert decision.kind is DecisionKind.DENY
     assert codes(decision)[:3] == [("AE790", "move"), ("AE790", "move"), ("AE790", "stop-button")]
     assert {code for code, _ in codes(decision)} == {"AE790"}
+    assert decision.reasons[2].text == "the solver could not decide `stop-button`"
+    assert request().decided_by(gate(GateMode.CHECKED)) == decision
 
 
 def test_a_reason_names_a_code_that_is_registered() -> None:
