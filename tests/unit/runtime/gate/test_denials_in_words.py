@@ -14,7 +14,7 @@ from aeros.runtime.ports import Reading
 from aeros.skill import Action
 from aeros.spec.model.policy import OperatorOverride
 from aeros.spec.model.rules import Risk
-from tests.unit.runtime.bench import NOW, Request, configuration, gate, request, without
+from tests.unit.runtime.bench import NOW, Request, gate, request, without
 from tests.unit.runtime.gate.test_gate import changed, skill_changed
 
 

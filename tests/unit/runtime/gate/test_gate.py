@@ -13,13 +13,14 @@ from aeros.runtime.gate import conditions
 from aeros.runtime.gate.configuration import Configuration, make_configuration
 from aeros.runtime.gate.decision import Caller, DecisionKind
 from aeros.runtime.gate.gate import CompiledGate, GateDisagreementError, GateMode
+from aeros.runtime.ports import ColumnNames, Snapshot
 from aeros.skill import Action
 from aeros.spec.diagnostics.codes import CODES
 from aeros.spec.expr import terms as t
 from aeros.spec.model.policy import Access, OperatorOverride
 from aeros.spec.model.rules import Risk, Rule
 from aeros.spec.model.site import Site
-from tests.unit.runtime.bench import ALLOWED, codes, configuration, denied, gate, request, without
+from tests.unit.runtime.bench import ALLOWED, NOW, codes, configuration, denied, gate, request, without
 
 
 def changed(site: dict[str, Any] | None = None, ecm: dict[str, Any] | None = None) -> CompiledGate:
@@ -49,6 +50,21 @@ def test_an_action_without_objections_is_allowed_without_reasons(
     asked = request(skill, kind)
     decision = asked.decided_by(gate(mode))
     assert (decision.kind, decision.action, decision.reasons) == (DecisionKind.ALLOW, asked.action, ())
+
+
+@pytest.mark.parametrize(("skill", "kind"), [one for one in ALLOWED if one[0] != "paced"])
+def test_a_well_formed_request_with_all_its_inputs_needs_no_slow_path(
+    skill: str, kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    slow = "aeros.runtime.gate.gate._Decider._decide_slow_path"
+    monkeypatch.setattr(slow, lambda *_: pytest.fail("decided slowly"))
+    fresh, asked = CompiledGate(configuration()), request(skill, kind)
+    order = ColumnNames(asked.readings)
+    column = tuple(asked.readings[name].value for name in order.names)
+    for readings in (asked.readings, Snapshot(order, column, NOW)):
+        for _ in range(2):
+            again = replace(asked, readings=readings).decided_by(fresh)
+            assert (again.kind, again.action) == (DecisionKind.ALLOW, asked.action)
 
 
 def test_lists_and_whole_numbers_reach_the_plant_as_tuples_and_doubles() -> None:
