@@ -11,10 +11,13 @@ from typing import Any
 import pytest
 
 from aeros.runtime.gate import conditions
+from aeros.runtime.gate.decision import Reason
 from aeros.runtime.gate.joint_rules import ActiveAction, JointRules
 from aeros.runtime.ports import Reading
 from aeros.skill import Action, act
+from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import AxisAlignedBox
+from aeros.spec.expr.types import RealType
 from aeros.spec.model.motion import HeldObject
 from tests.unit.runtime.one_joint import governed
 from tests.unit.runtime.together import configuration, move, roll
@@ -112,8 +115,13 @@ def test_nothing_moves_while_something_is_gripped_or_released(grips: str, found:
     held = HeldObject("holding", box, frozenset({grips}))
     rules = JointRules(replace(site, motion=replace(site.motion, held=held)), compiled=True)
     slow, gripping = active(move(0.1)), active(roll(0.1))
-    assert [reason.code for reason in rules.objections(slow, [gripping])] == found
-    assert [reason.code for reason in rules.objections(gripping, [slow])] == found
+    text = "the `{}` under way: what is held may change, and the motion's volume with it"
+    moved, gripped = (
+        [Reason(code, one, text.format(other)) for code in found]
+        for one, other in (("move", "roll"), ("roll", "move"))
+    )
+    assert list(rules.objections(slow, [gripping])) == moved
+    assert list(rules.objections(gripping, [slow])) == gripped
     assert [reason.code for reason in rules.objections(gripping, [])] == []
 
 
@@ -127,10 +135,9 @@ def test_a_solver_that_cannot_decide_objects(monkeypatch: pytest.MonkeyPatch) ->
         conditions.SolverCondition, "decide", lambda self, values: conditions.ConditionValue.UNDECIDED
     )
     solver = JointRules(configuration().site, compiled=False)
-    assert set(objections(active(move()), active(roll()), by=solver)) == {
-        "AE790 not-fast-together",
-        "AE790 charge-for-both",
-        "AE790 hand-near-while-rolling",
+    names = ("not-fast-together", "charge-for-both", "hand-near-while-rolling")
+    assert set(solver.objections(active(move()), [active(roll())])) == {
+        Reason("AE790", name, f"the solver could not decide `{name}`") for name in names
     }
 
 
@@ -143,3 +150,16 @@ def test_the_rules_of_a_pair_come_with_the_actions_in_the_order_of_the_roles() -
         "hand-near-while-rolling": (moving, rolling),
     }
     assert list(compiled().rules_for_pair(moving, active(move()))) == []
+
+
+def test_every_value_that_is_not_measured_is_named() -> None:
+    site = configuration().site
+    (near,) = (rule for rule in site.joint_rules if rule.id == "hand-near-while-rolling")
+    charge = site.state["charge"].variable
+    assert isinstance(charge.type, RealType)
+    charged = t.Compare("<=", t.Literal(Fraction(0), charge.type), charge)
+    both = replace(near, term=t.conjunction(near.term, charged))
+    by = JointRules(replace(site, joint_rules=(both,)), compiled=True)
+    for mode in (by, compiled()):
+        found = objections(active(roll(), hand=None, charge=None), active(move()), by=mode)
+        assert sorted(found) == ["AE703 charge", "AE703 hand"]
