@@ -10,13 +10,16 @@ import pytest
 
 from aeros.runtime.gate.decision import Caller
 from aeros.runtime.gate.request_check import (
+    individual_readings,
+    is_module_variable,
     request_fault,
+    snapshot_columns,
     to_plant_parameters,
     unpack_arguments,
     unpack_readings,
 )
 from aeros.runtime.gate.value_check import ValueChecker
-from aeros.runtime.ports import Reading
+from aeros.runtime.ports import ColumnNames, Reading, Snapshot
 from aeros.skill import Action
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, VectorType
@@ -139,3 +142,89 @@ def test_the_plant_gets_doubles_and_tuples_in_the_declared_order() -> None:
     assert made == {"speed": 1.0, "gently": True, "target": (0.0, 1.5, (2.0,))}
     assert list(made) == ["speed", "gently", "target"]
     assert (type(made["speed"]), made["gently"]) == (float, True)
+
+
+@pytest.mark.parametrize(
+    ("name", "is_one"),
+    [
+        ("kettle.water_hot", True),
+        ("water_hot", False),
+        ("kettle.", False),
+        (".water_hot", False),
+        ("kettle.water.hot", False),
+        ("kettle.water hot", False),
+        ("ket tle.water_hot", False),
+        ("kettle,water_hot", False),
+        ("", False),
+        (None, False),
+        (b"kettle.water_hot", False),
+    ],
+)
+def test_a_variable_of_a_module_has_two_names_with_a_dot(name: Any, is_one: bool) -> None:
+    assert is_module_variable(name) is is_one
+
+
+def test_a_reading_of_a_module_that_is_not_active_is_no_objection() -> None:
+    readings: Any = {
+        "kettle.water_hot": None,
+        "kettle.on.fire": Reading(True, 9.75),
+        "near": Reading(0.5, 9.75),
+    }
+    found = list(unpack_readings(AGED, readings, 10.0, frozenset({"near"}), {}))
+    assert [(one.code, one.rule) for one in found] == [("AE702", "kettle.on.fire")]
+
+
+def test_every_unknown_reading_is_an_objection() -> None:
+    readings: Any = {"new": Reading(1.0, 1.0), "near": (0.5, 9.75), "newer": 1.0}
+    found = unpack_readings(AGED, readings, 10.0, frozenset({"near"}), {})
+    assert [(one.code, one.rule) for one in found] == [
+        ("AE702", "new"),
+        ("AE701", "near"),
+        ("AE702", "newer"),
+    ]
+
+
+_NAMES = ColumnNames(["far", "near"])
+
+
+class _OtherNames(ColumnNames):
+    __slots__ = ()
+
+
+def _names(names: Any) -> ColumnNames:
+    order = ColumnNames([])
+    order.names = names
+    return order
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"order": _OtherNames(["far", "near"])},
+        {"order": _names(["far", "near"])},
+        {"order": ("far", "near")},
+        {"column": [0.25, 0.5]},
+        {"column": (0.25,)},
+        {"column": (0.25, 0.5, 0.75)},
+        {"column": None},
+    ],
+)
+def test_a_snapshot_whose_parts_were_replaced_is_malformed(changed: dict[str, Any]) -> None:
+    snapshot = Snapshot(_NAMES, (0.25, 0.5), 9.75)
+    assert snapshot_columns(snapshot) == (_NAMES, (0.25, 0.5))
+    assert individual_readings(snapshot) == {"far": Reading(0.25, 9.75), "near": Reading(0.5, 9.75)}
+    for name, value in changed.items():
+        setattr(snapshot, name, value)
+    assert snapshot_columns(snapshot) is None
+    assert individual_readings(snapshot) is None
+
+
+def test_a_snapshot_that_was_never_initialized_is_malformed() -> None:
+    assert snapshot_columns(object.__new__(Snapshot)) is None
+    assert individual_readings(object.__new__(Snapshot)) is None
+
+
+def test_a_name_in_a_snapshot_that_is_no_str_is_malformed() -> None:
+    snapshot = Snapshot(_NAMES, (0.25, 0.5), 9.75)
+    snapshot.order = _names(("far", Name("near")))
+    assert individual_readings(snapshot) is None
