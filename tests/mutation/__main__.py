@@ -146,6 +146,7 @@ def main() -> int:
     trying.add_argument(
         "--match", default="", help="module, or part of its name; after a colon, part of a unit"
     )
+    trying.add_argument("--theorems", action="store_true", help="prove the theorems about a mutant's code")
     trying.add_argument("--slice", type=int, default=0, help="number of mutants, drawn at random")
     trying.add_argument("--seed", default="", help="of what is drawn")
     trying.add_argument("--seconds", type=float, default=4.0, help="of passing tests on one mutant")
