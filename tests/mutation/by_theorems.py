@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+import re
+from collections.abc import Sequence
 from functools import partial
+from pathlib import Path
 from typing import Final, TextIO
 
 from aeros.spec.obligations.verdicts import Verdict
 from aeros.spec.theorems.check import SolverPanel
 from aeros.spec.theorems.module_copies import ModuleSource
-from aeros.spec.theorems.theorem import Theorem
 from aeros.spec.theorems.theorem_folder import load_theorem, proofs_folder, theorem_folders
 from tests.mutation.forks import fork
 from tests.mutation.results import KILLED, LATE, SURVIVED, Outcome
@@ -30,28 +30,18 @@ class _ChangedSource(ModuleSource):
         return self._text if name == self._module else super()._source(name)
 
 
-@dataclass(frozen=True)
-class _Baseline:
-    """A theorem about the shipped code: modules that it is made from, and the questions."""
-
-    theorem: Theorem
-    modules: frozenset[str]
-    scripts: Mapping[str, str]
-
-
 class TheoremTrials:
     """All theorems, and the modules that each is about."""
 
     def __init__(self) -> None:
-        self._baselines: dict[str, _Baseline] = {}
-        for name, folder in theorem_folders(proofs_folder()).items():
-            theorem, source = load_theorem(folder), ModuleSource()
-            scripts = {one: build(source).to_smtlib() for one, build in theorem.obligations.items()}
-            self._baselines[name] = _Baseline(theorem, frozenset(source.loaded), scripts)
+        self._folders = theorem_folders(proofs_folder())
+        self._texts = {
+            name: _text_with_library(folder / "theorem.py") for name, folder in self._folders.items()
+        }
 
     def about(self, module: str) -> list[str]:
-        """Return the names of theorems that are made from a module."""
-        return [name for name, one in self._baselines.items() if module in one.modules]
+        """Return the names of theorems whose code, or that of the library that it uses, names a module."""
+        return [name for name, text in self._texts.items() if f'"{module}"' in text]
 
     def outcome(self, module: str, text: str) -> Outcome:
         """Prove the theorems about a module with another text of it, up to the first that fails."""
@@ -66,18 +56,30 @@ class TheoremTrials:
 
     def _prove(self, name: str, module: str, text: str, pipe: TextIO) -> None:
         """Write the name of the first obligation that is refuted or can no longer be made."""
-        one = self._baselines[name]
-        for obligation, build in one.theorem.obligations.items():
+        for obligation, build in load_theorem(self._folders[name]).obligations.items():
+            shipped = build(ModuleSource()).to_smtlib()
             try:
                 made = build(_ChangedSource(module, text))
             except Exception:  # the code has a fault
                 pipe.write(obligation)
                 return
-            if made.to_smtlib() == one.scripts[obligation]:
-                continue
-            if SolverPanel().check(obligation, made).verdict in _FAILED:
+            if made.to_smtlib() != shipped and SolverPanel().check(obligation, made).verdict in _FAILED:
                 pipe.write(obligation)
                 return
+
+
+def _text_with_library(path: Path) -> str:
+    """Read a theorem's code with that of the modules of `proofs/lib` that it imports, at any depth."""
+    todo, texts = [path], dict[Path, str]()
+    while todo:
+        one = todo.pop()
+        if one not in texts:
+            texts[one] = one.read_text("utf-8")
+            used = set(
+                re.findall(r"\w+", " ".join(re.findall(r"^from proofs\.lib.*", texts[one], re.MULTILINE)))
+            )
+            todo += [path for path in (proofs_folder() / "lib").glob("*.py") if path.stem in used]
+    return "\n".join(texts.values())
 
 
 _FAILED: Final[Sequence[Verdict]] = (Verdict.REFUTED, Verdict.VACUOUS)
