@@ -58,14 +58,14 @@ class _Campaign:
             outcome = self.results.of.get(mutant.unit.key, {}).get(mutant.number)
             survived = outcome is not None and outcome.verdict not in {KILLED, SAME}
             wanted = {"untried": outcome is None, "survivors": survived, "all": True}[given.which]
+            if given.outside != (mutant.unit.line == 0) and not (given.anew or given.theorems):
+                continue
             if wanted and given.match.partition(":")[2] in mutant.unit.name:
                 found.append(mutant)
         if given.slice:
             random.Random(given.seed).shuffle(found)  # noqa: S311 - not a secret
             found = found[: given.slice]
-        if given.anew or given.theorems:
-            return found
-        return [mutant for mutant in found if given.outside == (mutant.unit.line == 0)]
+        return found
 
     def run(self, given: argparse.Namespace) -> int:
         """Try mutants; return an exit code, which is 1 if one is killed no longer."""

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from aeros.runtime.gate.decision import Caller
+from aeros.runtime.gate.decision import Caller, Reason
 from aeros.runtime.gate.request_check import (
     individual_readings,
     is_module_variable,
@@ -80,6 +80,15 @@ def test_a_malformed_request_is_refused(
     fault = request_fault(caller, readings, action, usage)
     assert fault is not None
     assert (fault.code, fault.rule) == ("AE701", what)
+
+
+def test_a_caller_whose_inputs_were_never_set_is_refused_in_words() -> None:
+    caller = object.__new__(Caller)
+    for name in ("module", "skill"):
+        object.__setattr__(caller, name, "m")
+    assert request_fault(caller, {}, ACTION, {}) == Reason(
+        "AE701", "inputs", "`inputs` is not a mapping by name"
+    )
 
 
 def test_given_values_are_unpacked_into_scalars() -> None:

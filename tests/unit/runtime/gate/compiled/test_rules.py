@@ -16,11 +16,14 @@ from aeros.runtime.gate.conditions import CompiledCondition, ConditionValue
 from aeros.runtime.gate.joint_rules import ActiveAction
 from aeros.runtime.gate.violation import RuleViolation
 from aeros.spec.backends.compiled import compile_conditions
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_site
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, IntegerType
 from aeros.spec.model.rules import Rule
 from aeros.spec.model.site import Site
 from aeros.spec.model.variables import History, ranges_of
+from aeros.spec.text.discovery import reference_site_path
 from tests.unit.runtime.bench import PARAMETERS, STATE, unproved
 from tests.unit.runtime.conftest import METRES, SPAN, declare
 from tests.unit.runtime.together import configuration as cart
@@ -55,6 +58,15 @@ def broken(kind: str, **changed: Any) -> str | None:
 def test_rules_read_the_state_variables_of_their_terms() -> None:
     assert bench_rules().by_kind["move"].reads == ("fitted", "hand", "human_distance", "stop_pressed")
     assert bench_rules().by_kind["stop"].reads == ()
+
+
+def test_the_kind_for_backing_off_is_that_of_the_site() -> None:
+    site = load_site(reference_site_path(), Diagnostics())
+    assert site is not None
+    assert site.motion is not None
+    backing = replace(site, motion=replace(site.motion, back_off="wait"))
+    assert MonitorRules(backing).back_off == "wait"
+    assert bench_rules().back_off is None
 
 
 def test_a_malformed_value_has_no_scalars() -> None:
