@@ -422,3 +422,52 @@ def test_a_request_is_decided_by_the_function_of_its_module_skill_and_kind() -> 
     assert decided(object.__new__(Caller)) is None
     assert decided(action=("move", ACTION.parameters)) is None
     assert decided(action=tuple.__new__(Action, ("move",))) is None
+
+
+# Caches.
+
+
+def test_a_snapshot_with_the_same_values_is_unpacked_once() -> None:
+    cache = SnapshotCache(value_checkers(STATE))
+    one = snapshot()
+    first = cache.scalars(one)
+    assert first == {"distance": 3.0, "hand.x": 0.0, "hand.y": 0.0, "hand.z": 0.5, "pressed": False}
+    assert cache.scalars(Snapshot(one.order, one.column, NOW + 1)) is first
+    assert cache.scalars(Snapshot(ColumnNames(one.order.names), one.column, NOW)) is not first
+
+
+def test_a_list_in_a_snapshot_is_never_kept() -> None:
+    cache = SnapshotCache(value_checkers(STATE))
+    assert cache.scalars(snapshot(hand=[0.0, 0.0, 0.5])) is None
+
+
+def test_scalars_of_values_that_changed_replace_the_cached_ones() -> None:
+    cache = SnapshotCache(value_checkers(STATE))
+    one = snapshot()
+    cached = cache.scalars(one)
+    assert cached is not None
+    before = dict(cached)
+    nearer = Snapshot(one.order, tuple(0.5 if value == 3.0 else value for value in one.column), NOW)
+    assert cache.scalars(nearer) == {**before, "distance": 0.5}
+    assert cached == before
+    broken = Snapshot(one.order, tuple(nan if value == 3.0 else value for value in one.column), NOW)
+    assert cache.scalars(broken) is None
+    assert cache.scalars(nearer) == {**before, "distance": 0.5}
+
+
+@pytest.mark.parametrize("malformed", ["two", None, [True]])
+def test_malformed_values_of_modules_are_left_out_and_the_rest_is_unpacked(malformed: Any) -> None:
+    own = {name: declare(name, BOOL, t.VariableRole.STATE) for name in ("a.first", "b.second")}
+    cache = SnapshotCache(value_checkers({**STATE, **own}), frozenset(own))
+    order = ColumnNames([*own, *VALUES])
+
+    def scalars(first: Any, second: Any) -> Any:
+        values = {"a.first": first, "b.second": second, **VALUES}
+        found = cache.scalars(Snapshot(order, tuple(values[name] for name in order.names), NOW))
+        return found and {name: value for name, value in found.items() if "." in name and "hand" not in name}
+
+    assert scalars(malformed, True) == {"b.second": True}
+    assert scalars(False, True) == {"a.first": False, "b.second": True}
+    assert scalars(malformed, False) == {"b.second": False}
+    assert scalars(malformed, malformed) == {}
+    assert cache.scalars(Snapshot(ColumnNames(["other"]), (True,), NOW)) is None

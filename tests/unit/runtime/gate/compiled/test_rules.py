@@ -2,24 +2,34 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
 from math import nan, nextafter
 from random import Random
+from types import FrameType
 from typing import Any
 
 import pytest
 
-from aeros.runtime.gate.compiled.rules import CompiledRuleSet, FastTickCheck, MonitorRules
+from aeros.runtime.gate.compiled.rules import (
+    CompiledRuleSet,
+    FastTickCheck,
+    MonitorRules,
+    _split_interval_bounds,
+)
 from aeros.runtime.gate.conditions import CompiledCondition, ConditionValue
 from aeros.runtime.gate.joint_rules import ActiveAction
+from aeros.runtime.gate.value_check import ValueChecker
 from aeros.runtime.gate.violation import RuleViolation
 from aeros.spec.backends.compiled import compile_conditions
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, IntegerType
+from aeros.spec.expr.units import NUMBER
 from aeros.spec.model.rules import Rule
 from aeros.spec.model.site import Site
 from aeros.spec.model.variables import History, ranges_of
@@ -355,3 +365,69 @@ def test_the_cache_of_generated_checks_is_bounded(monkeypatch: pytest.MonkeyPatc
         assert rules.fast_check("move", frozenset(names)) is not None
         sizes.append(len(rules._quick))
     assert sizes == [1, 1, 2, 3, 1, 2]
+
+
+# A tick at which little has changed takes little work.
+
+
+def lines_run(check: FastTickCheck, measured: Mapping[str, Any]) -> int:
+    """Count the lines of generated code that one tick runs."""
+    count, before = 0, sys.gettrace()
+
+    def trace(_frame: FrameType, event: str, _argument: Any) -> Any:
+        nonlocal count
+        count += event == "line"
+        return trace
+
+    sys.settrace(trace)
+    try:
+        assert check.holds(measured)
+    finally:
+        sys.settrace(before)
+    return count
+
+
+@pytest.mark.parametrize("kind", ["move", "carry"])
+def test_rules_on_values_that_stay_the_same_objects_are_not_decided_again(kind: str) -> None:
+    check = fast(kind)
+    first, again = lines_run(check, STATE), lines_run(check, STATE)
+    changed = {**STATE, "hand": (0.25, 0.0, 0.125), "load": 0.25}
+    after = lines_run(check, changed)
+    assert again < after < first
+    assert lines_run(check, changed) == again
+    lists = {name: list(value) if type(value) is tuple else value for name, value in changed.items()}
+    assert lines_run(check, lists) == lines_run(check, lists) > again
+
+
+def test_variables_that_rules_only_bound_are_told_from_those_that_they_compute_with() -> None:
+    declared = {
+        name: declare(name, METRES, t.VariableRole.STATE, range=(Fraction(0), Fraction(9)))
+        for name in ("a", "b", "c", "d")
+    }
+    whole = declare("n", IntegerType(NUMBER), t.VariableRole.STATE, range=(Fraction(0), Fraction(9)))
+    free = declare("f", METRES, t.VariableRole.STATE)
+    a, b, c, d = (one.variable for one in declared.values())
+
+    def literal(value: int) -> t.Term:
+        return t.Literal(Fraction(value), METRES)
+
+    terms = [
+        t.conjunction(t.Compare("<=", a, literal(8)), t.Compare("<=", literal(1), a)),
+        t.Compare("<", a, literal(9)),
+        t.Compare("<=", literal(0), a),
+        t.Compare("<=", t.Absolute(b), literal(3)),
+        t.Compare("<=", literal(0), b),
+        t.Compare("<", literal(1), c),
+        t.Compare("<", c, literal(10)),
+        t.Compare("<=", t.Add(a, d), literal(9)),
+        t.Compare("<=", whole.variable, literal(3)),
+        t.Compare("<=", literal(1), whole.variable),
+        t.Compare("<=", free.variable, literal(3)),
+        t.Compare("<=", literal(1), free.variable),
+    ]
+    checkers = [ValueChecker(one) for one in (free, whole, *declared.values())]
+    assert _split_interval_bounds(terms, checkers) == (frozenset({"b"}), frozenset({"a", "d"}))
+    assert _split_interval_bounds(terms[:7], checkers) == (frozenset({"a", "b"}), frozenset())
+    assert _split_interval_bounds(terms[1:3], checkers) == (frozenset({"a"}), frozenset())
+    assert _split_interval_bounds(terms[1:2], checkers) == (frozenset(), frozenset())
+    assert _split_interval_bounds(terms[3:4], checkers) == (frozenset(), frozenset())
