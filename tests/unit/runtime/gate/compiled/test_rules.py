@@ -189,6 +189,16 @@ def fast(kind: str = "carry", names: Any = STATE, **changed: Any) -> FastTickChe
     return check
 
 
+def test_a_violated_joint_rule_has_its_term_and_values() -> None:
+    moving, rolling = ActiveAction(move(0.5), {}, 0.0, 1), ActiveAction(roll(0.75), {}, 0.0, 2)
+    (rule,) = (one for one in cart().site.joint_rules if one.id == "not-fast-together")
+    found = [
+        rules.first_violation(values)
+        for rules, values in MonitorRules(cart().site).rules_for_pair(rolling, moving)
+    ]
+    assert RuleViolation(rule.id, rule.term, {"moving.speed": 0.5, "rolling.pace": 0.75}) in found
+
+
 def test_there_is_no_fast_check_of_unknown_variables() -> None:
     assert bench_rules().fast_check("move", frozenset({"mood"})) is None
     assert bench_rules().fast_check("move", frozenset()) is not None
