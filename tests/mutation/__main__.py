@@ -78,7 +78,7 @@ class _Campaign:
         elif chosen and (given.outside or given.anew):
             self._run_outside(chosen, given.seconds, until)
         elif chosen:
-            trials = Trials(self.area, self.results, chosen, given.seconds, until)
+            trials = Trials(self.area, self.results, chosen, given.seconds, until, given.first)
             pytest.main([*OPTIONS, *self.area.tests], plugins=[trials])
         self.results.write()
         lost = list(self._no_longer_killed(chosen))
@@ -148,6 +148,7 @@ def main() -> int:
     )
     trying.add_argument("--theorems", action="store_true", help="prove the theorems about a mutant's code")
     trying.add_argument("--slice", type=int, default=0, help="number of mutants, drawn at random")
+    trying.add_argument("--first", nargs="*", default=(), help="parts of names of tests to try before others")
     trying.add_argument("--seed", default="", help="of what is drawn")
     trying.add_argument("--seconds", type=float, default=4.0, help="of passing tests on one mutant")
     trying.add_argument("--minutes", type=float, default=1e6, help="after which no mutant is begun")

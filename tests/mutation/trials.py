@@ -41,14 +41,21 @@ class Trials(QuickReports):
         results: of the area; the outcomes are added.
         mutants: the mutants to try.
         seconds: of passing tests that are tried on one mutant.
+        first: parts of the names of tests that are tried before all others.
         until: time on the clock (`time.time`) at which to stop.
     """
 
     def __init__(
-        self, area: Area, results: AreaResults, mutants: Sequence[CodeMutant], seconds: float, until: float
+        self,
+        area: Area,
+        results: AreaResults,
+        mutants: Sequence[CodeMutant],
+        seconds: float,
+        until: float,
+        first: Sequence[str] = (),
     ) -> None:
         self._area, self._results, self._mutants = area, results, mutants
-        self._seconds, self._until = seconds, until
+        self._seconds, self._until, self._first = seconds, until, first
         self._killers: dict[tuple[str, str], list[str]] = defaultdict(list)
         for key, outcomes in results.of.items():
             for outcome in outcomes.values():
@@ -116,7 +123,8 @@ class Trials(QuickReports):
         killers = [test for test in self._killers[mutant.unit.key] if test in fit]
         mirror = f"test_{Path(file).stem}"
         about = [test for test in reaching if mirror in test]
-        return list(dict.fromkeys([*killers, *about, *reaching]))
+        first = [test for test in reaching if any(part in test for part in self._first)]
+        return list(dict.fromkeys([*first, *killers, *about, *reaching]))
 
     def _try(self, mutant: CodeMutant, tests: Sequence[str], pipe: TextIO) -> None:
         self._live.install(mutant)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 from types import MappingProxyType
 from typing import Any
@@ -112,6 +113,26 @@ def test_a_missing_value_takes_its_default_as_a_double_in_range() -> None:
     assert values == {"speed": float(third)}
     assert list(unpack_arguments(declared, {"speed": 0.25}, "of `move`", values)) == []
     assert values == {"speed": 0.25}
+
+
+@pytest.mark.parametrize(
+    ("name", "default", "scalars"),
+    [
+        ("gently", True, {"gently": True}),
+        (
+            "target",
+            (Fraction(1, 3), Fraction(0), Fraction(-1)),
+            {"target.x": 1 / 3, "target.y": 0.0, "target.z": -1.0},
+        ),
+    ],
+)
+def test_a_default_of_any_type_stands_for_a_missing_value(
+    name: str, default: Any, scalars: dict[str, Any]
+) -> None:
+    declared = replace(forms()[name].declared, default_value=default)
+    values: dict[str, Any] = {}
+    assert list(unpack_arguments({name: ValueChecker(declared)}, {}, "of `move`", values)) == []
+    assert values == scalars
 
 
 AGED = {

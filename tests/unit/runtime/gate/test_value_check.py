@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 from math import inf, nan, nextafter
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -154,6 +155,16 @@ def test_an_age_is_compared_exactly(limit: Fraction, now: float) -> None:
             assert (reason is None) == (Fraction(now) - Fraction(time) <= limit)
 
 
+def test_an_age_beyond_the_limit_that_is_rounded_to_the_double_below_it_is_too_old() -> None:
+    third = ValueChecker(real(Fraction(0), Fraction(1), max_age=Fraction(1, 3)))
+    now, time = 1 / 3, -2.2e-17
+    assert now - time == 1 / 3 < Fraction(1, 3) < Fraction(now) - Fraction(time)
+    reason = check_freshness(third, time, now, required=True)
+    assert reason is not None
+    assert reason.code == "AE706"
+    assert check_freshness(third, -1.8e-17, now, required=True) is None
+
+
 def test_a_value_without_a_limit_is_never_too_old() -> None:
     ageless = ValueChecker(real(Fraction(0), Fraction(1)))
     assert check_freshness(ageless, -1e15, 1e15, required=True) is None
@@ -183,6 +194,7 @@ def test_a_time_that_cannot_be_used_is_described() -> None:
         (Reading(0.5, 10.5), "was measured in the future"),
         (Reading(0.5, nan), "is not a number of seconds on a clock"),
         (0.5, "is not a number of seconds on a clock"),
+        (SimpleNamespace(time=9.75), "is not a number"),
         (Reading(0.5, 9.75), None),
     ],
 )
