@@ -133,9 +133,10 @@ def test_the_record_holds_the_histories_of_the_decision(bench: Bench, tmp_path: 
 # The tracker alone: samples as `(time, readings)`, and what is known of one history after each.
 
 _HELD = "held before"
+_Past = t.Previously | t.Since | t.Occurrences
 
 
-def _tracked(site: Site, term: t.Term, *samples: tuple[float, dict[str, Any]]) -> list[bool | int | None]:
+def _tracked(site: Site, term: _Past, *samples: tuple[float, dict[str, Any]]) -> list[bool | int | None]:
     """Values of a history after each sample; None where it is unknown."""
     of_count = isinstance(term, t.Occurrences)
     type_: Type = IntegerType(NUMBER) if of_count else BOOL
