@@ -409,7 +409,7 @@ def test_rules_on_values_that_stay_the_same_objects_are_not_decided_again(kind: 
     assert lines_run(check, lists) == lines_run(check, lists) > again
 
 
-def test_variables_that_rules_only_bound_are_told_from_those_that_they_compute_with() -> None:
+def test_variables_that_rules_only_bound_differ_from_those_that_they_compute_with() -> None:
     declared = {
         name: declare(name, METRES, t.VariableRole.STATE, range=(Fraction(0), Fraction(9)))
         for name in ("a", "b", "c", "d")
