@@ -183,7 +183,7 @@ def test_the_plant_gets_doubles_and_tuples_in_the_declared_order() -> None:
         (".water_hot", False),
         ("kettle.water.hot", False),
         ("kettle.water hot", False),
-        ("ket tle.water_hot", False),
+        ("my kettle.water_hot", False),
         ("kettle,water_hot", False),
         ("", False),
         (None, False),
