@@ -123,8 +123,8 @@ class Trials(QuickReports):
         killers = [test for test in self._killers[mutant.unit.key] if test in fit]
         mirror = f"test_{Path(file).stem}"
         about = [test for test in reaching if mirror in test]
-        first = [test for test in reaching if any(part in test for part in self._first)]
-        return list(dict.fromkeys([*first, *killers, *about, *reaching]))
+        chosen = [test for test in reaching if any(part in test for part in self._first)]
+        return list(dict.fromkeys([*chosen, *killers, *about, *reaching]))
 
     def _try(self, mutant: CodeMutant, tests: Sequence[str], pipe: TextIO) -> None:
         self._live.install(mutant)
