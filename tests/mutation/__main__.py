@@ -8,6 +8,7 @@
     python -m tests.mutation try AREA --which all --slice 200 --seed 2026-11-29
     python -m tests.mutation summary [AREA]              sums; exit code 1 below the floor
     python -m tests.mutation survivors AREA              one line for each
+    python -m tests.mutation count AREA                  only count the mutants, so that none is left out
 
 Results are in `tests/mutation/results/`.  A run may be ended at any time, and goes on with the next.
 """
@@ -154,11 +155,15 @@ def main() -> int:
     trying.add_argument("--minutes", type=float, default=1e6, help="after which no mutant is begun")
     commands.add_parser("summary").add_argument("area", nargs="?", choices=read_areas())
     commands.add_parser("survivors").add_argument("area", choices=read_areas())
+    commands.add_parser("count").add_argument("area", choices=read_areas())
     given = parser.parse_args()
     if given.command == "try":
         return _Campaign(read_areas()[given.area], given.match).run(given)
     if given.command == "survivors":
         sys.stdout.writelines(f"{line}\n" for line in _Campaign(read_areas()[given.area]).survivors())
+        return 0
+    if given.command == "count":
+        _Campaign(read_areas()[given.area]).results.write()
         return 0
     table, holds = summary_table([given.area] if given.area else list(read_areas()))
     sys.stdout.write(table)

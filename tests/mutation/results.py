@@ -123,6 +123,7 @@ class Summary:
     tried: int = 0
     killed: int = 0
     equivalent: int = 0
+    seconds: float = 0.0
 
     @property
     def survived(self) -> int:
@@ -151,7 +152,8 @@ def summarise(results: AreaResults) -> Summary:
                 ends[KILLED] += 1
             else:
                 ends[SURVIVED] += 1
-    return Summary(sum(results.totals.values()), ends.total(), ends[KILLED], ends["equivalent"])
+    seconds = sum(outcome.seconds for one in results.of.values() for outcome in one.values())
+    return Summary(sum(results.totals.values()), ends.total(), ends[KILLED], ends["equivalent"], seconds)
 
 
 def summary_table(areas: Sequence[str]) -> tuple[str, bool]:
@@ -159,13 +161,13 @@ def summary_table(areas: Sequence[str]) -> tuple[str, bool]:
     rows = {name: summarise(AreaResults(name)) for name in areas}
     holds = all(one.holds() for one in rows.values())
     if len(rows) > 1:
-        counts = ("mutants", "tried", "killed", "equivalent")
-        rows["all"] = Summary(*(sum(getattr(one, name) for one in rows.values()) for name in counts))
-    lines = ["| area | mutants | untried | tried | killed | equivalent | survived |", "|---" * 7 + "|"]
+        fields = ("mutants", "tried", "killed", "equivalent", "seconds")
+        rows["all"] = Summary(*(sum(getattr(one, name) for one in rows.values()) for name in fields))
+    titles = ("area", "mutants", "untried", "tried", "killed", "equivalent", "survived", "processor time")
+    lines = [f"| {' | '.join(titles)} |", "|---" * len(titles) + "|"]
     for name, one in rows.items():
         numbers = map(str, (one.mutants, one.mutants - one.tried, one.tried))
-        shares = (
-            f"{part} = {one.percent(part):.1f} %" for part in (one.killed, one.equivalent, one.survived)
-        )
-        lines.append(f"| {' | '.join((name, *numbers, *shares))} |")
+        counts = one.killed, one.equivalent, one.survived
+        shares = [f"{part} = {one.percent(part):.1f} %" if one.tried else "-" for part in counts]
+        lines.append(f"| {' | '.join((name, *numbers, *shares, f'{one.seconds:.0f} s'))} |")
     return "\n".join(lines) + "\n", holds
