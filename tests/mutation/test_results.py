@@ -79,7 +79,8 @@ def test_every_argument_is_about_a_mutant_that_no_test_killed() -> None:
 def test_the_page_has_the_sums_of_the_results() -> None:
     page = text_of("docs/mutation.md")
     table, _ = summary_table(list(_AREAS))
-    wanted = _GENERATED.sub(lambda found: found[1] + table + found[2], page)
+    wanted, places = _GENERATED.subn(lambda found: found[1] + table + found[2], page)
+    assert places == 1
     if UPDATE:
         (ROOT / "docs/mutation.md").write_text(wanted, encoding="utf-8")
     assert page == wanted, "renew docs/mutation.md with AEROS_UPDATE_GOLDEN=1"
