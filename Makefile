@@ -82,9 +82,9 @@ pytest-quick: $(VENV)/.installed-test
 	@echo '== pytest, fast tests'
 	@$(BIN)/pytest -m '$(QUICK)'
 
-mutation: $(VENV)/.installed-test ## kill mutants of what proves, as docs/mutation.md tells: hours
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[mutation]'
-	@nice $(BIN)/python tests/mutation.py $(MUTANTS)
+mutation: $(VENV)/.installed-test ## mutants of the kernel, as docs/mutation.md says: make mutation MUTANTS='try gate'
+	@$(PIP) --editable '.[mutation]'
+	@nice $(BIN)/python -m tests.mutation $(or $(MUTANTS),summary)
 
 coverage: $(VENV)/.installed-test ## branch coverage of gate, expressions and obligations, each with a floor
 	@$(BIN)/coverage erase

@@ -42,8 +42,9 @@ class CompiledRuleSet:
         truths: CompiledConditions | None = None,
     ) -> None:
         self._rules = tuple(rules)
-        self._truths = truths if truths is not None and len(truths.argument_names) > 1 else None
-        self._values = itemgetter(*self._truths.argument_names) if self._truths is not None else None
+        self._at_once: tuple[Callable[[Scalars], tuple[Any, ...]], CompiledConditions] | None = None
+        if truths is not None and len(truths.argument_names) > 1:
+            self._at_once = itemgetter(*truths.argument_names), truths
         names = frozenset[str]().union(*(condition.names for _, condition, _ in self._rules))
         self.reads = tuple(sorted({variables[name] for name in names if name in variables}))
 
@@ -56,9 +57,10 @@ class CompiledRuleSet:
         Returns:
             The first rule that does not hold, `input:NAME` of a scalar that is missing, or None.
         """
-        if self._truths is not None and self._values is not None:
+        if self._at_once is not None:
+            values_of, truths = self._at_once
             try:
-                if all(self._truths.evaluate(*self._values(values))):
+                if all(truths.evaluate(*values_of(values))):
                     return None
             except KeyError:
                 pass  # the loop below finds which, and if another rule comes first

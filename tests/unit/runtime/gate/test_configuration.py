@@ -1,10 +1,20 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from fractions import Fraction
 
-from aeros.runtime.gate.configuration import make_configuration
+import pytest
+
+from aeros.runtime.gate.configuration import (
+    Configuration,
+    UnknownConfigurationError,
+    make_configuration,
+    single_configuration,
+)
+from aeros.spec.expr import terms as t
 from aeros.spec.obligations.claim_id import ClaimForm
 from tests.unit.runtime.bench import configuration
+from tests.unit.runtime.conftest import METRES, declare
 
 
 def test_the_digest_covers_site_and_certificates() -> None:
@@ -31,3 +41,19 @@ def test_the_order_in_which_modules_are_given_does_not_matter() -> None:
     turned = dict(reversed(given.items()))
     assert make_configuration(one.site, given).digest == make_configuration(one.site, turned).digest
     assert list(make_configuration(one.site, turned).modules) == ["another", "handling"]
+
+
+def test_a_single_configuration_is_found_by_its_digest_alone() -> None:
+    one = configuration()
+    find = single_configuration(one)
+    assert find(one.digest) is one
+    with pytest.raises(UnknownConfigurationError, match=f"the one given is {one.digest}"):
+        find("0" * 64)
+
+
+def test_the_site_of_a_configuration_has_the_state_variables_of_its_modules() -> None:
+    one = configuration()
+    level = declare("handling.level", METRES, t.VariableRole.STATE, range=(Fraction(0), Fraction(1)))
+    ecm = replace(one.modules["handling"], state={level.name: level})
+    made = Configuration(one.site, {"handling": ecm}, {}, "c" * 64)
+    assert made.site == replace(one.site, state={**one.site.state, level.name: level})

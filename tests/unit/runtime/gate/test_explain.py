@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from functools import cache
 from math import nan
 
 import pytest
@@ -17,11 +18,14 @@ from aeros.runtime.gate.wire import explain_line, explanation_json
 from tests.differential.gate.test_gate_modes import fast_requests, requests
 from tests.unit.runtime.bench import Request, configuration, gate, request, without
 
-EXPLAINER = Explainer(configuration(), GateMode.COMPILED)
+
+@cache
+def explainer() -> Explainer:
+    return Explainer(configuration(), GateMode.COMPILED)
 
 
-def explained(asked: Request, by: Explainer = EXPLAINER) -> Explanation:
-    return by.explain(asked.caller, asked.readings, asked.action, asked.now, asked.usage)
+def explained(asked: Request, by: Explainer | None = None) -> Explanation:
+    return (by or explainer()).explain(asked.caller, asked.readings, asked.action, asked.now, asked.usage)
 
 
 def clause(found: Explanation, name: str) -> EvaluatedCondition:
@@ -87,7 +91,7 @@ def test_conditions_on_missing_or_malformed_values_are_unknown() -> None:
 def test_a_malformed_request_passes_no_layer() -> None:
     for found in (
         explained(replace(request(), now=nan)),
-        explain_line(EXPLAINER, "handling", "quickly", b"{"),
+        explain_line(explainer(), "handling", "quickly", b"{"),
     ):
         assert found.decision.kind is DecisionKind.DENY
         assert found.layers["form"] is False

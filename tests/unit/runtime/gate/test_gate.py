@@ -13,13 +13,14 @@ from aeros.runtime.gate import conditions
 from aeros.runtime.gate.configuration import Configuration, make_configuration
 from aeros.runtime.gate.decision import Caller, DecisionKind
 from aeros.runtime.gate.gate import CompiledGate, GateDisagreementError, GateMode
+from aeros.runtime.ports import ColumnNames, Snapshot
 from aeros.skill import Action
 from aeros.spec.diagnostics.codes import CODES
 from aeros.spec.expr import terms as t
 from aeros.spec.model.policy import Access, OperatorOverride
 from aeros.spec.model.rules import Risk, Rule
 from aeros.spec.model.site import Site
-from tests.unit.runtime.bench import ALLOWED, codes, configuration, denied, gate, request, without
+from tests.unit.runtime.bench import ALLOWED, NOW, codes, configuration, denied, gate, request, without
 
 
 def changed(site: dict[str, Any] | None = None, ecm: dict[str, Any] | None = None) -> CompiledGate:
@@ -49,6 +50,21 @@ def test_an_action_without_objections_is_allowed_without_reasons(
     asked = request(skill, kind)
     decision = asked.decided_by(gate(mode))
     assert (decision.kind, decision.action, decision.reasons) == (DecisionKind.ALLOW, asked.action, ())
+
+
+@pytest.mark.parametrize(("skill", "kind"), [one for one in ALLOWED if one[0] != "paced"])
+def test_a_well_formed_request_with_all_its_inputs_needs_no_slow_path(
+    skill: str, kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    slow = "aeros.runtime.gate.gate._Decider._decide_slow_path"
+    monkeypatch.setattr(slow, lambda *_: pytest.fail("decided slowly"))
+    fresh, asked = CompiledGate(configuration()), request(skill, kind)
+    order = ColumnNames(asked.readings)
+    column = tuple(asked.readings[name].value for name in order.names)
+    for readings in (asked.readings, Snapshot(order, column, NOW)):
+        for _ in range(2):
+            again = replace(asked, readings=readings).decided_by(fresh)
+            assert (again.kind, again.action) == (DecisionKind.ALLOW, asked.action)
 
 
 def test_lists_and_whole_numbers_reach_the_plant_as_tuples_and_doubles() -> None:
@@ -372,6 +388,8 @@ def test_a_solver_that_cannot_decide_denies(monkeypatch: pytest.MonkeyPatch) -> 
     assert decision.kind is DecisionKind.DENY
     assert codes(decision)[:3] == [("AE790", "move"), ("AE790", "move"), ("AE790", "stop-button")]
     assert {code for code, _ in codes(decision)} == {"AE790"}
+    assert decision.reasons[2].text == "the solver could not decide `stop-button`"
+    assert request().decided_by(gate(GateMode.CHECKED)) == decision
 
 
 def test_a_reason_names_a_code_that_is_registered() -> None:
@@ -379,3 +397,29 @@ def test_a_reason_names_a_code_that_is_registered() -> None:
     motions = "AE751 AE752 AE760 AE761 AE762 AE763 AE764 AE765 AE766"
     registered = {code for code in CODES if code.startswith("AE7")}
     assert registered == {*text.split(), *motions.split()}
+
+
+# Modes.
+
+
+@pytest.mark.parametrize("mode", GateMode)
+def test_a_gate_of_another_configuration_has_the_same_mode_and_goes_on_counting(mode: GateMode) -> None:
+    first = CompiledGate(configuration(), mode)
+    asked = request()
+    assert asked.decided_by(first).kind is DecisionKind.ALLOW
+    stopped = replace(configuration().site, blocks=())
+    second = first.with_configuration(replace(configuration(), site=stopped))
+    assert second.mode is mode
+    assert second.monitor_rules.site == stopped
+    assert asked.decided_by(second).kind is DecisionKind.ALLOW
+    assert asked.decided_by(second).kind is DecisionKind.ALLOW
+    expected = 3 if mode is GateMode.CHECKED else 0
+    assert (second.tally.decided, second.tally.confirmed) == (expected, expected)
+    assert second.tally is first.tally
+
+
+def test_the_earlier_name_of_a_mode_is_read_and_no_other() -> None:
+    assert GateMode("shadow") is GateMode.CHECKED
+    for name in ("Shadow", "both", None):
+        with pytest.raises(ValueError, match="is not a valid GateMode"):
+            GateMode(name)

@@ -4,23 +4,31 @@ from __future__ import annotations
 
 from dataclasses import replace
 from fractions import Fraction
+from functools import cache
 from math import nan
 from typing import Any
 
 import pytest
 
 from aeros.runtime.gate import conditions
+from aeros.runtime.gate.decision import Reason
 from aeros.runtime.gate.joint_rules import ActiveAction, JointRules
 from aeros.runtime.ports import Reading
 from aeros.skill import Action, act
+from aeros.spec.expr import terms as t
 from aeros.spec.expr.scope import AxisAlignedBox
+from aeros.spec.expr.types import RealType
 from aeros.spec.model.motion import HeldObject
 from tests.unit.runtime.one_joint import governed
 from tests.unit.runtime.together import configuration, move, roll
 
 NOW = 100.0
 MEASURED: dict[str, Any] = {"charge": 0.5, "hand": 0.0, "stop_pressed": False}
-COMPILED = JointRules(configuration().site, compiled=True)
+
+
+@cache
+def compiled() -> JointRules:
+    return JointRules(configuration().site, compiled=True)
 
 
 def active(action: Action, time: Any = NOW, **changed: Any) -> ActiveAction:
@@ -29,8 +37,8 @@ def active(action: Action, time: Any = NOW, **changed: Any) -> ActiveAction:
     return ActiveAction(action, {name: Reading(value, time) for name, value in values.items()}, NOW, 7)
 
 
-def objections(action: ActiveAction, *others: ActiveAction, by: JointRules = COMPILED) -> list[str]:
-    return [f"{reason.code} {reason.rule}" for reason in by.objections(action, others)]
+def objections(action: ActiveAction, *others: ActiveAction, by: JointRules | None = None) -> list[str]:
+    return [f"{reason.code} {reason.rule}" for reason in (by or compiled()).objections(action, others)]
 
 
 def test_one_action_alone_has_no_objections() -> None:
@@ -52,7 +60,7 @@ def test_a_rule_reads_the_parameters_of_both_in_either_order(
 
 
 def test_an_objection_names_the_action_under_way_and_the_rule() -> None:
-    (reason,) = COMPILED.objections(active(move(1.0)), [active(roll(1.0))])
+    (reason,) = compiled().objections(active(move(1.0)), [active(roll(1.0))])
     assert reason.text == (
         "together with the `roll` under way it breaks `moving.speed + rolling.pace <= 1 m/s`: the cart tips"
     )
@@ -93,7 +101,7 @@ def test_a_missing_malformed_or_stale_reading_that_a_rule_reads_objects(
 
 def test_two_actions_never_move_one_actuator() -> None:
     lift = active(act("lift", height=1.0))
-    (reason,) = COMPILED.objections(active(move()), [lift])
+    (reason,) = compiled().objections(active(move()), [lift])
     assert (reason.code, reason.rule) == ("AE752", "arm")
     assert reason.text == "`arm` is being moved by the `lift` under way"
     assert objections(active(act("wait", duration=1.0)), lift) == []
@@ -107,8 +115,13 @@ def test_nothing_moves_while_something_is_gripped_or_released(grips: str, found:
     held = HeldObject("holding", box, frozenset({grips}))
     rules = JointRules(replace(site, motion=replace(site.motion, held=held)), compiled=True)
     slow, gripping = active(move(0.1)), active(roll(0.1))
-    assert [reason.code for reason in rules.objections(slow, [gripping])] == found
-    assert [reason.code for reason in rules.objections(gripping, [slow])] == found
+    text = "the `{}` under way: what is held may change, and the motion's volume with it"
+    moved, gripped = (
+        [Reason(code, one, text.format(other)) for code in found]
+        for one, other in (("move", "roll"), ("roll", "move"))
+    )
+    assert list(rules.objections(slow, [gripping])) == moved
+    assert list(rules.objections(gripping, [slow])) == gripped
     assert [reason.code for reason in rules.objections(gripping, [])] == []
 
 
@@ -122,19 +135,31 @@ def test_a_solver_that_cannot_decide_objects(monkeypatch: pytest.MonkeyPatch) ->
         conditions.SolverCondition, "decide", lambda self, values: conditions.ConditionValue.UNDECIDED
     )
     solver = JointRules(configuration().site, compiled=False)
-    assert set(objections(active(move()), active(roll()), by=solver)) == {
-        "AE790 not-fast-together",
-        "AE790 charge-for-both",
-        "AE790 hand-near-while-rolling",
+    names = ("not-fast-together", "charge-for-both", "hand-near-while-rolling")
+    assert set(solver.objections(active(move()), [active(roll())])) == {
+        Reason("AE790", name, f"the solver could not decide `{name}`") for name in names
     }
 
 
 def test_the_rules_of_a_pair_come_with_the_actions_in_the_order_of_the_roles() -> None:
     moving, rolling = active(move()), active(roll())
-    roles = {rule.id: pair for rule, pair in COMPILED.rules_for_pair(rolling, moving)}
+    roles = {rule.id: pair for rule, pair in compiled().rules_for_pair(rolling, moving)}
     assert roles == {
         "not-fast-together": (moving, rolling),
         "charge-for-both": (rolling, moving),
         "hand-near-while-rolling": (moving, rolling),
     }
-    assert list(COMPILED.rules_for_pair(moving, active(move()))) == []
+    assert list(compiled().rules_for_pair(moving, active(move()))) == []
+
+
+def test_every_value_that_is_not_measured_is_named() -> None:
+    site = configuration().site
+    (near,) = (rule for rule in site.joint_rules if rule.id == "hand-near-while-rolling")
+    charge = site.state["charge"].variable
+    assert isinstance(charge.type, RealType)
+    charged = t.Compare("<=", t.Literal(Fraction(0), charge.type), charge)
+    both = replace(near, term=t.conjunction(near.term, charged))
+    by = JointRules(replace(site, joint_rules=(both,)), compiled=True)
+    for mode in (by, compiled()):
+        found = objections(active(roll(), hand=None, charge=None), active(move()), by=mode)
+        assert sorted(found) == ["AE703 charge", "AE703 hand"]

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from math import nan
 from typing import Any
 
 import pytest
 
 from aeros.runtime.gate.decision import DecisionKind
-from aeros.runtime.gate.gate import GateMode
-from aeros.runtime.ports import Reading, Readings
+from aeros.runtime.gate.gate import CompiledGate, GateMode
+from aeros.runtime.ports import ColumnNames, Reading, Readings, Snapshot
 from tests.unit.runtime import bench
 from tests.unit.runtime.kettle import (
     LOOK,
@@ -78,12 +79,40 @@ def test_measurements_of_a_module_change_no_decision_about_another(mode: GateMod
             assert decide(LOOK, late, mode) == expected
 
 
-def test_a_malformed_value_of_a_moment_hides_no_earlier_one() -> None:
+def _same_order(*several: Mapping[str, Any]) -> list[Snapshot]:
+    """Snapshots as a plant takes them tick by tick: with one object of names, so that their cache is used."""
+    order = ColumnNames({**of_the_site(), **OWN})
+    return [
+        Snapshot(order, tuple({**of_the_site(), **own}[name] for name in order.names), NOW) for own in several
+    ]
+
+
+@pytest.mark.parametrize("strange", ["much", nan, [0.125]])
+def test_a_malformed_value_of_a_moment_hides_no_earlier_one(strange: Any) -> None:
     """The cache of snapshots keeps the scalars of values that stay; not those of one that is malformed."""
-    assert decide(WAIT, of_one_moment(OWN)).kind is DecisionKind.ALLOW
-    denied = decide(WAIT, of_one_moment({**OWN, "kettle.water_level": "much"}))
-    assert bench.codes(denied) == [("AE704", "kettle.water_level")]
-    assert decide(LOOK, of_one_moment({**OWN, "kettle.water_level": "much"})).kind is DecisionKind.ALLOW
+    level = "kettle.water_level"
+    full, broken, after = _same_order(
+        OWN, {**OWN, level: strange}, {**OWN, "kettle.filled": False, level: 0.0}
+    )
+    assert decide(WAIT, full).kind is DecisionKind.ALLOW
+    assert bench.codes(decide(WAIT, broken)) == [("AE704", level)]
+    assert decide(LOOK, broken).kind is DecisionKind.ALLOW
+    assert bench.codes(decide(WAIT, after)) == [("AE730", "wait"), ("AE731", "wait")]
+    assert decide(WAIT, full).kind is DecisionKind.ALLOW
+
+
+def test_measurements_of_modules_need_no_slow_path(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A value of another module that is missing, malformed or of an absent module costs no time."""
+    slow = "aeros.runtime.gate.gate._Decider._decide_slow_path"
+    monkeypatch.setattr(slow, lambda *_: pytest.fail("decided slowly"))
+    fresh = CompiledGate(configuration())
+    usage = {quota.id: 0 for quota in configuration().site.quotas}
+    strange = {**OWN, "kettle.water_level": "much"}
+    some = one_by_one({"kettle.water_level": 0.125})
+    for readings in (one_by_one(OWN), one_by_one(strange), some, *_same_order(OWN, strange, OWN)):
+        caller = replace(LOOK[0], inputs={"hand_speed": 0.25})
+        decision = fresh.decide(caller, readings, LOOK[1], NOW, usage)
+        assert decision.kind is DecisionKind.ALLOW
 
 
 def test_a_configuration_has_the_variables_of_its_modules_and_no_others() -> None:

@@ -6,7 +6,8 @@ from random import Random
 
 import pytest
 
-from aeros.runtime.gate.quotas import ClockError, QuotaUsageCounter
+from aeros.runtime.gate.decision import Decision, DecisionKind, Reason
+from aeros.runtime.gate.quotas import ClockError, QuotaUsageCounter, clock_denial
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.model.policy import Quota
 
@@ -58,3 +59,45 @@ def test_a_time_that_goes_back_or_is_not_finite_is_an_error(time: float) -> None
     with pytest.raises(ClockError):
         usage.count_execution("grip", time)
     assert usage.usage_at(5.0) == {"grip-rate": 1}
+
+
+@pytest.mark.parametrize("time", [5, 5.0])
+def test_a_whole_number_is_a_time_like_the_double_that_equals_it(time: float) -> None:
+    usage = QuotaUsageCounter([RATE])
+    usage.count_execution("grip", time)
+    assert usage.usage_at(15) == {"grip-rate": 1}
+    assert usage.usage_at(15.000000000000002) == {"grip-rate": 0}
+
+
+@pytest.mark.parametrize("time", ["5.0", None, 2**53 + 1, 10**400, b""])
+def test_a_time_that_is_no_double_is_an_error_that_shows_it(time: object) -> None:
+    usage = QuotaUsageCounter([RATE])
+    with pytest.raises(ClockError) as found:
+        usage.usage_at(time)  # type: ignore[arg-type]
+    assert str(found.value) == f"the time {time} is not a valid time"
+
+
+def test_a_clock_that_goes_back_is_denied_with_both_times() -> None:
+    usage = QuotaUsageCounter([RATE])
+    usage.count_execution("grip", 5.0)
+    with pytest.raises(ClockError) as found:
+        usage.count_execution("grip", 4.5)
+    reason = Reason("AE707", "clock", "the clock went back from 5 s to 4.5 s")
+    assert clock_denial(found.value) == Decision(DecisionKind.DENY, None, (reason,))
+
+
+def test_quotas_that_stay_keep_their_counts_when_the_site_changes() -> None:
+    usage = QuotaUsageCounter([RATE])
+    usage.count_execution("grip", 5.0)
+    changed = usage.set_quotas([RATE, TOTAL])
+    assert changed.usage_at(5.0) == {"grip-rate": 1, "all": 0}
+    changed.count_execution("grip", 5.0)
+    assert usage.usage_at(5.0) == {"grip-rate": 1}
+    assert usage.set_quotas([TOTAL]).usage_at(5.0) == {"all": 0}
+
+
+def test_the_clock_goes_on_when_the_site_changes() -> None:
+    usage = QuotaUsageCounter([RATE])
+    usage.count_execution("grip", 5.0)
+    with pytest.raises(ClockError):
+        usage.set_quotas([TOTAL]).usage_at(4.5)

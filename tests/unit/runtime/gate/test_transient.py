@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from aeros.runtime.gate.decision import Reason
@@ -36,3 +38,18 @@ def test_displaced_joints_are_transient_but_a_wrong_plan_is_not(about: str, pass
     site = load_site(reference_site_path(), Diagnostics())
     assert site is not None
     assert is_transient_denial([Reason("AE761", about, "elsewhere")], "move_tool", site) is passing
+
+
+def test_a_rule_on_parameters_alone_is_not_transient() -> None:
+    site = configuration().site
+    assert is_transient_denial([Reason("AE750", "separation", "near")], "move", site)
+    assert not is_transient_denial([Reason("AE750", "top-speed", "fast")], "move", site)
+    assert not is_transient_denial([Reason("AE750", "others", "unknown")], "move", site)
+
+
+@pytest.mark.parametrize(("at_most", "passing"), [(0, False), (1, True), (3, True)])
+def test_a_quota_that_is_used_up_is_transient_unless_it_allows_nothing(at_most: int, passing: bool) -> None:
+    site = configuration().site
+    (quota,) = site.quotas
+    limited = replace(site, quotas=(replace(quota, max_count=at_most),))
+    assert is_transient_denial([Reason("AE742", quota.id, "used up")], "carry", limited) is passing

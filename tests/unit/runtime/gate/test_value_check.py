@@ -2,15 +2,27 @@ from __future__ import annotations
 
 from fractions import Fraction
 from math import inf, nan, nextafter
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
-from aeros.runtime.gate.value_check import Scalars, ValueChecker, check_freshness, check_time, value_checkers
+from aeros.runtime.gate.decision import Reason
+from aeros.runtime.gate.value_check import (
+    Scalars,
+    ValueChecker,
+    check_freshness,
+    check_time,
+    unpack_reading,
+    value_checkers,
+)
+from aeros.runtime.ports import Reading
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.types import FamilyType, IntegerType
+from aeros.spec.expr.units import NUMBER
 from aeros.spec.model.variables import Declared
 from tests.unit.runtime.bench import configuration
-from tests.unit.runtime.conftest import METRES, declare
+from tests.unit.runtime.conftest import METRES, SIDES, declare
 
 
 def form(name: str) -> ValueChecker:
@@ -65,8 +77,37 @@ def test_a_range_beyond_the_doubles_admits_every_finite_one() -> None:
     assert wide.unpack(inf, {}) is not None
 
 
+@pytest.mark.parametrize("several", [False, True])
+def test_an_integer_admits_only_whole_numbers(several: bool) -> None:
+    type_ = IntegerType(NUMBER)
+    one = declare(
+        "x",
+        FamilyType(SIDES, type_) if several else type_,
+        t.VariableRole.STATE,
+        range=(Fraction(-1), Fraction(3)),
+    )
+    checker, scalars = ValueChecker(one), dict[str, Any]()
+    for value in (-1, 0.0, 3):
+        assert checker.unpack((value, value) if several else value, scalars) is None
+        assert list(scalars.values()) == [float(value)] * len(checker.names)
+    for value in (0.5, 2.9999999999999996):
+        reason = checker.unpack((0, value) if several else value, {})
+        name = "x[right]" if several else "x"
+        assert reason == Reason("AE704", "x", f"`{name}` is not a whole number")
+    reason = checker.unpack((0, 4) if several else 4, {})
+    assert reason is not None
+    assert reason.code == "AE705"
+
+
+def test_a_time_that_no_clock_shows_is_refused_in_words() -> None:
+    text = "the time of the request is not a number of seconds on a clock"
+    assert check_time(nan) == Reason("AE704", "time", text)
+    assert check_time(2.0**53) is None
+
+
 def test_a_real_without_a_range_admits_only_zero() -> None:
     none = ValueChecker(declare("x", METRES, t.VariableRole.STATE))
+    assert none.unpack(1, {}) == Reason("AE705", "x", "`x` is outside 0 to 0")
     assert none.unpack(0, {}) is None
     assert none.unpack(5e-324, {}) is not None
 
@@ -114,7 +155,51 @@ def test_an_age_is_compared_exactly(limit: Fraction, now: float) -> None:
             assert (reason is None) == (Fraction(now) - Fraction(time) <= limit)
 
 
+def test_an_age_beyond_the_limit_that_is_rounded_to_the_double_below_it_is_too_old() -> None:
+    third = ValueChecker(real(Fraction(0), Fraction(1), max_age=Fraction(1, 3)))
+    now, time = 1 / 3, -2.2e-17
+    assert now - time == 1 / 3 < Fraction(1, 3) < Fraction(now) - Fraction(time)
+    reason = check_freshness(third, time, now, required=True)
+    assert reason is not None
+    assert reason.code == "AE706"
+    assert check_freshness(third, -1.8e-17, now, required=True) is None
+
+
 def test_a_value_without_a_limit_is_never_too_old() -> None:
     ageless = ValueChecker(real(Fraction(0), Fraction(1)))
     assert check_freshness(ageless, -1e15, 1e15, required=True) is None
     assert check_freshness(ageless, 1, 0, required=True) is not None
+
+
+def test_a_time_that_cannot_be_used_is_described() -> None:
+    aged = ValueChecker(real(Fraction(0), Fraction(1), max_age=Fraction(1, 2)))
+    assert check_freshness(aged, "now", 10.0, required=False) == Reason(
+        "AE704", "x", "the time of `x` is not a number of seconds on a clock"
+    )
+    assert check_freshness(aged, 10.5, 10.0, required=False) == Reason(
+        "AE707", "x", "`x` was measured in the future"
+    )
+    assert check_freshness(aged, 8.25, 10.0, required=True) == Reason(
+        "AE706", "x", "`x` is 1.75 s old; at most 0.5 s is allowed"
+    )
+    assert check_freshness(aged, 8.25, 10.0, required=False) is None
+
+
+@pytest.mark.parametrize(
+    ("reading", "fault"),
+    [
+        (None, "is not measured"),
+        (Reading(2.0, 9.75), "is outside 0 to 1"),
+        (Reading(0.5, 8.25), "is 1.75 s old; at most 0.5 s is allowed"),
+        (Reading(0.5, 10.5), "was measured in the future"),
+        (Reading(0.5, nan), "is not a number of seconds on a clock"),
+        (0.5, "is not a number of seconds on a clock"),
+        (SimpleNamespace(time=9.75), "is not a number"),
+        (Reading(0.5, 9.75), None),
+    ],
+)
+def test_a_reading_is_unpacked_or_the_fault_completes_a_sentence(reading: Any, fault: str | None) -> None:
+    aged, scalars = ValueChecker(real(Fraction(0), Fraction(1), max_age=Fraction(1, 2))), dict[str, Any]()
+    found = unpack_reading(aged, reading, 10.0, scalars)
+    assert found == fault
+    assert scalars == ({} if fault else {"x": 0.5})

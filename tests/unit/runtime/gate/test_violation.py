@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import Any
 
 import pytest
 
-from aeros.runtime.gate.violation import RuleViolation
+from aeros.runtime.gate.violation import MotionDeviation, RuleViolation
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
+from aeros.spec.expr import terms as t
 from aeros.spec.text.discovery import reference_site_path
+from tests.unit.runtime.conftest import METRES
 
 SITE = load_site(reference_site_path(), Diagnostics())
 SAFE: dict[str, Any] = {
@@ -69,3 +72,10 @@ def test_each_part_that_does_not_hold_is_named(
     term = next(one for one in SITE.rules if one.id == rule).terms["move_tool"]
     text = str(RuleViolation(rule, term, {**SAFE, **measured}))
     assert text == message if message else "target.x" in text
+
+
+def test_each_bound_that_a_motion_broke_is_named() -> None:
+    term = t.Compare("<=", t.Variable("gap", METRES, t.VariableRole.STATE), t.Literal(Fraction(1), METRES))
+    parts = RuleViolation("far", term, {"gap": 1.5}).unmet_bounds
+    assert str(MotionDeviation("off-the-path", parts)) == "gap is 1.5 m (at most 1 m)"
+    assert str(MotionDeviation("off-the-path", parts * 2)) == ", ".join(["gap is 1.5 m (at most 1 m)"] * 2)

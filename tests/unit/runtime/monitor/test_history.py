@@ -9,6 +9,7 @@ import json
 from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
+from math import nan
 from pathlib import Path
 from typing import Any
 
@@ -18,16 +19,20 @@ from aeros.runtime.audit.log import AuditLog
 from aeros.runtime.execution.executor import Executor
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.gate import CompiledGate, GateMode
-from aeros.runtime.ports import StepRequest, StepResult, StepStatus
+from aeros.runtime.monitor.history import HistoryTracker
+from aeros.runtime.ports import ColumnNames, Reading, Snapshot, StepRequest, StepResult, StepStatus
 from aeros.runtime.skills.in_process_run import run_in_process
 from aeros.sim.fake import FakePlant
 from aeros.spec.elaborate.past_time import HistoryCollector
 from aeros.spec.expr import terms as t
+from aeros.spec.expr.types import BOOL, IntegerType, Type
+from aeros.spec.expr.units import NUMBER
 from aeros.spec.model.ecm import ActionCondition
 from aeros.spec.model.policy import Access
 from aeros.spec.model.rules import Rule
 from aeros.spec.model.site import Site
-from tests.unit.runtime.conftest import METRES, SPAN
+from aeros.spec.model.variables import History
+from tests.unit.runtime.conftest import METRES, SPAN, declare
 
 CODE = """
 from aeros.skill import act
@@ -123,3 +128,91 @@ def test_the_record_holds_the_histories_of_the_decision(bench: Bench, tmp_path: 
     lines = (tmp_path / "audit.jsonl").read_text(encoding="utf-8").splitlines()
     (decision,) = [one for one in map(json.loads, lines) if one["event"] == "decision"]
     assert decision["details"]["state"][NAME] == [True, 0.0]
+
+
+# The tracker alone: samples as `(time, readings)`, and what is known of one history after each.
+
+_HELD = "held before"
+_Past = t.Previously | t.Since | t.Occurrences
+
+
+def _tracked(site: Site, term: _Past, *samples: tuple[float, dict[str, Any]]) -> list[bool | int | None]:
+    """Values of a history after each sample; None where it is unknown."""
+    of_count = isinstance(term, t.Occurrences)
+    type_: Type = IntegerType(NUMBER) if of_count else BOOL
+    bounds = (Fraction(0), Fraction(2)) if of_count else None
+    history = History(declare(_HELD, type_, t.VariableRole.STATE, range=bounds), term)
+    tracker = HistoryTracker(replace(site, histories=(history,)))
+    found = []
+    for now, values in samples:
+        measured = {name: Reading(value, now) for name, value in values.items()}
+        reading = tracker.update(measured, now).get(_HELD)
+        found.append(None if reading is None else reading.value)
+    return found
+
+
+def _near_and_holding(site: Site) -> t.Term:
+    near = t.Compare("<", site.state["human_distance"].variable, t.Literal(Fraction(2), METRES))
+    return t.conjunction(near, site.state["holding"].variable)
+
+
+_NEAR = {"human_distance": 1.0, "holding": True}
+_FAR = {"human_distance": 3.0, "holding": True}
+
+
+def test_the_previous_sample_is_that_of_all_variables(site: Site) -> None:
+    term = t.Previously(_near_and_holding(site))
+    samples = [(0.0, _NEAR), (0.0625, _FAR), (0.125, {"human_distance": 1.0}), (0.1875, _NEAR), (0.25, _FAR)]
+    assert _tracked(site, term, *samples) == [False, True, False, None, True]
+
+
+@pytest.mark.parametrize("missing", ["human_distance", "holding"])
+def test_a_time_at_which_any_variable_is_not_measured_is_a_gap(site: Site, missing: str) -> None:
+    term = t.Since(t.TRUE, _near_and_holding(site), Fraction(1))
+    partly = {name: value for name, value in _FAR.items() if name != missing}
+    samples = [(0.0, _FAR), (0.0625, partly), (0.125, _FAR), (1.0625, _FAR), (1.125, _FAR)]
+    assert _tracked(site, term, *samples)[:3] == [False, None, None]
+    steps = [(0.125 + 0.0625 * tick, _FAR) for tick in range(1, 18)]
+    known = _tracked(site, term, *samples[:3], *steps)[3:]
+    assert known == [None] * known.count(None) + [False] * known.count(False)
+    assert 14 <= known.count(None) <= 16
+
+
+def test_a_condition_must_have_held_ever_since(site: Site) -> None:
+    term = t.Since(site.state["holding"].variable, _near_and_holding(site), None)
+    dropped = {**_FAR, "holding": False}
+    samples = [(0.0, _FAR), (0.0625, _NEAR), (0.125, _FAR), (0.1875, dropped), (0.25, _FAR), (0.3125, _NEAR)]
+    assert _tracked(site, term, *samples) == [False, True, True, False, False, True]
+
+
+def test_samples_are_counted_within_the_window_and_up_to_the_limit(site: Site) -> None:
+    term = t.Occurrences(_near_and_holding(site), Fraction(1, 4))
+    samples = [(0.0625 * tick, _NEAR if tick < 2 else _FAR) for tick in range(7)]
+    assert _tracked(site, term, *samples) == [1, 2, 2, 2, 2, 1, 0]
+    many = [(0.0625 * tick, _NEAR) for tick in range(4)]
+    assert _tracked(site, term, *many) == [1, 2, None, None]
+
+
+@pytest.mark.parametrize("time", [nan, "now", None, 0.0, 2.0**54])
+def test_nothing_is_known_at_a_time_that_no_clock_shows_next(site: Site, time: Any) -> None:
+    term = t.Since(t.TRUE, _near_and_holding(site), Fraction(1))
+    samples = [(1.0, _FAR), (time, _NEAR), (1.0625, _FAR)]
+    assert _tracked(site, term, *samples) == [False, None, None]
+
+
+@pytest.mark.parametrize("odd", [None, 3.0, Reading("near", 1.0), Reading(1.0, 2.0), tuple.__new__(Reading)])
+def test_a_reading_that_is_no_reading_is_missing(site: Site, odd: Any) -> None:
+    near = t.Compare("<", site.state["human_distance"].variable, t.Literal(Fraction(2), METRES))
+    history = History(declare(_HELD, BOOL, t.VariableRole.STATE), t.Since(t.TRUE, near, Fraction(1)))
+    tracker = HistoryTracker(replace(site, histories=(history,)))
+    assert tracker.update({"human_distance": odd}, 1.0).keys() == {"human_distance"}
+
+
+def test_a_site_without_histories_adds_nothing_to_the_readings(site: Site) -> None:
+    tracker, measured = HistoryTracker(site), {"holding": Reading(True, 1.0)}
+    updated = tracker.update(measured, 1.0)
+    assert updated == measured
+    assert updated is not measured
+    snapshot = Snapshot(ColumnNames(["holding"]), (True,), 1.0)
+    assert tracker.update(snapshot, 1.0) is snapshot
+    assert tracker.advance(measured, 1.0) == {}

@@ -48,6 +48,37 @@ def test_time_in_which_nothing_moves_does_not_count() -> None:
     assert (counter.count, counter.longest) == (0, 0.0)
 
 
+def test_gaps_at_their_bounds_are_allowed() -> None:
+    now = [1.0]
+    counter = LateTickCounter(LateTicks(Fraction(1, 4), 1, Fraction(1)), lambda: now[0])
+    answers = [counter.tick()]
+    for gap in (0.25, 1.0, 0.25, 1.25, 0.5):
+        now[0] += gap
+        answers.append(counter.tick())
+    assert answers == [False, False, False, False, True, True]
+    assert (counter.count, counter.longest) == (3, 1.25)
+
+
+def test_late_ticks_in_a_row_are_counted_anew_after_a_rest() -> None:
+    now = [0.0]
+    counter = LateTickCounter(LateTicks(Fraction(1, 4), 1, Fraction(1)), lambda: now[0])
+    answers = []
+    for _ in range(3):
+        counter.restart()
+        for _ in range(2):
+            answers.append(counter.tick())
+            now[0] += 0.5
+    assert answers == [False] * 6
+    assert counter.count == 3
+
+
+def test_the_clock_is_the_monotonic_one_of_the_machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    counter = LateTickCounter(LIMITS)
+    for seconds, stops in ((10.0, False), (10.004, False), (10.1, True)):
+        monkeypatch.setattr("time.monotonic", lambda seconds=seconds: seconds)
+        assert counter.tick() is stops
+
+
 class Forgetful(LateTickCounter):
     """Broken: begins anew with every tick."""
 

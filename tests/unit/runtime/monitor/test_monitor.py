@@ -14,14 +14,17 @@ import pytest
 from aeros.runtime.gate.compiled.rules import FastTickCheck, MonitorRules
 from aeros.runtime.gate.decision import DecisionKind
 from aeros.runtime.gate.joint_rules import ActiveAction
+from aeros.runtime.gate.violation import RuleViolation
 from aeros.runtime.monitor.history import HistoryTracker
 from aeros.runtime.monitor.monitor import RuntimeMonitor
-from aeros.runtime.ports import Monitor, Reading, Readings
+from aeros.runtime.ports import BACK_OFF, Monitor, Reading, Readings
 from aeros.skill import Action
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.model.site import Site
 from tests.unit.runtime.bench import NOW, STATE, Request, configuration, gate, measured, request, without
+from tests.unit.runtime.together import configuration as cart
+from tests.unit.runtime.together import move, roll
 
 
 def monitors() -> RuntimeMonitor:
@@ -305,3 +308,128 @@ def test_a_modules_variable_that_no_invariant_reads_stops_nothing() -> None:
     assert monitor(NOW, STATE) is None  # measured before, and not now
     assert monitor(NOW, {**STATE, "kettle.hot": True, "human_distance": -1.0}) == "input:human_distance"
     assert watch(request("quickly", "move"))(NOW, {**STATE, "mood": True}) == "input:mood"
+
+
+# Several actions, stops, and motions that are not followed.
+
+_CART: dict[str, Any] = {"charge": 0.5, "hand": 0.0, "stop_pressed": False}
+
+
+def _under_way(action: Action, number: int) -> ActiveAction:
+    readings = {name: Reading(value, NOW) for name, value in _CART.items()}
+    return ActiveAction(action, readings, NOW, number)
+
+
+@pytest.mark.parametrize("moving_first", [True, False])
+def test_a_joint_rule_is_watched_while_both_actions_are_under_way(moving_first: bool) -> None:
+    site = cart().site
+    monitor = RuntimeMonitor(MonitorRules(site), HistoryTracker(site))
+    moving, rolling = _under_way(move(), 1), _under_way(roll(), 2)
+    first, second = (moving, rolling) if moving_first else (rolling, moving)
+    low = {**_CART, "charge": 0.1}
+    monitor.add(first)
+    assert monitor(NOW, low) is None
+    monitor.add(second)
+    assert monitor(NOW, _CART) is None
+    assert monitor(NOW, low) == "charge-for-both"
+    assert isinstance(monitor.violation, RuleViolation)
+    assert monitor.violation.rule == "charge-for-both"
+    monitor.stops.clear()
+    monitor.remove(second)
+    assert monitor(NOW, low) is None
+
+
+def _stopped(back_off: str | None, measured: dict[str, Any]) -> RuntimeMonitor:
+    """A monitor of a motion that these values have stopped."""
+    site, asked = configuration().site, request()
+    rules = MonitorRules(site)
+    rules.back_off = back_off
+    monitor = RuntimeMonitor(rules, HistoryTracker(site))
+    monitor.add(ActiveAction(asked.action, asked.readings, NOW, 0))
+    assert monitor(NOW, STATE) is None
+    assert monitor(NOW + 0.25, measured) == "separation"
+    return monitor
+
+
+def test_a_stop_goes_on_for_its_first_reason_and_is_recorded_to_its_end() -> None:
+    monitor = _stopped(None, {**STATE, "human_distance": 0.25})
+    assert monitor(NOW + 0.5, {**STATE, "human_distance": 0.125}) == "separation"
+    assert monitor(NOW + 0.75, {**STATE, "stop_pressed": True}) == "separation"
+    record = monitor.stops.end_stop(NOW + 1.0)
+    assert record is not None
+    assert (record["reason"], record["began"], record["time"], record["ticks"]) == (
+        "separation",
+        NOW + 0.25,
+        NOW + 1.0,
+        3,
+    )
+    assert record["quantities"]["human_distance"] == {"least": 0.125, "greatest": 3.0, "unit": "m"}
+    assert record["ways"] == {"hand": 0.0}
+
+
+def test_the_robot_may_back_off_while_the_rules_on_that_kind_hold() -> None:
+    near = {**STATE, "human_distance": 0.25}
+    assert _stopped("stop", near)(NOW + 0.5, near) == BACK_OFF
+    monitor = _stopped("carry", near)
+    assert monitor(NOW + 0.5, near) == "separation"
+    assert monitor(NOW + 0.5, {**near, "stop_pressed": True}) == "stop-button"
+    assert monitor(NOW + 0.5, {**STATE, "joint_ready": (False, False)}) == "some-joint-ready"
+    assert monitor(NOW + 0.5, {**STATE, "human_distance": nan}) == "input:human_distance"
+    assert monitor(NOW + 0.5, STATE) == "input:gait"  # a value that no request gave
+
+
+class _Tracker:
+    """A tracker of one motion that is not followed; notes what it is asked."""
+
+    is_idle = False
+    deviation = None
+
+    def __init__(self) -> None:
+        self.asked: list[Any] = []
+        self.says: str | None = None
+
+    def add(self, number: int, plan: object) -> None:
+        self.asked.append(("add", number, plan))
+
+    def remove(self, number: int) -> None:
+        self.asked.append(("remove", number))
+
+    def violation(self, now: float, measured: Any) -> str | None:
+        self.asked.append((now, measured))
+        return self.says
+
+
+def test_a_motion_that_is_not_followed_stops_the_robot_unless_a_rule_does() -> None:
+    site, asked, tracker = configuration().site, request(), _Tracker()
+    monitor = RuntimeMonitor(MonitorRules(site), HistoryTracker(site))
+    monitor.tracker = tracker  # type: ignore[assignment]
+    started = ActiveAction(asked.action, asked.readings, NOW, 7)
+    monitor.add(started, "plan")
+    assert monitor(NOW, STATE) is None
+    tracker.says = "decided-path"
+    pressed = {**STATE, "stop_pressed": True}
+    assert monitor(NOW + 1, pressed) == "stop-button"
+    assert monitor(NOW + 2, STATE) == "stop-button"  # the stop goes on, and the tracker is not asked
+    monitor.remove(started)
+    assert not monitor.stops.are_open
+    monitor.add(started)
+    assert monitor(NOW + 3, STATE) == "decided-path"
+    assert (monitor.violation, monitor.stops.stop is not None) == (None, True)
+    assert tracker.asked == [
+        ("add", 7, "plan"),
+        (NOW, STATE),
+        (NOW + 1, pressed),
+        ("remove", 7),
+        ("add", 7, None),
+        (NOW + 3, STATE),
+    ]
+
+
+def test_a_tracker_without_motions_is_not_asked() -> None:
+    site, asked, tracker = configuration().site, request(), _Tracker()
+    monitor = RuntimeMonitor(MonitorRules(site), HistoryTracker(site))
+    tracker.is_idle, tracker.says = True, "decided-path"
+    monitor.tracker = tracker  # type: ignore[assignment]
+    monitor.add(ActiveAction(asked.action, asked.readings, NOW, 7))
+    assert monitor(NOW, STATE) is None
+    assert tracker.asked == [("add", 7, None)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from fractions import Fraction
+from functools import cache
 from math import inf, nan, nextafter
 from typing import Any
 
@@ -110,7 +111,11 @@ def compiled(
     return function, denials
 
 
-FUNCTION, _ = compiled()
+@cache
+def usual() -> FastDecide:
+    return compiled()[0]
+
+
 VALUES: Mapping[str, Any] = {"distance": 3.0, "hand": (0.0, 0.0, 0.5), "pressed": False}
 WANTED: Mapping[str, Any] = {"speed": 1.0, "target": (0.5, 0.0, 0.25)}
 USAGE = {"moves": 0, "lifts": 9}
@@ -127,7 +132,7 @@ def snapshot(time: Any = NOW, **changed: Any) -> Snapshot:
 
 
 def ask(
-    function: FastDecide = FUNCTION,
+    function: FastDecide | None = None,
     *,
     inputs: Any = None,
     readings: Any = None,
@@ -136,6 +141,7 @@ def ask(
     usage: Any = None,
 ) -> Any:
     """The answer; the same for readings one by one and, if there are none given, for a snapshot."""
+    function = function or usual()
     inputs = {"careful": True} if inputs is None else inputs
     parameters = WANTED if parameters is None else parameters
     usage = USAGE if usage is None else usage
@@ -268,14 +274,14 @@ class Name(str):
     ],
 )
 def test_malformed_parameters_have_no_answer(parameters: Any) -> None:
-    assert FUNCTION({"careful": True}, readings(), parameters, NOW, USAGE) is None
+    assert usual()({"careful": True}, readings(), parameters, NOW, USAGE) is None
 
 
 @pytest.mark.parametrize(
     "inputs", [{}, {"careful": 1}, {"careful": True, "more": 1}, {"inputs.careful": True}, None]
 )
 def test_malformed_inputs_have_no_answer(inputs: Any) -> None:
-    assert FUNCTION(inputs, readings(), WANTED, NOW, USAGE) is None
+    assert usual()(inputs, readings(), WANTED, NOW, USAGE) is None
 
 
 @pytest.mark.parametrize(
@@ -295,7 +301,7 @@ def test_malformed_inputs_have_no_answer(inputs: Any) -> None:
     ],
 )
 def test_malformed_usage_has_no_answer(usage: Any) -> None:
-    assert FUNCTION({"careful": True}, readings(), WANTED, NOW, usage) is None
+    assert usual()({"careful": True}, readings(), WANTED, NOW, usage) is None
 
 
 def test_a_count_of_another_kinds_quota_may_be_missing() -> None:
@@ -382,7 +388,7 @@ def test_only_values_that_no_condition_reads_may_be_missing() -> None:
     ],
 )
 def test_readings_of_another_form_have_no_answer(odd: Any) -> None:
-    assert FUNCTION({"careful": True}, odd, WANTED, NOW, USAGE) is None
+    assert usual()({"careful": True}, odd, WANTED, NOW, USAGE) is None
 
 
 def test_a_reader_returns_the_scalars_of_required_readings_alone() -> None:
@@ -400,7 +406,7 @@ def test_a_reader_returns_the_scalars_of_required_readings_alone() -> None:
 
 
 def test_a_request_is_decided_by_the_function_of_its_module_skill_and_kind() -> None:
-    functions = {("handling", "lift", "move"): FUNCTION}
+    functions = {("handling", "lift", "move"): usual()}
 
     def decided(caller: Any = CALLER, action: Any = ACTION) -> Any:
         return decide_fast(functions, caller, readings(), action, NOW, USAGE)
@@ -416,3 +422,52 @@ def test_a_request_is_decided_by_the_function_of_its_module_skill_and_kind() -> 
     assert decided(object.__new__(Caller)) is None
     assert decided(action=("move", ACTION.parameters)) is None
     assert decided(action=tuple.__new__(Action, ("move",))) is None
+
+
+# Caches.
+
+
+def test_a_snapshot_with_the_same_values_is_unpacked_once() -> None:
+    cache = SnapshotCache(value_checkers(STATE))
+    one = snapshot()
+    first = cache.scalars(one)
+    assert first == {"distance": 3.0, "hand.x": 0.0, "hand.y": 0.0, "hand.z": 0.5, "pressed": False}
+    assert cache.scalars(Snapshot(one.order, one.column, NOW + 1)) is first
+    assert cache.scalars(Snapshot(ColumnNames(one.order.names), one.column, NOW)) is not first
+
+
+def test_a_list_in_a_snapshot_is_never_kept() -> None:
+    cache = SnapshotCache(value_checkers(STATE))
+    assert cache.scalars(snapshot(hand=[0.0, 0.0, 0.5])) is None
+
+
+def test_scalars_of_values_that_changed_replace_the_cached_ones() -> None:
+    cache = SnapshotCache(value_checkers(STATE))
+    one = snapshot()
+    cached = cache.scalars(one)
+    assert cached is not None
+    before = dict(cached)
+    nearer = Snapshot(one.order, tuple(0.5 if value == 3.0 else value for value in one.column), NOW)
+    assert cache.scalars(nearer) == {**before, "distance": 0.5}
+    assert cached == before
+    broken = Snapshot(one.order, tuple(nan if value == 3.0 else value for value in one.column), NOW)
+    assert cache.scalars(broken) is None
+    assert cache.scalars(nearer) == {**before, "distance": 0.5}
+
+
+@pytest.mark.parametrize("malformed", ["two", None, [True]])
+def test_malformed_values_of_modules_are_left_out_and_the_rest_is_unpacked(malformed: Any) -> None:
+    own = {name: declare(name, BOOL, t.VariableRole.STATE) for name in ("a.first", "b.second")}
+    cache = SnapshotCache(value_checkers({**STATE, **own}), frozenset(own))
+    order = ColumnNames([*own, *VALUES])
+
+    def scalars(first: Any, second: Any) -> Any:
+        values = {"a.first": first, "b.second": second, **VALUES}
+        found = cache.scalars(Snapshot(order, tuple(values[name] for name in order.names), NOW))
+        return found and {name: value for name, value in found.items() if "." in name and "hand" not in name}
+
+    assert scalars(malformed, True) == {"b.second": True}
+    assert scalars(False, True) == {"a.first": False, "b.second": True}
+    assert scalars(malformed, False) == {"b.second": False}
+    assert scalars(malformed, malformed) == {}
+    assert cache.scalars(Snapshot(ColumnNames(["other"]), (True,), NOW)) is None

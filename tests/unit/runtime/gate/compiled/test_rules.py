@@ -2,42 +2,63 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
+from functools import cache
 from math import nan, nextafter
 from random import Random
+from types import FrameType
 from typing import Any
 
 import pytest
 
-from aeros.runtime.gate.compiled.rules import CompiledRuleSet, FastTickCheck, MonitorRules
-from aeros.runtime.gate.conditions import CompiledCondition
+from aeros.runtime.gate.compiled.rules import (
+    CompiledRuleSet,
+    FastTickCheck,
+    MonitorRules,
+    _split_interval_bounds,
+)
+from aeros.runtime.gate.conditions import CompiledCondition, ConditionValue
 from aeros.runtime.gate.joint_rules import ActiveAction
+from aeros.runtime.gate.value_check import ValueChecker
 from aeros.runtime.gate.violation import RuleViolation
+from aeros.spec.backends.compiled import compile_conditions
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_site
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.types import BOOL, IntegerType
+from aeros.spec.expr.units import NUMBER
 from aeros.spec.model.rules import Rule
 from aeros.spec.model.site import Site
-from aeros.spec.model.variables import History
+from aeros.spec.model.variables import History, ranges_of
+from aeros.spec.text.discovery import reference_site_path
 from tests.unit.runtime.bench import PARAMETERS, STATE, unproved
 from tests.unit.runtime.conftest import METRES, SPAN, declare
 from tests.unit.runtime.together import configuration as cart
 from tests.unit.runtime.together import move, roll
 
-RULES = MonitorRules(unproved().site)
+
+@cache
+def bench_rules() -> MonitorRules:
+    return MonitorRules(unproved().site)
 
 
 def scalars(kind: str, **changed: Any) -> dict[str, Any]:
     """Scalars of the state and of the parameters that bench.py allows, some of them changed."""
     found: dict[str, Any] = {}
-    for unpackers, values in ((RULES.unpackers, STATE), (RULES.parameters[kind], PARAMETERS[kind])):
+    for unpackers, values in (
+        (bench_rules().unpackers, STATE),
+        (bench_rules().parameters[kind], PARAMETERS[kind]),
+    ):
         for name, value in {**values, **{n: v for n, v in changed.items() if n in values}}.items():
             found.update(unpackers[name](value) or {})
     return found
 
 
 def broken(kind: str, **changed: Any) -> str | None:
-    found = RULES.by_kind[kind].first_violation(scalars(kind, **changed))
+    found = bench_rules().by_kind[kind].first_violation(scalars(kind, **changed))
     return found.rule if isinstance(found, RuleViolation) else found
 
 
@@ -45,15 +66,24 @@ def broken(kind: str, **changed: Any) -> str | None:
 
 
 def test_rules_read_the_state_variables_of_their_terms() -> None:
-    assert RULES.by_kind["move"].reads == ("fitted", "hand", "human_distance", "stop_pressed")
-    assert RULES.by_kind["stop"].reads == ()
+    assert bench_rules().by_kind["move"].reads == ("fitted", "hand", "human_distance", "stop_pressed")
+    assert bench_rules().by_kind["stop"].reads == ()
+
+
+def test_the_kind_for_backing_off_is_that_of_the_site() -> None:
+    site = load_site(reference_site_path(), Diagnostics())
+    assert site is not None
+    assert site.motion is not None
+    backing = replace(site, motion=replace(site.motion, back_off="wait"))
+    assert MonitorRules(backing).back_off == "wait"
+    assert bench_rules().back_off is None
 
 
 def test_a_malformed_value_has_no_scalars() -> None:
-    assert RULES.unpackers["hand"]([0, 1, 2]) == {"hand.x": 0.0, "hand.y": 1.0, "hand.z": 2.0}
-    assert RULES.unpackers["hand"]((0.0, 1.0)) is None
-    assert RULES.unpackers["load"](nan) is None
-    assert RULES.parameters["move"]["speed"](6.0) is None
+    assert bench_rules().unpackers["hand"]([0, 1, 2]) == {"hand.x": 0.0, "hand.y": 1.0, "hand.z": 2.0}
+    assert bench_rules().unpackers["hand"]((0.0, 1.0)) is None
+    assert bench_rules().unpackers["load"](nan) is None
+    assert bench_rules().parameters["move"]["speed"](6.0) is None
 
 
 @pytest.mark.parametrize(
@@ -77,14 +107,14 @@ def test_the_first_rule_that_fails_is_found(kind: str, changed: dict[str, Any], 
 
 
 def test_a_violation_has_the_rules_term_and_the_values_it_read() -> None:
-    found = RULES.by_kind["move"].first_violation(scalars("move", human_distance=0.25))
+    found = bench_rules().by_kind["move"].first_violation(scalars("move", human_distance=0.25))
     assert isinstance(found, RuleViolation)
     (rule,) = (one for one in unproved().site.rules if one.id == "separation")
     assert found == RuleViolation("separation", rule.terms["move"], {"human_distance": 0.25})
 
 
 def test_a_missing_scalar_is_named_unless_an_earlier_rule_fails() -> None:
-    rules = RULES.by_kind["move"]
+    rules = bench_rules().by_kind["move"]
     values = scalars("move")
     for name in ("hand.x", "hand.y"):
         del values[name]
@@ -102,6 +132,34 @@ def test_a_set_of_one_rule_is_evaluated_without_a_joint_function() -> None:
     assert rules.first_violation({"gap": 1.0}) is None
     assert rules.first_violation({"gap": 0.5}) == RuleViolation("far", term, {"gap": 0.5})
     assert rules.first_violation({}) == "input:gap"
+
+
+def test_rules_that_all_hold_are_decided_by_one_function() -> None:
+    gap, load = (
+        declare(name, METRES, t.VariableRole.STATE, range=(Fraction(0), Fraction(9)))
+        for name in ("gap", "load")
+    )
+    terms = [t.Compare("<=", t.Literal(Fraction(1), METRES), one.variable) for one in (gap, load)]
+    counted = [_CountedCondition(term, [gap, load]) for term in terms]
+    rules = CompiledRuleSet(
+        [("far", counted[0], terms[0]), ("full", counted[1], terms[1])],
+        {"gap": "gap", "load": "load"},
+        compile_conditions(terms, ranges_of([gap, load])),
+    )
+    assert rules.first_violation({"gap": 1.0, "load": 1.0}) is None
+    assert [one.calls for one in counted] == [0, 0]
+    assert rules.first_violation({"gap": 1.0, "load": 0.5}) == RuleViolation("full", terms[1], {"load": 0.5})
+    assert [one.calls for one in counted] == [1, 1]
+
+
+class _CountedCondition(CompiledCondition):
+    """A condition that counts how often it is decided by itself."""
+
+    calls = 0
+
+    def decide(self, values: Any) -> ConditionValue:
+        self.calls += 1
+        return super().decide(values)
 
 
 def test_joint_rules_come_with_the_parameters_that_they_read() -> None:
@@ -125,15 +183,25 @@ def test_joint_rules_come_with_the_parameters_that_they_read() -> None:
 
 def fast(kind: str = "carry", names: Any = STATE, **changed: Any) -> FastTickCheck:
     """A check of an action that was decided on the values of bench.py."""
-    check = RULES.fast_check(kind, frozenset(names))
+    check = bench_rules().fast_check(kind, frozenset(names))
     assert check is not None
     check.decide(scalars(kind, **changed))
     return check
 
 
+def test_a_violated_joint_rule_has_its_term_and_values() -> None:
+    moving, rolling = ActiveAction(move(0.5), {}, 0.0, 1), ActiveAction(roll(0.75), {}, 0.0, 2)
+    (rule,) = (one for one in cart().site.joint_rules if one.id == "not-fast-together")
+    found = [
+        rules.first_violation(values)
+        for rules, values in MonitorRules(cart().site).rules_for_pair(rolling, moving)
+    ]
+    assert RuleViolation(rule.id, rule.term, {"moving.speed": 0.5, "rolling.pace": 0.75}) in found
+
+
 def test_there_is_no_fast_check_of_unknown_variables() -> None:
-    assert RULES.fast_check("move", frozenset({"mood"})) is None
-    assert RULES.fast_check("move", frozenset()) is not None
+    assert bench_rules().fast_check("move", frozenset({"mood"})) is None
+    assert bench_rules().fast_check("move", frozenset()) is not None
 
 
 def test_a_tick_of_other_variables_than_announced_does_not_hold() -> None:
@@ -148,7 +216,7 @@ def test_a_tick_of_other_variables_than_announced_does_not_hold() -> None:
 
 
 def test_a_check_needs_every_parameter_that_the_rules_read() -> None:
-    check = RULES.fast_check("carry", frozenset(STATE))
+    check = bench_rules().fast_check("carry", frozenset(STATE))
     assert check is not None
     values = scalars("carry")
     del values["gait"]
@@ -211,12 +279,12 @@ def test_a_fast_check_agrees_with_the_rules_at_every_tick(kind: str) -> None:
         values[chance.choice(list(STATE))] = chance.choice(_VALUES)
         if chance.random() < 0.4:
             values = dict(STATE)
-        unpacked = [RULES.unpackers[name](value) for name, value in values.items()]
+        unpacked = [bench_rules().unpackers[name](value) for name, value in values.items()]
         if expected := None not in unpacked:
             merged = scalars(kind)
             for one in unpacked:
                 merged.update(one or {})
-            expected = RULES.by_kind[kind].first_violation(merged) is None
+            expected = bench_rules().by_kind[kind].first_violation(merged) is None
         assert check.holds(values) is expected, values
         held += expected
     assert 100 < held < 400
@@ -287,6 +355,18 @@ def test_a_site_that_keeps_histories_has_no_fast_check(site: Site) -> None:
     assert keeping.fast_check("move", frozenset()) is None
 
 
+def test_a_check_is_generated_once_for_a_kind_and_its_measured_variables() -> None:
+    rules = MonitorRules(unproved().site)
+    one, other = (rules.fast_check("move", frozenset({"load"})) for _ in range(2))
+    wind = rules.fast_check("move", frozenset({"wind"}))
+    assert one is not None
+    assert other is not None
+    assert wind is not None
+    assert one.holds is not other.holds
+    assert one.holds.__code__ is other.holds.__code__
+    assert wind.holds.__code__ is not one.holds.__code__
+
+
 def test_the_cache_of_generated_checks_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("aeros.runtime.gate.compiled.rules._MAX_CACHED", 3)
     rules = MonitorRules(unproved().site)
@@ -295,3 +375,69 @@ def test_the_cache_of_generated_checks_is_bounded(monkeypatch: pytest.MonkeyPatc
         assert rules.fast_check("move", frozenset(names)) is not None
         sizes.append(len(rules._quick))
     assert sizes == [1, 1, 2, 3, 1, 2]
+
+
+# A tick at which little has changed takes little work.
+
+
+def lines_run(check: FastTickCheck, measured: Mapping[str, Any]) -> int:
+    """Count the lines of generated code that one tick runs."""
+    count, before = 0, sys.gettrace()
+
+    def trace(_frame: FrameType, event: str, _argument: Any) -> Any:
+        nonlocal count
+        count += event == "line"
+        return trace
+
+    sys.settrace(trace)
+    try:
+        assert check.holds(measured)
+    finally:
+        sys.settrace(before)
+    return count
+
+
+@pytest.mark.parametrize("kind", ["move", "carry"])
+def test_rules_on_values_that_stay_the_same_objects_are_not_decided_again(kind: str) -> None:
+    check = fast(kind)
+    first, again = lines_run(check, STATE), lines_run(check, STATE)
+    changed = {**STATE, "hand": (0.25, 0.0, 0.125), "load": 0.25}
+    after = lines_run(check, changed)
+    assert again < after < first
+    assert lines_run(check, changed) == again
+    lists = {name: list(value) if type(value) is tuple else value for name, value in changed.items()}
+    assert lines_run(check, lists) == lines_run(check, lists) > again
+
+
+def test_variables_that_rules_only_bound_differ_from_those_that_they_compute_with() -> None:
+    declared = {
+        name: declare(name, METRES, t.VariableRole.STATE, range=(Fraction(0), Fraction(9)))
+        for name in ("a", "b", "c", "d")
+    }
+    whole = declare("n", IntegerType(NUMBER), t.VariableRole.STATE, range=(Fraction(0), Fraction(9)))
+    free = declare("f", METRES, t.VariableRole.STATE)
+    a, b, c, d = (one.variable for one in declared.values())
+
+    def literal(value: int) -> t.Term:
+        return t.Literal(Fraction(value), METRES)
+
+    terms = [
+        t.conjunction(t.Compare("<=", a, literal(8)), t.Compare("<=", literal(1), a)),
+        t.Compare("<", a, literal(9)),
+        t.Compare("<=", literal(0), a),
+        t.Compare("<=", t.Absolute(b), literal(3)),
+        t.Compare("<=", literal(0), b),
+        t.Compare("<", literal(1), c),
+        t.Compare("<", c, literal(10)),
+        t.Compare("<=", t.Add(a, d), literal(9)),
+        t.Compare("<=", whole.variable, literal(3)),
+        t.Compare("<=", literal(1), whole.variable),
+        t.Compare("<=", free.variable, literal(3)),
+        t.Compare("<=", literal(1), free.variable),
+    ]
+    checkers = [ValueChecker(one) for one in (free, whole, *declared.values())]
+    assert _split_interval_bounds(terms, checkers) == (frozenset({"b"}), frozenset({"a", "d"}))
+    assert _split_interval_bounds(terms[:7], checkers) == (frozenset({"a", "b"}), frozenset())
+    assert _split_interval_bounds(terms[1:3], checkers) == (frozenset({"a"}), frozenset())
+    assert _split_interval_bounds(terms[1:2], checkers) == (frozenset(), frozenset())
+    assert _split_interval_bounds(terms[3:4], checkers) == (frozenset(), frozenset())

@@ -1,0 +1,53 @@
+"""Areas of the kernel: their code and the tests that are tried on its mutants, as `areas.toml` lists them."""
+
+from __future__ import annotations
+
+import importlib
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Area:
+    """One area.
+
+    Attributes:
+        name: its name, that of its results file, too.
+        code: patterns of paths of its code.
+        tests: files and folders of its tests.
+        warm: cached functions of tests, `module:function`, to be called before the first fork.
+    """
+
+    name: str
+    code: tuple[str, ...]
+    tests: tuple[str, ...]
+    warm: tuple[str, ...] = ()
+
+    def warm_up(self) -> None:
+        """Call what tests would compute anew in each fork, by code of other areas."""
+        for name in self.warm:
+            module, _, function = name.partition(":")
+            getattr(importlib.import_module(module), function)()
+
+    def files(self) -> list[str]:
+        """Return the paths of its code; an empty package has none."""
+        found = {path for pattern in self.code for path in Path().glob(pattern)}
+        return sorted(str(path) for path in found if path.name != "__init__.py")
+
+    def modules(self) -> list[str]:
+        """Return the names of its modules."""
+        return [".".join(Path(name).with_suffix("").parts) for name in self.files()]
+
+    def proves(self) -> bool:
+        """Tell if it is of the code that proves, whose mutants leave wrong proofs in caches."""
+        return any(pattern.startswith("aeros/spec/") for pattern in self.code)
+
+
+def read_areas() -> dict[str, Area]:
+    """Read `areas.toml`."""
+    text = Path(__file__).with_name("areas.toml").read_text(encoding="utf-8")
+    return {
+        name: Area(name, tuple(one["code"]), tuple(one["tests"]), tuple(one.get("warm", ())))
+        for name, one in tomllib.loads(text).items()
+    }

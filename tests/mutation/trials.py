@@ -1,0 +1,206 @@
+"""Trials of mutants: the tests of an area are collected once, and each mutant is tried in a fork.
+
+No test has run in the process that forks, so nothing that one test keeps for another hides a mutant.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+import time
+from collections import defaultdict
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import Final, TextIO
+
+import coverage
+import pytest
+
+from tests.mutation.areas import Area
+from tests.mutation.forks import fork
+from tests.mutation.live import LiveFunctions
+from tests.mutation.mutants import CodeMutant
+from tests.mutation.quick_reports import QuickReports
+from tests.mutation.reach import Reach
+from tests.mutation.results import KILLED, LATE, SAME, SURVIVED, AreaResults, Outcome
+
+_TOO_LONG: Final = 20
+"""Seconds of the processor after which a test is not used."""
+
+_EVERY: Final = 20
+"""Seconds between writes of the results."""
+
+
+class Trials(QuickReports):
+    """Plugin of pytest that tries mutants with the collected tests, instead of running them once.
+
+    Args:
+        area: the area.
+        results: of the area; the outcomes are added.
+        mutants: the mutants to try.
+        seconds: of passing tests that are tried on one mutant.
+        first: parts of the names of tests that are tried before all others.
+        until: time on the clock (`time.time`) at which to stop.
+    """
+
+    def __init__(
+        self,
+        area: Area,
+        results: AreaResults,
+        mutants: Sequence[CodeMutant],
+        seconds: float,
+        until: float,
+        first: Sequence[str] = (),
+    ) -> None:
+        self._area, self._results, self._mutants = area, results, mutants
+        self._seconds, self._until, self._first = seconds, until, first
+        self._killers: dict[tuple[str, str], list[str]] = defaultdict(list)
+        for key, outcomes in results.of.items():
+            for outcome in outcomes.values():
+                self._note(key, outcome.killer)
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtestloop(self, session: pytest.Session) -> bool:
+        """Measure which lines each test executes, then try the mutants."""
+        if session.testsfailed:
+            raise session.Interrupted(f"{session.testsfailed} tests were not collected")
+        self._items = {item.nodeid: item for item in session.items if not item.get_closest_marker("xfail")}
+        self._area.warm_up()
+        self._live = LiveFunctions(self._area.modules())
+        self._measure_all()
+        written = time.time()
+        for count, mutant in enumerate(self._mutants, 1):
+            if time.time() > self._until:
+                _say(f"out of time after {count - 1} mutants")
+                break
+            if not self._live.can_run(mutant.unit):
+                continue
+            outcome = self._outcome(mutant)
+            if outcome.verdict == SURVIVED and mutant.is_same():
+                outcome = Outcome(SAME, "", outcome.seconds)
+            self._results.of[mutant.unit.key][mutant.number] = outcome
+            self._note(mutant.unit.key, outcome.killer)
+            if outcome.verdict != KILLED:
+                _say(f"{outcome.verdict}: {mutant.description()}")
+            if time.time() > written + _EVERY:
+                self._results.write()
+                written = time.time()
+                _say(f"-- {count} of {len(self._mutants)}")
+        self._results.write()
+        return True
+
+    def _note(self, key: tuple[str, str], killer: str) -> None:
+        """Put a test before all others that are tried on a unit."""
+        if killer:
+            killers = self._killers[key]
+            if killer in killers:
+                killers.remove(killer)
+            killers.insert(0, killer)
+
+    def _outcome(self, mutant: CodeMutant) -> Outcome:
+        tests = self._order(mutant)
+        if not tests:
+            return Outcome(SURVIVED, "", 0.0)
+        slowest = max(map(self._reach.seconds, tests))
+        end, text, used = fork(partial(self._try, mutant, tests), 3 + 2 * self._seconds + 3 * slowest)
+        if end == LATE:
+            return Outcome(LATE, "", used)
+        verdict, _, last = text.rstrip("\n").rpartition("\n")[2].partition(" ")
+        if end != "done":  # a test ended the process, or the mutant could not be installed
+            tried = [line.partition(" ")[2] for line in text.splitlines() if line.startswith("trying ")]
+            return Outcome(KILLED, tried[-1], used) if tried else Outcome(SURVIVED, "", used)
+        return Outcome(KILLED, last, used) if verdict == "failed" else Outcome(SURVIVED, "", used)
+
+    def _order(self, mutant: CodeMutant) -> list[str]:
+        """Tests that execute the statement, best first."""
+        file = str(Path(*mutant.unit.module.split(".")).with_suffix(".py"))
+        line = mutant.unit.line
+        first, last = (line, line + 10_000) if mutant.in_signature else mutant.lines
+        reaching = [test for test in self._reach.tests(file, first, last) if test in self._items]
+        fit = set(reaching)
+        killers = [test for test in self._killers[mutant.unit.key] if test in fit]
+        mirror = f"test_{Path(file).stem}"
+        about = [test for test in reaching if mirror in test]
+        chosen = [test for test in reaching if any(part in test for part in self._first)]
+        return list(dict.fromkeys([*chosen, *killers, *about, *reaching]))
+
+    def _try(self, mutant: CodeMutant, tests: Sequence[str], pipe: TextIO) -> None:
+        self._live.install(mutant)
+        self._prepare()
+        started = time.process_time()
+        for test in tests:
+            if time.process_time() > started + self._seconds:
+                break
+            pipe.write(f"trying {test}\n")
+            pipe.flush()
+            if self._fails(test):
+                pipe.write(f"failed {test}\n")
+                return
+        pipe.write("passed \n")
+
+    def _prepare(self) -> None:
+        """Give a fork folders of its own: a mutant's proofs are not for others to find."""
+        if self._area.proves():
+            os.environ["AEROS_STORE_OF_TESTS"] = tempfile.mkdtemp(dir=os.environ["AEROS_STORE_OF_TESTS"])
+
+    def _fails(self, test: str) -> bool:
+        item = self._items[test]
+        reports: list[pytest.TestReport] = []
+
+        class _Watch:
+            def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+                reports.append(report)
+
+        watch = _Watch()
+        item.config.pluginmanager.register(watch)
+        item.config.hook.pytest_runtest_protocol(item=item, nextitem=None)
+        item.config.pluginmanager.unregister(watch)
+        return any(report.failed for report in reports)
+
+    def _measure_all(self) -> None:
+        files = self._area.files()
+        self._reach = Reach(self._area.name, files)
+        unknown = self._reach.unknown(self._items)
+        _say(f"measuring {len(unknown)} of {len(self._items)} tests")
+        for count, test in enumerate(unknown, 1):
+            end, text, _ = fork(partial(self._measure, test, files), _TOO_LONG)
+            seconds, *found = text.splitlines() or ["no result"]
+            if end != "done" or seconds == "failed":
+                _say(f"not used: {test}: {end}, {text[-300:]}")
+                del self._items[test]
+                continue
+            lines = {
+                name: [int(line) for line in numbers.split()]
+                for name, _, numbers in (one.partition(" ") for one in found)
+            }
+            self._reach.add(test, lines, float(seconds))
+            if count % 200 == 0:
+                self._reach.write()
+        self._reach.write()
+        _say("measured")
+
+    def _measure(self, test: str, files: Sequence[str], pipe: TextIO) -> None:
+        self._prepare()
+        measured = coverage.Coverage(data_file=None, config_file=False, include=list(files))
+        measured.set_option("run:disable_warnings", ["no-data-collected"])
+        started = time.process_time()
+        measured.start()
+        failed = self._fails(test)
+        measured.stop()
+        seconds = time.process_time() - started
+        if failed:
+            pipe.write("failed\n")
+            return
+        pipe.write(f"{seconds}\n")
+        data = measured.get_data()
+        for path in data.measured_files():
+            lines = data.lines(path)
+            if lines:
+                pipe.write(f"{Path(path).relative_to(Path.cwd())} {' '.join(map(str, lines))}\n")
+
+
+def _say(text: str) -> None:
+    sys.stdout.write(text + "\n")
+    sys.stdout.flush()
