@@ -127,6 +127,16 @@ def test_red_and_magenta_blocks_in_the_area_are_put_into_the_bin_before_it_is_wi
         assert all(plant.truth().values())
 
 
+@pytest.mark.deep
+def test_dominoes_of_the_tables_colour_are_put_into_the_bin() -> None:
+    robot, plant = table(0, "dominoes.yaml")
+    with closing(plant):
+        assert robot.observed()["wiping_area_clear"] is False
+        assert robot.run("organize") is None
+        assert robot.observed()["table_organized"] is True
+        assert all(is_in_bin(plant, piece) for piece in ("inner", "outer", "cube", "can"))
+
+
 def test_a_block_that_is_too_large_to_grip_stays_and_the_area_does_not_count_as_clear() -> None:
     robot, plant = table(0, "large_block.yaml")
     with closing(plant):
