@@ -29,7 +29,7 @@ MIN_CORE = 4
 GRASPABLE = (0.065, 0.15, 0.095)
 """Greatest shorter side, longer side and height of a piece, or of a heap, that the hand can grip, m."""
 
-LEAST_GRIPPED = 0.007
+LEAST_GRIPPED = 0.006
 """Least height of a piece that the hand can grip, m: its fingertips stay 3.5 mm above the table."""
 
 HEAP_HEIGHT, HEAP_GRASP = 0.065, 0.035

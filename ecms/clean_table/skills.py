@@ -134,9 +134,10 @@ them, or no piece that fits the hand."""
 BOTH_SIDES_FIT = 0.065
 """Length below which a piece can be gripped along as well as across, m."""
 
-FOLDED_WITHIN, FOLDED_BELOW = 0.38, 0.30
-"""Distance of the tool from the arm's base, level, and height, m, within which the arm is so folded that its
-joints turn fast for the speed of the hand: it comes and goes at `CARRY_SPEED` at most."""
+FOLDED_WITHIN, FOLDED_BELOW, STRETCHED_FROM = 0.44, 0.30, 0.70
+"""Distance of the tool from the arm's base, level, and height, m, within which the arm is so folded, and
+distance from which it is so stretched, that its joints turn fast for the speed of the hand: it comes and goes
+at `CARRY_SPEED` at most."""
 
 DROPS = (-0.045, 0.045)
 """Places along the bin where successive pieces are released, m from its middle."""
@@ -272,11 +273,11 @@ def _free(observed: Observation, pace: float) -> float:
 
 
 def _unfolding(observed: Observation, pace: float, place: Place) -> float:
-    """Peak speed of a hand to or from a place: the lesser where the arm is folded, low and near its base."""
+    """Peak speed of a hand to or from a place: the lesser where the arm is low and folded, or stretched."""
     base = observed["base_position"]
-    is_near = hypot(place[0] - base[0], place[1] - base[1]) < FOLDED_WITHIN
+    away = hypot(place[0] - base[0], place[1] - base[1])
     is_low = place[2] - base[2] < FOLDED_BELOW
-    return min(pace, CARRY_SPEED) if is_near and is_low else pace
+    return min(pace, CARRY_SPEED) if is_low and not FOLDED_WITHIN <= away <= STRETCHED_FROM else pace
 
 
 def _draw_in(observed: Observation, pace: float) -> Task:

@@ -28,7 +28,7 @@ def noisy(picture: Picture, seed: int, noise: float = NOISE) -> Picture:
 
 
 def found(*tops: Top, seed: int = 0) -> dict[str, Any]:
-    """What the picture from above shows, and the verdict of the second opinion on the same."""
+    """Values of the picture from above, and of the second opinion on the same picture."""
     above = Watched("clean_table", "see_table", dict(PLACES))
     mast = Watched("clean_table", "check_table", dict(PLACES))
     picture = noisy(draw(OVERHEAD, [SPONGE, *tops]), seed)
