@@ -195,7 +195,7 @@ def _is_clean(points: Points, rgb: Points, places: tuple[Place, Place, Place], r
     area, opening, rest = places
     inspected = in_rectangle(points, *corners_in_world(area, INSPECTED))
     standing = inspected & is_standing(points)
-    foam = points[standing & is_yellow(rgb)]
+    foam = points[standing & is_yellow(rgb) & ~is_bin(points, opening, BIN_MARGIN)]
     if len(foam) < MIN_PIXELS:
         return False
     face = top_points(foam)

@@ -59,6 +59,11 @@ def test_a_sheet_of_paper_beside_the_area_is_seen_by_its_colour(colour: Any) -> 
     assert values["clutter_ungraspable"] is True
 
 
+def test_a_yellow_thing_in_the_bin_is_not_taken_for_the_sponge() -> None:
+    values = found(Top(0.45, -0.5, 0.03, (0.025, 0.0125), FOAM))
+    assert (values["table_organized"], values["table_verified"]) == (True, True)
+
+
 def test_noise_alone_is_no_thing() -> None:
     for seed in range(40):
         values = found(seed=seed)
