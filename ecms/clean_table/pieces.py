@@ -93,7 +93,7 @@ def find_pieces(points: Points, cores: Mask, mask: Mask) -> Iterator[Piece]:
 def choose_piece(
     loose: list[Piece], around: list[Points], area: Place, region: str, table: float
 ) -> dict[str, Any]:
-    """Choose the piece to grip next, and its heading: none that is too large or too flat.
+    """Choose the piece to grip next, and its heading: none that is too large or flat, whose place is another.
 
     One with room for the hand comes first, then one in the way, then the nearest to the arm.
 
@@ -105,16 +105,16 @@ def choose_piece(
         table: height of the table, m.
     """
     fitting = [one for one in loose if _fits_the_hand(one)]
+    others = [one for one in loose if not _fits_the_hand(one)]
+    values: dict[str, Any] = {"clutter_ungraspable": bool(others)}
+    if others:
+        values["clutter_ungraspable_position"] = estimate(raise_place(others[0].place, table), UNCERTAINTY)
     if not fitting:
-        values: dict[str, Any] = {"clutter_ungraspable": bool(loose)}
-        if loose:
-            values["clutter_ungraspable_position"] = estimate(raise_place(loose[0].place, table), UNCERTAINTY)
         return values
     fitting.sort(key=lambda one: (not is_in_the_way(one.points, area, region), one.place[0]))
     found = ((one, heading) for one in fitting if (heading := _heading_with_room(one, around)) is not None)
     piece, heading = next(found, (fitting[0], _headings(fitting[0])[0]))
-    return {
-        "clutter_ungraspable": False,
+    return values | {
         "clutter_position": estimate(raise_place(piece.place, table), UNCERTAINTY),
         "clutter_yaw": estimate(heading, HEADING_UNCERTAINTY),
         "clutter_length": estimate(piece.sides[1], UNCERTAINTY),

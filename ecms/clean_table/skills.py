@@ -199,7 +199,8 @@ def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
 def organize(observed: Observation, inputs: Inputs) -> SkillBody:
     """Put every piece of clutter into the bin, then the sponge to its rest if it is not there, and look.
 
-    The table cannot be tidied where the sponge lies overturned: then nothing is moved.
+    The table cannot be tidied where the sponge lies overturned, or where a piece fits no hand: then nothing is
+    moved, and somebody is told at once.
     """
     pace = inputs["hand_speed"]
     observed = yield from _overlook(observed, pace)
@@ -208,7 +209,7 @@ def organize(observed: Observation, inputs: Inputs) -> SkillBody:
         if observed["holding"]:
             observed = yield from _return_sponge(observed, pace)
         observed = yield from _overlook(observed, pace)
-    if observed.get("sponge_overturned") is True:
+    if observed.get("sponge_overturned") is True or observed.get("clutter_ungraspable") is True:
         return
     for offset in DROPS * 2:
         if not _is_clutter_seen(observed):

@@ -64,8 +64,8 @@ PUSH_HALVES = ((0.035, 0.11), (0.046, 0.046))
 PUSH_START = 0.08
 """Distance behind a can's middle at which fingers come down to push it, m: 40 mm from its end."""
 
-PUSH_ASIDE = (0.0, 0.008, -0.008, 0.016, -0.016, 0.024, -0.024, 0.027, -0.027)
-"""Lateral offsets from its axis to try, m: beyond them the fingers miss the end of a can of 22 mm radius."""
+PUSH_ASIDE = (0.0, 0.008, -0.008, 0.016, -0.016, 0.024, -0.024, 0.025, -0.025)
+"""Lateral offsets from its axis to try, m: beyond them the fingers slip off the end of a can of 22 mm radius."""
 
 PUSH_ASKEW = (0.0, 0.12, -0.12, 0.24, -0.24)
 """Angles between the object and the way that it is pushed to try, rad: what it lies against guides it."""
