@@ -199,8 +199,8 @@ def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
 def organize(observed: Observation, inputs: Inputs) -> SkillBody:
     """Put every piece of clutter into the bin, then the sponge to its rest if it is not there, and look.
 
-    The table cannot be tidied where the sponge lies overturned, or where a piece fits no hand: then nothing is
-    moved, and somebody is told at once.
+    The table cannot be tidied where the sponge lies overturned, or where a piece does not fit the hand: then
+    nothing is moved.
     """
     pace = inputs["hand_speed"]
     observed = yield from _overlook(observed, pace)

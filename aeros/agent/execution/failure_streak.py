@@ -8,8 +8,8 @@ of the streak by chance is
 
 (Beta-binomial). The declared probability of failure q counts as w results: a = w (1 - q), b = w q. Failures
 after which no quantity of the module had changed, each within its uncertainty, are the same attempt at the
-same thing: for these, w is `STILL_TRIES`. For all failures in the state w is `PRIOR_TRIES`, as some of them
-may have brought the task on, such as one of many pieces put away.
+same thing: for these, of all skills together, w is `STILL_TRIES`. For all failures of one skill in the state
+w is `PRIOR_TRIES`, as some may have brought the task on, such as one of many pieces put away.
 
 With either L below `LEAST_CHANCE`, after `LEAST_FAILURES` of the same step and `LEAST_SECONDS`, trying again
 is of no use: another provider may be, or the run ends. As far as record and declarations are right, chance
@@ -22,6 +22,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from math import prod
 from typing import Any, Final
 
 from aeros.agent.memory.evidence import SkillId
@@ -78,6 +79,11 @@ class _FailedSkill:
     times: int = 0
     still: int = 0
 
+    def probability(self, times: int, weight: int) -> float:
+        failures = self.record.failures + weight * self.declared_failure
+        tries = self.record.successes + self.record.failures + weight
+        return prod((failures + further) / (tries + further) for further in range(times))
+
 
 @dataclass(slots=True)
 class _Streak:
@@ -99,14 +105,10 @@ class _Streak:
                 skill.still = 0
         self.quantities = quantities
 
-    def probability(self, *, still: bool) -> float:
-        probability, weight = 1.0, float(STILL_TRIES if still else PRIOR_TRIES)
-        for one in self.failed.values():
-            failures = one.record.failures + weight * one.declared_failure
-            tries = one.record.successes + one.record.failures + weight
-            for further in range(one.still if still else one.times):
-                probability *= (failures + further) / (tries + further)
-        return probability
+    def probability(self, skill_id: SkillId, *, still: bool) -> float:
+        if still:
+            return prod(one.probability(one.still, STILL_TRIES) for one in self.failed.values())
+        return self.failed[skill_id].probability(self.failed[skill_id].times, PRIOR_TRIES)
 
 
 class FailureStreak:
@@ -156,18 +158,25 @@ class FailureStreak:
         streak.failed[skill_id].times += 1
         streak.failed[skill_id].still += 1
 
-    def probability_by_chance(self, state: Mapping[str, Any], *, still: bool = True) -> float:
+    def probability_by_chance(
+        self, skill_id: SkillId, state: Mapping[str, Any], *, still: bool = True
+    ) -> float:
         """Compute L.
 
         Args:
+            skill_id: module and id of the skill.
             state: predicates.
-            still: of the failures since a quantity last changed; else of all.
+            still: of the failures of all skills since a quantity changed; else of all those of the skill.
 
         Returns:
-            A probability in [0, 1]; 1 if nothing failed in the state.
+            A probability in [0, 1]; 1 if the skill did not fail in the state.
         """
         streak = self._streaks.get(_key(state))
-        return 1.0 if streak is None else streak.probability(still=still)
+        return (
+            1.0
+            if streak is None or skill_id not in streak.failed
+            else streak.probability(skill_id, still=still)
+        )
 
     def reason_to_stop(self, skill_id: SkillId, state: Mapping[str, Any], now: float) -> str:
         """Say why another try of a skill is no use.
@@ -189,12 +198,12 @@ class FailureStreak:
             (False, one.times, streak.began),
         ):
             is_long = times >= LEAST_FAILURES and now - began >= LEAST_SECONDS
-            if not is_long or streak.probability(still=still) >= LEAST_CHANCE:
+            if not is_long or streak.probability(skill_id, still=still) >= LEAST_CHANCE:
                 continue
             others = ", ".join(
-                f"`{module}.{skill}` {other.still if still else other.times} times"
+                f"`{module}.{skill}` {other.still} times"
                 for (module, skill), other in streak.failed.items()
-                if (module, skill) != skill_id and (other.still if still else other.times)
+                if (module, skill) != skill_id and still and other.still
             )
             before = f", where it had succeeded in {one.record} tries before" if one.record.successes else ""
             rest = f"; {others} did not help" if others else ""

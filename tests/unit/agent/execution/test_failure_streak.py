@@ -38,6 +38,7 @@ from tests.unit.agent.dumplings import PREDICATES, SPAN, STATE, module, outcome,
 from tests.unit.agent.fake_runtime import FakeRuntime
 
 STATE_BEFORE = {"there": False}
+LOOK_ID = ("m", "look")
 
 
 def look(name: str = "look", failure: Fraction = Fraction(1, 20)) -> Skill:
@@ -73,7 +74,7 @@ def test_the_probability_is_that_of_record_and_declaration(times: int, successes
     streak = streak_of(times, SuccessRecord(successes, failures))
     for still, weight in ((True, STILL_TRIES), (False, PRIOR_TRIES)):
         exact = prod((failures + weight / 20 + i) / (successes + failures + weight + i) for i in range(times))
-        assert streak.probability_by_chance(STATE_BEFORE, still=still) == pytest.approx(exact)
+        assert streak.probability_by_chance(LOOK_ID, STATE_BEFORE, still=still) == pytest.approx(exact)
 
 
 def test_a_skill_without_a_record_is_given_up_at_the_third_failure_that_changes_nothing() -> None:
@@ -102,6 +103,11 @@ def test_failures_that_change_something_have_more_tries() -> None:
     rest: tuple[Quantities, ...] = ({"place": (0.0, 0.0)}, {"place": (0.0, 0.9)})
     found = reason(streak_of(3, SuccessRecord(0, 0), quantities=rest), 20.0)
     assert found == "it failed 3 times in the same measured state in 20 s, and no measured quantity changed"
+
+
+def test_another_skill_that_helped_a_little_is_no_evidence() -> None:
+    places: tuple[Quantities, ...] = ({"place": (0.0,)}, {"place": (2.0,)})
+    assert reason(streak_of(3, SuccessRecord(0, 0), "push", quantities=places), 1e4) == ""
 
 
 def test_quantities_are_in_units_of_their_uncertainty() -> None:
@@ -140,7 +146,7 @@ def test_a_streak_lasts_through_other_states_until_the_skill_succeeds() -> None:
     assert reason(streak, 60.0) != ""
     streak.succeeded(("m", "look"))
     assert reason(streak, 60.0) == ""
-    assert streak.probability_by_chance(STATE_BEFORE) == 1.0
+    assert streak.probability_by_chance(LOOK_ID, STATE_BEFORE) == 1.0
 
 
 # In the agent's loop.
