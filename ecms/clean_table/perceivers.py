@@ -22,7 +22,7 @@ from aeros.perception import (
     wrap_heading,
 )
 
-from .bin import BIN_EDGE, BIN_MARGIN, bin_surroundings, is_bin, is_in_bin
+from .bin import BIN_EDGE, BIN_MARGIN, bin_surroundings, is_bin, is_heaped, is_in_bin
 from .floor import find_on_floor
 from .lost_pieces import Clutter, count_clutter, missing_values
 from .low_things import LOW, find_low_things
@@ -134,7 +134,9 @@ def see_table(view: View) -> Perception:
             if "sponge_rest_position" in readings:
                 rest = raise_place(readings["sponge_rest_position"], -area[2])
                 is_back = sponge is not None and dist(middle_of_sponge(sponge), rest) < RETURNED_WITHIN
-                is_tidy = not loose and is_back and clutter.is_missing is not True
+                heap = is_heaped(points, opening) & ~is_hand(points, readings.get("tool_position"))
+                is_full = int(heap.sum()) >= MIN_PIXELS
+                is_tidy = not loose and is_back and clutter.is_missing is not True and not is_full
                 is_known = covered and clutter.is_missing is not None
                 values["table_organized"] = is_tidy if is_known or not is_tidy else None
         view = yield values
@@ -206,6 +208,7 @@ def _is_clean(points: Points, rgb: Points, places: tuple[Place, Place, Place], r
     low, _ = find_low_things(points, rgb, free, area)
     in_region = in_rectangle(points, *corners_in_world(area, part_of(INSPECTED, region)))
     other = free & standing & in_region
+    other |= is_heaped(points, opening)
     is_empty = int(other.sum()) < MIN_PIXELS and not (low & in_region).any()
     is_back = dist(sponge, rest) < RETURNED_WITHIN
     wiped = is_wiped(*clean_share(points, rgb, area, region))

@@ -139,8 +139,8 @@ FOLDED_WITHIN, FOLDED_BELOW, STRETCHED_FROM = 0.44, 0.30, 0.70
 distance from which it is so stretched, that its joints turn fast for the speed of the hand: it comes and goes
 at `CARRY_SPEED` at most."""
 
-DROPS = (-0.045, 0.045)
-"""Places along the bin where successive pieces are released, m from its middle."""
+DROPS = ((-0.045, -0.025), (0.045, 0.025), (-0.045, 0.025), (0.045, -0.025))
+"""Places (x, y) in the bin where successive pieces are released, m from its middle."""
 
 DROP_ROOM = 0.08
 """From the bin's middle to where the end of a piece that is let go may be, along x, m."""
@@ -211,7 +211,7 @@ def organize(observed: Observation, inputs: Inputs) -> SkillBody:
         observed = yield from _overlook(observed, pace)
     if observed.get("sponge_overturned") is True or observed.get("clutter_ungraspable") is True:
         return
-    for offset in DROPS * 2:
+    for offset in DROPS:
         if not _is_clutter_seen(observed):
             break
         observed = yield from _bin_clutter(observed, pace, offset)
@@ -362,12 +362,12 @@ def _bin_what_is_held(observed: Observation, pace: float) -> Task:
     """
     if not (observed["holding"] and observed.get("sponge_seen")):
         return observed
-    observed = yield from _drop_in_bin(observed, pace, 0.0)
+    observed = yield from _drop_in_bin(observed, pace, (0.0, 0.0))
     return (yield from _sense(observed, "holding"))
 
 
-def _bin_clutter(observed: Observation, pace: float, offset: float) -> Task:
-    """Grip the next piece of clutter and let it go over the bin, `offset` along x from its middle.
+def _bin_clutter(observed: Observation, pace: float, offset: tuple[float, float]) -> Task:
+    """Grip the next piece of clutter and let it go over the bin, `offset` from its middle.
 
     One at the bin's wall is gripped on its free side; where that is not room enough, it is first drawn away
     by its top. One at the edge of the table is gripped on its far side.
@@ -382,7 +382,7 @@ def _bin_clutter(observed: Observation, pace: float, offset: float) -> Task:
     observed = yield from _sense(observed, "base_position")
     x, y, z = observed["clutter_position"]
     room = max(0.0, DROP_ROOM - observed["clutter_length"] / 2.0)
-    offset = min(max(offset, -room), room)
+    offset = (min(max(offset[0], -room), room), offset[1])
     yaw, (dx, dy) = _grip_yaw(observed), _away_from_the_bin(observed)
     aside = min(max(0.0, _room_missing(observed)), GRIP_ASIDE)
     nearest = min(observed["base_position"][0] + NEAREST, x + GRIP_ASIDE)
@@ -393,11 +393,12 @@ def _bin_clutter(observed: Observation, pace: float, offset: float) -> Task:
     return (yield from _drop_in_bin(observed, pace, offset)) if observed["holding"] else observed
 
 
-def _drop_in_bin(observed: Observation, pace: float, offset: float) -> Task:
-    """Let what is held go over the bin, `offset` along x from its middle."""
+def _drop_in_bin(observed: Observation, pace: float, offset: tuple[float, float]) -> Task:
+    """Let what is held go over the bin, `offset` from its middle."""
     observed = yield from _sense(observed, "bin_position")
     x, y, z = _lifted(observed, "bin_position")
-    observed = yield from _approach(observed, pace, (x + offset, y, z + DROP_HEIGHT), 0.0)
+    place = (x + offset[0], y + offset[1], z + DROP_HEIGHT)
+    observed = yield from _approach(observed, pace, place, 0.0)
     return (yield from _release(observed, pace))
 
 

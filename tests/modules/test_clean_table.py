@@ -151,8 +151,8 @@ def test_a_sponge_is_at_its_rest_within_3_cm(off: float, is_there: bool) -> None
         (0.45 + 0.095, -0.50, 0.04, False),
         (0.45, -0.50 + 0.075, 0.04, True),
         (0.45, -0.50 + 0.085, 0.04, False),
-        # A piece's middle is at half its height.
-        (0.45, -0.50, 0.118, True),
+        # A little over the rim.
+        (0.45, -0.50, 0.095, True),
     ],
 )
 def test_a_piece_in_the_bin_is_no_clutter(x: float, y: float, z: float, in_bin: bool) -> None:

@@ -25,7 +25,7 @@ NEAR = "something in the scanners' plane at 0.41 m, which may be a person, goes 
 UNWRAPPED = UnmetBound("dumpling_wrapped", False, "is", True)
 
 
-def test_a_scanner_does_not_tell_people_from_boxes(cell: Site) -> None:
+def test_a_scanner_sees_people_and_boxes_alike(cell: Site) -> None:
     cause = Cause("rule", "separation", "human_distance >= 0.5 m", shortfalls=(PERSON,), code="AE750")
     other = replace(cell, area_scanners=None)
     assert wait_after_denial([cause], other) == Wait("the person at 0.41 m goes away", MAX_WAIT_S)
