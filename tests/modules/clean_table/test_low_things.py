@@ -65,7 +65,7 @@ def test_a_yellow_thing_in_the_bin_is_not_taken_for_the_sponge() -> None:
 
 
 @pytest.mark.parametrize(("height", "is_in"), [(0.08, True), (0.11, False)])
-def test_what_is_heaped_over_the_bin_is_not_in_it(height: float, *, is_in: bool) -> None:
+def test_a_piece_heaped_over_the_bin_is_not_in_it(height: float, *, is_in: bool) -> None:
     values = found(Top(0.45, -0.5, height, (0.025, 0.025), BLUE))
     assert (values["table_organized"], values["table_verified"]) == (is_in, is_in)
 
