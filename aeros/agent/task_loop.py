@@ -14,10 +14,11 @@
     `RETRY_INTERVAL_S`, or a tenth of a long wait, and plans again, at most as long as `waiting.py` says.
 5.  The agent gives up at once when a skill ends twice with the same verdict, which says why no other try can
     succeed; when the gate denies the same request a second time for any other reason; when a step fails again
-    and again in the same state as only something in its way explains (`repeats.py`), and nothing else
-    provides the same; when two plans in a row are rejected for the same reasons; when the time limit of the
-    task has passed, or the operator has stopped everything. Before it gives up for any but the last two, it
-    asks a person for help, if there is one to ask. After that, all that failed may be tried again.
+    and again in the same state and chance does not explain it (`repeats.py`, `failure_streak.py`), and
+    nothing else provides the same; when the same plan was carried out three times and left the same state;
+    when two plans in a row are rejected for the same reasons; when the time limit of the task has passed, or
+    the operator has stopped everything. Before it gives up for any but the last two, it asks a person for
+    help, if there is one to ask. After that, all that failed may be tried again.
 6.  A checkpoint is written at every step boundary, before the step begins and after it has ended, and with
     every plan. A resumed run verifies that plan again and continues where it was. The end is kept, too.
 
@@ -37,6 +38,7 @@ from aeros.agent.execution.attempt_journal import record_unmet_definitions
 from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.plan_executor import PlanExecutor, PlanFailure
 from aeros.agent.execution.progress import PlanProgress
+from aeros.agent.execution.repeats import FinishedPlans
 from aeros.agent.execution.report import RunReport
 from aeros.agent.execution.step_attempt import StepRunner
 from aeros.agent.execution.waiting import MAX_WAIT_S, Wait
@@ -99,6 +101,7 @@ class TaskLoop:
         self._until = inf if timeout is None else runtime.now() + timeout
         self._engine = PlanExecutor(attempts, journal, self._is_goal_reached, self._until)
         self._waited = 0.0
+        self._finished_plans = FinishedPlans()
         self._runtime = runtime
         recall = attempts.planning_memory.recall
         proposals = PlannerClient(runtime, planner, planning_timeout, recall)
@@ -265,6 +268,7 @@ class TaskLoop:
         self._journal.record("help-given", "somebody has helped; goes on with a new look", reason=reason)
         self._attempts.failure_rules.forget()
         self._engine.denied.clear()
+        self._finished_plans.forget()
         self._plan, self._replans, self._waited = None, 0, 0.0
         self._attempts.observe()
         return True
@@ -290,7 +294,16 @@ class TaskLoop:
         end = self._engine.run(graph.body, self._progress)
         if end is None or not end.is_final:
             self._plan = None
-        return end or PlanFailure("the plan is finished, but the goal is not reached")
+        return end or self._finished(graph)
+
+    def _finished(self, graph: TaskGraph) -> PlanFailure:
+        """Return the failure of a plan that was carried out, if the goal is still not reached."""
+        world, goal = self._attempts.world, self._routed.task.goal
+        reason = "the plan is finished, but the goal is not reached"
+        if self._is_goal_reached() or not self._finished_plans.is_useless(graph.body, world.predicates):
+            return PlanFailure(reason)
+        unmet = world.unmet_reason(goal)
+        return PlanFailure(f"{reason}: the same plan left the same state each time; {unmet}", is_final=True)
 
     def _next_plan(self) -> TaskGraph | PlanFailure:
         """Return a new verified plan; a resumed run first returns its own plan, if it is still valid."""

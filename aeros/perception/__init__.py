@@ -26,7 +26,7 @@ from aeros.perception.rectangles import (
     upper_points,
     wrap_heading,
 )
-from aeros.perception.smoothing import smooth_colours, without_specks
+from aeros.perception.smoothing import mean_nearby, smooth_colours, without_specks
 from aeros.perception.standing import erode, find_ground, heights_above, separate_parts
 from aeros.perception.view import Estimate, Perception, Picture, Sample, View, estimate
 
@@ -69,6 +69,7 @@ __all__ = [
     "level_ground",
     "locate_box",
     "locate_cylinder",
+    "mean_nearby",
     "min_area_rectangle",
     "point_cloud",
     "seen_cells",

@@ -1,4 +1,4 @@
-"""Noise of pictures: the median of each pixel and its neighbours, and patches too small to be an object."""
+"""Noise of pictures: median and mean of a pixel and its neighbours, and patches too small for an object."""
 
 from __future__ import annotations
 
@@ -29,6 +29,39 @@ def smooth_colours(rgb: NDArray[Any]) -> NDArray[np.uint8]:
     )
     neighbours.partition(4, axis=0)
     return np.asarray(neighbours[4], np.uint8)
+
+
+def mean_nearby(
+    values: NDArray[np.float64], counted: Mask, radius: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Compute the mean of the values around each pixel.
+
+    The noise of n pixels becomes 1 / √n of what it was, so a plane shows what is lower than the noise of one.
+
+    Args:
+        values: of each pixel (height, width).
+        counted: the pixels that count (height, width).
+        radius: half the side of the square around each pixel, without the pixel itself, pixels.
+
+    Returns:
+        The means (height, width), 0 where no pixel counts; and the numbers of pixels that count in each
+        square (height, width).
+    """
+    sums = _sums_nearby(np.where(counted, values, 0.0), radius)
+    numbers = np.rint(_sums_nearby(counted.astype(np.float64), radius))
+    return np.where(numbers > 0.0, sums / np.maximum(numbers, 1.0), 0.0), numbers
+
+
+def _sums_nearby(values: NDArray[np.float64], radius: int) -> NDArray[np.float64]:
+    """Sum up the values in the square around each pixel."""
+    side = 2 * radius + 1
+    height, width = values.shape
+    total = np.zeros((height + side, width + side))
+    total[1:, 1:] = np.pad(values, radius).cumsum(axis=0).cumsum(axis=1)
+    sums: NDArray[np.float64] = (
+        total[side:, side:] - total[:height, side:] - total[side:, :width] + total[:height, :width]
+    )
+    return sums
 
 
 def without_specks(mask: Mask, least: int) -> Mask:

@@ -21,6 +21,18 @@ BIN_EDGE = 0.010
 """The same of a picture from above, m, where a piece may be at the wall."""
 
 
+OVER_RIM, HEAP_TOP, INSIDE_WALLS = 0.015, 0.30, -0.010
+"""Height over the opening from which something is heaped, rather than in the bin, m; the height above which
+it is the arm; and the margin inside of the walls, m."""
+
+
+def is_heaped(points: Points, opening: Place) -> Mask:
+    """Find the points of what lies over the bin's opening and is not in it: it may fall out."""
+    z = points[:, :, 2]
+    heaped: Mask = is_bin(points, opening, INSIDE_WALLS) & (z > opening[2] + OVER_RIM) & (z < HEAP_TOP)
+    return heaped
+
+
 def bin_surroundings(opening: Place) -> Corners:
     """Return the corners of the bin, and of what its walls hide."""
     x, y, _ = opening

@@ -1,4 +1,4 @@
-"""Perceivers of a table: the sponge by colour and size, what else stands there by depth, dirt by brightness.
+"""Perceivers of a table: the sponge by colour and size, what else is there by depth, dirt by brightness.
 
 All lengths in metres, in the world frame; but heights in a picture count from the table's top, which is the
 plane that is fitted to it. A table is level, so a picture in which it slopes is of a tilted camera, and is
@@ -22,9 +22,10 @@ from aeros.perception import (
     wrap_heading,
 )
 
-from .bin import BIN_EDGE, BIN_MARGIN, bin_surroundings, is_bin, is_in_bin
+from .bin import BIN_EDGE, BIN_MARGIN, bin_surroundings, is_bin, is_heaped, is_in_bin
 from .floor import find_on_floor
 from .lost_pieces import Clutter, count_clutter, missing_values
+from .low_things import LOW, find_low_things
 from .own_hand import OwnHand, camera_values, is_hand, watch_hand
 from .pieces import HEADING_UNCERTAINTY, choose_piece, find_pieces, is_in_the_way
 from .places import (
@@ -87,19 +88,21 @@ def see_table(view: View) -> Perception:
             values["sponge_position"] = estimate(raise_place(middle_of_sponge(sponge), top), UNCERTAINTY)
             values["sponge_top"] = estimate(sponge[1], UNCERTAINTY)
             values["sponge_yaw"] = estimate(wrap_heading(sponge[0].longer_heading, pi), HEADING_UNCERTAINTY)
-        clean, unseen = clean_share(points, rgb, area, region)
+        clean, unseen, is_patch_left = clean_share(points, rgb, area, region)
         values["wiped_fraction"] = estimate(clean, 0.01)
-        values["table_wiped"] = is_wiped(clean, unseen)
+        values["table_wiped"] = is_wiped(clean, unseen, is_patch_left)
         if table is not None and "bin_position" in readings:
             opening = raise_place(readings["bin_position"], -area[2])
-            other = in_rectangle(points, *corners_in_world(area, INSPECTED)) & is_standing(points)
-            other &= ~is_bin(points, opening, BIN_EDGE)
-            other &= ~is_hand(points, readings.get("tool_position"))
+            free = in_rectangle(points, *corners_in_world(area, INSPECTED))
+            free &= ~is_bin(points, opening, BIN_EDGE)
+            free &= ~is_hand(points, readings.get("tool_position"))
             if sponge is not None:
-                other &= ~is_of_sponge(points, *sponge)
+                free &= ~is_of_sponge(points, *sponge)
             else:
                 # It may be the sponge, although the picture does not show that; then nothing is tidy.
-                other &= ~is_yellow(rgb)
+                free &= ~is_yellow(rgb)
+            low, points = find_low_things(points, rgb, free & ~is_bin(points, opening, BIN_MARGIN), area)
+            other = free & (is_standing(points) | low)
             pieces = [
                 one for one in find_pieces(points, erode(other), other) if not is_in_bin(one.place, opening)
             ]
@@ -110,9 +113,9 @@ def see_table(view: View) -> Perception:
             surroundings = [bin_surroundings(opening)]
             covered = is_all_shown(shown, area, part_of(COVERED, region), surroundings)
             values["clutter_on_table"] = True if loose else (False if covered else None)
-            is_blocked = any(
-                is_in_the_way(points[part], area, region) for part in separate_parts(other, MIN_PIXELS)
-            )
+            parts = [points[part] for part in separate_parts(other, MIN_PIXELS)]
+            parts += [one.points for one in pieces]
+            is_blocked = any(is_in_the_way(one, area, region) for one in parts)
             is_way_seen = is_all_shown(shown, area, passed_by_hand(region), [])
             values["wiping_area_clear"] = False if is_blocked else (True if is_way_seen else None)
             around = [one.points for one in pieces]
@@ -123,14 +126,17 @@ def see_table(view: View) -> Perception:
             is_all_seen = covered and is_all_shown(shown, area, COVERED, surroundings)
             if is_all_seen and sponge is not None and readings.get("holding") is False:
                 inside = points[is_bin(points, opening, -BIN_EDGE) & is_standing(points)]
-                clutter = count_clutter(clutter, pieces, inside, top)
+                high = [one for one in pieces if one.sides[2] > LOW]
+                clutter = count_clutter(clutter, high, inside, top)
                 values |= missing_values(clutter)
             else:
                 clutter = Clutter(clutter.most, 0.0, clutter.smallest, clutter.places, clutter.is_missing)
             if "sponge_rest_position" in readings:
                 rest = raise_place(readings["sponge_rest_position"], -area[2])
                 is_back = sponge is not None and dist(middle_of_sponge(sponge), rest) < RETURNED_WITHIN
-                is_tidy = not loose and is_back and clutter.is_missing is not True
+                heap = is_heaped(points, opening) & ~is_hand(points, readings.get("tool_position"))
+                is_full = int(heap.sum()) >= MIN_PIXELS
+                is_tidy = not loose and is_back and clutter.is_missing is not True and not is_full
                 is_known = covered and clutter.is_missing is not None
                 values["table_organized"] = is_tidy if is_known or not is_tidy else None
         view = yield values
@@ -189,17 +195,21 @@ def _is_clean(points: Points, rgb: Points, places: tuple[Place, Place, Place], r
     It is None if all that the picture shows of the region is clean, and that is not all of it.
     """
     area, opening, rest = places
-    standing = in_rectangle(points, *corners_in_world(area, INSPECTED)) & is_standing(points)
-    foam = points[standing & is_yellow(rgb)]
+    inspected = in_rectangle(points, *corners_in_world(area, INSPECTED))
+    standing = inspected & is_standing(points)
+    foam = points[standing & is_yellow(rgb) & ~is_bin(points, opening, BIN_MARGIN)]
     if len(foam) < MIN_PIXELS:
         return False
     face = top_points(foam)
     u, v = ((face[:, :2].min(axis=0) + face[:, :2].max(axis=0)) / 2.0).tolist()
     sponge = (u, v, float(np.median(face[:, 2])) - SPONGE_HEIGHT / 2.0)
     is_of_sponge = np.hypot(points[:, :, 0] - u, points[:, :, 1] - v) <= SPONGE_RADIUS
-    other = standing & in_rectangle(points, *corners_in_world(area, part_of(INSPECTED, region)))
-    other &= ~is_bin(points, opening, BIN_MARGIN) & ~is_of_sponge
-    is_empty = int(other.sum()) < MIN_PIXELS
+    free = inspected & ~is_bin(points, opening, BIN_MARGIN) & ~is_of_sponge
+    low, _ = find_low_things(points, rgb, free, area)
+    in_region = in_rectangle(points, *corners_in_world(area, part_of(INSPECTED, region)))
+    other = free & standing & in_region
+    other |= is_heaped(points, opening)
+    is_empty = int(other.sum()) < MIN_PIXELS and not (low & in_region).any()
     is_back = dist(sponge, rest) < RETURNED_WITHIN
     wiped = is_wiped(*clean_share(points, rgb, area, region))
     if not (is_empty and is_back) or wiped is False:

@@ -29,6 +29,9 @@ MIN_CORE = 4
 GRASPABLE = (0.065, 0.15, 0.095)
 """Greatest shorter side, longer side and height of a piece, or of a heap, that the hand can grip, m."""
 
+LEAST_GRIPPED = 0.006
+"""Least height of a piece that the hand can grip, m: its fingertips stay 3.5 mm above the table."""
+
 HEAP_HEIGHT, HEAP_GRASP = 0.065, 0.035
 """Height above which a piece is gripped near its top, m, as it may be a heap, and depth of that grasp, m: the
 upper piece comes first, and a single one hangs no lower than what may be held."""
@@ -90,7 +93,7 @@ def find_pieces(points: Points, cores: Mask, mask: Mask) -> Iterator[Piece]:
 def choose_piece(
     loose: list[Piece], around: list[Points], area: Place, region: str, table: float
 ) -> dict[str, Any]:
-    """Choose the piece to grip next, and its heading: none that is too large.
+    """Choose the piece to grip next, and its heading: none that is too large or flat, whose place is another.
 
     One with room for the hand comes first, then one in the way, then the nearest to the arm.
 
@@ -101,23 +104,26 @@ def choose_piece(
         region: the part of the table to clean.
         table: height of the table, m.
     """
-    fitting = [
-        one for one in loose if all(side < most for side, most in zip(one.sides, GRASPABLE, strict=True))
-    ]
+    fitting = [one for one in loose if _fits_the_hand(one)]
+    others = [one for one in loose if not _fits_the_hand(one)]
+    values: dict[str, Any] = {"clutter_ungraspable": bool(others)}
+    if others:
+        values["clutter_ungraspable_position"] = estimate(raise_place(others[0].place, table), UNCERTAINTY)
     if not fitting:
-        values: dict[str, Any] = {"clutter_too_large": bool(loose)}
-        if loose:
-            values["clutter_large_position"] = estimate(raise_place(loose[0].place, table), UNCERTAINTY)
         return values
     fitting.sort(key=lambda one: (not is_in_the_way(one.points, area, region), one.place[0]))
     found = ((one, heading) for one in fitting if (heading := _heading_with_room(one, around)) is not None)
     piece, heading = next(found, (fitting[0], _headings(fitting[0])[0]))
-    return {
-        "clutter_too_large": False,
+    return values | {
         "clutter_position": estimate(raise_place(piece.place, table), UNCERTAINTY),
         "clutter_yaw": estimate(heading, HEADING_UNCERTAINTY),
         "clutter_length": estimate(piece.sides[1], UNCERTAINTY),
     }
+
+
+def _fits_the_hand(piece: Piece) -> bool:
+    is_small = all(side < most for side, most in zip(piece.sides, GRASPABLE, strict=True))
+    return is_small and piece.sides[2] >= LEAST_GRIPPED
 
 
 def _headings(piece: Piece) -> tuple[float, ...]:

@@ -134,12 +134,13 @@ them, or no piece that fits the hand."""
 BOTH_SIDES_FIT = 0.065
 """Length below which a piece can be gripped along as well as across, m."""
 
-FOLDED_WITHIN, FOLDED_BELOW = 0.38, 0.30
-"""Distance of the tool from the arm's base, level, and height, m, within which the arm is so folded that its
-joints turn fast for the speed of the hand: it comes and goes at `CARRY_SPEED` at most."""
+FOLDED_WITHIN, FOLDED_BELOW, STRETCHED_FROM = 0.44, 0.30, 0.70
+"""Distance of the tool from the arm's base, level, and height, m, within which the arm is so folded, and
+distance from which it is so stretched, that its joints turn fast for the speed of the hand: it comes and goes
+at `CARRY_SPEED` at most."""
 
-DROPS = (-0.045, 0.045)
-"""Places along the bin where successive pieces are released, m from its middle."""
+DROPS = ((-0.045, -0.025), (0.045, 0.025), (-0.045, 0.025), (0.045, -0.025))
+"""Places (x, y) in the bin where successive pieces are released, m from its middle."""
 
 DROP_ROOM = 0.08
 """From the bin's middle to where the end of a piece that is let go may be, along x, m."""
@@ -198,7 +199,8 @@ def wipe(observed: Observation, inputs: Inputs) -> SkillBody:
 def organize(observed: Observation, inputs: Inputs) -> SkillBody:
     """Put every piece of clutter into the bin, then the sponge to its rest if it is not there, and look.
 
-    The table cannot be tidied where the sponge lies overturned: then nothing is moved.
+    The table cannot be tidied where the sponge lies overturned, or where a piece does not fit the hand: then
+    nothing is moved.
     """
     pace = inputs["hand_speed"]
     observed = yield from _overlook(observed, pace)
@@ -207,9 +209,9 @@ def organize(observed: Observation, inputs: Inputs) -> SkillBody:
         if observed["holding"]:
             observed = yield from _return_sponge(observed, pace)
         observed = yield from _overlook(observed, pace)
-    if observed.get("sponge_overturned") is True:
+    if observed.get("sponge_overturned") is True or observed.get("clutter_ungraspable") is True:
         return
-    for offset in DROPS * 2:
+    for offset in DROPS:
         if not _is_clutter_seen(observed):
             break
         observed = yield from _bin_clutter(observed, pace, offset)
@@ -272,11 +274,11 @@ def _free(observed: Observation, pace: float) -> float:
 
 
 def _unfolding(observed: Observation, pace: float, place: Place) -> float:
-    """Peak speed of a hand to or from a place: the lesser where the arm is folded, low and near its base."""
+    """Peak speed of a hand to or from a place: the lesser where the arm is low and folded, or stretched."""
     base = observed["base_position"]
-    is_near = hypot(place[0] - base[0], place[1] - base[1]) < FOLDED_WITHIN
+    away = hypot(place[0] - base[0], place[1] - base[1])
     is_low = place[2] - base[2] < FOLDED_BELOW
-    return min(pace, CARRY_SPEED) if is_near and is_low else pace
+    return min(pace, CARRY_SPEED) if is_low and not FOLDED_WITHIN <= away <= STRETCHED_FROM else pace
 
 
 def _draw_in(observed: Observation, pace: float) -> Task:
@@ -360,12 +362,12 @@ def _bin_what_is_held(observed: Observation, pace: float) -> Task:
     """
     if not (observed["holding"] and observed.get("sponge_seen")):
         return observed
-    observed = yield from _drop_in_bin(observed, pace, 0.0)
+    observed = yield from _drop_in_bin(observed, pace, (0.0, 0.0))
     return (yield from _sense(observed, "holding"))
 
 
-def _bin_clutter(observed: Observation, pace: float, offset: float) -> Task:
-    """Grip the next piece of clutter and let it go over the bin, `offset` along x from its middle.
+def _bin_clutter(observed: Observation, pace: float, offset: tuple[float, float]) -> Task:
+    """Grip the next piece of clutter and let it go over the bin, `offset` from its middle.
 
     One at the bin's wall is gripped on its free side; where that is not room enough, it is first drawn away
     by its top. One at the edge of the table is gripped on its far side.
@@ -380,7 +382,7 @@ def _bin_clutter(observed: Observation, pace: float, offset: float) -> Task:
     observed = yield from _sense(observed, "base_position")
     x, y, z = observed["clutter_position"]
     room = max(0.0, DROP_ROOM - observed["clutter_length"] / 2.0)
-    offset = min(max(offset, -room), room)
+    offset = (min(max(offset[0], -room), room), offset[1])
     yaw, (dx, dy) = _grip_yaw(observed), _away_from_the_bin(observed)
     aside = min(max(0.0, _room_missing(observed)), GRIP_ASIDE)
     nearest = min(observed["base_position"][0] + NEAREST, x + GRIP_ASIDE)
@@ -391,11 +393,12 @@ def _bin_clutter(observed: Observation, pace: float, offset: float) -> Task:
     return (yield from _drop_in_bin(observed, pace, offset)) if observed["holding"] else observed
 
 
-def _drop_in_bin(observed: Observation, pace: float, offset: float) -> Task:
-    """Let what is held go over the bin, `offset` along x from its middle."""
+def _drop_in_bin(observed: Observation, pace: float, offset: tuple[float, float]) -> Task:
+    """Let what is held go over the bin, `offset` from its middle."""
     observed = yield from _sense(observed, "bin_position")
     x, y, z = _lifted(observed, "bin_position")
-    observed = yield from _approach(observed, pace, (x + offset, y, z + DROP_HEIGHT), 0.0)
+    place = (x + offset[0], y + offset[1], z + DROP_HEIGHT)
+    observed = yield from _approach(observed, pace, place, 0.0)
     return (yield from _release(observed, pace))
 
 

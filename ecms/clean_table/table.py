@@ -2,7 +2,16 @@
 
 import numpy as np
 
-from aeros.perception import CameraError, Level, Picture, Points, believe_height, correct_points, level_ground
+from aeros.perception import (
+    CameraError,
+    Level,
+    Picture,
+    Points,
+    believe_height,
+    correct_points,
+    erode,
+    level_ground,
+)
 
 from .places import AREA, FLAT, INSPECTED, MIN_TABLE, Place, corners_in_world, in_rectangle, part_of
 
@@ -14,6 +23,13 @@ WIPED_SHARE = 0.95
 
 DIRT_BRIGHTNESS = 0.7
 """Share of the bare table's brightness below which a pixel shows dirt."""
+
+PAPER_BRIGHTNESS = 1.2
+"""The same in any colour above which a pixel shows what is no table, such as paper."""
+
+LEAST_PATCH = 4
+"""Number of pixels of a patch without its two outermost ones from which it is more than a streak: it is some
+2 cm long and wide, and may be a thing that wiping does not remove."""
 
 NEAR_TABLE = 0.06
 """Greatest height over the surveyed table of a point that the table is fitted to, m: a camera that is tilted
@@ -30,8 +46,10 @@ UNNOTICED = 0.012
 is."""
 
 
-def is_wiped(clean: float, unseen: float) -> bool | None:
+def is_wiped(clean: float, unseen: float, is_patch_left: bool) -> bool | None:
     """Judge the shares of clean and of unseen cells; None if it depends on the unseen ones."""
+    if is_patch_left:
+        return False
     if clean >= WIPED_SHARE:
         return True
     return None if clean + unseen >= WIPED_SHARE else False
@@ -61,22 +79,24 @@ def points_above_table(
     return points - np.array((0.0, 0.0, height)), believe_height(height, area[2], unnoticed)
 
 
-def clean_share(points: Points, rgb: Points, area: Place, region: str) -> tuple[float, float]:
+def clean_share(points: Points, rgb: Points, area: Place, region: str) -> tuple[float, float, bool]:
     """Return the shares of the region's cells that are clean, and that the picture does not show.
 
-    Most pixels of a clean cell are as bright as the table around the whole area.
+    Most pixels of a clean cell are as bright as the table around the whole area.  The third value is True if
+    a patch of others is left.
     """
     low, high = corners_in_world(area, part_of(AREA, region))
-    red = rgb[:, :, 0]
     top = in_rectangle(points, *corners_in_world(area, INSPECTED)) & (np.abs(points[:, :, 2]) < FLAT)
     inside = top & in_rectangle(points, low, high)
     outside = top & ~in_rectangle(points, *corners_in_world(area, AREA))
     if not outside.any():
-        return 0.0, 1.0
-    bright = red > DIRT_BRIGHTNESS * np.median(red[outside])
+        return 0.0, 1.0, False
+    shares = rgb / np.maximum(np.median(rgb[outside], axis=0), 1.0)
+    bright = (shares[:, :, 0] > DIRT_BRIGHTNESS) & (shares.max(axis=2) < PAPER_BRIGHTNESS)
     columns, rows = (round((b - a) / CELL) for a, b in zip(low, high, strict=True))
     cells = ((points[inside][:, :2] - np.array(low)) / CELL).astype(np.intp)
     cell = np.clip(cells[:, 1], 0, rows - 1) * columns + np.clip(cells[:, 0], 0, columns - 1)
     seen = np.bincount(cell, minlength=rows * columns)
     bright_ones = np.bincount(cell, weights=bright[inside], minlength=rows * columns)
-    return float((bright_ones * 2.0 > seen).mean()), float((seen == 0).mean())
+    patches = int(erode(erode(inside & ~bright)).sum())
+    return float((bright_ones * 2.0 > seen).mean()), float((seen == 0).mean()), patches >= LEAST_PATCH

@@ -64,8 +64,9 @@ PUSH_HALVES = ((0.035, 0.11), (0.046, 0.046))
 PUSH_START = 0.08
 """Distance behind a can's middle at which fingers come down to push it, m: 40 mm from its end."""
 
-PUSH_ASIDE = (0.0, 0.008, -0.008, 0.016, -0.016, 0.024, -0.024, 0.027, -0.027)
-"""Lateral offsets from its axis to try, m: beyond them the fingers miss the end of a can of 22 mm radius."""
+PUSH_ASIDE = ((0.0, 0.008, -0.008, 0.016, -0.016, 0.024, -0.024, 0.025, -0.025), (0.027, -0.027))
+"""Lateral offsets from its axis to try, m: at the last ones, which are tried if no other push has room, the
+fingers may slip off the end of a can of 22 mm radius."""
 
 PUSH_ASKEW = (0.0, 0.12, -0.12, 0.24, -0.24)
 """Angles between the object and the way that it is pushed to try, rad: what it lies against guides it."""
@@ -541,13 +542,13 @@ def _shortest_push(points: Points, place: Place, axis: float) -> tuple[Place, Pl
     The pushing hand has room, too, all along its way. The fingers push as near to the axis as possible.
     """
     x, y, z = place
-    for askew in PUSH_ASKEW:
+    for asides, askew in ((one, other) for one in PUSH_ASIDE for other in PUSH_ASKEW):
         for away in np.arange(SEARCH_STEP, SEARCH_RADIUS, SEARCH_STEP).tolist():
             for way in (axis + askew, axis + askew + pi):
                 u, v = cos(way), sin(way)
                 if not _has_room(points, (x + away * u, y + away * v, z), axis):
                     continue
-                for aside in PUSH_ASIDE:
+                for aside in asides:
                     start = (x - PUSH_START * u - aside * v, y - PUSH_START * v + aside * u, z)
                     if _can_push(points, start, way, push_length(away)):
                         return start, (away * u, away * v, 0.0)

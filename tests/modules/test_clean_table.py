@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from aeros.perception import Picture
 from aeros.sim.geometry import Camera, Pose, yaw_of, yaw_orientation
-from tests.modules.looking import Put, Top, Watched, draw
+from tests.modules.looking import TABLE, Put, Top, Watched, draw
 from tests.shipped_scenes import overhead
 
 DIRT, FOAM, BLUE, GREEN = (90, 80, 70), (220, 190, 60), (40, 60, 200), (60, 180, 70)
@@ -21,6 +21,7 @@ REST = (0.45, 0.34, 0.015)
 SPONGE = Top(0.45, 0.34, 0.03, (0.05, 0.035), FOAM)
 OVERHEAD = replace(overhead("table"), eye=(0.47, -0.06, 1.45), target=(0.47, -0.06, 0.0))
 """The camera over the table; the table is drawn so that the middle of its area is at (0.5, 0)."""
+PATCH = (0.03, 0.03)
 PLACES = {
     "area_position": (0.5, 0.0, 0.0),
     "region": "whole",
@@ -49,7 +50,10 @@ def verified(*tops: Top, region: str = "whole") -> bool:
         # The area is 0.3 m by 0.3 m around (0.5, 0).
         ([Top(0.425, 0.0, 0.0005, (0.075, 0.15), DIRT)], 0.5),
         ([Top(0.5, 0.0, 0.0005, (0.15, 0.15), DIRT)], 0.0),
-        ([Top(0.5, 0.0, 0.0005, (0.03, 0.03), DIRT)], 1.0 - 0.04),
+        # A patch is no streak, and what is brighter than the table is no table.
+        ([Top(0.5, 0.0, 0.0005, PATCH, DIRT)], 1.0 - 0.04),
+        ([Top(0.5, 0.0, 0.0001, PATCH, (255, 255, 255))], 1.0 - 0.04),
+        ([Top(0.5, 0.0, 0.0005, (0.15, 0.006), DIRT)], 1.0 - 0.04),
         # Dirt elsewhere does not count.
         ([Top(0.5, 0.3, 0.0005, (0.1, 0.05), DIRT)], 1.0),
         # As bright as 0.7 of the table around the area, and a little less.
@@ -65,7 +69,8 @@ def test_the_clean_share_is_that_of_the_areas_cells(tops: list[Top], clean: floa
     found = seen(*tops)
     assert found["wiped_fraction"] == pytest.approx(clean, abs=0.05)
     is_hidden = any(top.z > 0.01 for top in tops)
-    assert found["table_wiped"] is (None if is_hidden else found["wiped_fraction"] >= 0.95)
+    is_wiped = found["wiped_fraction"] >= 0.95 and not any(top.half == PATCH for top in tops)
+    assert found["table_wiped"] is (None if is_hidden else is_wiped)
 
 
 NEAR = Camera(
@@ -146,8 +151,8 @@ def test_a_sponge_is_at_its_rest_within_3_cm(off: float, is_there: bool) -> None
         (0.45 + 0.095, -0.50, 0.04, False),
         (0.45, -0.50 + 0.075, 0.04, True),
         (0.45, -0.50 + 0.085, 0.04, False),
-        # A piece's middle is at half its height.
-        (0.45, -0.50, 0.118, True),
+        # A little over the rim.
+        (0.45, -0.50, 0.095, True),
     ],
 )
 def test_a_piece_in_the_bin_is_no_clutter(x: float, y: float, z: float, in_bin: bool) -> None:
@@ -197,12 +202,12 @@ def test_a_piece_that_fits_neither_hand_nor_bin_is_seen_and_not_offered(top: Top
     assert (found["clutter_on_table"], found["table_organized"]) == (True, False)
     for name in ("clutter_position", "clutter_yaw", "clutter_length"):
         assert (name in found) is fits
-    assert found["clutter_too_large"] is not fits
-    assert fits or found["clutter_large_position"][:2] == pytest.approx((0.5, -0.25), abs=0.004)
+    assert found["clutter_ungraspable"] is not fits
+    assert fits or found["clutter_ungraspable_position"][:2] == pytest.approx((0.5, -0.25), abs=0.004)
     # The next one that fits is offered.
     other = seen(SPONGE, top, Top(0.65, -0.25, 0.04, (0.02, 0.02), BLUE))
     assert other["clutter_position"][0] == pytest.approx(0.5 if fits else 0.65, abs=0.004)
-    assert other["clutter_too_large"] is False
+    assert other["clutter_ungraspable"] is not fits
 
 
 @pytest.mark.parametrize("yaw", [-1.2, -0.6, 0.0, 0.9])
@@ -335,7 +340,9 @@ def test_a_piece_within_6_cm_of_the_area_is_in_the_way(x: float, y: float, is_cl
     [
         (Top(0.5, 0.0, 0.04, (0.02, 0.02), BLUE), True),
         (Top(0.3, -0.3, 0.29, (0.02, 0.02), BLUE), True),
-        (Top(0.3, -0.3, 0.011, (0.02, 0.02), BLUE), False),
+        (Top(0.3, -0.3, 0.011, (0.02, 0.02), BLUE), True),
+        (Top(0.3, -0.3, 0.003, (0.02, 0.02), TABLE), True),
+        (Top(0.3, -0.3, 0.001, (0.02, 0.02), TABLE), False),
         (Top(0.3, -0.3, 0.31, (0.02, 0.02), BLUE), False),
         # In the bin, and at its walls.
         (Top(BIN[0], BIN[1], 0.04, (0.08, 0.07), BLUE), False),

@@ -68,7 +68,7 @@ def grasp_of(done: list[Action]) -> tuple[tuple[float, float, float], float]:
 
 def binned(observed: Observation, *later: Observation, offset: float = 0.0) -> list[Action]:
     """Actions that put the next piece into the bin."""
-    return actions(skills._bin_clutter(observed, PACE, offset), observed, *later)
+    return actions(skills._bin_clutter(observed, PACE, (offset, 0.0)), observed, *later)
 
 
 def kinds(done: list[Action]) -> list[str]:

@@ -127,14 +127,25 @@ def test_red_and_magenta_blocks_in_the_area_are_put_into_the_bin_before_it_is_wi
         assert all(plant.truth().values())
 
 
-def test_a_block_that_is_too_large_to_grip_stays_and_the_area_does_not_count_as_clear() -> None:
+@pytest.mark.deep
+def test_dominoes_of_the_tables_colour_are_put_into_the_bin() -> None:
+    robot, plant = table(0, "dominoes.yaml")
+    with closing(plant):
+        assert robot.observed()["wiping_area_clear"] is False
+        assert robot.run("organize") is None
+        assert robot.observed()["table_organized"] is True
+        assert all(is_in_bin(plant, piece) for piece in ("inner", "outer", "cube", "can"))
+
+
+def test_a_block_that_is_too_large_to_grip_is_reported_before_anything_is_moved() -> None:
     robot, plant = table(0, "large_block.yaml")
     with closing(plant):
         assert robot.run("organize") is None
         after = robot.observed()
         assert (after["table_organized"], after["wiping_area_clear"]) == (False, False)
-        assert "clutter_position" not in after
-        assert all(is_in_bin(plant, piece) for piece in ("cube", "can"))
+        assert after["clutter_ungraspable"] is True
+        assert after["clutter_ungraspable_position"] == pytest.approx((0.5, -1.18, 0.025), abs=0.01)
+        assert not any(is_in_bin(plant, piece) for piece in ("cube", "can"))
 
 
 def is_in_bin(plant: PhysicsPlant, body: str) -> bool:

@@ -20,10 +20,10 @@ NOTHING_FOUND = {
     "sponge_overturned": False,
     "sponge_on_floor": False,
     "piece_on_floor": False,
-    "clutter_too_large": False,
+    "clutter_ungraspable": False,
 }
 SPONGE_FOUND: dict[str, Any] = {"sponge_on_floor": True, "sponge_floor_position": (0.13, -2.17, -0.3)}
-TOO_LARGE: dict[str, Any] = {"clutter_too_large": True, "clutter_large_position": (0.6, -1.2, 0.06)}
+UNGRASPABLE: dict[str, Any] = {"clutter_ungraspable": True, "clutter_ungraspable_position": (0.6, -1.2, 0.06)}
 PIECE_FOUND: dict[str, Any] = {"piece_on_floor": True, "piece_floor_position": (0.2, -2.0, -0.3)}
 
 
@@ -54,10 +54,10 @@ def test_a_piece_on_the_floor_ends_organizing_with_its_place() -> None:
     assert found.reason == "out of reach: a piece of clutter lies on the floor at (0.20, -2, -0.30) m"
 
 
-def test_a_table_on_which_all_clutter_is_too_large_ends_organizing_with_its_place() -> None:
-    found = assess("organize", clutter_on_table=True, **TOO_LARGE)
-    assert (found.outcome, found.is_verdict) == ("too_large", True)
-    assert found.reason.startswith("the hand cannot grip what stands at (0.60, -1.20, 0.06) m:")
+def test_a_table_on_which_all_clutter_fits_no_hand_ends_organizing_with_its_place() -> None:
+    found = assess("organize", clutter_on_table=True, **UNGRASPABLE)
+    assert (found.outcome, found.is_verdict) == ("ungraspable", True)
+    assert found.reason.startswith("the hand cannot grip what is at (0.60, -1.20, 0.06) m:")
 
 
 @pytest.mark.parametrize(

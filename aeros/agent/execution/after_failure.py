@@ -7,7 +7,7 @@ from typing import Any
 
 from aeros.agent.execution.attempt import RAN_STATUSES, AttemptResult, PendingAttempt
 from aeros.agent.execution.dispatcher import Dispatch, Dispatcher
-from aeros.agent.execution.failure_streak import FailureStreak
+from aeros.agent.execution.failure_streak import FailureStreak, quantities_of
 from aeros.agent.execution.repeats import (
     LOOK_AGAIN_PAUSE_S,
     MOST_NOT_STARTED,
@@ -36,7 +36,7 @@ class FailureRules:
 
     Attributes:
         repeats: failures of this run that chance does not explain, other than declared ones.
-        streak: declared failures since the last success.
+        streak: declared failures since the skills last succeeded.
     """
 
     def __init__(self, runtime: Runtime, memory: Memory, dispatcher: Dispatcher) -> None:
@@ -73,7 +73,7 @@ class FailureRules:
         dispatch = pending.dispatch
         is_known = not (judgement.is_undeclared or judgement.is_unknown)
         raised = result.status is StepStatus.RAISED
-        useless = self._streak_reason(pending, result, judgement)
+        useless = self._streak_reason(pending, result, judgement, after)
         times = self._count_failures(pending, result, judgement, after)
         is_repeated = times >= MOST_OF_A_KIND
         repeatable = record.failed and record.status in RAN_STATUSES and is_known and not raised
@@ -151,9 +151,13 @@ class FailureRules:
     def _count_failures(
         self, pending: PendingAttempt, result: StepResult, judgement: StepAssessment, after: WorldModel
     ) -> int:
-        """Note a failure that chance does not explain; return how often it happened, 0 for any other end."""
+        """Note a failure that chance does not explain; return how often it happened, 0 for any other end.
+
+        An end that no outcome declares, or that is unknown, is not declared to be chance.
+        """
         causes, site = judgement.causes, self._runtime.site
-        if not judgement.failed or is_explained_by_chance(result.status, causes, site):
+        is_declared = judgement.outcome is not None or result.status is not StepStatus.FINISHED
+        if not judgement.failed or (is_declared and is_explained_by_chance(result.status, causes, site)):
             return 0
         request, beginning = pending.dispatch.request, pending.episode_start
         step = (request.module, request.skill, beginning.inputs)
@@ -163,17 +167,21 @@ class FailureRules:
         place = [] if joints is None else [round(float(one), 3) for one in joints]
         return self.repeats.count(step, result.status, causes, beginning.before, place)
 
-    def _streak_reason(self, pending: PendingAttempt, result: StepResult, judgement: StepAssessment) -> str:
+    def _streak_reason(
+        self, pending: PendingAttempt, result: StepResult, judgement: StepAssessment, after: WorldModel
+    ) -> str:
         """Note how a step ended; return why another try is no use, empty if it may be of use."""
-        if not judgement.failed:
-            self.streak.reset()
-        if result.status is not StepStatus.FINISHED or not judgement.failed or judgement.outcome is None:
-            return ""
         dispatch, beginning = pending.dispatch, pending.episode_start
         skill = (dispatch.request.module, dispatch.request.skill)
+        if not judgement.failed:
+            self.streak.succeeded(skill)
+        if result.status is not StepStatus.FINISHED or not judgement.failed or judgement.outcome is None:
+            return ""
         record = self._memory.success_record(*skill, dispatch.context)
-        self.streak.add(skill, dispatch.skill, beginning.before, beginning.started, record)
-        return self.streak.reason_to_stop(skill, self._runtime.now())
+        quantities = quantities_of(after.known, self._runtime.active_modules()[skill[0]].state)
+        state, started = beginning.before, beginning.started
+        self.streak.add(skill, dispatch.skill, state, started, record, quantities)
+        return self.streak.reason_to_stop(skill, state, self._runtime.now())
 
     def _no_retry_reason(self, dispatch: Dispatch) -> str:
         """Return why memory makes another attempt in this context hopeless; empty if it does not."""

@@ -3,12 +3,14 @@
 A declared failure is chance, and retries are for it. A stop for a person or for a silent sensor is not the
 skill's doing either. But a skill that meets an obstacle, or does not arrive in time, will do so again as long
 as the cause is there. After the second time the agent lets time pass, as an arm may be weak for a while, and
-looks again; the third time is the last.
+looks again; the third time is the last. An end that the skill does not declare is no chance either, nor is a
+plan that is carried out to its end and leaves the same state as before, without the goal.
 """
 
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final
 
@@ -80,6 +82,31 @@ class RepeatedFailures:
         key = json.dumps([*step, ended, named, dict(state)], sort_keys=True)
         self._noted.append((key, joints))
         return sum(other == key and _is_same_place(place, joints) for other, place in self._noted)
+
+
+class FinishedPlans:
+    """Plans of one run that were carried out to their end without reaching the goal."""
+
+    def __init__(self) -> None:
+        self._noted: Counter[str] = Counter()
+
+    def is_useless(self, plan: object, state: Mapping[str, Any]) -> bool:
+        """Note a plan.
+
+        Args:
+            plan: its body.
+            state: predicates as measured after it.
+
+        Returns:
+            True if it was carried out `MOST_OF_A_KIND` times and always left the same state.
+        """
+        key = json.dumps([repr(plan), dict(state)], sort_keys=True)
+        self._noted[key] += 1
+        return self._noted[key] >= MOST_OF_A_KIND
+
+    def forget(self) -> None:
+        """Begin anew, as somebody has changed something."""
+        self._noted.clear()
 
 
 def _is_same_place(one: Sequence[float], other: Sequence[float]) -> bool:

@@ -115,8 +115,17 @@ def _subject(parts: Iterable[UnmetBound], site: Site) -> str:
     for part in parts:
         if _is_distance_to_people(part, site) and isinstance(part.value, float):
             # Whatever else is not met, such as a speed, is allowed once nobody is near.
-            return f"the person at {part.value:.2f} m goes away"
+            return f"{_name_of_nearest(part.value, site)} goes away"
     return " and ".join(dict.fromkeys(map(_subject_of_part, parts)))
+
+
+def _name_of_nearest(distance: float, site: Site) -> str:
+    """Name the thing whose distance counts as that of people: a scanner cannot tell who or what it is."""
+    contact = None if site.motion is None else site.motion.contact
+    scanners = site.area_scanners
+    if contact is not None and scanners is not None and scanners.measures == contact.distance:
+        return f"something in the scanners' plane at {distance:.2f} m, which may be a person,"
+    return f"the person at {distance:.2f} m"
 
 
 def _subject_of_part(part: UnmetBound) -> str:

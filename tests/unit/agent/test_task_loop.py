@@ -167,8 +167,18 @@ def test_an_unmet_precondition_is_not_submitted_and_replans() -> None:
     runtime = FakeRuntime(endings={"prepare": [{"dough_on_workspace": True}] * 99})
     report = run(runtime)
     assert not report.reached
-    assert set(runtime.submitted) == {"prepare"}
-    assert report.replans == 10
+    assert runtime.submitted == ["prepare"] * 4, "once from the start, and three times from the same state"
+    assert "failed again as before in the same state" in str(report.reason)
+
+
+def test_a_plan_that_leaves_the_same_state_three_times_is_given_up() -> None:
+    runtime = FakeRuntime()
+
+    report = run(runtime, Fixed(TaskGraph((PlanStep("dumpling", "prepare"),))))
+    assert not report.reached
+    assert runtime.submitted == ["prepare"] * 3
+    assert report.reason is not None
+    assert "the same plan left the same state each time; `dumpling_cooked` = False" in report.reason
 
 
 def test_a_stale_precondition_is_unmet() -> None:

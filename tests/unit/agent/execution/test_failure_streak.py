@@ -14,17 +14,31 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aeros.agent.agent import start_agent
-from aeros.agent.execution.failure_streak import LEAST_CHANCE, FailureStreak
+from aeros.agent.execution.failure_streak import (
+    LEAST_CHANCE,
+    STILL_TRIES,
+    FailureStreak,
+    Quantities,
+    quantities_of,
+)
 from aeros.agent.execution.report import RunReport
 from aeros.agent.identity import Identity
 from aeros.agent.memory.context import evidence_context
+from aeros.agent.memory.experience import PRIOR_TRIES
 from aeros.agent.memory.posterior import SuccessRecord
 from aeros.agent.memory.store import EpisodeEnd, EpisodeStart, open_memory
 from aeros.agent.world.world import world_from_readings
 from aeros.runtime.ports import Reading
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.types import VectorType
+from aeros.spec.expr.units import LENGTH
 from aeros.spec.model.ecm import Skill
-from tests.unit.agent.dumplings import PREDICATES, STATE, module, outcome, rule, site, skill, task
+from aeros.spec.model.variables import Declared
+from tests.unit.agent.dumplings import PREDICATES, SPAN, STATE, module, outcome, rule, site, skill, task
 from tests.unit.agent.fake_runtime import FakeRuntime
+
+STATE_BEFORE = {"there": False}
+LOOK_ID = ("m", "look")
 
 
 def look(name: str = "look", failure: Fraction = Fraction(1, 20)) -> Skill:
@@ -32,64 +46,107 @@ def look(name: str = "look", failure: Fraction = Fraction(1, 20)) -> Skill:
     return skill(name, seen, replace(outcome("not_seen", {}, failure=True), probability=failure))
 
 
-def streak_of(times: int, record: SuccessRecord, *others: str) -> FailureStreak:
-    """As many failures of `look`, which had this record before, and of each of the others, which had none."""
+def reason(streak: FailureStreak, now: float) -> str:
+    """Reason to give `look` up."""
+    return streak.reason_to_stop(("m", "look"), STATE_BEFORE, now)
+
+
+def streak_of(
+    times: int, record: SuccessRecord, *others: str, quantities: Sequence[Quantities] = ({},)
+) -> FailureStreak:
+    """As many failures of `look`, which had this record before, and of each of the others, which had none.
+
+    After each, one of the quantities is measured, in turn.
+    """
     streak = FailureStreak()
     for number in range(times):
         now = SuccessRecord(record.successes, record.failures + number + 1)
-        streak.add(("m", "look"), look(), {"there": False}, 5.0 * number, now)
+        measured = quantities[number % len(quantities)]
+        streak.add(("m", "look"), look(), STATE_BEFORE, 5.0 * number, now, measured)
         for other in others:
-            streak.add(
-                ("m", other), look(other), {"there": False}, 5.0 * number, SuccessRecord(0, number + 1)
-            )
+            now = SuccessRecord(0, number + 1)
+            streak.add(("m", other), look(other), STATE_BEFORE, 5.0 * number, now, measured)
     return streak
 
 
 @given(st.integers(1, 9), st.integers(0, 50), st.integers(0, 50))
-def test_the_probability_of_one_skill_alone_is_that_of_its_record(
-    times: int, successes: int, failures: int
-) -> None:
+def test_the_probability_is_that_of_record_and_declaration(times: int, successes: int, failures: int) -> None:
     streak = streak_of(times, SuccessRecord(successes, failures))
-    exact = prod((failures + 1 + i) / (successes + failures + 2 + i) for i in range(times))
-    assert streak.probability_by_chance() == pytest.approx(exact)
+    for still, weight in ((True, STILL_TRIES), (False, PRIOR_TRIES)):
+        exact = prod((failures + weight / 20 + i) / (successes + failures + weight + i) for i in range(times))
+        assert streak.probability_by_chance(LOOK_ID, STATE_BEFORE, still=still) == pytest.approx(exact)
 
 
-def test_a_skill_without_a_record_is_never_given_up_by_itself() -> None:
-    assert streak_of(40, SuccessRecord(0, 0)).reason_to_stop(("m", "look"), 1e4) == ""
+def test_a_skill_without_a_record_is_given_up_at_the_third_failure_that_changes_nothing() -> None:
+    new = SuccessRecord(0, 0)
+    assert reason(streak_of(2, new), 1e4) == ""
+    assert reason(streak_of(3, new), 14.9) == ""  # too soon
+    assert reason(streak_of(3, new), 20.0) == "it failed 3 times in the same measured state in 20 s"
 
 
-def test_a_skill_that_succeeded_often_is_given_up_after_three_failures_and_not_after_two() -> None:
+@given(st.fractions(Fraction(1, 50), Fraction(1, 2)))
+def test_chance_as_declared_is_given_up_less_than_once_in_a_thousand_times(failure: Fraction) -> None:
+    streak, times = FailureStreak(), 0
+    while reason(streak, 1e4) == "":
+        times += 1
+        now = SuccessRecord(0, times)
+        streak.add(("m", "look"), look(failure=failure), STATE_BEFORE, 0.0, now, {})
+    assert float(failure) ** times < LEAST_CHANCE
+
+
+def test_failures_that_change_something_have_more_tries() -> None:
+    places: tuple[Quantities, ...] = ({"place": (0.0, 0.0)}, {"place": (0.0, 1.5)})
+    moved = streak_of(5, SuccessRecord(0, 0), quantities=places)
+    assert reason(moved, 1e4) == ""
+    assert "it failed 6 times" in reason(streak_of(6, SuccessRecord(0, 0), quantities=places), 1e4)
+    # Within its uncertainty nothing has changed.
+    rest: tuple[Quantities, ...] = ({"place": (0.0, 0.0)}, {"place": (0.0, 0.9)})
+    found = reason(streak_of(3, SuccessRecord(0, 0), quantities=rest), 20.0)
+    assert found == "it failed 3 times in the same measured state in 20 s, and no measured quantity changed"
+
+
+def test_another_skill_that_helped_a_little_is_no_evidence() -> None:
+    places: tuple[Quantities, ...] = ({"place": (0.0,)}, {"place": (2.0,)})
+    assert reason(streak_of(3, SuccessRecord(0, 0), "push", quantities=places), 1e4) == ""
+
+
+def test_quantities_are_in_units_of_their_uncertainty() -> None:
+    variable = t.Variable("m.at", VectorType(LENGTH), t.VariableRole.STATE)
+    at, bare = Declared(variable, SPAN, uncertainty=Fraction(1, 100)), Declared(variable, SPAN)
+    found = quantities_of({"m.at": (1, Fraction(1, 2), 0), "m.bare": (1, 1, 1)}, {"m.at": at, "m.bare": bare})
+    assert found == {"m.at": (100.0, 50.0, 0.0)}
+    assert quantities_of({}, {"m.at": at}) == {}
+
+
+def test_a_skill_that_often_failed_has_more_tries() -> None:
+    assert reason(streak_of(5, SuccessRecord(6, 6)), 100.0) == ""
     record = SuccessRecord(20, 0)
-    assert streak_of(2, record).reason_to_stop(("m", "look"), 100.0) == ""
-    assert streak_of(3, record).reason_to_stop(("m", "look"), 14.9) == ""  # too soon
-    assert streak_of(3, record).reason_to_stop(("m", "look"), 20.0) == (
+    assert reason(streak_of(3, record), 20.0) == (
         "it failed 3 times in the same measured state in 20 s, "
         "where it had succeeded in 20 of 20 tries before"
     )
-    # A skill that often fails has more tries.
-    assert streak_of(5, SuccessRecord(6, 6)).reason_to_stop(("m", "look"), 100.0) == ""
 
 
-def test_the_failure_of_several_counts_as_they_declare_it() -> None:
-    streak = streak_of(3, SuccessRecord(0, 0), "search")
-    assert streak.probability_by_chance() < LEAST_CHANCE
-    assert streak.reason_to_stop(("m", "look"), 15.0) == (
+def test_the_failures_of_several_count_together() -> None:
+    assert reason(streak_of(3, SuccessRecord(0, 0), "search"), 15.0) == (
         "it failed 3 times in the same measured state in 15 s; `m.search` 3 times did not help"
     )
     often = FailureStreak()
     for name in ("look", "search") * 3:
-        often.add(("m", name), look(name, Fraction(9, 10)), {}, 0.0, SuccessRecord(0, 1))
-    assert often.reason_to_stop(("m", "look"), 100.0) == ""
+        often.add(("m", name), look(name, Fraction(9, 10)), STATE_BEFORE, 0.0, SuccessRecord(0, 1), {})
+    assert reason(often, 100.0) == ""
 
 
-def test_another_state_and_a_success_begin_a_new_streak() -> None:
-    streak = streak_of(5, SuccessRecord(20, 0))
-    assert streak.probability_by_chance() < LEAST_CHANCE
-    streak.add(("m", "look"), look(), {"there": True}, 50.0, SuccessRecord(20, 6))
-    assert streak.began == 50.0
-    assert streak.reason_to_stop(("m", "look"), 100.0) == ""
-    streak.reset()
-    assert streak.probability_by_chance() == 1.0
+def test_a_streak_lasts_through_other_states_until_the_skill_succeeds() -> None:
+    streak = streak_of(2, SuccessRecord(0, 0))
+    streak.add(("m", "look"), look(), {"there": True}, 50.0, SuccessRecord(0, 3), {})
+    assert streak.reason_to_stop(("m", "look"), {"there": True}, 100.0) == ""
+    streak.succeeded(("m", "search"))
+    streak.add(("m", "look"), look(), STATE_BEFORE, 55.0, SuccessRecord(0, 4), {})
+    assert reason(streak, 60.0) != ""
+    streak.succeeded(("m", "look"))
+    assert reason(streak, 60.0) == ""
+    assert streak.probability_by_chance(LOOK_ID, STATE_BEFORE) == 1.0
 
 
 # In the agent's loop.
@@ -139,10 +196,10 @@ def test_the_same_look_is_given_up_within_half_a_minute_and_the_reason_is_in_the
     assert "it failed 3 times in the same measured state in 15 s, where it had succeeded" in report.reason
 
 
-def test_without_a_record_the_whole_budget_is_used(tmp_path: Path) -> None:
+def test_without_a_record_no_budget_is_used_on_one_cause(tmp_path: Path) -> None:
     report, runtime = pursued(tmp_path, successes=0)
-    assert len(runtime.submitted) == 22
-    assert "after 10 re-plans" in str(report.reason)
+    assert runtime.submitted == ["look"] * 3
+    assert "it failed 3 times in the same measured state in 15 s" in str(report.reason)
 
 
 def test_another_provider_is_tried_before_the_run_is_given_up(tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from aeros.agent.execution.repeats import RepeatedFailures, is_explained_by_chance
+from aeros.agent.execution.repeats import FinishedPlans, RepeatedFailures, is_explained_by_chance
 from aeros.runtime.ports import StepStatus
 from aeros.spec.expr.shortfall import UnmetBound
 from aeros.spec.model.cause import Cause
@@ -77,3 +77,14 @@ def test_an_obstacle_is_no_chance_and_a_person_or_a_sensor_is(
     status: StepStatus, causes: tuple[Cause, ...], cell: Site, *, by_chance: bool
 ) -> None:
     assert is_explained_by_chance(status, causes, cell) is by_chance
+
+
+def test_a_plan_that_leaves_the_same_state_is_useless_the_third_time() -> None:
+    plans = FinishedPlans()
+    assert not plans.is_useless("a", {"there": False})
+    assert not plans.is_useless("a", {"there": True})
+    assert not plans.is_useless("a", {"there": False})
+    assert not plans.is_useless("b", {"there": False})
+    assert plans.is_useless("a", {"there": False})
+    plans.forget()
+    assert not plans.is_useless("a", {"there": False})

@@ -62,7 +62,7 @@ ADDED = {
     "robot_at_table": True,
     "robot_at_bench": True,
     "overhead_off": False,
-    "clutter_too_large": False,
+    "clutter_ungraspable": False,
     "wrappers_suffice": True,
     "fillings_suffice": True,
 }
