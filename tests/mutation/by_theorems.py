@@ -26,8 +26,9 @@ class _ChangedSource(ModuleSource):
         super().__init__()
         self._module, self._text = module, text
 
-    def _source(self, name: str) -> str:
-        return self._text if name == self._module else super()._source(name)
+    def source(self, name: str) -> str:
+        self.loaded.add(name)
+        return self._text if name == self._module else super().source(name)
 
 
 class TheoremTrials:
@@ -36,7 +37,7 @@ class TheoremTrials:
     def __init__(self) -> None:
         self._folders = theorem_folders(proofs_folder())
         self._texts = {
-            name: _text_with_library(folder / "theorem.py") for name, folder in self._folders.items()
+            name: _text_with_library(sorted(folder.glob("*.py"))) for name, folder in self._folders.items()
         }
 
     def about(self, module: str) -> list[str]:
@@ -68,9 +69,9 @@ class TheoremTrials:
                 return
 
 
-def _text_with_library(path: Path) -> str:
+def _text_with_library(paths: Sequence[Path]) -> str:
     """Read a theorem's code with that of the modules of `proofs/lib` that it imports, at any depth."""
-    todo, texts = [path], dict[Path, str]()
+    todo, texts = [*paths], dict[Path, str]()
     while todo:
         one = todo.pop()
         if one not in texts:
