@@ -1,6 +1,6 @@
 """Solver answers that tests of one process share, where they are about something else than the solver.
 
-Most of these tests plan with the same few modules, and each would ask Z3 the same hundreds of questions again.
+Most of these tests plan with the same few modules, and each would ask Z3 the same hundreds of questions.
 An answer depends on nothing but its key: the question, the solver's version and its budget. Answers that a
 clock may have cut off are not shared.
 """
