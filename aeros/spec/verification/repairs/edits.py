@@ -23,6 +23,7 @@ from aeros.spec.model.variables import Declared
 from aeros.spec.verification.queries import is_implied, is_unsatisfiable
 from aeros.spec.verification.repairs.condition_text import (
     add_bound,
+    branches_of,
     comparisons_in,
     conjoin_texts,
     count_decimals,
@@ -47,7 +48,8 @@ class _Bound:
         upper: True if it bounds from above.
         distance: a value in `unit` so strict that nothing is left.
         decimals: digits after the point that the author wrote.
-        replace_in_text: gives the text with the bound at another value, excluded or not.
+        replace_in_text: gives the text with the bound at another value, excluded or not; None if it cannot be
+            excluded by itself.
     """
 
     value: Fraction
@@ -55,7 +57,7 @@ class _Bound:
     upper: bool
     distance: Fraction
     decimals: int
-    replace_in_text: Callable[[str, bool], str]
+    replace_in_text: Callable[[str, bool], str | None]
 
 
 class ConditionEditor:
@@ -194,15 +196,18 @@ class ConditionEditor:
     def _literal_bounds(self, text: str) -> Iterator[_Bound]:
         """Yield the numbers with which `text` compares parameters or inputs, where less is stricter."""
         for left, right, op in comparisons_in(parse(text)):
-            for literal, other, upper in ((right, left, op[0] == "<"), (left, right, op[0] == ">")):
-                number = read_number(literal)
-                if number is None or op not in ("<", "<=", ">", ">="):
-                    continue
-                value, unit = number
-                width = self._value_span(other, unit)
-                if width is not None:
+            if op not in ("<", "<=", ">", ">="):
+                continue
+            for side, other, upper in ((right, left, op[0] == "<"), (left, right, op[0] == ">")):
+                for literal in branches_of(side):
+                    number = read_number(literal)
+                    width = None if number is None else self._value_span(other, number[1])
+                    if number is None or width is None:
+                        continue
+                    value, unit = number
                     distance = 2 * abs(value) + width
-                    between = (left.extent.end, right.extent.start)
+                    # The operator stands for all branches, and only one of them is to change.
+                    between = (left.extent.end, right.extent.start) if literal is side else None
                     replace = replace_number(text, literal.extent, between, op)
                     numeral = text[literal.extent.start : literal.extent.end]
                     limit = value - distance if upper else value + distance
