@@ -41,4 +41,4 @@ class SharedAnswers:
             if self.is_on and oracle._store is None:  # else later processes would not find the answers there
                 oracle._known = answers
 
-        Oracle.__init__ = initialize_with_answers  # type: ignore[method-assign]
+        Oracle.__init__ = initialize_with_answers  # type: ignore[assignment, method-assign]
