@@ -25,6 +25,7 @@ import tests.hypothesis_profiles  # noqa: F401 - loads the profile of this run
 from tests import shipped_modules
 from tests.compiled_ahead import compile_ahead
 from tests.host_layers import VARIABLE, expected_layers, pytest_terminal_summary  # noqa: F401 - a hook
+from tests.shared_answers import SharedAnswers
 
 # A job of a shell that is not interactive ignores Ctrl-C, and so does everything that it starts.
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -116,6 +117,7 @@ MARKED: Final = {
 """
 
 _STORE = "AEROS_STORE_OF_TESTS"
+_ANSWERS = SharedAnswers()
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -198,5 +200,7 @@ def pytest_itemcollected(item: pytest.Item) -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Tests that only need proved modules find what another proved in the same run."""
-    os.environ["AEROS_CACHE"] = "off" if _is_proving(item.path) else os.environ[_STORE]
+    """Tests that only need proved modules find what another proved in the same run, and plans likewise."""
+    is_proving = _is_proving(item.path)
+    os.environ["AEROS_CACHE"] = "off" if is_proving else os.environ[_STORE]
+    _ANSWERS.is_on = not is_proving

@@ -227,7 +227,9 @@ def _parser(given: Sequence[str]) -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"aeros {aeros.__version__}")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
     wanted = next((word for word in given if word in _COMMANDS), None)
-    for name, (module, summary) in _COMMANDS.items():
+    # Only the help of `aeros` itself lists the others, which take longer to make than a small command to run.
+    listed = {wanted: _COMMANDS[wanted]} if wanted is not None and given[0] == wanted else _COMMANDS
+    for name, (module, summary) in listed.items():
         if name == wanted:
             add_to = importlib.import_module(f"aeros.cli.{module}").add_to
             add_to(commands, name) if module in _SHARED_MODULES else add_to(commands)

@@ -25,9 +25,11 @@ from aeros.runtime.gate.gate import CompiledGate, GateMode
 from aeros.runtime.ports import Reading
 from aeros.skill import Action
 from tests.differential.gate.gate_oracle import admits
+from tests.hypothesis_profiles import PROFILE, PROFILES
 from tests.unit.runtime.bench import ALLOWED, NOW, Request, configuration, gate, request
 
-COUNT = int(os.environ.get("AEROS_FUZZ", "20000"))
+COUNT = int(os.environ.get("AEROS_FUZZ", "6000")) * PROFILES[PROFILE]
+"""Corrupted requests of each test: 6,000 in each run of CI, 150,000 each night."""
 
 
 class EvilFloat(float):

@@ -14,6 +14,7 @@ from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.task_graph import PlanStep, TaskGraph
 from aeros.agent.world.values import UnusableValueError, to_exact
 from aeros.agent.world.world import WorldModel
+from aeros.spec.backends.oracle import Oracle
 from aeros.spec.model.ecm import Ecm, owner_of
 from aeros.spec.model.site import Site
 from aeros.spec.model.step_graph import map_graph_steps
@@ -24,9 +25,25 @@ from aeros.spec.planning.strong_cyclic import StrongCyclicStrategy
 
 
 class PlanChecker:
-    """Checker of plans for one task from one world."""
+    """Checker of plans for one task from one world.
 
-    def __init__(self, routed: RoutedTask, world: WorldModel, modules: Mapping[str, Ecm], site: Site) -> None:
+    Args:
+        routed: the task.
+        world: the measured world.
+        modules: active modules by id.
+        site: site whose rules apply.
+        oracle: solver that remembers its answers; by default a new one for each plan.
+    """
+
+    def __init__(
+        self,
+        routed: RoutedTask,
+        world: WorldModel,
+        modules: Mapping[str, Ecm],
+        site: Site,
+        oracle: Oracle | None = None,
+    ) -> None:
+        self._oracle = oracle
         self._task = routed.task
         self._world = world
         self._modules = modules
@@ -49,7 +66,7 @@ class PlanChecker:
         }
         task, known = self._task, self._world.known
         domain = domain_for(
-            self._modules, self._site, known, task.goal, task.invariants, extra_variables=also
+            self._modules, self._site, known, task.goal, task.invariants, self._oracle, extra_variables=also
         )
         plan = map_graph_steps(graph.body, lambda step: self._to_planned_step(step, domain))
         try:

@@ -25,6 +25,7 @@ from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.planning.task_graph import TaskGraph, verify_plan
 from aeros.agent.world.values import to_json_value
 from aeros.agent.world.world import WorldModel
+from aeros.spec.backends.oracle import Oracle
 from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.expr import terms as t
 from aeros.spec.model.ecm import Ecm
@@ -112,10 +113,13 @@ class _Conversation:
         self._endpoint = endpoint
         self._modules = modules
         self._by = deadline
-        self._judge = PlanChecker(routed, world, modules, site)
+        oracle = Oracle()  # of both, as they ask the same
+        self._judge = PlanChecker(routed, world, modules, site, oracle)
         task = routed.task
         also = {f"{module}.{skill}".casefold() for module, ecm in modules.items() for skill in ecm.skills}
-        domain = domain_for(modules, site, world.known, task.goal, task.invariants, extra_variables=also)
+        domain = domain_for(
+            modules, site, world.known, task.goal, task.invariants, oracle, extra_variables=also
+        )
         prompt = json.dumps(_task_prompt(domain, routed, world, site.limits.retries))
         self._schema = answer_schema(domain, site.limits.retries)
         self._messages = [{"role": "system", "content": _SYSTEM_PROMPT}, {"role": "user", "content": prompt}]

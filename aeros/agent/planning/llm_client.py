@@ -12,6 +12,8 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
+from ssl import SSLContext
 from typing import Any, Final
 from urllib.parse import urlsplit
 
@@ -115,7 +117,7 @@ def _post(url: str, asked: Mapping[str, Any], headers: Mapping[str, str], by: fl
     body = bytearray()
     try:
         with (
-            httpx.Client(timeout=left) as client,
+            httpx.Client(timeout=left, verify=_certificates()) as client,
             client.stream("POST", url, json=asked, headers=headers) as answer,
         ):
             if answer.status_code != httpx.codes.OK:
@@ -138,6 +140,12 @@ def _post(url: str, asked: Mapping[str, Any], headers: Mapping[str, str], by: fl
             f"it could not be reached, or the connection broke ({type(error).__name__})", is_transient=True
         ) from error
     return bytes(body)
+
+
+@cache
+def _certificates() -> SSLContext:
+    """Return the certificates that servers are checked against; to load them takes longer than a request."""
+    return httpx.create_ssl_context()
 
 
 def _completion_text(body: bytes) -> str:

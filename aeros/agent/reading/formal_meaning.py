@@ -205,7 +205,7 @@ class FormalMeaning:
             problems = (
                 verify_plan(graph, self._modules, self._site)
                 or barred_steps(graph, barred, self._modules)
-                or PlanChecker(errand.routed, world, self._modules, self._site).problems(graph)
+                or PlanChecker(errand.routed, world, self._modules, self._site, self._oracle).problems(graph)
             )
             yield from (f"the plan of request {number}: {one}" for one in problems)
 

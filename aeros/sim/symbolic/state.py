@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Container, Iterable, Mapping
 from fractions import Fraction
+from functools import lru_cache
 from math import pi
 from typing import Any, Final
 
@@ -142,11 +143,13 @@ def _default_reals(
 ) -> tuple[float, ...]:
     usual = _DEFAULT_VALUES.get(name, other)
     values = usual if len(usual) == count else (0.0,) * count
-    return tuple(_clamp(Fraction(value), declared) for value in values)
+    return tuple(_clamp(value, declared.range) for value in values)
 
 
-def _clamp(value: Fraction, declared: Declared) -> float:
-    if declared.range is not None:
-        lower, upper = declared.range
-        value = min(max(value, lower), upper)
-    return nearest_double_in_range(value, declared.range)
+@lru_cache(maxsize=1024)  # a vocabulary has few ranges and hundreds of numbers
+def _clamp(value: float, range_: tuple[Fraction, Fraction] | None) -> float:
+    exact = Fraction(value)
+    if range_ is not None:
+        lower, upper = range_
+        exact = min(max(exact, lower), upper)
+    return nearest_double_in_range(exact, range_)

@@ -137,6 +137,9 @@ _TABLE: Final = (
         "AE147", "unknown-key", "form", "skill code reads an observation or input that it never gets"
     ),
     DiagnosticCode("AE148", "always-denied", "form", "skill code asks for an action outside of its envelope"),
+    DiagnosticCode(
+        "AE149", "missing-parameter", "form", "skill code asks for an action without one of its parameters"
+    ),
     # AE2xx: the expression language
     DiagnosticCode("AE201", "expression-syntax", "form", "an expression cannot be parsed"),
     DiagnosticCode("AE202", "unknown-name", "form", "an expression uses a name that is not declared"),

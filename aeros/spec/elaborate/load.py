@@ -118,6 +118,7 @@ def load_ecm(
     diagnostics: Diagnostics,
     surroundings: Surroundings = NEIGHBOURS,
     above: frozenset[str] = frozenset(),
+    manifest: Source | None = None,
 ) -> LoadedEcm | None:
     """Load the module in a folder, under a site.
 
@@ -130,11 +131,12 @@ def load_ecm(
         diagnostics: receives the faults.
         surroundings: the modules among which it finds those that it requires.
         above: ids of modules that require this one, which it cannot require itself.
+        manifest: manifest to read in place of the one in the folder.
 
     Returns:
         The module with its code, or None after reporting every fault.
     """
-    source = _source(folder / MANIFEST, diagnostics)
+    source = manifest or _source(folder / MANIFEST, diagnostics)
     if source is None:
         return None
     declared, faults = _decode_ecm(source)

@@ -120,8 +120,16 @@ def _reads_state(rule: Rule, kind: str) -> bool:
     return any(one.role is t.VariableRole.STATE for one in t.variables_of(rule.terms[kind]).values())
 
 
-def _state_rules_of_skill(site: Site, skill: Skill) -> list[t.Term]:
-    """Return every rule about states that all actions of the skill must obey."""
+def state_rules_of_skill(site: Site, skill: Skill) -> list[t.Term]:
+    """List every rule about states that all actions of a skill must obey.
+
+    Args:
+        site: the site.
+        skill: the skill.
+
+    Returns:
+        The conditions.
+    """
     return [
         rule.terms[next(iter(skill.envelope))]
         for rule in site.rules
@@ -133,7 +141,7 @@ def _state_rules_of_skill(site: Site, skill: Skill) -> list[t.Term]:
 
 def _can_start(site: Site, skill: Skill, precondition: ActionCondition) -> Obligation:
     """Claim that some state satisfies the precondition and the rules about states for all its actions."""
-    always = _state_rules_of_skill(site, skill)
+    always = state_rules_of_skill(site, skill)
     return Obligation(
         id=ClaimForm.SKILL_CAN_START(skill.id),
         code="AE504",
@@ -160,7 +168,7 @@ def _hold_condition_satisfiable(site: Site, skill: Skill, hold: ActionCondition)
         code="AE510",
         mode=ClaimMode.SOMETIMES,
         space=VariableSpace((*site.observed_variables.values(), *skill.inputs.values()), ()),
-        conclusion=t.conjunction(precondition, hold.term, *_state_rules_of_skill(site, skill)),
+        conclusion=t.conjunction(precondition, hold.term, *state_rules_of_skill(site, skill)),
         headline=f"`{skill.id}` would be halted at once: no state in which it may start satisfies its `hold`",
         primary=SpanLabel(hold.span, "never true at the start"),
         labelled_conjuncts=label_conjuncts(dict.fromkeys((*hold.conjuncts, *known)), "clashes"),

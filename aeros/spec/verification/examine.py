@@ -13,7 +13,7 @@ from aeros.spec.backends.resource_limit import MAX_TIMEOUTS, QUESTION_SECONDS
 from aeros.spec.diagnostics.codes import Diagnostic, Diagnostics, Severity, SpanLabel
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.diagnostics.unknown_names import merge_unknown_names
-from aeros.spec.elaborate.load import elaborate_source, load_ecm
+from aeros.spec.elaborate.load import LoadedEcm, elaborate_source, load_ecm
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.operator_settings import NO_SETTINGS, OperatorSettings
 from aeros.spec.model.site import Site
@@ -33,7 +33,7 @@ from aeros.spec.obligations.safety import safety_obligations
 from aeros.spec.obligations.skill_code import skill_code_obligations
 from aeros.spec.obligations.skill_syntax.skill_source import read_skill_files
 from aeros.spec.obligations.verdicts import Conclusion, StaticClaim, Verdict
-from aeros.spec.text.discovery import NEIGHBOURS, Surroundings
+from aeros.spec.text.discovery import MANIFEST, NEIGHBOURS, Surroundings
 from aeros.spec.verification.claim_summary import (
     Claims,
     ClaimSummary,
@@ -43,6 +43,13 @@ from aeros.spec.verification.claim_summary import (
 )
 from aeros.spec.verification.discharge import ObligationResult, discharge_obligations
 from aeros.spec.verification.explain import explain_findings
+from aeros.spec.verification.repairs.module_repair import (
+    FailedClaim,
+    Judge,
+    ModuleVerdicts,
+    find_module_repairs,
+)
+from aeros.spec.verification.repairs.repair import Repair
 from aeros.spec.verification.reports import (
     ModuleFindings,
     SubjectReport,
@@ -95,22 +102,17 @@ def examine_module(
     if loaded is None:
         return ModuleFindings(None, merge_unknown_names(diagnostics))
     ecm = loaded.ecm
-    site = site.with_modules(ecm.with_owners)
-    presence, files = summarize_module(ecm), read_skill_files(ecm.folder, loaded.code)
-    before = (
-        *entry_point_obligations(ecm, files),
-        *skill_code_obligations(ecm, site, files),
-        *model_obligations(ecm),
-        *runtime_obligations(presence),
-    )
-    claims = (
-        *permission_obligations(ecm, site),
-        *safety_obligations(ecm, site),
-        *composition_obligations(ecm, site),
-        *interface_obligations(ecm, site),
-        *closed_loop_obligations(ecm, site),
-    )
+    site, outer = site.with_modules(ecm.with_owners), site
+    presence = summarize_module(ecm)
+    before, claims = _claims_of(loaded, site)
     settled, findings = _discharge_and_explain(claims, site, oracle, _readable_variables(ecm, site))
+    settled, findings = _with_module_repairs(
+        loaded,
+        site,
+        (before, settled, findings),
+        oracle,
+        lambda text: _judge(folder, outer, oracle, surroundings, text),
+    )
     before_summaries, settled_summaries = (
         tuple(map(summarize_static_claim, before)),
         tuple(map(summarize_static_claim, settled)),
@@ -121,6 +123,111 @@ def examine_module(
         ListedClaims(before_summaries, (*settled_summaries, *map(_summarize_finding, findings))),
         (*_diagnostics(settled, findings), *_needless_runtime_checks(ecm, findings)),
         findings=(ecm, before, settled, findings),
+    )
+
+
+def _claims_of(
+    loaded: LoadedEcm, site: Site
+) -> tuple[tuple[StaticClaim, ...], tuple[Obligation | StaticClaim, ...]]:
+    """Make all claims about a module: those about its files and versions, then those about its text."""
+    ecm = loaded.ecm
+    files = read_skill_files(ecm.folder, loaded.code)
+    before = (
+        *entry_point_obligations(ecm, files),
+        *skill_code_obligations(ecm, site, files),
+        *model_obligations(ecm),
+        *runtime_obligations(summarize_module(ecm)),
+    )
+    claims = (
+        *permission_obligations(ecm, site),
+        *safety_obligations(ecm, site),
+        *composition_obligations(ecm, site),
+        *interface_obligations(ecm, site),
+        *closed_loop_obligations(ecm, site),
+    )
+    return before, claims
+
+
+_Settled = tuple[Iterable[StaticClaim], Iterable[StaticClaim], Iterable[ObligationResult]]
+"""Claims about files and versions, settled claims, and results of obligations."""
+
+
+def _with_module_repairs(
+    loaded: LoadedEcm,
+    site: Site,
+    settled: tuple[tuple[StaticClaim, ...], tuple[StaticClaim, ...], tuple[ObligationResult, ...]],
+    oracle: Oracle,
+    judge: Judge,
+) -> tuple[tuple[StaticClaim, ...], tuple[ObligationResult, ...]]:
+    """Add the repairs that are proved on the whole module to the claims that failed."""
+    _, static, findings = settled
+    failed = [
+        FailedClaim(one.id, one.diagnostic)
+        for one in static
+        if one.diagnostic is not None and one.verdict is Verdict.REFUTED and one.diagnostic.fix is None
+    ]
+    failed += [
+        FailedClaim(one.obligation.id, diagnostic)
+        for one in findings
+        if one.verdict is Verdict.REFUTED
+        and one.fix is None
+        and (diagnostic := diagnostic_of(one)) is not None
+    ]
+    manifest = loaded.ecm.access_span.source
+    # A loop of very many states takes seconds to analyse, and would be analysed again for each edit.
+    if not failed or Path(manifest.path).name != MANIFEST or any(one.engine for one in static):
+        return static, findings
+    repairs = find_module_repairs(
+        loaded.ecm, site, manifest, failed, _verdicts_of(settled), judge, oracle.with_reduced_budget(10)
+    )
+    return (
+        tuple(
+            replace(one, diagnostic=_with_repair(one.diagnostic, repairs[one.id]))
+            if one.id in repairs and one.diagnostic is not None
+            else one
+            for one in static
+        ),
+        tuple(
+            replace(one, repair=repairs[one.obligation.id].line, fix=repairs[one.obligation.id].fix)
+            if one.obligation.id in repairs
+            else one
+            for one in findings
+        ),
+    )
+
+
+def _with_repair(diagnostic: Diagnostic, repair: Repair) -> Diagnostic:
+    return replace(diagnostic, help=(f"write `{repair.line}`", *diagnostic.help), fix=repair.fix)
+
+
+def _judge(
+    folder: Path, site: Site, oracle: Oracle, surroundings: Surroundings, manifest: Source
+) -> ModuleVerdicts | None:
+    """Prove a module with another manifest; None if that has faults of its own."""
+    diagnostics = Diagnostics()
+    loaded = load_ecm(folder, site, diagnostics, surroundings, manifest=manifest)
+    if loaded is None or any(True for _ in diagnostics):
+        return None
+    before, claims = _claims_of(loaded, site.with_modules(loaded.ecm.with_owners))
+    open_ = [one for one in claims if isinstance(one, Obligation)]
+    static = [one for one in claims if isinstance(one, StaticClaim)]
+    return _verdicts_of((before, static, discharge_obligations(open_, oracle)))
+
+
+def _verdicts_of(settled: _Settled) -> ModuleVerdicts:
+    before, static, findings = settled
+    static, findings = [*before, *static], list(findings)
+    gate = {str(one.obligation.id) for one in findings if one.is_runtime_checked}
+    failing = {str(one.id) for one in static if one.diagnostic is not None}
+    failing |= {
+        str(one.obligation.id)
+        for one in findings
+        if one.verdict is not Verdict.PROVED and not one.is_runtime_checked
+    }
+    return ModuleVerdicts(
+        frozenset(failing),
+        frozenset([*(str(one.id) for one in static), *(str(one.obligation.id) for one in findings)]),
+        frozenset(gate),
     )
 
 

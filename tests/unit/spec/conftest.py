@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_site
 from aeros.spec.verification.reports import SubjectReport
 from aeros.spec.verification.verify import verify
 
@@ -48,6 +50,13 @@ dependencies:
 Judge = Callable[..., SubjectReport]
 
 
+def _parameters_of(kind: str) -> str:
+    """Write parameters for an action kind of the site, none of them a constant."""
+    site = load_site(TABLE, Diagnostics())
+    assert site is not None
+    return ", ".join(f'{name}=inputs["pause"]' for name in site.kinds[kind].parameters)
+
+
 @pytest.fixture
 def judge(tmp_path: Path) -> Judge:
     """Verify a module with a kind of action and its envelope; return the findings."""
@@ -68,7 +77,8 @@ def judge(tmp_path: Path) -> Judge:
         )
         (folder / "ecm.yaml").write_text(text)
         (folder / "skills.py").write_text(
-            f'from aeros.skill import act\n\n\ndef tidy(observed, inputs):\n    yield act("{kind}")\n'
+            "from aeros.skill import act\n\n\ndef tidy(observed, inputs):\n"
+            f'    yield act("{kind}", {_parameters_of(kind)})\n'
         )
         table = TABLE.read_text()
         for old, new in site:

@@ -1,5 +1,7 @@
 """Mistakes of skill code that show without a run: lost actions, unknown keys, actions that are always denied.
 
+An action is always denied if it lacks a parameter of its kind, or if a constant is outside of the envelope.
+
 Only what is certain is reported: a key that is written out, of a name that can only be the observation or the
 inputs; and a parameter that is written as a number, truth value, text or tuple of numbers.
 """
@@ -7,7 +9,7 @@ inputs; and a parameter that is written as a number, truth value, text or tuple 
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import Any, Final
 
@@ -19,7 +21,7 @@ from aeros.spec.expr.units import format_quantity
 from aeros.spec.model.ecm import Ecm, Skill
 from aeros.spec.model.site import Site
 from aeros.spec.model.variables import Declared
-from aeros.spec.obligations.skill_syntax.action_calls import action_calls
+from aeros.spec.obligations.skill_syntax.action_calls import action_calls, written_parameters
 from aeros.spec.obligations.skill_syntax.bound_names import names_bound_by
 from aeros.spec.obligations.skill_syntax.neighbours import ModuleFiles, files_run_by
 from aeros.spec.obligations.skill_syntax.skill_source import SkillFile
@@ -43,6 +45,7 @@ def first_code_mistake(skill: Skill, ecm: Ecm, site: Site, files: ModuleFiles) -
     mistakes = (
         *_lost_actions(path, skill, files),
         *_unknown_keys(path, skill, ecm, site, files),
+        *_incomplete_actions(path, skill, ecm, site, files),
         *_actions_outside_envelope(path, skill, ecm, site, files),
     )
     return next(iter(mistakes), None)
@@ -171,6 +174,32 @@ def _is_only_bound_to_observations(function: ast.FunctionDef, name: str) -> bool
         if name in names_bound_by(node) and not is_parameter and id(node) not in yielded:
             return False
     return True
+
+
+def _incomplete_actions(
+    path: str, skill: Skill, ecm: Ecm, site: Site, files: ModuleFiles
+) -> Iterator[Diagnostic]:
+    """Yield actions that lack parameters of their kind."""
+    for file, call in action_calls(path, skill.function, files):
+        kind, asked = _text(call.args[0]), written_parameters(call)
+        if kind is None or asked is None:
+            continue
+        declared = site.kinds[ecm.names.kinds.get(kind, kind)].parameters
+        missing = [name for name in declared if name not in asked]
+        if missing:
+            added = ", ".join(f"{name}=…" for name in missing)
+            yield Diagnostic(
+                "AE149",
+                f"this `{kind}` has no {_listed(missing)}, so it is always denied",
+                SpanLabel(file.span(call), "always denied"),
+                (SpanLabel(declared[missing[0]].span, "declared here"),),
+                help=(f"add `{added}`: every parameter of an action must be given",),
+            )
+
+
+def _listed(names: Sequence[str]) -> str:
+    quoted = [f"`{name}`" for name in names]
+    return " and ".join([*([", ".join(quoted[:-1])] if quoted[1:] else []), quoted[-1]])
 
 
 def _actions_outside_envelope(

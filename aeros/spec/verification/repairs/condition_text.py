@@ -37,6 +37,22 @@ def comparisons_in(node: s.Node) -> Iterator[tuple[s.Node, s.Node, str]]:
         yield from zip(node.operands, node.operands[1:], node.ops, strict=False)
 
 
+def branches_of(node: s.Node) -> Iterator[s.Node]:
+    """Yield the values that an operand may have, such as both numbers of `if near then 1 m/s else 2 m/s`.
+
+    Args:
+        node: syntax tree of the operand.
+
+    Yields:
+        The operand itself, unless it is a choice by `if`; then the values of all its branches.
+    """
+    if isinstance(node, s.IfElse):
+        yield from branches_of(node.then)
+        yield from branches_of(node.otherwise)
+    else:
+        yield node
+
+
 def read_number(node: s.Node) -> tuple[Fraction, Unit] | None:
     """Read a number, with or without a minus sign.
 
@@ -65,24 +81,28 @@ def count_decimals(numeral: str) -> int:
 
 
 def replace_number(
-    text: str, literal: s.TextRange, between: tuple[int, int], op: str
-) -> Callable[[str, bool], str]:
+    text: str, literal: s.TextRange, between: tuple[int, int] | None, op: str
+) -> Callable[[str, bool], str | None]:
     """Prepare a text for the replacement of one of its numbers.
 
     Args:
         text: text of the condition.
         literal: range of the number in the text.
-        between: offsets of the start and end of the text between the operands, which holds the operator.
+        between: offsets of the start and end of the text between the operands, which holds the operator; None
+            if the operator has to stay.
         op: the comparison operator.
 
     Returns:
-        A function from a numeral, and whether the bound itself is excluded, to the edited text.
+        A function from a numeral, and whether the bound itself is excluded, to the edited text; to None if it
+        is to be excluded and the operator has to stay.
     """
 
-    def edit(value: str, excluded: bool) -> str:
+    def edit(value: str, excluded: bool) -> str | None:
+        if excluded and between is None:
+            return None
         written = _NUMERAL.sub(value, text[literal.start : literal.end], count=1)
         edits = [(literal.start, literal.end, written)]
-        if excluded:
+        if excluded and between is not None:
             edits.append((*between, text[slice(*between)].replace(op, op[0])))
         edited = text
         for start, end, new in sorted(edits, reverse=True):

@@ -7,7 +7,7 @@ it has three more digits than the author wrote.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -23,6 +23,7 @@ from aeros.spec.model.variables import Declared
 from aeros.spec.verification.queries import is_implied, is_unsatisfiable
 from aeros.spec.verification.repairs.condition_text import (
     add_bound,
+    branches_of,
     comparisons_in,
     conjoin_texts,
     count_decimals,
@@ -47,7 +48,8 @@ class _Bound:
         upper: True if it bounds from above.
         distance: a value in `unit` so strict that nothing is left.
         decimals: digits after the point that the author wrote.
-        replace_in_text: gives the text with the bound at another value, excluded or not.
+        replace_in_text: gives the text with the bound at another value, excluded or not; None if it cannot be
+            excluded by itself.
     """
 
     value: Fraction
@@ -55,7 +57,7 @@ class _Bound:
     upper: bool
     distance: Fraction
     decimals: int
-    replace_in_text: Callable[[str, bool], str]
+    replace_in_text: Callable[[str, bool], str | None]
 
 
 class ConditionEditor:
@@ -68,6 +70,8 @@ class ConditionEditor:
         declared: the variables with their ranges.
         oracle: solver with its budget.
         readable: names of the state variables that an edited text may read.
+        bounds_state: True if bounds on state variables may be moved, as in preconditions; False for bounds on
+            what a skill chooses.
     """
 
     def __init__(
@@ -76,8 +80,11 @@ class ConditionEditor:
         declared: tuple[Declared, ...],
         oracle: Oracle,
         readable: frozenset[str] = frozenset(),
+        *,
+        bounds_state: bool = False,
     ) -> None:
         self._readable = readable
+        self._bounds_state = bounds_state
         self._scope = scope
         self._declared = declared
         self._oracle = oracle
@@ -135,6 +142,45 @@ class ConditionEditor:
             if edited is None or (term is not None and not self._allows_all(edited, term)):
                 edited = together or edited
         return edited or self._smallest_change(self._new_bounds(text, goal, goal_text), goal)
+
+    def loosen(self, text: str, others: Sequence[t.Term]) -> list[str]:
+        """Find edits of a condition that move one bound so far that it can hold, and not further.
+
+        Args:
+            text: text of a condition that cannot hold together with the others.
+            others: the other conditions.
+
+        Returns:
+            The edited texts, the one with the smallest relative change first.
+        """
+        found: list[tuple[Fraction, str]] = []
+        for bound in self._literal_bounds(text):
+            sign, scale = (1 if bound.upper else -1), 10 ** (bound.decimals + EXTRA_DIGITS)
+            strict = int(bound.value * scale * sign)
+            lax = strict + int(abs(bound.distance - bound.value) * scale) + 1
+            if self._text_that_can_hold(bound, Fraction(lax * sign, scale), others) is None:
+                continue
+            while lax - strict > 1:
+                middle = (lax + strict) // 2
+                if self._text_that_can_hold(bound, Fraction(middle * sign, scale), others) is None:
+                    strict = middle
+                else:
+                    lax = middle
+            value = Fraction(lax * sign, scale)
+            edited = self._text_that_can_hold(bound, value, others)
+            if edited is not None:
+                change = abs(value - bound.value)
+                found.append((change / abs(bound.value) if bound.value else change, edited))
+        return [edited for _, edited in sorted(found)]
+
+    def _text_that_can_hold(self, bound: _Bound, value: Fraction, others: Sequence[t.Term]) -> str | None:
+        self._queries_left -= 1
+        shown = exact_decimal(value)
+        text = None if shown is None or self._queries_left < 0 else bound.replace_in_text(shown, False)
+        term = None if text is None else self.term(text)
+        if term is None or is_unsatisfiable((term, *others), self._declared, self._oracle):
+            return None
+        return text
 
     def _conjoin(self, text: str, goal: t.Term, goal_text: str) -> str | None:
         """Return the conjunction with the text of the goal; None if it holds nowhere."""
@@ -194,15 +240,18 @@ class ConditionEditor:
     def _literal_bounds(self, text: str) -> Iterator[_Bound]:
         """Yield the numbers with which `text` compares parameters or inputs, where less is stricter."""
         for left, right, op in comparisons_in(parse(text)):
-            for literal, other, upper in ((right, left, op[0] == "<"), (left, right, op[0] == ">")):
-                number = read_number(literal)
-                if number is None or op not in ("<", "<=", ">", ">="):
-                    continue
-                value, unit = number
-                width = self._value_span(other, unit)
-                if width is not None:
+            if op not in ("<", "<=", ">", ">="):
+                continue
+            for side, other, upper in ((right, left, op[0] == "<"), (left, right, op[0] == ">")):
+                for literal in branches_of(side):
+                    number = read_number(literal)
+                    width = None if number is None else self._value_span(other, number[1])
+                    if number is None or width is None:
+                        continue
+                    value, unit = number
                     distance = 2 * abs(value) + width
-                    between = (left.extent.end, right.extent.start)
+                    # The operator stands for all branches, and only one of them is to change.
+                    between = (left.extent.end, right.extent.start) if literal is side else None
                     replace = replace_number(text, literal.extent, between, op)
                     numeral = text[literal.extent.start : literal.extent.end]
                     limit = value - distance if upper else value + distance
@@ -217,15 +266,19 @@ class ConditionEditor:
         widths = [
             (one.range[1] - one.range[0]) / unit.factor
             for one in self._declared
-            if one.name in variables and one.range is not None and _can_be_bounded(one)
+            if one.name in variables and one.range is not None and self._can_be_bounded(one)
         ]
         return max(widths, default=None)
+
+    def _can_be_bounded(self, variable: Declared) -> bool:
+        is_chosen = variable.variable.role is not t.VariableRole.STATE
+        return (is_chosen or self._bounds_state) and isinstance(variable.variable.type, RealType)
 
     def _new_bounds(self, text: str, goal: t.Term, goal_text: str) -> Iterator[_Bound]:
         """Yield bounds to add, on each number that `goal` mentions, as lax as its declared range."""
         mentioned = t.variables_of(goal)
         for one in self._declared:
-            if one.range is None or one.name not in mentioned or not _can_be_bounded(one):
+            if one.range is None or one.name not in mentioned or not self._can_be_bounded(one):
                 continue
             unit = unit_used_for(one, text, goal_text)
             low, high = (to_unit(bound, unit) for bound in one.range)
@@ -233,10 +286,6 @@ class ConditionEditor:
             for upper in (True, False):
                 lax, limit = (high, low) if upper else (low, high)
                 yield _Bound(lax, unit, upper, limit, 0, add_bound(text, name, upper, unit))
-
-
-def _can_be_bounded(variable: Declared) -> bool:
-    return variable.variable.role is not t.VariableRole.STATE and isinstance(variable.variable.type, RealType)
 
 
 def _state_read_by(term: t.Term) -> set[str]:

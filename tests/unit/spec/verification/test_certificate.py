@@ -30,12 +30,20 @@ def site(tmp_path: Path) -> Path:
     return Path(shutil.copy(CORPUS / "site" / "table.yaml", tmp_path))
 
 
+_MODULE = CORPUS / "accepted" / "left_to_the_gate"
+
+
+@pytest.fixture(scope="module")
+def lock_text() -> str:
+    """The certificate of the module as it is in the corpus; a certificate depends on no place."""
+    return certificate_of(_MODULE, CORPUS / "site" / "table.yaml").text()
+
+
 @pytest.fixture
-def module(tmp_path: Path, site: Path) -> Path:
+def module(tmp_path: Path, site: Path, lock_text: str) -> Path:
     """A proved module with its certificate."""
-    folder = tmp_path / "left_to_the_gate"
-    shutil.copytree(CORPUS / "accepted" / "left_to_the_gate", folder)
-    (folder / LOCK).write_text(certificate_of(folder, site).text(), encoding="utf-8")
+    folder = Path(shutil.copytree(_MODULE, tmp_path / "left_to_the_gate"))
+    (folder / LOCK).write_text(lock_text, encoding="utf-8")
     return folder
 
 

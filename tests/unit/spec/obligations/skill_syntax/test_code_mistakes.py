@@ -43,6 +43,8 @@ def codes(folder: Path, body: str) -> list[tuple[str, str]]:
         (f'    observed = yield {MOVE}\n    print(observed["hands"])\n', "AE147", '"hands"'),
         (f'    yield act("approach", pace=rest(observed))\n{SEEN}', "AE147", '"hands"'),
         ('    yield act("approach", pace=inputs["pace"])\n', "AE147", '"pace"'),
+        ('    yield act("approach")\n', "AE149", 'act("approach")'),
+        ('    yield Action("approach", {})\n', "AE149", 'Action("approach", {})'),
         ('    yield act("approach", pace=0.21)\n', "AE148", 'act("approach", pace=0.21)'),
         ('    yield act("approach", pace=6)\n', "AE148", "6"),
         ('    yield act("approach", pace=-0.1)\n', "AE148", "-0.1"),
@@ -69,7 +71,7 @@ def test_a_mistake_is_marked_where_it_is(tmp_path: Path, body: str, code: str, m
     ],
 )
 def test_code_that_may_be_right_is_not_reported(tmp_path: Path, body: str) -> None:
-    assert [one for one in codes(tmp_path, body) if one[0] in ("AE146", "AE147", "AE148")] == []
+    assert [one for one in codes(tmp_path, body) if one[0] in ("AE146", "AE147", "AE148", "AE149")] == []
 
 
 def test_only_a_number_that_rounding_moves_beyond_its_bound_is_explained(tmp_path: Path) -> None:

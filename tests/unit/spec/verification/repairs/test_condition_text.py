@@ -14,6 +14,7 @@ from aeros.spec.expr.units import LENGTH, NUMBER, Unit
 from aeros.spec.model.variables import Declared
 from aeros.spec.verification.repairs.condition_text import (
     add_bound,
+    branches_of,
     comparisons_in,
     conjoin_texts,
     count_decimals,
@@ -72,7 +73,20 @@ def test_the_digits_after_the_point_are_counted(numeral: str, digits: int) -> No
 def replaced(text: str, value: str, excluded: bool, at: int = 0) -> str:
     left, right, op = list(comparisons_in(parse(text)))[at]
     literal = right if read_number(right) is not None else left
-    return replace_number(text, literal.extent, (left.extent.end, right.extent.start), op)(value, excluded)
+    edited = replace_number(text, literal.extent, (left.extent.end, right.extent.start), op)(value, excluded)
+    assert edited is not None
+    return edited
+
+
+def test_a_number_among_several_is_not_excluded_by_itself() -> None:
+    text = "a <= (if b then 1 m else if c then 2 m else 3 m)"
+    ((_, right, op),) = comparisons_in(parse(text))
+    first, second, third = branches_of(right)
+    edit = replace_number(text, second.extent, None, op)
+    assert edit("4", False) == "a <= (if b then 1 m else if c then 4 m else 3 m)"
+    assert edit("4", True) is None
+    assert [read_number(one) is not None for one in (first, third)] == [True, True]
+    assert list(branches_of(first)) == [first]
 
 
 @pytest.mark.parametrize(

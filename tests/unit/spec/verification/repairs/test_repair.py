@@ -61,6 +61,21 @@ CASES = [
     ("carry", "gait <= 101 mm/s", "gait <= 100 mm/s"),
     ("carry", "gait <= 0.1012 m/s", "gait <= 0.1 m/s"),
     ("approach", "true", "person_near implies pace <= slow"),
+    (
+        "wait",
+        "duration <= (if person_near then 20 s else 31 s)",
+        "duration <= (if person_near then 20 s else 30 s)",
+    ),
+    (
+        "wait",
+        "(if person_near then 5 s else -1 s) <= duration <= 31 s",
+        "(if person_near then 5 s else -1 s) <= duration <= 30 s",
+    ),
+    (
+        "approach",
+        "pace <= (if person_near then 300 mm/s else 400 mm/s)",
+        "pace <= (if person_near then 100 mm/s else 400 mm/s)",
+    ),
     ("wipe", "pressure <= 5 N", "pressure <= 2 N"),
     ("wipe", "tool != knife and pressure <= 15 N", "tool != knife and pressure <= 10 N"),
     (

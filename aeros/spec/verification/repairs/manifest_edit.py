@@ -1,0 +1,213 @@
+"""Edits of a manifest: entries of mappings, items of lists and conditions; all other text stays as it is."""
+
+from __future__ import annotations
+
+from aeros.spec.diagnostics.codes import Diagnostics, Fix
+from aeros.spec.diagnostics.source import Source, SourceSpan
+from aeros.spec.text.nodes import MappingNode, Node, ScalarNode, SequenceNode
+from aeros.spec.text.yaml_reader import read_yaml
+from aeros.spec.verification.repairs.condition_text import conjoin_texts
+from aeros.spec.verification.repairs.source_edit import AMBIGUOUS, edit_in_source
+
+
+class ManifestEditor:
+    """Editor of a manifest's text by the places of its nodes.
+
+    Args:
+        source: text of a manifest that can be read.
+    """
+
+    def __init__(self, source: Source) -> None:
+        self.source = source
+        self._root = read_yaml(source, Diagnostics())
+
+    def node(self, *path: str | int) -> Node | None:
+        """Find a node.
+
+        Args:
+            path: keys of mappings and positions in lists, from the root.
+
+        Returns:
+            The node; None if there is none.
+        """
+        found = self._root
+        for part in path:
+            if isinstance(found, MappingNode):
+                found = next((value for key, value in found.entries if key.text == part), None)
+            elif isinstance(found, SequenceNode) and isinstance(part, int) and part < len(found.items):
+                found = found.items[part]
+            else:
+                return None
+        return found
+
+    def smallest_mapping(self, within: Node | None, span: SourceSpan, key: str) -> MappingNode | None:
+        """Find the innermost mapping that has a key and holds a place.
+
+        Args:
+            within: node to search in.
+            span: the place.
+            key: the key.
+
+        Returns:
+            The mapping; None if there is none.
+        """
+        if within is None or not within.span.start <= span.start < _end_of(within):
+            return None
+        for child in _children(within):
+            found = self.smallest_mapping(child, span, key)
+            if found is not None:
+                return found
+        has_key = isinstance(within, MappingNode) and any(one.text == key for one, _ in within.entries)
+        return within if has_key and isinstance(within, MappingNode) else None
+
+    def add_entry(self, mapping: Node | None, key: str, value: str) -> Fix | None:
+        """Add a key with a value at the end of a mapping.
+
+        Args:
+            mapping: the mapping.
+            key: a key that it does not have.
+            value: text of the value, without quotes.
+
+        Returns:
+            The edit; None if the node is no mapping that can be extended, or has the key.
+        """
+        if not isinstance(mapping, MappingNode) or any(one.text == key for one, _ in mapping.entries):
+            return None
+        return self._append(mapping, f"{key}: {quoted(value)}")
+
+    def add_item(self, sequence: Node | None, text: str) -> Fix | None:
+        """Add an item at the end of a list.
+
+        Args:
+            sequence: the list.
+            text: text of the item.
+
+        Returns:
+            The edit; None if the node is no list that can be extended.
+        """
+        if not isinstance(sequence, SequenceNode):
+            return None
+        return self._append(sequence, text if self._is_flow(sequence) else f"- {text}")
+
+    def add_list(self, mapping: Node | None, key: str, item: str) -> Fix | None:
+        """Add a key with a list of one item at the end of a mapping.
+
+        Args:
+            mapping: the mapping.
+            key: a key that it does not have.
+            item: text of the item.
+
+        Returns:
+            The edit; None if the node is no mapping that can be extended, or has the key.
+        """
+        if not isinstance(mapping, MappingNode) or any(one.text == key for one, _ in mapping.entries):
+            return None
+        return self._append(mapping, f"{key}: [{item}]")
+
+    def insert_item(self, sequence: Node | None, before: Node, text: str) -> Fix | None:
+        """Insert an item into a list.
+
+        Args:
+            sequence: the list.
+            before: the item before which it is to stand.
+            text: text of the item.
+
+        Returns:
+            The edit; None if the item does not begin its line in a list of lines.
+        """
+        if not isinstance(sequence, SequenceNode) or before not in sequence.items or self._is_flow(sequence):
+            return None
+        line_start = self.source.text.rfind("\n", 0, before.span.start) + 1
+        lead = self.source.text[line_start : before.span.start]
+        if lead.strip() != "-":
+            return None
+        return Fix(SourceSpan(self.source, line_start, before.span.start), f"{lead}{text}\n{lead}")
+
+    def conjoin(self, condition: Node | None, other: str) -> Fix | None:
+        """Replace a condition by its conjunction with another.
+
+        Args:
+            condition: the condition.
+            other: text of the other condition.
+
+        Returns:
+            The edit; None if it cannot be made where the condition stands.
+        """
+        if not isinstance(condition, ScalarNode):
+            return None
+        return self.replace(condition, conjoin_texts(" ".join(condition.text.split()), other))
+
+    def replace(self, scalar: Node | None, text: str) -> Fix | None:
+        """Replace the text of a scalar.
+
+        Args:
+            scalar: the scalar.
+            text: its new text.
+
+        Returns:
+            The edit; None if it cannot be made where the scalar stands.
+        """
+        return edit_in_source(scalar.span, scalar.text, text) if isinstance(scalar, ScalarNode) else None
+
+    def applied(self, fix: Fix) -> str:
+        """Apply an edit.
+
+        Args:
+            fix: an edit of this text.
+
+        Returns:
+            The edited text of the manifest.
+        """
+        text = self.source.text
+        return text[: fix.span.start] + fix.text + text[fix.span.end :]
+
+    def _is_flow(self, node: Node) -> bool:
+        return self.source.text[node.span.start] in "[{"
+
+    def _append(self, collection: MappingNode | SequenceNode, text: str) -> Fix | None:
+        children = _children(collection)
+        if not children:
+            inner = collection.span.start + 1
+            return self._insertion(inner, text) if self._is_flow(collection) else None
+        end = _end_of(children[-1])
+        while self.source.text[end - 1].isspace():
+            end -= 1
+        if self._is_flow(collection):
+            return self._insertion(end, f", {text}")
+        line_end = self.source.text.find("\n", end)
+        end = len(self.source.text) if line_end < 0 else line_end  # a comment stays with the line before
+        first = collection.entries[0][0] if isinstance(collection, MappingNode) else collection.items[0]
+        line_start = self.source.text.rfind("\n", 0, first.span.start) + 1
+        indent = first.span.start - line_start
+        if isinstance(collection, SequenceNode):
+            indent = self.source.text.rfind("-", line_start, first.span.start) - line_start
+        return self._insertion(end, f"\n{' ' * indent}{text}") if indent >= 0 else None
+
+    def _insertion(self, offset: int, text: str) -> Fix:
+        before = self.source.text[offset - 1]  # an edit replaces some text, as its place is shown
+        return Fix(SourceSpan(self.source, offset - 1, offset), before + text)
+
+
+def quoted(text: str) -> str:
+    """Quote a text where YAML would read it as something else.
+
+    Args:
+        text: text of a scalar, without quotes.
+
+    Returns:
+        The text, in double quotes if it needs them.
+    """
+    return f'"{text}"' if AMBIGUOUS.search(text) else text
+
+
+def _children(node: Node) -> tuple[Node, ...]:
+    if isinstance(node, MappingNode):
+        return tuple(value for _, value in node.entries)
+    return node.items if isinstance(node, SequenceNode) else ()
+
+
+def _end_of(node: Node) -> int:
+    """Return the offset after the last character of a node; a block ends with its last child."""
+    children = _children(node)
+    is_flow = node.span.text[:1] in ("[", "{")
+    return node.span.end if is_flow or not children else _end_of(children[-1])
