@@ -88,6 +88,7 @@ def _session(code: ModuleSource) -> ProcessGraph:
         one._plans = SimpleNamespace(last_problems=[], new_plan=lambda _: _GRAPH, kept_plan=lambda plan: plan)
         one._idle = lambda _: None
         one._position = SimpleNamespace(number=0, earlier_reports=())
+        one._finished_plans = SimpleNamespace(is_useless=lambda *_: False)
         one.resume(kept, _record(recorded))
         one._run_until_goal()
         return "over"
@@ -95,7 +96,7 @@ def _session(code: ModuleSource) -> ProcessGraph:
     return execute_process(run).merge_places(_path_facts)
 
 
-_ROUTE: Final = SimpleNamespace(task=SimpleNamespace(goal_text="goal"))
+_ROUTE: Final = SimpleNamespace(task=SimpleNamespace(goal=None, goal_text="goal"))
 
 
 def _newest_checkpoint(do: PerformStep, modules: Any) -> Any:

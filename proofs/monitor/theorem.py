@@ -236,8 +236,8 @@ _RULES: Final = (
         "is-content-with-any-rule",
         "evaluation",
         RULES,
-        "if all(self._truths.evaluate(*self._values(values))):",
-        "if any(self._truths.evaluate(*self._values(values))):",
+        "if all(truths.evaluate(*values_of(values))):",
+        "if any(truths.evaluate(*values_of(values))):",
     ),
     Mutant(
         "is-content-where-a-value-is-missing",

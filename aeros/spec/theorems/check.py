@@ -96,12 +96,16 @@ class SolverPanel:
 
         return (*([solver_version()] if self._z3 else []), *([self._second.name] if self._second else []))
 
-    def check(self, name: str, obligation: TheoremObligation) -> TheoremObligationResult:
+    def check(
+        self, name: str, obligation: TheoremObligation, *, is_expected: bool = True
+    ) -> TheoremObligationResult:
         """Check an obligation with every solver.
 
         Args:
             name: name of the obligation.
             obligation: the obligation.
+            is_expected: it should be proved; if it should be refuted, Z3 is asked for the witness at once,
+                and unsat core and resource units are those of that question.
 
         Returns:
             The verdicts; VACUOUS if its assumptions exclude every input.
@@ -114,7 +118,7 @@ class SolverPanel:
         found = ScriptAnswer(SatResult.UNKNOWN, {}, 0, 0)
         reasons: list[str] = []
         if self._z3:
-            found = _solve_with_z3(script)
+            found = _solve_with_z3(script if is_expected else obligation.to_traced_smtlib()[0])
             verdicts["z3"] = _VERDICTS[found.result]
             reasons += [f"z3: {found.reason}"] if found.reason else []
         if self._second is not None:
@@ -125,7 +129,9 @@ class SolverPanel:
         if len(set(decided.values())) > 1:
             first, second = (f"{name} says {one.value}" for name, one in decided.items())
             raise DisagreementError(name, script, first, second)
-        witness = _witness(name, obligation) if found.result is SatResult.SAT else None
+        witness = None
+        if found.result is SatResult.SAT:
+            witness = _witness(name, obligation, _trace(obligation) if is_expected else found)
         if Verdict.PROVED in decided.values():
             holding = self._check_premises(obligation)
             if holding is not SatResult.SAT:
@@ -158,12 +164,20 @@ def _solve_with_z3(script: str) -> ScriptAnswer:
     return SOLVER_PROCESS.solve_script(script, RLIMIT, _QUESTION_SECONDS)
 
 
-def _witness(name: str, obligation: TheoremObligation) -> Counterexample:
-    script, by_constant = obligation.to_traced_smtlib()
-    answer = _solve_with_z3(script)
-    if answer.result is not SatResult.SAT:
-        raise InternalError(f"the witness against `{name}` is not found again: {answer.reason}")
-    model = dict(answer.model)
+def _trace(obligation: TheoremObligation) -> ScriptAnswer:
+    return _solve_with_z3(obligation.to_traced_smtlib()[0])
+
+
+def _witness(name: str, obligation: TheoremObligation, traced: ScriptAnswer) -> Counterexample:
+    """Make the witness of the answer to the traced script.
+
+    Raises:
+        InternalError: the answer is another than that to the plain script.
+    """
+    if traced.result is not SatResult.SAT:
+        raise InternalError(f"the witness against `{name}` is not found again: {traced.reason}")
+    _, by_constant = obligation.to_traced_smtlib()
+    model = dict(traced.model)
     answers = {question: model.pop(constant, "") == "true" for constant, question in by_constant.items()}
     ways = {table.name: path_for_answers(table.diagram, answers) for table in obligation.tables}
     return Counterexample(dict(sorted(model.items())), ways)
@@ -186,12 +200,17 @@ def check_theorem(
     checked: list[TheoremObligationResult] = []
     for name, make in theorem.obligations.items():
         progress(name)
-        checked.append(_check_made(name, make, shipped, solvers))
+        checked.append(_check_made(name, make, shipped, solvers, is_expected=True))
     return checked
 
 
 def _check_made(
-    name: str, make: Callable[[ModuleSource], TheoremObligation], code: ModuleSource, solvers: SolverPanel
+    name: str,
+    make: Callable[[ModuleSource], TheoremObligation],
+    code: ModuleSource,
+    solvers: SolverPanel,
+    *,
+    is_expected: bool,
 ) -> TheoremObligationResult:
     """Make an obligation and check it; code that it cannot be made of leaves it UNKNOWN, with the reason.
 
@@ -203,7 +222,7 @@ def _check_made(
     except Exception as error:  # changed code may fail in any way with stand-ins
         reason = f"it cannot be made from the code: {type(error).__name__}: {error}"
         return TheoremObligationResult(name, None, {}, reason=reason)
-    return solvers.check(name, obligation)
+    return solvers.check(name, obligation, is_expected=is_expected)
 
 
 def check_mutants(
@@ -227,7 +246,7 @@ def check_mutants(
         progress(mutant.name)
         code = ModuleSource(mutant)
         name = mutant.refuted_obligation
-        result = _check_made(name, theorem.obligations[name], code, solvers)
+        result = _check_made(name, theorem.obligations[name], code, solvers, is_expected=False)
         if result.obligation is not None and mutant.module not in code.loaded:
             raise InternalError(f"`{name}` is not made of `{mutant.module}`, which `{mutant.name}` breaks")
         checked.append(MutantResult(mutant, result))

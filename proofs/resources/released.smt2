@@ -1,0 +1,21 @@
+; `ResourceQueue.release` takes exactly this step from those that hold and those that wait; a second
+; time changes no more.
+; unsat: proved
+(set-logic ALL)
+(declare-datatypes ((Grant 0)) (((grant (g.1 Bool) (g.2 Bool) (g.3 Bool)) (wrong))))
+(declare-const capacity.r Int)
+(declare-const capacity.s Int)
+(declare-const needs.7.r Bool)
+(declare-const needs.7.s Bool)
+(declare-const needs.1.r Bool)
+(declare-const needs.1.s Bool)
+(declare-const needs.2.r Bool)
+(declare-const needs.2.s Bool)
+(declare-const needs.3.r Bool)
+(declare-const needs.3.s Bool)
+(define-fun held.r () Int (ite needs.7.r 1 0))
+(define-fun held.s () Int (ite needs.7.s 1 0))
+(declare-const step Int)
+(define-fun released () Bool true)
+(assert (! (not released) :named negated-conclusion))
+(check-sat)
