@@ -154,8 +154,10 @@ def _appended(code: ModuleSource) -> TheoremObligation:
             "_unsigned": 3,
             "_id": f"hash of {body}" if ask("first") else "id",
         }
-        told = [("tell", f"line of {body}")] if ask("listener") else []
-        is_right = after == {**before, **change} and events == [one, *told] and found == before["_sequence"]
+        notices = [("tell", f"line of {body}")] if ask("listener") else []
+        is_right = (
+            after == {**before, **change} and events == [one, *notices] and found == before["_sequence"]
+        )
         return "acknowledged" if is_right else "wrong"
 
     return TheoremObligation(

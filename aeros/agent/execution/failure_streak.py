@@ -6,10 +6,10 @@ of the streak by chance is
 
     L = prod over k of prod for i < n_k of (f_k + b_k + i) / (s_k + f_k + a_k + b_k + i)
 
-(Beta-binomial). The declared probability of failure q counts as w results: a = w (1 - q), b = w q. Failures
-after which no quantity of the module had changed, each within its uncertainty, are the same attempt at the
-same thing: for these, of all skills together, w is `STILL_TRIES`. For all failures of one skill in the state
-w is `PRIOR_TRIES`, as some may have brought the task on, such as one of many pieces put away.
+(Beta-binomial). The declared probability q of failure counts as `PRIOR_TRIES` results: a = 4 (1 - q) and
+b = 4 q. Failures after which no quantity of the module had changed, each within its uncertainty, are the same
+attempt at the same thing, and count for all skills together. Of other failures in the state those of one
+skill count, as some may have brought the task on, such as one of many pieces put away.
 
 With either L below `LEAST_CHANCE`, after `LEAST_FAILURES` of the same step and `LEAST_SECONDS`, trying again
 is of no use: another provider may be, or the run ends. As far as record and declarations are right, chance
@@ -34,9 +34,6 @@ from aeros.spec.model.variables import Declared
 
 LEAST_CHANCE: Final = 1e-3
 """Probability by chance below which a streak has another cause."""
-
-STILL_TRIES: Final = 20
-"""Results that a declared probability counts as, where no quantity has changed."""
 
 LEAST_FAILURES: Final = 3
 """Failures of the step in the streak before it can be given up: twice may be a bad look."""
@@ -79,9 +76,9 @@ class _FailedSkill:
     times: int = 0
     still: int = 0
 
-    def probability(self, times: int, weight: int) -> float:
-        failures = self.record.failures + weight * self.declared_failure
-        tries = self.record.successes + self.record.failures + weight
+    def probability(self, times: int) -> float:
+        failures = self.record.failures + PRIOR_TRIES * self.declared_failure
+        tries = self.record.successes + self.record.failures + PRIOR_TRIES
         return prod((failures + further) / (tries + further) for further in range(times))
 
 
@@ -107,8 +104,8 @@ class _Streak:
 
     def probability(self, skill_id: SkillId, *, still: bool) -> float:
         if still:
-            return prod(one.probability(one.still, STILL_TRIES) for one in self.failed.values())
-        return self.failed[skill_id].probability(self.failed[skill_id].times, PRIOR_TRIES)
+            return prod(one.probability(one.still) for one in self.failed.values())
+        return self.failed[skill_id].probability(self.failed[skill_id].times)
 
 
 class FailureStreak:

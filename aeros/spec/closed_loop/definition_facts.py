@@ -1,4 +1,4 @@
-"""What definitions say of the states of a loop: a predicate is true exactly where its definition holds.
+"""Definitions as facts about the states of a loop: a predicate is true exactly where its definition holds.
 
 That is used where a state has everything that the definition reads.  At the start, states that contradict a
 definition are left out.  After an outcome that leaves a predicate at either value, it has the value of its

@@ -80,7 +80,7 @@ def written_out(loop: Loop, definition: t.Term) -> Loop:
 
 
 def verdicts(found: LoopFindings) -> list[bool]:
-    """Whether each kind of fault is found."""
+    """For each kind of fault, if there is none, and if the goal holds at every start."""
     return [
         found.blocked_step() is None,
         found.dead_end() is None,

@@ -16,7 +16,6 @@ from hypothesis import strategies as st
 from aeros.agent.agent import start_agent
 from aeros.agent.execution.failure_streak import (
     LEAST_CHANCE,
-    STILL_TRIES,
     FailureStreak,
     Quantities,
     quantities_of,
@@ -72,16 +71,17 @@ def streak_of(
 @given(st.integers(1, 9), st.integers(0, 50), st.integers(0, 50))
 def test_the_probability_is_that_of_record_and_declaration(times: int, successes: int, failures: int) -> None:
     streak = streak_of(times, SuccessRecord(successes, failures))
-    for still, weight in ((True, STILL_TRIES), (False, PRIOR_TRIES)):
-        exact = prod((failures + weight / 20 + i) / (successes + failures + weight + i) for i in range(times))
+    tries = successes + failures + PRIOR_TRIES
+    exact = prod((failures + PRIOR_TRIES / 20 + i) / (tries + i) for i in range(times))
+    for still in (True, False):
         assert streak.probability_by_chance(LOOK_ID, STATE_BEFORE, still=still) == pytest.approx(exact)
 
 
-def test_a_skill_without_a_record_is_given_up_at_the_third_failure_that_changes_nothing() -> None:
+def test_a_skill_without_a_record_is_given_up_at_the_sixth_failure() -> None:
     new = SuccessRecord(0, 0)
-    assert reason(streak_of(2, new), 1e4) == ""
-    assert reason(streak_of(3, new), 14.9) == ""  # too soon
-    assert reason(streak_of(3, new), 20.0) == "it failed 3 times in the same measured state in 20 s"
+    assert reason(streak_of(5, new), 1e4) == ""
+    assert reason(streak_of(6, new), 14.9) == ""  # too soon
+    assert reason(streak_of(6, new), 30.0) == "it failed 6 times in the same measured state in 30 s"
 
 
 @given(st.fractions(Fraction(1, 50), Fraction(1, 2)))
@@ -94,15 +94,15 @@ def test_chance_as_declared_is_given_up_less_than_once_in_a_thousand_times(failu
     assert float(failure) ** times < LEAST_CHANCE
 
 
-def test_failures_that_change_something_have_more_tries() -> None:
+def test_failures_that_change_something_count_by_skill() -> None:
     places: tuple[Quantities, ...] = ({"place": (0.0, 0.0)}, {"place": (0.0, 1.5)})
     moved = streak_of(5, SuccessRecord(0, 0), quantities=places)
     assert reason(moved, 1e4) == ""
     assert "it failed 6 times" in reason(streak_of(6, SuccessRecord(0, 0), quantities=places), 1e4)
     # Within its uncertainty nothing has changed.
     rest: tuple[Quantities, ...] = ({"place": (0.0, 0.0)}, {"place": (0.0, 0.9)})
-    found = reason(streak_of(3, SuccessRecord(0, 0), quantities=rest), 20.0)
-    assert found == "it failed 3 times in the same measured state in 20 s, and no measured quantity changed"
+    found = reason(streak_of(6, SuccessRecord(0, 0), quantities=rest), 30.0)
+    assert found == "it failed 6 times in the same measured state in 30 s, and no measured quantity changed"
 
 
 def test_another_skill_that_helped_a_little_is_no_evidence() -> None:
@@ -138,11 +138,11 @@ def test_the_failures_of_several_count_together() -> None:
 
 
 def test_a_streak_lasts_through_other_states_until_the_skill_succeeds() -> None:
-    streak = streak_of(2, SuccessRecord(0, 0))
-    streak.add(("m", "look"), look(), {"there": True}, 50.0, SuccessRecord(0, 3), {})
+    streak = streak_of(5, SuccessRecord(0, 0))
+    streak.add(("m", "look"), look(), {"there": True}, 50.0, SuccessRecord(0, 6), {})
     assert streak.reason_to_stop(("m", "look"), {"there": True}, 100.0) == ""
     streak.succeeded(("m", "search"))
-    streak.add(("m", "look"), look(), STATE_BEFORE, 55.0, SuccessRecord(0, 4), {})
+    streak.add(("m", "look"), look(), STATE_BEFORE, 55.0, SuccessRecord(0, 7), {})
     assert reason(streak, 60.0) != ""
     streak.succeeded(("m", "look"))
     assert reason(streak, 60.0) == ""
@@ -198,8 +198,8 @@ def test_the_same_look_is_given_up_within_half_a_minute_and_the_reason_is_in_the
 
 def test_without_a_record_no_budget_is_used_on_one_cause(tmp_path: Path) -> None:
     report, runtime = pursued(tmp_path, successes=0)
-    assert runtime.submitted == ["look"] * 3
-    assert "it failed 3 times in the same measured state in 15 s" in str(report.reason)
+    assert runtime.submitted == ["look"] * 6
+    assert "it failed 6 times in the same measured state in 30 s" in str(report.reason)
 
 
 def test_another_provider_is_tried_before_the_run_is_given_up(tmp_path: Path) -> None:

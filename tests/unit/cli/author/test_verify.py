@@ -130,7 +130,9 @@ def _ten_parameters(folder: Path) -> None:
     (folder / "m").mkdir()
     (folder / "m" / "ecm.yaml").write_text(manifest)
     (folder / "m" / "skills.py").write_text(
-        "from aeros.skill import act\n\n\ndef tidy(observed, inputs):\n    yield act('move', a0=1.0)\n"
+        "from aeros.skill import act\n\n\ndef tidy(observed, inputs):\n    yield act('move', "
+        + ", ".join(f"{one}{n}=0.0" for one in "ab" for n in range(5))
+        + ")\n"
     )
 
 
