@@ -247,7 +247,12 @@ def _signs(code: ModuleSource) -> TheoremObligation:
         events: list[Any] = []
         log = _log(code, _lock=nullcontext(), _signing="key" if ask("signing") else None)
         log._unsigned = SymbolicValue("unsigned", ask)
-        log._append = lambda event, details: events.append((event, details)) or 9
+
+        def append(event: str, details: str) -> int:
+            events.append((event, details))
+            return 9
+
+        log._append = append
         log._sign = lambda signing, *, closing: events.append((signing, closing))
         found = log.append("event", "details")
         signed = events[1:] == [("key", False)]
