@@ -1,4 +1,4 @@
-"""What the plant is given is what was decided: the conversion of checked parameters."""
+"""The plant is given the parameters that were decided: their conversion changes no value."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _MEMBER: Final = "slow"
 
 
 class _Double(SymbolicValue):
-    """What `float` makes of a whole number."""
+    """The double that `float` makes from a whole number."""
 
     __slots__ = ()
 

@@ -93,7 +93,7 @@ class _Site:
         return self._rules_of("".join(sorted((one.name, other.name))))
 
     def watched(self) -> dict[str, bool] | None:
-        """Which watches there are, by field; None if one is not what it has to be, or there twice."""
+        """Tell for each field if its watch exists; None if a watch exists twice or has the wrong contents."""
         found = dict.fromkeys(_WATCH_FIELDS, False)
         for watch in self.monitor._watches:
             names = sorted(one.name for one in watch.actions)

@@ -61,7 +61,7 @@ class TheoremTrials:
             shipped = build(ModuleSource()).to_smtlib()
             try:
                 made = build(_ChangedSource(module, text))
-            except Exception:  # the code has a fault
+            except Exception:  # `aeros prove` fails, too, where changed code cannot be explored
                 pipe.write(obligation)
                 return
             if made.to_smtlib() != shipped and SolverPanel().check(obligation, made).verdict in _FAILED:

@@ -12,7 +12,7 @@ FOLDER: Final = Path("mutants")
 
 
 class Reach:
-    """Which test executes which lines of an area's files, and for how long it runs.
+    """The lines of an area's files that each test executes, and how long each test runs.
 
     Tests of a file that has changed are measured again, and so are those that execute a file of the area
     that has changed.

@@ -63,7 +63,6 @@ class ModuleSource:
         copy = ModuleType(name)
         copy.__file__ = str(_path(name))
         vars(copy)["__builtins__"] = {**_BUILTINS, "__import__": _import_hook(using)}
-        self.loaded.add(name)
         if name not in self._compiled:
             self._compiled[name] = compile(self.source(name), copy.__file__, "exec", dont_inherit=True)
         exec(self._compiled[name], vars(copy))  # noqa: S102 - it is AEROS's own code
