@@ -62,6 +62,22 @@ def existing_path(text: str) -> Path:
     return path
 
 
+def add_module_folders(parser: argparse.ArgumentParser, help_: str) -> None:
+    """Add the option `--ecms`, whose values are all loaded.
+
+    Args:
+        parser: Parser of a command.
+        help_: Description of the modules, which ends with the default.
+    """
+    parser.add_argument(
+        "--ecms",
+        type=existing_path,
+        action="append",
+        metavar="PATH",
+        help=f"{help_}; a module or a folder of modules; may be repeated",
+    )
+
+
 def solver_budget(text: str) -> int:
     """Parse a solver budget.
 

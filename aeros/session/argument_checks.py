@@ -31,6 +31,26 @@ def as_path(argument: str, value: Any) -> Path:
     raise MisuseError(f"`{argument}` is {_described(value)}; give a path, as str or pathlib.Path")
 
 
+def as_paths(argument: str, value: Any) -> list[Path]:
+    """Convert an argument to one or several paths.
+
+    Args:
+        argument: name of the argument, for the message.
+        value: a path as `as_path` takes it, or a list or tuple of paths.
+
+    Returns:
+        The paths; at least one.
+
+    Raises:
+        MisuseError: the value is neither, or an empty list.
+    """
+    if not isinstance(value, list | tuple):
+        return [as_path(argument, value)]
+    if not value:
+        raise MisuseError(f"`{argument}` is empty; give at least one path")
+    return [as_path(argument, one) for one in value]
+
+
 def require_one_of(what: str, given: Any, known: tuple[str, ...]) -> None:
     """Refuse a value that is not one of a few texts.
 

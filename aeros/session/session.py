@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, wait
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from os import PathLike
@@ -25,6 +25,7 @@ from aeros.runtime.ports import Plant
 from aeros.runtime.proving import prove_configuration
 from aeros.session.argument_checks import (
     as_path,
+    as_paths,
     require_members,
     require_one_of,
     require_text,
@@ -246,7 +247,7 @@ def _open_parts(setup: SessionSetup, governor: Governor) -> Iterator[AgentSessio
 
 @contextmanager
 def open_session(
-    modules: str | PathLike[str],
+    modules: str | PathLike[str] | Sequence[str | PathLike[str]],
     *,
     plant: PlantName | Plant = "symbolic",
     site: str | PathLike[str] | None = None,
@@ -262,7 +263,8 @@ def open_session(
     """Prove modules and open a robot that runs them, every action decided by the gate.
 
     Args:
-        modules: A module's folder or a folder of modules, each with a current `ecm.lock` (`aeros verify`).
+        modules: A module's folder or a folder of modules, or several of these; each module has a current
+            `ecm.lock` (`aeros verify`).
         plant: `symbolic` (declared outcomes), `kinematic`, `physics`, or your own `Plant`, which you close.
         site: The site file; None for the policy in force in `state`, or else the reference site, a Panda
             cell.
@@ -300,7 +302,7 @@ def open_session(
         require_one_of("plant", name, PLANTS)
     require_one_of("gate mode", gate, get_args(GateModeName))
     require_whole_number("seed", seed)
-    ecms, path = as_path("modules", modules), None if site is None else as_path("site", site)
+    ecms, path = as_paths("modules", modules), None if site is None else as_path("site", site)
     robot = None if state is None else as_path("state", state)
     output = None if out is None else as_path("out", out)
     settings = read_module_settings(bindings, parameters)
@@ -309,7 +311,7 @@ def open_session(
             governor: Governor
             if robot is None:
                 configuration, proof = prove_configuration(
-                    [ecms], path or reference_site_path(), certified=True, settings=settings
+                    ecms, path or reference_site_path(), certified=True, settings=settings
                 )
                 governor = FixedGovernor(configuration)
             else:

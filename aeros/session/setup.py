@@ -134,7 +134,7 @@ def build_signing(
 
 def open_governor(
     state: Path,
-    modules: Path | None,
+    modules: Sequence[Path] | None,
     site: Path | None,
     *,
     resumed: bool = False,
@@ -147,7 +147,7 @@ def open_governor(
 
     Args:
         state: The agent's state folder, with the registry of installed modules if there is one.
-        modules: The modules to load; None for those active in the registry, or else the folder `ecms`.
+        modules: Folders of the modules to load; None for those active in the registry, or else `ecms`.
         site: The site file; None for the policy in force in the registry, or else the reference site.
         resumed: True if a stop that was commanded before this session still holds.
         configurations: Settings of modules of a folder, by module.

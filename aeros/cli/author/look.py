@@ -122,7 +122,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
     if len(folders) != 1:
         raise UsageError(f"`{arguments.module}` holds several modules; name one")
     source = FolderModules(
-        folders[0],
+        folders,
         arguments.site,
         registry := InstalledModules(arguments.state),
         needs_certificates=False,

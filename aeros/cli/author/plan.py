@@ -18,7 +18,7 @@ from aeros.agent.planning.strong_cyclic import explain_no_plan
 from aeros.agent.planning.task_graph import verify_plan
 from aeros.agent.world.values import to_exact, to_json_value
 from aeros.apps.goal import parse_goal, parse_value
-from aeros.cli.arguments import add_command, existing_path, print_warning
+from aeros.cli.arguments import add_command, add_module_folders, existing_path, print_warning
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.terminal import print_line
 from aeros.exit_codes import Exit, UsageError
@@ -87,7 +87,7 @@ def add_to(commands: Subparsers) -> None:
         metavar="NAME=VALUE",
         help="initial value of a state variable, or `unknown` (repeatable)",
     )
-    parser.add_argument("--ecms", type=existing_path, help="the modules (default: as for `aeros run`)")
+    add_module_folders(parser, "the modules (default: as for `aeros run`)")
     add_module_settings(parser)
     parser.add_argument("--site", type=existing_path, help="the site file (default: as for `aeros run`)")
     parser.add_argument(

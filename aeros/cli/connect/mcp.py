@@ -19,6 +19,7 @@ from aeros.apps.mcp.robot import ClientPlanner, LatestMeasurements, McpRobotThre
 from aeros.apps.mcp.tools import Tools
 from aeros.cli.arguments import (
     add_command,
+    add_module_folders,
     add_signing,
     existing_path,
     parse_seed,
@@ -77,7 +78,7 @@ def add_to(commands: Subparsers) -> None:
     parser.add_argument("--seed", type=parse_seed, default=0, help="seed of all random numbers (default: 0)")
     parser.add_argument("--plant", choices=PLANTS, default="physics", help="default: physics")
     parser.add_argument("--site", type=existing_path, help="the site file (default: as for `aeros run`)")
-    parser.add_argument("--ecms", type=existing_path, help="the modules (default: as for `aeros run`)")
+    add_module_folders(parser, "the modules (default: as for `aeros run`)")
     add_module_settings(parser)
     parser.add_argument("--out", type=Path, help="a new folder for trace and audit log (default: in runs/)")
     parser.add_argument(

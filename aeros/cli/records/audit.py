@@ -10,7 +10,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from aeros.cli.arguments import add_command, add_signature_check, existing_path, writable_path
+from aeros.cli.arguments import (
+    add_command,
+    add_module_folders,
+    add_signature_check,
+    existing_path,
+    writable_path,
+)
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.records.show import add_filters, explain_record, format_record, matches_filters
 from aeros.cli.terminal import print_line
@@ -123,11 +129,7 @@ def add_to(commands: Subparsers) -> None:
         type=existing_path,
         help="the site file (default: those in force on this robot, or else the reference site)",
     )
-    replay.add_argument(
-        "--ecms",
-        type=existing_path,
-        help="the modules (default: those active on this robot, or else `ecms`)",
-    )
+    add_module_folders(replay, "the modules (default: those active on this robot, or else `ecms`)")
     add_module_settings(replay)
     replay.add_argument(
         "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"

@@ -20,6 +20,7 @@ from aeros.apps.watchdog.resumable_run import load_run_options, save_run_options
 from aeros.apps.watchdog.watchdog import run_watchdog
 from aeros.cli.arguments import (
     add_command,
+    add_module_folders,
     add_signing,
     existing_path,
     mcap_path,
@@ -130,10 +131,9 @@ def add_to(commands: Subparsers) -> None:
         type=existing_path,
         help="the site file (default: the policy in force on this robot, or else the reference site)",
     )
-    parser.add_argument(
-        "--ecms",
-        type=existing_path,
-        help="the modules to load, with those that they require and that lie next to them (default: those "
+    add_module_folders(
+        parser,
+        "the modules to load, with those that they require and that lie next to them (default: those "
         "that are active on this robot; `ecms` if none was ever installed)",
     )
     add_module_settings(parser)

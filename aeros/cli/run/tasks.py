@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from aeros.agent.instructions.refusals import InstructionError
 from aeros.agent.world.values import to_json_value
-from aeros.cli.arguments import add_command, existing_path, warn_of_withheld_modules
+from aeros.cli.arguments import add_command, add_module_folders, existing_path, warn_of_withheld_modules
 from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.cli.terminal import print_line
 from aeros.exit_codes import Exit
@@ -46,7 +46,7 @@ def add_to(commands: Subparsers) -> None:
     """
     parser = add_command(commands, "tasks", __doc__, _EXAMPLES)
     parser.add_argument("instruction", nargs="?", help="an instruction to be understood, and not run")
-    parser.add_argument("--ecms", type=existing_path, help="the modules (default: as for `aeros run`)")
+    add_module_folders(parser, "the modules (default: as for `aeros run`)")
     add_module_settings(parser)
     parser.add_argument("--site", type=existing_path, help="the site file (default: as for `aeros run`)")
     parser.add_argument(

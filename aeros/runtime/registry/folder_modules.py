@@ -1,8 +1,8 @@
-"""Modules of a folder, for a run on a robot whose operator has the same word as over installed modules."""
+"""Modules of folders, for a run on a robot whose operator has the same word as over installed modules."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import Final
@@ -28,23 +28,23 @@ from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.operator_settings import OperatorSettings
 from aeros.spec.model.site import Site
 from aeros.spec.text.digests import code_digest, text_digest
-from aeros.spec.text.discovery import MANIFEST, module_folders
+from aeros.spec.text.discovery import MANIFEST, Surroundings, module_folders
 from aeros.spec.text.site_layers import site_content
 from aeros.spec.verification.modules_with_settings import absent_module_problems
 from aeros.spec.verification.reports import Report
 
-DEFAULT_MODULES: Final = Path("ecms")
-"""Folder of the modules of a run that names none, on a robot on which none was ever installed."""
+DEFAULT_MODULES: Final = (Path("ecms"),)
+"""Folders of the modules of a run that names none, on a robot on which none was ever installed."""
 
 
 class FolderModules:
-    """Modules of a folder, and those that they require and that lie next to them; implements `RunModules`.
+    """Modules of folders, and those that they require and that lie next to them; implements `RunModules`.
 
     At first each module needs the certificate that its proof results in.  Afterwards they are proved again
     under each change of policy and blocks, and their manifests and code must stay as they were.
 
     Args:
-        folder: folder of a module or of modules.
+        folders: folders, each of a module or of modules.
         site: site file of the run; None for the policy in force on the robot, or else the reference site.
         installed: the robot's own modules and policy.
         needs_certificates: each module must have a current certificate when it is first loaded.
@@ -54,7 +54,7 @@ class FolderModules:
 
     def __init__(
         self,
-        folder: Path,
+        folders: Sequence[Path],
         site: Path | None,
         installed: InstalledModules,
         *,
@@ -63,7 +63,7 @@ class FolderModules:
         configurations: Mapping[str, ModuleConfiguration] = MappingProxyType({}),
     ) -> None:
         self._configurations = configurations
-        self._folder = folder
+        self._given = tuple(folders)
         self._site = site
         self._installed = installed
         self._prove = prove
@@ -114,10 +114,11 @@ class FolderModules:
         """
         diagnostics = Diagnostics()
         site = load_site(self._site_file(snapshot)[0], diagnostics)
-        folders = [] if site is None else with_required_folders(module_folders(self._folder, diagnostics))
+        folders = [] if site is None else self._found_folders(diagnostics)
         if site is not None:
             site = site.with_configurations(self._configurations)
-        loaded = [load_ecm(one, site, diagnostics) for one in folders if site is not None]
+        around = Surroundings(named=tuple(folders))
+        loaded = [load_ecm(one, site, diagnostics, around) for one in folders if site is not None]
         for problem in absent_module_problems(self._configurations, folders):
             diagnostics.report(problem)
         diagnostics.raise_if_errors()
@@ -137,8 +138,14 @@ class FolderModules:
         )
 
     def _folders(self) -> list[Path]:
-        """Return the folders to prove; the given one if it holds no module, so that the proof says so."""
-        return with_required_folders(module_folders(self._folder, Diagnostics())) or [self._folder]
+        """Return the folders to prove; with those given that hold no module, so that the proof says so."""
+        empty = [one for one in self._given if not module_folders(one, Diagnostics())]
+        return [*self._found_folders(Diagnostics()), *empty]
+
+    def _found_folders(self, diagnostics: Diagnostics) -> list[Path]:
+        """Return the folders of the modules; report each given folder that holds none."""
+        found = (folder for given in self._given for folder in module_folders(given, diagnostics))
+        return with_required_folders(dict.fromkeys(found))
 
     def _prove_unblocked(self, site: Path) -> tuple[Configuration, Report]:
         """Prove all modules without blocks, as their certificates are written.
@@ -172,8 +179,9 @@ class FolderModules:
         contents = {name: _digests(ecm) for name, ecm in configuration.modules.items()}
         known = contents if self._contents is None else self._contents
         if any(known.get(name) != digests for name, digests in contents.items()):
+            folders = " and ".join(f"`{one}`" for one in self._given)
             raise refusal(
-                "AE961", f"the modules in `{self._folder}` changed since the run began", "start the run again"
+                "AE961", f"the modules in {folders} changed since the run began", "start the run again"
             )
         self._contents = known
 
@@ -193,7 +201,7 @@ def uses_installed_modules(registry: InstalledModules) -> bool:
     if not registry.exists:
         return False
     snapshot = registry.snapshot()
-    return bool(snapshot.modules or snapshot.withdrawn) or not DEFAULT_MODULES.is_dir()
+    return bool(snapshot.modules or snapshot.withdrawn) or not any(one.is_dir() for one in DEFAULT_MODULES)
 
 
 def _withheld(snapshot: RegistrySnapshot, identities: Mapping[str, ModuleIdentity]) -> dict[str, str]:

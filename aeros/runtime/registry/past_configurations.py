@@ -6,7 +6,7 @@ again. The result must have the requested digest, so nothing here has to be trus
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from types import MappingProxyType
@@ -67,13 +67,13 @@ class PastConfigurations:
 
 
 class FolderConfigurations:
-    """Implement `FindConfiguration` for runs that loaded their modules from a folder.
+    """Implement `FindConfiguration` for runs that loaded their modules from folders.
 
-    A configuration consists of the folder's modules, the site file, and what the operator had withdrawn and
-    blocked.  The registry's log tells the last, so each state that it names is tried.
+    A configuration consists of the modules of the folders, the site file, and what the operator had withdrawn
+    and blocked.  The registry's log tells the last, so each state that it names is tried.
 
     Args:
-        folder: folder of a module or of modules, as the run had it.
+        folders: folders, each of a module or of modules, as the run had them.
         site: site file of the run; None for the policy then in force, or else the reference site.
         registry: the robot's registry; need not exist.
         configurations: settings of the modules, as the run had them, by module.
@@ -81,13 +81,13 @@ class FolderConfigurations:
 
     def __init__(
         self,
-        folder: Path,
+        folders: Sequence[Path],
         site: Path | None,
         registry: Registry,
         configurations: Mapping[str, ModuleConfiguration] = MappingProxyType({}),
     ) -> None:
         self._modules = FolderModules(
-            folder, site, registry, needs_certificates=False, configurations=configurations
+            folders, site, registry, needs_certificates=False, configurations=configurations
         )
         self._found: list[Configuration] = []
         self._untried = [snapshot for _, snapshot in recorded_changes(registry.folder)]

@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 from aeros.cli.arguments import (
+    add_module_folders,
     add_signature_check,
     available_cpus,
     existing_path,
@@ -30,6 +31,13 @@ def test_whole_numbers_within_their_bounds(parse: Callable[[str], int], most: in
     for text in ("0", str(most + 1), "-1", "1.5", "", "x", "²", "٣", " 1", "1e3"):
         with pytest.raises(ArgumentTypeError, match=f"expected a whole number between 1 and {most}"):
             parse(text)
+
+
+def test_folders_of_modules_add_up(tmp_path: Path) -> None:
+    parser = ArgumentParser()
+    add_module_folders(parser, "the modules")
+    assert parser.parse_args(["--ecms", str(tmp_path), "--ecms", "."]).ecms == [tmp_path, Path()]
+    assert parser.parse_args([]).ecms is None
 
 
 def test_a_path_that_exists(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ import pytest
 import aeros
 from aeros.session.argument_checks import (
     as_path,
+    as_paths,
     require_members,
     require_one_of,
     require_text,
@@ -21,6 +22,12 @@ from aeros.spec.diagnostics.errors import MisuseError
 
 def test_texts_and_paths_are_paths() -> None:
     assert as_path("out", "a/b") == as_path("out", Path("a/b")) == Path("a/b")
+    assert (
+        as_paths("out", "a/b") == as_paths("out", ["a/b"]) == as_paths("out", (Path("a/b"),)) == [Path("a/b")]
+    )
+    for wrong in ([], ["a", 3], [["a"]], None):
+        with pytest.raises(MisuseError, match="`out` is"):
+            as_paths("out", wrong)
 
 
 @pytest.mark.parametrize("value", [None, 3, b"a", ["a"]])

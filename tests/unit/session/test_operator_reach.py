@@ -31,11 +31,11 @@ from tests.unit.runtime.registry.together.test_revocation import SlowPlant
 _PATIENCE = 60.0  # s
 _STATE = Path("robot")
 
-STARTS: dict[str, tuple[Path | None, Path | None]] = {
+STARTS: dict[str, tuple[list[Path] | None, Path | None]] = {
     "registry": (None, None),
-    "--ecms": (Path("ecms"), None),
+    "--ecms": ([Path("ecms")], None),
     "--site": (None, Path("site.yaml")),
-    "--ecms --site": (Path("ecms/tidy"), Path("site.yaml")),
+    "--ecms --site": ([Path("ecms/tidy")], Path("site.yaml")),
     "default folder": (None, None),
 }
 _BLOCK = ("block", "--id", "one", "--reason", "why")

@@ -52,7 +52,7 @@ def test_without_a_name_the_folder_is_named_for_the_task(
 
 
 def test_the_governor_of_named_modules_obeys_the_operator(tmp_path: Path) -> None:
-    governor, configuration, proof = open_governor(tmp_path, ROOT / "ecms" / "clean_table", None)
+    governor, configuration, proof = open_governor(tmp_path, [ROOT / "ecms" / "clean_table"], None)
     with governor:
         assert list(configuration.modules) == ["clean_table"]
         assert [one.name for one in proof.modules] == ["clean_table"]
@@ -132,7 +132,7 @@ def test_without_modules_of_its_own_a_robot_runs_those_of_the_folder_ecms(
             Registry(state).install(BASE / "tidy")
         with open_governor(state, None, None)[0] as governor:
             assert list(governor.configuration()[1].modules) == found
-        with open_governor(state, Path("ecms"), BASE / "site.yaml")[0] as governor:
+        with open_governor(state, [Path("ecms")], BASE / "site.yaml")[0] as governor:
             assert list(governor.configuration()[1].modules) == ["tidy"]
 
 

@@ -30,7 +30,7 @@ def folder(write: Author) -> Path:
 
 
 def test_a_folder_is_loaded_with_version_and_digest(registry: Registry, folder: Path) -> None:
-    loaded = FolderModules(folder, None, registry).load(registry.snapshot())
+    loaded = FolderModules([folder], None, registry).load(registry.snapshot())
     assert list(loaded.configuration.modules) == ["tidy"]
     assert loaded.identities["tidy"] == ("1.0.0", bundle_digest(module_files(folder)))
     assert (loaded.withheld, loaded.is_installed, loaded.policy) == ({}, False, registry.snapshot().site)
@@ -38,17 +38,17 @@ def test_a_folder_is_loaded_with_version_and_digest(registry: Registry, folder: 
 
 def test_files_that_cannot_be_one_bundle_have_an_unknown_digest(registry: Registry, folder: Path) -> None:
     (folder / "data").symlink_to(folder / "ecm.yaml")
-    loaded = FolderModules(folder, None, registry).load(registry.snapshot())
+    loaded = FolderModules([folder], None, registry).load(registry.snapshot())
     assert loaded.identities["tidy"].digest == UNKNOWN_DIGEST
 
 
 def test_certificates_are_needed_at_first_and_the_contents_stay(registry: Registry, folder: Path) -> None:
-    modules = FolderModules(folder, None, registry)
+    modules = FolderModules([folder], None, registry)
     modules.load(registry.snapshot())
     (folder / "ecm.lock").unlink()
     modules.load(registry.snapshot())
     with pytest.raises(UserError, match="AE901") as refused:
-        FolderModules(folder, None, registry).load(registry.snapshot())
+        FolderModules([folder], None, registry).load(registry.snapshot())
     site = registry.site_file(registry.snapshot())
     assert f"`aeros verify {folder} --site {site}`" in refused.value.diagnostics[0].help[-1]
     manifest = folder / "ecm.yaml"
@@ -59,7 +59,7 @@ def test_certificates_are_needed_at_first_and_the_contents_stay(registry: Regist
 
 def test_blocks_are_proved_with_the_modules(registry: Registry, folder: Path) -> None:
     registry.add_block(OperatorBlock("old", "drops cups", "tidy", None, None, "<2"))
-    loaded = FolderModules(folder, None, registry).load(registry.snapshot())
+    loaded = FolderModules([folder], None, registry).load(registry.snapshot())
     (override,) = loaded.configuration.site.blocks
     assert (override.id, override.module) == ("old", "tidy")
 
@@ -70,11 +70,11 @@ def test_a_site_of_its_own_is_refused_once_the_operator_set_another(
     other = tmp_path / "other.yaml"
     other.write_text((BASE / "site.yaml").read_text() + "# another\n")
     with pytest.raises(UserError, match="is not the policy that is in force on this robot"):
-        FolderModules(folder, other, registry).load(registry.snapshot())
-    FolderModules(folder, BASE / "site.yaml", registry).load(registry.snapshot())
-    FolderModules(folder, BASE / "site.yaml", registry).load(RegistrySnapshot())
+        FolderModules([folder], other, registry).load(registry.snapshot())
+    FolderModules([folder], BASE / "site.yaml", registry).load(registry.snapshot())
+    FolderModules([folder], BASE / "site.yaml", registry).load(RegistrySnapshot())
     with pytest.raises(UserError, match="cannot be read"):
-        FolderModules(folder, tmp_path / "none.yaml", registry).load(registry.snapshot())
+        FolderModules([folder], tmp_path / "none.yaml", registry).load(registry.snapshot())
 
 
 def test_a_needed_module_that_was_withdrawn_is_missed(
@@ -89,12 +89,13 @@ def test_a_needed_module_that_was_withdrawn_is_missed(
     manifest.write_text(text.replace("dependencies:\n", 'dependencies:\n  modules: {tidy: ">=1"}\n'))
     assert main(["verify", str(both), "--site", str(BASE / "site.yaml")]) == 0
     snapshot = registry.snapshot()
-    assert set(FolderModules(both, None, registry).load(snapshot).configuration.modules) == {"needy", "tidy"}
+    loaded = FolderModules([both], None, registry).load(snapshot)
+    assert loaded.configuration.modules.keys() == {"needy", "tidy"}
     withdrawn = RegistrySnapshot(
         snapshot.generation, snapshot.site, is_policy_set=True, withdrawn=frozenset({"tidy"})
     )
     with pytest.raises(UserError, match="AE964"):
-        FolderModules(both, None, registry).load(withdrawn)
+        FolderModules([both], None, registry).load(withdrawn)
 
 
 def test_the_folder_ecms_is_used_until_a_module_is_installed(
@@ -115,7 +116,7 @@ def test_the_folder_ecms_is_used_until_a_module_is_installed(
 
 def test_settings_of_an_absent_module_are_refused_without_a_proof(registry: Registry, folder: Path) -> None:
     settings = {"tidi": ModuleConfiguration({"surface": "bench"})}
-    modules = FolderModules(folder, None, registry, configurations=settings)
+    modules = FolderModules([folder], None, registry, configurations=settings)
     for load in (modules.load, modules.load_unproved):
         with pytest.raises(UserError, match="settings are given for `tidi`") as refused:
             load(registry.snapshot())
@@ -126,26 +127,29 @@ def test_a_run_finds_a_required_module_next_to_its_folder(tmp_path: Path) -> Non
     shutil.copytree(CORPUS / "accepted" / "steps_of_a_required_module", tmp_path / "all")
     asker, helper = tmp_path / "all" / "asker", tmp_path / "all" / "helper"
     registry, site = Registry(tmp_path / "robot"), CORPUS / "site" / "table.yaml"
-    modules = FolderModules(asker, site, registry, needs_certificates=False)
+    modules = FolderModules([asker], site, registry, needs_certificates=False)
     assert modules.load(registry.snapshot()).configuration.modules.keys() == {"asker", "helper"}
     assert modules.load_unproved(registry.snapshot())[1].keys() == {"asker", "helper"}
     with pytest.raises(UserError, match="AE901") as refused:
-        FolderModules(asker, site, registry).load(registry.snapshot())
+        FolderModules([asker], site, registry).load(registry.snapshot())
     assert f"`aeros verify {asker} --site {site}`" in refused.value.diagnostics[0].help[-1]
     shutil.move(helper, tmp_path / "elsewhere")
     helper.symlink_to(tmp_path / "elsewhere", target_is_directory=True)
-    linked = FolderModules(asker, site, registry, needs_certificates=False)
+    linked = FolderModules([asker], site, registry, needs_certificates=False)
     assert linked.load(registry.snapshot()).configuration.modules.keys() == {"asker", "helper"}
     helper.unlink()
-    alone = FolderModules(asker, site, registry, needs_certificates=False)
+    alone = FolderModules([asker], site, registry, needs_certificates=False)
     with pytest.raises(UserError, match="AE301") as missing:
         alone.load(registry.snapshot())
     assert "put the folder of `helper` next to that of `asker`" in missing.value.diagnostics[0].help[0]
+    both = FolderModules([asker, tmp_path / "elsewhere"], site, registry, needs_certificates=False)
+    assert both.load(registry.snapshot()).configuration.modules.keys() == {"asker", "helper"}
+    assert both.load_unproved(registry.snapshot())[1].keys() == {"asker", "helper"}
 
 
 def test_a_folder_without_modules_is_refused(registry: Registry, tmp_path: Path) -> None:
     with pytest.raises(UserError, match="AE130"):
-        FolderModules(tmp_path / "robot", None, registry).load(registry.snapshot())
+        FolderModules([tmp_path / "robot"], None, registry).load(registry.snapshot())
 
 
 def test_an_overlay_governs_a_run_without_a_registry_and_with_one_where_it_is_in_force(
@@ -157,10 +161,10 @@ def test_an_overlay_governs_a_run_without_a_registry_and_with_one_where_it_is_in
     )
     assert main(["verify", str(folder), "--site", str(cell)]) == 0
     with pytest.raises(UserError, match="is not the policy that is in force"):
-        FolderModules(folder, cell, registry).load(registry.snapshot())
-    alone = FolderModules(folder, cell, registry).load(RegistrySnapshot())
+        FolderModules([folder], cell, registry).load(registry.snapshot())
+    alone = FolderModules([folder], cell, registry).load(RegistrySnapshot())
     registry.set_policy(cell)
-    loaded = FolderModules(folder, cell, registry).load(registry.snapshot())
+    loaded = FolderModules([folder], cell, registry).load(registry.snapshot())
     assert loaded.policy == registry.snapshot().site == alone.policy
     assert loaded.configuration.digest == alone.configuration.digest
-    assert FolderModules(folder, None, registry).load(registry.snapshot()).policy == loaded.policy
+    assert FolderModules([folder], None, registry).load(registry.snapshot()).policy == loaded.policy

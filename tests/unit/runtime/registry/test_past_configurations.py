@@ -225,9 +225,9 @@ def test_configurations_of_a_folder_are_found_under_every_state_of_the_registry(
     was = []
     for change in changes:
         change()
-        modules = FolderModules(folder, None, registry, needs_certificates=False)
+        modules = FolderModules([folder], None, registry, needs_certificates=False)
         was.append(modules.load(registry.snapshot()).configuration)
-    known = FolderConfigurations(folder, None, registry)
+    known = FolderConfigurations([folder], None, registry)
     assert [known(one.digest).digest for one in was] == [one.digest for one in was]
     assert len({one.digest for one in was}) == 2
     with pytest.raises(UnknownConfigurationError, match="never led to it on this robot"):
@@ -237,8 +237,8 @@ def test_configurations_of_a_folder_are_found_under_every_state_of_the_registry(
 def test_without_a_registry_an_error_in_the_folder_is_reported(tmp_path: Path, write: Author) -> None:
     registry = Registry(tmp_path / "none")
     with pytest.raises(UserError, match="AE130"):
-        FolderConfigurations(tmp_path / "absent", BASE / "site.yaml", registry)
+        FolderConfigurations([tmp_path / "absent"], BASE / "site.yaml", registry)
     folder = write()
-    known = FolderConfigurations(folder, BASE / "site.yaml", registry)
+    known = FolderConfigurations([folder], BASE / "site.yaml", registry)
     with pytest.raises(UnknownConfigurationError):
         known("0" * 64)
