@@ -52,6 +52,7 @@ def _revoked_motion_stops(code: ModuleSource) -> TheoremObligation:
             identities={"m": identity} if ask("loaded") else {},
             is_installed=ask("installed"),
             policy=SymbolicValue("was.site", ask),
+            configuration=SimpleNamespace(site=SimpleNamespace(kinds={})),
         )
         reason = run_modules.LoadedModules.revocation_reason(loaded, now, "m", "k", "a")
         return smt_literal(reason is None)

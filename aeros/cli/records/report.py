@@ -18,8 +18,8 @@ from aeros.runtime.audit.checkpoints import AnchorError, verify_signed
 from aeros.runtime.audit.keys import InvalidKeyError, read_public_key
 from aeros.runtime.registry.change_log import recorded_configurations
 from aeros.runtime.registry.registry import Registry
-from aeros.runtime.registry.run_modules import blocks_in_force
 from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.model.policy import OperatorOverride
 from aeros.spec.model.site import Site
@@ -141,9 +141,11 @@ def available_sites(state: Path, given: Path | None) -> Iterable[Site]:
     registry = Registry(state)
     if registry.exists:
         for snapshot in recorded_configurations(registry.folder).values():
-            yield from _with_blocks(
-                registry.folder / snapshot.site, blocks_in_force(snapshot, snapshot.identities)
-            )
+            try:
+                blocks = registry.blocks(snapshot)
+            except UserError:  # files of the past may be gone
+                continue
+            yield from _with_blocks(registry.folder / snapshot.site, blocks)
 
 
 def _with_blocks(path: Path, blocks: tuple[OperatorOverride, ...]) -> Iterable[Site]:

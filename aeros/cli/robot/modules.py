@@ -28,7 +28,7 @@ from aeros.files import replace_durably
 from aeros.runtime.registry.archive import pack
 from aeros.runtime.registry.bundle_store import bundle_digest, module_files
 from aeros.runtime.registry.lifecycle import ModuleState
-from aeros.runtime.registry.operator_block import ModuleIdentity, OperatorBlock
+from aeros.runtime.registry.operator_block import OperatorBlock
 from aeros.runtime.registry.registry import Registry
 from aeros.runtime.registry.store import InstalledModule, RegistrySnapshot
 from aeros.spec.diagnostics.codes import Diagnostic
@@ -143,7 +143,7 @@ def _install(arguments: argparse.Namespace) -> Exit:
         one = registry.install(source, arguments.digest, allows_downgrade=arguments.allow_downgrade)
     print_line(f"{one.name} {one.version} is {one.state.value}; sha256:{one.digest}")
     print_open_settings(one.name, registry.settings(one.name))
-    _print_blocks(registry.snapshot(), one)
+    _print_blocks(registry, one)
     return Exit.SUCCESS
 
 
@@ -175,7 +175,7 @@ def _configure(arguments: argparse.Namespace) -> Exit:
         print_settings(settings)
     else:
         print_waiting([registry.waiting()[one.name]])
-    _print_blocks(registry.snapshot(), one)
+    _print_blocks(registry, one)
     return Exit.SUCCESS
 
 
@@ -185,17 +185,19 @@ def _lifecycle_command(verb: str) -> Callable[[argparse.Namespace], Exit]:
         one: InstalledModule = getattr(registry, verb)(arguments.module)
         print_line(f"{one.name} {one.version} is {one.state.value}")
         if one.state is not ModuleState.ABSENT:
-            _print_blocks(registry.snapshot(), one)
+            _print_blocks(registry, one)
         return Exit.SUCCESS
 
     return command
 
 
-def _print_blocks(snapshot: RegistrySnapshot, module: InstalledModule) -> None:
+def _print_blocks(registry: Registry, module: InstalledModule) -> None:
     """Print the blocks that name the module, so that nobody believes that it can act."""
-    identity = ModuleIdentity(module.version, module.digest)
+    snapshot = registry.snapshot()
+    identity = registry.identities(snapshot)[module.name]
     for block in snapshot.blocks.values():
-        if (block.module, block.digest) != (None, None) and block.applies_to(module.name, identity):
+        names_it = (block.module, block.digest, block.device) != (None, None, None)
+        if names_it and block.applies_to(module.name, identity):
             print(_block_line(block))
 
 

@@ -17,7 +17,6 @@ from aeros.exit_codes import Exit
 from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.registry.control_page import MotionTimeoutError, request_command
 from aeros.runtime.registry.operator_block import (
-    ModuleIdentity,
     OperatorBlock,
     parse_block_id,
     parse_digest,
@@ -38,7 +37,8 @@ if TYPE_CHECKING:
 
 _DESCRIPTIONS: Final = {
     "block": "Deny all actions of a module, of some of its versions, of one of its skills, or of an action "
-    "kind, in every run on this robot: running now and started later, wherever its modules come from.",
+    "kind, of the tools behind a channel, or of the modules that ask for a computing device, in every run on "
+    "this robot: running now and started later, wherever its modules come from.",
     "unblock": "Remove a block.",
     "policy": "Set the site policy of this robot, for every run on it, or show the one in force.",
     "repair": "Put the last recorded change in force again, after the registry's database was lost, damaged "
@@ -53,6 +53,8 @@ _EXAMPLES: Final = {
   aeros block --id press-under-repair --reason "the press is open" --module make_dumplings --skill wrap
   aeros block --id no-gripping --reason "a finger is worn" --action grip
   aeros block --id no-cookbook --reason "its answers are wrong" --action ask_cookbook # switches a tool off
+  aeros block --id offline --reason "the line is down" --channel internet # switches off all tools behind it
+  aeros block --id no-gpu --reason "it overheats" --device gpu # and with it the modules that ask for it
   aeros block --id old-tidy --reason "drops cups" --module tidy --version "<1.2"
   aeros block --id bad-build --reason "wrong model" --digest sha256:1234…
 """,
@@ -99,6 +101,14 @@ def add_to(commands: Subparsers, name: str) -> None:
         )
         parser.add_argument("--skill", type=_checked(parse_name), help="the skill of that module it blocks")
         parser.add_argument("--action", type=_checked(parse_name), help="the action kind or tool it blocks")
+        parser.add_argument(
+            "--channel", type=_checked(parse_name), help="the channel it blocks, with every tool that uses it"
+        )
+        parser.add_argument(
+            "--device",
+            type=_checked(parse_name),
+            help="the computing device it blocks, with every module that asks for it",
+        )
     elif name == "unblock":
         parser.add_argument("id", help="the name of the block")
     elif name == "policy":
@@ -116,12 +126,16 @@ def _block(arguments: argparse.Namespace) -> Exit:
     if arguments.skill is not None and arguments.module is None:
         print("aeros: --skill needs --module", file=sys.stderr)
         return Exit.USAGE
-    if arguments.module is None and arguments.action is None and arguments.digest is None:
-        print("aeros: give --module, with or without --skill, or --action, or --digest", file=sys.stderr)
+    named = ("module", "skill", "action", "version", "digest", "channel", "device")
+    parts = {name: getattr(arguments, name) for name in named}
+    if all(part is None for part in parts.values()):
+        print(
+            "aeros: give --module, with or without --skill, or --action, --digest, --channel or --device",
+            file=sys.stderr,
+        )
         return Exit.USAGE
-    parts = (arguments.module, arguments.skill, arguments.action, arguments.version, arguments.digest)
     registry = Registry(arguments.state)
-    block = OperatorBlock(arguments.id, arguments.reason, *parts)
+    block = OperatorBlock(arguments.id, arguments.reason, **parts)
     registry.add_block(block)
     print_line(f"{block.id} is in force")
     absent = None
@@ -134,12 +148,13 @@ def _block(arguments: argparse.Namespace) -> Exit:
 
 def _absent_target(block: OperatorBlock, registry: Registry) -> str | None:
     """Say in words that nothing installed now has the name, version, files or skill that a block names."""
-    installed = registry.snapshot().modules
+    snapshot = registry.snapshot()
+    installed = snapshot.modules
     named = {name: one for name, one in installed.items() if block.module in (None, name)}
     if block.module is not None and not named:
         near = did_you_mean(block.module, installed)
         return f"no module `{block.module}` is installed now" + (f" (there is `{near}`)" if near else "")
-    identities = {name: ModuleIdentity(one.version, one.digest) for name, one in named.items()}
+    identities = {name: one for name, one in registry.identities(snapshot).items() if name in named}
     if not any(block.applies_to(name, one) for name, one in identities.items()) and (
         block.module is not None or block.digest is not None
     ):

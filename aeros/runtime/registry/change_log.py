@@ -104,6 +104,8 @@ def record_change(
                 "action": one.action,
                 "version": one.version,
                 "digest": one.digest,
+                "channel": one.channel,
+                "device": one.device,
             }
             for one in new.blocks.values()
         },
@@ -321,6 +323,8 @@ def _snapshot(details: Mapping[str, Any]) -> RegistrySnapshot:
             one["action"],
             one.get("version"),
             one.get("digest"),
+            one.get("channel"),
+            one.get("device"),
         )
         for id_, one in details["blocks"].items()
     }

@@ -81,7 +81,7 @@ class FolderModules:
         self._require_same_contents(configuration)
         identities = _identities(configuration, report)
         withheld = _withheld(snapshot, identities)
-        blocks = blocks_in_force(snapshot, identities)
+        blocks = blocks_in_force(snapshot, identities, unblocked.kinds)
         if blocks or withheld:
             configuration, report = self._prove(
                 self._folders(),
@@ -126,16 +126,11 @@ class FolderModules:
             raise InternalError("a site that was not read was not reported")
         found = [one.ecm for one in loaded if one is not None]
         paths = dict(zip((one.id for one in found), folders, strict=True))
-        identities = {
-            ecm.id: ModuleIdentity(ecm.version, _bundle_digest(paths[ecm.id], ecm)) for ecm in found
-        }
+        identities = {ecm.id: _identity(ecm, paths[ecm.id]) for ecm in found}
         withheld = _withheld(snapshot, identities)
         modules = {ecm.id: ecm for ecm in found if ecm.id not in withheld}
-        return (
-            site.with_overrides(blocks_in_force(snapshot, identities)).with_modules(modules.values()),
-            modules,
-            withheld,
-        )
+        site = site.with_overrides(blocks_in_force(snapshot, identities, site.kinds))
+        return site.with_modules(modules.values()), modules, withheld
 
     def _folders(self) -> list[Path]:
         """Return the folders to prove; with those given that hold no module, so that the proof says so."""
@@ -219,10 +214,11 @@ def _digests(ecm: Ecm) -> tuple[str, str]:
 
 def _identities(configuration: Configuration, report: Report) -> dict[str, ModuleIdentity]:
     folders = {module.name: module.path for module in report.modules}
-    return {
-        name: ModuleIdentity(ecm.version, _bundle_digest(folders[name], ecm))
-        for name, ecm in configuration.modules.items()
-    }
+    return {name: _identity(ecm, folders[name]) for name, ecm in configuration.modules.items()}
+
+
+def _identity(ecm: Ecm, folder: Path) -> ModuleIdentity:
+    return ModuleIdentity(ecm.version, _bundle_digest(folder, ecm), ecm.requested_access.compute)
 
 
 def _bundle_digest(folder: Path, ecm: Ecm) -> str:

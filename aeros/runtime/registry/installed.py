@@ -11,6 +11,7 @@ from aeros.runtime.proving import ProveConfiguration, prove_configuration
 from aeros.runtime.registry.bundle_store import bundle_digest, module_files
 from aeros.runtime.registry.change_log import LOG, anchor_of
 from aeros.runtime.registry.lifecycle import ModuleState
+from aeros.runtime.registry.operator_block import ModuleIdentity
 from aeros.runtime.registry.run_modules import LoadedModules, blocks_in_force
 from aeros.runtime.registry.store import RegistrySnapshot
 from aeros.runtime.registry.transaction import RegistryTransactions
@@ -23,6 +24,7 @@ from aeros.spec.elaborate.module.needs import module_settings
 from aeros.spec.elaborate.module.settings import Setting
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.operator_settings import OperatorSettings
+from aeros.spec.model.policy import OperatorOverride
 from aeros.spec.model.site import Site
 from aeros.spec.text.digests import file_digest
 from aeros.spec.text.discovery import Surroundings, reference_site_path
@@ -79,9 +81,44 @@ class InstalledModules:
     def load(self, snapshot: RegistrySnapshot) -> LoadedModules:
         """Implement `RunModules.load`: the active modules."""
         configuration, report = self._prove_snapshot(snapshot)
+        identities = self.identities(snapshot)
         return LoadedModules(
-            snapshot, snapshot.site, snapshot.identities, configuration, report, {}, is_installed=True
+            snapshot, snapshot.site, identities, configuration, report, {}, is_installed=True
         )
+
+    def identities(self, snapshot: RegistrySnapshot) -> dict[str, ModuleIdentity]:
+        """List what identifies each installed module, as blocks name it.
+
+        Args:
+            snapshot: content of the registry.
+
+        Returns:
+            Version, digest and computing devices by module; devices are unknown where the manifest is lost.
+
+        Raises:
+            UserError: the files of a module are not where the registry keeps them.
+        """
+        folders = self._folders(snapshot)
+        return {
+            name: ModuleIdentity(one.version, one.digest, _requested_devices(folders[name]))
+            for name, one in snapshot.modules.items()
+        }
+
+    def blocks(self, snapshot: RegistrySnapshot) -> tuple[OperatorOverride, ...]:
+        """Translate the operator's blocks into overrides of the site.
+
+        Args:
+            snapshot: content of the registry.
+
+        Returns:
+            The overrides for the installed modules, in the order of the blocks' ids.
+
+        Raises:
+            UserError: the stored policy cannot be read, or the files of a module are not in their place.
+        """
+        if not snapshot.blocks:
+            return ()
+        return blocks_in_force(snapshot, self.identities(snapshot), self._site_of(snapshot).kinds)
 
     def capabilities(self, snapshot: RegistrySnapshot) -> dict[str, tuple[str, ...]]:
         """List the capabilities of the installed modules.
@@ -224,7 +261,7 @@ class InstalledModules:
         active = {name for name, one in new.modules.items() if one.state is ModuleState.ACTIVE}
         unconfigured = self._unconfigured(new)
         given = {name: one for name, one in new.configurations.items() if name not in unconfigured}
-        settings = OperatorSettings(blocks_in_force(new, new.identities), given)
+        settings = OperatorSettings(self.blocks(new), given)
         configuration, report = self._prove(
             [folder for name, folder in folders.items() if name not in unconfigured],
             self.site_file(new),
@@ -267,6 +304,11 @@ class InstalledModules:
         if snapshot.site != policy_file(content):
             raise refusal("AE965", f"the policy `{path}` differs from the one that was put in force")
         return path
+
+
+def _requested_devices(folder: Path) -> frozenset[str] | None:
+    declared = decode_manifest(folder)
+    return None if declared is None else frozenset(one.value for one in declared.permissions.compute)
 
 
 def policy_file(content: bytes) -> str:

@@ -1,9 +1,12 @@
-"""Blocks of the operator: actions, by module, version, digest or kind, that no run on a robot may execute."""
+"""Blocks of the operator: actions that no run on a robot may execute.
+
+A block names them by module, version, digest, skill, kind, the channel of a tool, or a computing device.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
@@ -29,10 +32,12 @@ class ModuleIdentity(NamedTuple):
     Attributes:
         version: its version.
         digest: SHA-256 over all its files, in hexadecimal; UNKNOWN_DIGEST if they are not one bundle.
+        devices: computing devices that it asks for; None if that is unknown, and any block by device applies.
     """
 
     version: str
     digest: str
+    devices: frozenset[str] | None = None
 
 
 @dataclass(frozen=True)
@@ -45,6 +50,8 @@ class OperatorBlock:
         module, skill, action: module, skill and action kind that it blocks; None blocks all of them.
         version: versions of `module` that it blocks, a PEP 440 specifier; None blocks all of them.
         digest: SHA-256 over the files of a module that it blocks, in hexadecimal; None blocks any.
+        channel: channel whose tools it blocks, a word of the site; None blocks all actions.
+        device: computing device; modules that ask for it are blocked. None blocks any module.
     """
 
     id: str
@@ -54,6 +61,8 @@ class OperatorBlock:
     action: str | None
     version: str | None = None
     digest: str | None = None
+    channel: str | None = None
+    device: str | None = None
 
     def applies_to(self, name: str, identity: ModuleIdentity) -> bool:
         """Say if the block concerns actions of a module at all.
@@ -63,15 +72,18 @@ class OperatorBlock:
             identity: version and digest that the run has loaded.
 
         Returns:
-            True if module, version and digest match; an unknown version or digest matches.
+            True if module, version, digest and device match; unknown ones of a module match.
         """
         return (
             self.module in (None, name)
             and (self.version is None or _is_version_in(identity.version, self.version))
             and (self.digest is None or identity.digest in (self.digest, UNKNOWN_DIGEST))
+            and (self.device is None or identity.devices is None or self.device in identity.devices)
         )
 
-    def matches(self, name: str, identity: ModuleIdentity, skill: str, action: str) -> bool:
+    def matches(
+        self, name: str, identity: ModuleIdentity, skill: str, action: str, channels: Collection[str]
+    ) -> bool:
         """Say if the block denies an action.
 
         Args:
@@ -79,29 +91,42 @@ class OperatorBlock:
             identity: version and digest that the run has loaded.
             skill: skill that asks for it.
             action: action kind.
+            channels: channels that the action kind uses.
 
         Returns:
             True if every field matches.
         """
         return (
-            self.applies_to(name, identity) and self.skill in (None, skill) and self.action in (None, action)
+            self.applies_to(name, identity)
+            and self.skill in (None, skill)
+            and self.action in (None, action)
+            and (self.channel is None or self.channel in channels)
         )
 
-    def overrides(self, modules: Mapping[str, ModuleIdentity]) -> tuple[OperatorOverride, ...]:
-        """Translate into overrides of the site for a set of modules, which have no versions and digests.
+    def overrides(
+        self, modules: Mapping[str, ModuleIdentity], channels: Mapping[str, Collection[str]]
+    ) -> tuple[OperatorOverride, ...]:
+        """Translate into overrides of the site, which know modules, skills and action kinds only.
 
         Args:
             modules: identity of each module that a run has loaded, by name.
+            channels: channels of each action kind of the site, by name.
 
         Returns:
             The overrides that deny the same actions of these modules.
         """
-        if self.version is None and self.digest is None:
-            return (OperatorOverride(self.id, self.reason, self.module, self.skill, self.action),)
+        names: list[str | None] = [self.module]
+        if any(part is not None for part in (self.version, self.digest, self.device)):
+            names = [name for name, identity in modules.items() if self.applies_to(name, identity)]
+        kinds: list[str | None] = [self.action]
+        if self.channel is not None:
+            kinds = [
+                kind
+                for kind, used in channels.items()
+                if self.channel in used and self.action in (None, kind)
+            ]
         return tuple(
-            OperatorOverride(self.id, self.reason, name, self.skill, self.action)
-            for name, identity in modules.items()
-            if self.applies_to(name, identity)
+            OperatorOverride(self.id, self.reason, name, self.skill, kind) for name in names for kind in kinds
         )
 
     @property
@@ -113,6 +138,8 @@ class OperatorBlock:
             ("digest", None if self.digest is None else f"sha256:{self.digest}"),
             ("skill", self.skill),
             ("action", self.action),
+            ("channel", self.channel),
+            ("device", self.device),
         )
         return ", ".join(f"{what} {value}" for what, value in named if value is not None)
 

@@ -202,19 +202,27 @@ class Registry(InstalledModules):
             block: the block, with an id that is not in use.
 
         Raises:
-            UserError: the id is in use, the action kind is unknown, or the change cannot be proved or
-                recorded.
+            UserError: the id is in use, the site knows no such action kind, channel or device, or the change
+                cannot be proved or recorded.
         """
         with self._transactions.change_lock() as old:
             if block.id in old.blocks:
                 raise refusal("AE960", f"there is a block `{block.id}` already", "choose another name")
-            kinds = self._policy_of(old).kinds
-            if block.action is not None and block.action not in kinds:
-                cures = () if old.is_policy_set else ("for runs with --site: `aeros policy SITE` first",)
-                raise _unknown_name_error("action kind", block.action, kinds, *cures)
+            self._require_known_names(block, old)
             # Sorted, as they are read back, so that the digest is that of the configuration in force.
             blocks = dict(sorted({**old.blocks, block.id: block}.items()))
             self._change(old, replace(old, blocks=blocks), f"block {block.id}")
+
+    def _require_known_names(self, block: OperatorBlock, old: RegistrySnapshot) -> None:
+        site = self._policy_of(old)
+        cures = () if old.is_policy_set else ("for runs with --site: `aeros policy SITE` first",)
+        for words, name, known in (
+            ("action kind", block.action, site.kinds),
+            ("channel", block.channel, site.access.channels),
+            ("computing device", block.device, site.access.compute),
+        ):
+            if name is not None and name not in known:
+                raise _unknown_name_error(words, name, known, *cures)
 
     def remove_block(self, block: str) -> None:
         """Remove an operator's block.

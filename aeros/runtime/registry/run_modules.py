@@ -11,6 +11,7 @@ from aeros.runtime.registry.lifecycle import ModuleState
 from aeros.runtime.registry.operator_block import ModuleIdentity
 from aeros.runtime.registry.store import RegistrySnapshot
 from aeros.spec.model.policy import OperatorOverride
+from aeros.spec.model.rules import ActionKind
 from aeros.spec.verification.reports import Report
 
 
@@ -56,8 +57,10 @@ class LoadedModules:
             return withdrawn
         if self.policy != policy_in_force(now, self.policy):
             return "another policy is in force"
+        declared = self.configuration.site.kinds.get(kind)
+        channels = frozenset() if declared is None else declared.channels
         for block in now.blocks.values():
-            if block.matches(module, identity, skill, kind):
+            if block.matches(module, identity, skill, kind, channels):
                 return f"the operator blocks it: {block.reason}"
         return None
 
@@ -119,15 +122,17 @@ def policy_in_force(now: RegistrySnapshot, otherwise: str) -> str:
 
 
 def blocks_in_force(
-    now: RegistrySnapshot, modules: Mapping[str, ModuleIdentity]
+    now: RegistrySnapshot, modules: Mapping[str, ModuleIdentity], kinds: Mapping[str, ActionKind]
 ) -> tuple[OperatorOverride, ...]:
     """Translate the operator's blocks into overrides of the site, for a set of modules.
 
     Args:
         now: content of the registry.
         modules: identity of each loaded module, by name.
+        kinds: action kinds of the site, by name.
 
     Returns:
         The overrides, in the order of their ids.
     """
-    return tuple(override for block in now.blocks.values() for override in block.overrides(modules))
+    channels = {name: kind.channels for name, kind in kinds.items()}
+    return tuple(one for block in now.blocks.values() for one in block.overrides(modules, channels))

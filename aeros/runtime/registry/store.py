@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Final
 
 from aeros.runtime.registry.lifecycle import ModuleState
-from aeros.runtime.registry.operator_block import ModuleIdentity, OperatorBlock
+from aeros.runtime.registry.operator_block import OperatorBlock
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.migrations.formats import REGISTRY
@@ -29,7 +29,7 @@ _SCHEMA: Final = (
     "CREATE TABLE modules (name TEXT PRIMARY KEY, version TEXT NOT NULL, digest TEXT NOT NULL, "
     "folder TEXT NOT NULL, state TEXT NOT NULL, configuration TEXT NOT NULL) STRICT",
     "CREATE TABLE blocks (id TEXT PRIMARY KEY, reason TEXT NOT NULL, module TEXT, skill TEXT, "
-    "action TEXT, version TEXT, digest TEXT) STRICT",
+    "action TEXT, version TEXT, digest TEXT, channel TEXT, device TEXT) STRICT",
     f"PRAGMA user_version = {_VERSION}",
 )
 _UPGRADES: Final = {
@@ -41,6 +41,7 @@ _UPGRADES: Final = {
         "ALTER TABLE blocks ADD COLUMN digest TEXT",
     ),
     3: ("ALTER TABLE modules ADD COLUMN configuration TEXT NOT NULL DEFAULT '{}'",),
+    4: ("ALTER TABLE blocks ADD COLUMN channel TEXT", "ALTER TABLE blocks ADD COLUMN device TEXT"),
 }
 """Statements that lead from a version to the next."""
 
@@ -88,11 +89,6 @@ class RegistrySnapshot:
     blocks: Mapping[str, OperatorBlock] = field(default_factory=dict)
     is_policy_set: bool = False
     withdrawn: frozenset[str] = frozenset()
-
-    @property
-    def identities(self) -> dict[str, ModuleIdentity]:
-        """Version and digest of each installed module, by name."""
-        return {name: ModuleIdentity(one.version, one.digest) for name, one in self.modules.items()}
 
     @property
     def configurations(self) -> dict[str, ModuleConfiguration]:
@@ -183,7 +179,7 @@ class RegistryStore:
             ]
             database.executemany("INSERT INTO modules VALUES (?, ?, ?, ?, ?, ?)", modules)
             blocks = [astuple(block) for block in new.blocks.values()]
-            database.executemany("INSERT INTO blocks VALUES (?, ?, ?, ?, ?, ?, ?)", blocks)
+            database.executemany("INSERT INTO blocks VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)", blocks)
             database.execute("COMMIT")
 
     @contextmanager

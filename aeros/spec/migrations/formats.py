@@ -195,8 +195,9 @@ REGISTRY: Final = Format(
         Version("changes are in an audit log of their own, and not in a table"),
         Version("blocks have versions and digests; says which modules the operator withdrew"),
         Version("modules have bindings and parameters"),
+        Version("blocks have channels and devices"),
     ),
-    cure="remove the registry's folder and install the modules again; versions 2 and 3 are read, and migrate "
+    cure="remove the registry's folder and install the modules again; versions 2 to 4 are read, and migrate "
     "themselves",
 )
 AUDIT: Final = Format(

@@ -10,7 +10,7 @@ import pytest
 from aeros.cli.main import main
 from aeros.runtime.registry.bundle_store import bundle_digest, module_files
 from aeros.runtime.registry.folder_modules import FolderModules, uses_installed_modules
-from aeros.runtime.registry.operator_block import UNKNOWN_DIGEST, OperatorBlock
+from aeros.runtime.registry.operator_block import UNKNOWN_DIGEST, ModuleIdentity, OperatorBlock
 from aeros.runtime.registry.registry import Registry
 from aeros.runtime.registry.store import RegistrySnapshot
 from aeros.spec.diagnostics.errors import UserError
@@ -32,7 +32,8 @@ def folder(write: Author) -> Path:
 def test_a_folder_is_loaded_with_version_and_digest(registry: Registry, folder: Path) -> None:
     loaded = FolderModules([folder], None, registry).load(registry.snapshot())
     assert list(loaded.configuration.modules) == ["tidy"]
-    assert loaded.identities["tidy"] == ("1.0.0", bundle_digest(module_files(folder)))
+    digest = bundle_digest(module_files(folder))
+    assert loaded.identities["tidy"] == ModuleIdentity("1.0.0", digest, devices=frozenset())
     assert (loaded.withheld, loaded.is_installed, loaded.policy) == ({}, False, registry.snapshot().site)
 
 

@@ -15,7 +15,8 @@ from aeros.runtime.registry.operator_block import (
 )
 from aeros.spec.model.policy import OperatorOverride
 
-TIDY = ModuleIdentity("1.1.0", "a" * 64)
+TIDY = ModuleIdentity("1.1.0", "a" * 64, frozenset({"gpu"}))
+CHANNELS = {"move": frozenset({"field_bus"}), "ask": frozenset({"internet"}), "grip": frozenset[str]()}
 
 
 def block(**parts: Any) -> OperatorBlock:
@@ -42,12 +43,20 @@ def block(**parts: Any) -> OperatorBlock:
         ({"digest": "b" * 64}, False),
         ({"digest": "a" * 64, "module": "other"}, False),
         ({"module": "tidy", "version": "nonsense"}, True),
+        ({"channel": "field_bus"}, True),
+        ({"channel": "field_bus", "action": "move"}, True),
+        ({"channel": "field_bus", "action": "ask"}, False),
+        ({"channel": "internet"}, False),
+        ({"device": "gpu"}, True),
+        ({"device": "gpu", "skill": "rest"}, False),
+        ({"device": "camera_chip"}, False),
+        ({"device": "gpu", "channel": "internet"}, False),
     ],
 )
 def test_every_part_that_is_given_must_match(parts: dict[str, str], matches: bool) -> None:
     made = block(**parts)
-    assert made.matches("tidy", TIDY, "wipe", "move") is matches
-    overrides = made.overrides({"tidy": TIDY})
+    assert made.matches("tidy", TIDY, "wipe", "move", CHANNELS["move"]) is matches
+    overrides = made.overrides({"tidy": TIDY}, CHANNELS)
     assert any(one.matches("tidy", "wipe", "move") for one in overrides) is matches
 
 
@@ -56,16 +65,30 @@ def test_pre_releases_and_unknown_digests_are_blocked_as_well() -> None:
     assert block(digest="b" * 64).applies_to("tidy", ModuleIdentity("1.0", UNKNOWN_DIGEST))
 
 
+def test_a_module_whose_devices_are_unknown_is_blocked_with_every_device() -> None:
+    unknown = ModuleIdentity("1.0", "a" * 64)
+    assert block(device="gpu").applies_to("tidy", unknown)
+    assert not block(device="gpu").applies_to("tidy", unknown._replace(devices=frozenset()))
+
+
+def test_a_block_of_a_channel_names_the_actions_behind_it() -> None:
+    two = {**CHANNELS, "send": frozenset({"internet"})}
+    found = block(channel="internet", module="tidy").overrides({"tidy": TIDY}, two)
+    assert [(one.module, one.action) for one in found] == [("tidy", "ask"), ("tidy", "send")]
+
+
 def test_a_block_of_a_version_names_the_loaded_modules_that_have_it() -> None:
     others = {"tidy": TIDY, "grip": ModuleIdentity("1.1.0", "b" * 64)}
-    assert block(digest="b" * 64, action="move").overrides(others) == (
+    assert block(digest="b" * 64, action="move").overrides(others, CHANNELS) == (
         OperatorOverride("one", "why", "grip", None, "move"),
     )
-    assert block(module="gone", version="<2").overrides(others) == ()
-    assert block(module="gone").overrides(others) == (OperatorOverride("one", "why", "gone", None, None),)
+    assert block(module="gone", version="<2").overrides(others, CHANNELS) == ()
+    gone = block(module="gone").overrides(others, CHANNELS)
+    assert gone == (OperatorOverride("one", "why", "gone", None, None),)
 
 
 def test_the_scope_names_every_part() -> None:
+    assert block(channel="internet", device="gpu").scope == "channel internet, device gpu"
     made = block(module="tidy", version="<2", digest="a" * 64, skill="wipe", action="move")
     assert made.scope == f"module tidy, version <2, digest sha256:{'a' * 64}, skill wipe, action move"
 

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from aeros.runtime.audit.log import verify_log
+from aeros.runtime.registry.folder_modules import FolderModules
 from aeros.runtime.registry.lifecycle import ModuleState
 from aeros.runtime.registry.operator_block import OperatorBlock
 from aeros.runtime.registry.registry import Registry
@@ -117,6 +118,8 @@ def test_a_block_is_part_of_what_is_proved_and_of_what_is_in_force(registry: Reg
     [
         (OperatorBlock("all", "", None, None, "stop"), "AE602"),
         (OperatorBlock("typo", "", None, None, "gripp"), "AE960"),
+        (OperatorBlock("typo", "", None, None, None, channel="internett"), "AE960"),
+        (OperatorBlock("typo", "", None, None, None, device="chipp"), "AE960"),
         (OperatorBlock("worn", "again", "tidy", None, None), "AE960"),
     ],
 )
@@ -125,6 +128,48 @@ def test_a_block_that_stops_the_stop_or_nothing_is_refused(
 ) -> None:
     registry.add_block(OperatorBlock("worn", "a finger is worn", None, None, "grip"))
     assert code in refused(registry, lambda: registry.add_block(block))
+
+
+def test_channels_and_devices_are_switched_off_and_on_while_a_run_goes_on(
+    tmp_path: Path, write: Author
+) -> None:
+    site, folder = tmp_path / "site.yaml", write()
+    text = (BASE / "site.yaml").read_text()
+    text = text.replace(
+        "  grip:\n",
+        "  ask:\n    description: ask how long to wipe\n    risk: low\n"
+        '    tool: {http: "https://time.example/wiping", timeout: 2 s, answers: [], channel: internet}\n'
+        "  grip:\n",
+    )
+    access = "    sensors: [scanner, panel, gripper, camera]\n"
+    text = text.replace(access, f"{access}    channels: [internet]\n    compute: [chip]\n")
+    site.write_text(f"{text}compute: {{chip: /dev/null}}\n")
+    manifest = folder / "ecm.yaml"
+    asked = "  sensors: [scanner, gripper, camera]\n"
+    manifest.write_text(manifest.read_text().replace(asked, f"{asked}  compute: [chip]\n"))
+    registry = Registry(tmp_path / "robot")
+    registry.set_policy(site)
+    bring_up(registry, folder)
+    loaded = registry.load(registry.snapshot())
+
+    def revoked(kind: str) -> str | None:
+        return loaded.revocation_reason(registry.snapshot(), "tidy", "rest", kind)
+
+    for block, denied in (
+        (OperatorBlock("one", "no line", None, None, None, channel="internet"), {"ask"}),
+        (OperatorBlock("one", "too hot", None, None, None, device="chip"), {"ask", "wait"}),
+    ):
+        registry.add_block(block)
+        assert {kind for kind in ("ask", "wait") if revoked(kind) is not None} == denied
+        blocks = registry.configuration()[0].site.blocks
+        matching = {
+            kind for kind in ("ask", "wait") if any(one.matches("tidy", "rest", kind) for one in blocks)
+        }
+        assert matching == denied
+        folder_modules = FolderModules([folder], site, registry, needs_certificates=False)
+        assert folder_modules.load(registry.snapshot()).configuration.site.blocks == blocks
+        registry.remove_block("one")
+        assert revoked("ask") is None
 
 
 def test_an_upgrade_keeps_the_state_and_a_downgrade_too(registry: Registry, write: Author) -> None:

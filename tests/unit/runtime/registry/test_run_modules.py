@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
@@ -17,6 +18,7 @@ from aeros.runtime.registry.run_modules import (
 from aeros.runtime.registry.store import InstalledModule, RegistrySnapshot
 
 MINE = ModuleIdentity("1.0.0", "a" * 64)
+KINDS = {"ask": SimpleNamespace(channels=frozenset({"internet"}))}
 INACTIVE, OTHER = "`tidy` is no longer active", "`tidy` now has another version"
 
 
@@ -55,17 +57,20 @@ def test_an_action_goes_on_until_it_is_revoked() -> None:
         RegistrySnapshot(),
         "policies/mine.yaml",
         {"tidy": MINE},
-        *cast(tuple[Any, Any], (None, None)),
+        *cast(tuple[Any, Any], (SimpleNamespace(site=SimpleNamespace(kinds=KINDS)), None)),
         {},
         is_installed=False,
     )
     block = OperatorBlock("one", "worn", "tidy", None, "grip", "<2")
+    offline = OperatorBlock("one", "no line", None, None, None, channel="internet")
     for now, kind, reason in (
         (_snapshot(None), "grip", None),
         (_snapshot(None, withdrawn=frozenset({"tidy"})), "grip", INACTIVE),
         (_snapshot(None, is_policy_set=True), "grip", "another policy is in force"),
         (_snapshot(None, blocks={"one": block}), "grip", "the operator blocks it: worn"),
         (_snapshot(None, blocks={"one": block}), "move", None),
+        (_snapshot(None, blocks={"one": offline}), "move", None),
+        (_snapshot(None, blocks={"one": offline}), "ask", "the operator blocks it: no line"),
     ):
         assert loaded.revocation_reason(now, "tidy", "wipe", kind) == reason
     assert loaded.revocation_reason(_snapshot(None), "gone", "x", "move") == "`gone` is no longer active"
@@ -74,5 +79,5 @@ def test_an_action_goes_on_until_it_is_revoked() -> None:
 def test_blocks_become_overrides_in_the_order_of_their_ids() -> None:
     blocks = {name: OperatorBlock(name, "why", "tidy", None, None, "<2") for name in ("a", "b")}
     now = _snapshot(None, blocks=blocks)
-    assert [one.id for one in blocks_in_force(now, {"tidy": MINE})] == ["a", "b"]
-    assert blocks_in_force(now, {"tidy": ModuleIdentity("2.0", "a" * 64)}) == ()
+    assert [one.id for one in blocks_in_force(now, {"tidy": MINE}, {})] == ["a", "b"]
+    assert blocks_in_force(now, {"tidy": ModuleIdentity("2.0", "a" * 64)}, {}) == ()

@@ -26,6 +26,7 @@ FULL = RegistrySnapshot(
     {
         "one": OperatorBlock("one", "it's broken", "tidy", None, None, "<1.2", "c" * 64),
         "two": OperatorBlock("two", "", None, None, "wait"),
+        "up": OperatorBlock("up", "", None, None, None, channel="internet", device="gpu"),
     },
     is_policy_set=True,
     withdrawn=frozenset({"old", "tidy"}),
@@ -111,7 +112,7 @@ def test_stored_values_come_back_in_the_order_of_names(tmp_path: Path) -> None:
     store.replace(turned)
     found = store.read()
     assert found == FULL
-    assert (list(found.modules), list(found.blocks)) == (["grip", "tidy"], ["one", "two"])
+    assert (list(found.modules), list(found.blocks)) == (["grip", "tidy"], ["one", "two", "up"])
 
 
 def test_a_change_replaces_all_that_was_stored(tmp_path: Path) -> None:
