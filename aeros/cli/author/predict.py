@@ -22,9 +22,11 @@ from aeros.cli.module_settings import add_module_settings, module_configurations
 from aeros.exit_codes import Exit, UsageError
 from aeros.session.plant_factory import PLANTS
 from aeros.sim.symbolic.state import initial_values
+from aeros.spec.closed_loop.invocation import State
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
-from aeros.spec.closed_loop.markov_chain import predict
+from aeros.spec.closed_loop.markov_chain import InexactError, predict
 from aeros.spec.closed_loop.outcome_probabilities import with_retries, with_skill_probabilities
+from aeros.spec.closed_loop.success_bounds import bound_success
 from aeros.spec.closed_loop.transition_system import TransitionSystem
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.diagnostics.errors import MisuseError, UserError
@@ -39,6 +41,8 @@ if TYPE_CHECKING:
 SCHEMA = "aeros/prediction/1"
 
 _LABELS = {
+    "success_at_least": "success, at least",
+    "success_at_most": "success, at most",
     "success": "success probability",
     "failure": "failure probability",
     "invocations": "expected invocations",
@@ -49,11 +53,11 @@ _LABELS = {
 
 _EXAMPLES = """\
 The agent's loop with its retries, recoveries and re-plans is a Markov chain over the declared outcomes.
-It is solved exactly, in fractions, without sampling.  A run starts from the same state as the symbolic
-plant: the task's `initial`, everything else false.  With --probability the other outcomes of
-the skill keep their proportions.  With --from-memory, probabilities are what the agent experienced
-with this code on that plant, four results of each skill being as declared.  The module is not proved;
-use `aeros verify`.
+It is solved exactly, in fractions, without sampling.  Where parallel branches may fail, or an outcome leaves
+a predicate at either value, only the success is bounded.  A run starts from the same state as the symbolic
+plant: the task's `initial`, everything else false.  With --probability the other outcomes of the skill keep
+their proportions.  With --from-memory, probabilities are what the agent experienced with this code on that
+plant, four results of each skill being as declared.  The module is not proved; use `aeros verify`.
 
 examples:
   aeros predict ecms/make_dumplings                                as declared, with the site's re-plans
@@ -201,7 +205,7 @@ def _prediction_json(ecm: Ecm, task: Task, site: Site, replans: int) -> dict[str
         system = TransitionSystem(ecm, replace(task, invariants=()), site)
         values = initial_values(site, to_doubles(task.start))
         start = tuple(values[name] for name in system.names)
-        prediction = predict(system, start, replans)
+        prediction = _found_json(system, start, replans)
     except StateSpaceError as why:
         headline = f"nothing can be predicted of `{task.id}`: {why}"
         raise UserError([Diagnostic("AE803", headline, SpanLabel(task.span))]) from why
@@ -211,6 +215,26 @@ def _prediction_json(ecm: Ecm, task: Task, site: Site, replans: int) -> dict[str
         "site": site.id,
         "replans_at_most": replans,
         "start": dict(zip(system.names, start, strict=True)),
+        **prediction,
+    }
+
+
+def _found_json(system: TransitionSystem, start: State, replans: int) -> dict[str, Any]:
+    """Predict exactly, or else bound the success.
+
+    Raises:
+        StateSpaceError: The chain is too large.
+    """
+    try:
+        prediction = predict(system, start, replans)
+    except InexactError as why:
+        bounds = bound_success(system, start, replans)
+        return {
+            "reason": str(why),
+            "success_at_least": _number(bounds.at_least),
+            "success_at_most": _number(bounds.at_most),
+        }
+    return {
         "failure": _number(1 - prediction.success),
         **{name: _number(value) for name, value in asdict(prediction).items()},
     }
@@ -227,7 +251,8 @@ def _as_text(one: dict[str, Any]) -> str:
     lines = [
         f"{one['module']}.{one['task']} at {one['site']}, at most {one['replans_at_most']} re-plans",
         f"from {start}",
-        *(f"{label:<22}  {_format_number(one[name])}" for name, label in _LABELS.items()),
+        *(f"{label:<22}  {_format_number(one[name])}" for name, label in _LABELS.items() if name in one),
+        *([f"bounds only: {one['reason']}"] if "reason" in one else []),
     ]
     return "\n".join(map(escape_invisible, lines))
 

@@ -78,6 +78,8 @@ class Transition:
         through: states on the way, if a composition is run.
         case: of moves with the same case from one state, for the same choice, nothing decides which is made;
             empty for a move that outcomes of their probability lead to.
+        undecided: if positive, the probability of all moves for the same choice that have it together,
+            beyond those of each: nothing is known of how they share it.
     """
 
     target: LoopState
@@ -88,6 +90,7 @@ class Transition:
     counts: tuple[Fraction, ...] | None = None
     through: frozenset[State] = frozenset()
     case: str = ""
+    undecided: Fraction = Fraction(0)
 
 
 class TransitionSystem:
@@ -299,7 +302,17 @@ class TransitionSystem:
                 target = LoopState("recover", state, node.remaining_rules, node.tries + 1)
             share = move.probability / len(able)
             moves.append(
-                Transition(target, share, role, move.label, way.name, move.counts, move.through, move.case)
+                Transition(
+                    target,
+                    share,
+                    role,
+                    move.label,
+                    way.name,
+                    move.counts,
+                    move.through,
+                    move.case,
+                    move.undecided / len(able),
+                )
             )
             if target.phase == "recover" and self._recoveries["reset"][index]:
                 # The agent's memory may leave out the tries that are left.
@@ -351,6 +364,7 @@ class _Ending:
     counts: tuple[Fraction, ...] | None = None
     through: frozenset[State] = frozenset()
     case: str = ""
+    undecided: Fraction = Fraction(0)
 
 
 def _case_name(number: int, case: Sequence[object]) -> str:
@@ -390,13 +404,18 @@ class _ComposedWay:
             done, failed, through = self.run.run(state, role)
         except RunTooLargeError as error:
             raise StateSpaceError(f"`{self.name}` comes through too many states") from error
+        known = sum((one.probability for ends in (done, failed) for one in ends.values()), Fraction(0))
+        undecided = 1 - known if self.run.is_settled else Fraction(1)
+        only_fails = self.run.is_settled and self.run.is_success_known
         for ends, is_failure, word in ((done, False, "done"), (failed, True, "failed")):
             for after, weight in ends.items():
                 share = weight.probability
                 counts = tuple(one / share if share else one for one in weight.counts)
                 # Where nothing decides between some of them, the goal must be within reach of all.
                 case = "" if self.run.is_settled else word
-                yield _Ending(after, is_failure, share, f"{self.name} → {word}", counts, through, case)
+                label = f"{self.name} → {word}"
+                opened = Fraction(0) if only_fails and not is_failure else undecided
+                yield _Ending(after, is_failure, share, label, counts, through, case, opened)
 
 
 _Way: TypeAlias = _SkillWay | _ComposedWay
