@@ -60,7 +60,8 @@ if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
 _EXAMPLES = """\
-All modules are proved before anything moves, and each `ecm.lock` must equal the resulting certificate.
+All modules are proved before anything moves.  Each must have an `ecm.lock` of its present files, and one
+of this site must equal the resulting certificate.
 The folder of --out gets run.webp (video, physics), trace.jsonl (events of the agent), measured.jsonl
 (measurements, ten a second), audit.jsonl (every decision, hash-chained), and with --report an HTML page.
 The exit code is 0 if the goal is reached, else 1.
