@@ -9,7 +9,7 @@ inputs; and a parameter that is written as a number, truth value, text or tuple 
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import Any, Final
 
@@ -94,18 +94,22 @@ def _unknown_keys(path: str, skill: Skill, ecm: Ecm, site: Site, files: ModuleFi
     executed = files_run_by(path, files)
     for file in executed.values():
         for function in file.functions.values():
-            for name in _parameters_of_type(function, "Observation"):
-                yield from _missing_keys(
+            for name in parameters_of_type(function, "Observation"):
+                yield from missing_keys(
                     file, function, name, measured, "a state variable that this module may read"
                 )
     entry = executed[path].functions.get(skill.function)
     if entry is not None and len(entry.args.args) >= 2:
         file, (observed, inputs) = executed[path], (one.arg for one in entry.args.args[:2])
-        if observed not in _parameters_of_type(entry, "Observation"):
-            yield from _missing_keys(
+        if observed not in parameters_of_type(entry, "Observation"):
+            yield from missing_keys(
                 file, entry, observed, measured, "a state variable that this module may read"
             )
-        yield from _missing_keys(file, entry, inputs, given, f"an input of `{skill.id}`")
+        yield from missing_keys(file, entry, inputs, given, f"an input of `{skill.id}`")
+    if entry is not None:
+        for models in parameters_of_type(entry, "Models"):
+            noun = f"a model of `{skill.id}`"
+            yield from missing_keys(executed[path], entry, models, skill.models, noun)
 
 
 def _observable_names(ecm: Ecm, site: Site) -> dict[str, Declared]:
@@ -123,7 +127,16 @@ def _observable_names(ecm: Ecm, site: Site) -> dict[str, Declared]:
     return known
 
 
-def _parameters_of_type(function: ast.FunctionDef, type_name: str) -> list[str]:
+def parameters_of_type(function: ast.FunctionDef, type_name: str) -> list[str]:
+    """List the parameters of a function that are annotated with a type.
+
+    Args:
+        function: the function.
+        type_name: name of the type, as in `Observation`.
+
+    Returns:
+        Names of the parameters, in order.
+    """
     arguments = (*function.args.posonlyargs, *function.args.args, *function.args.kwonlyargs)
     return [
         one.arg
@@ -132,24 +145,48 @@ def _parameters_of_type(function: ast.FunctionDef, type_name: str) -> list[str]:
     ]
 
 
-def _missing_keys(
-    file: SkillFile, function: ast.FunctionDef, name: str, known: Mapping[str, object], noun: str
+def missing_keys(
+    file: SkillFile,
+    function: ast.FunctionDef,
+    name: str,
+    known: Collection[str],
+    noun: str,
+    attribute: str | None = None,
 ) -> Iterator[Diagnostic]:
-    """Yield the keys with which a mapping is asked and that it never has."""
+    """Find the keys with which a mapping is asked and that it never has.
+
+    Args:
+        file: the file of the function.
+        function: the function.
+        name: its parameter that is the mapping, or that has it as an attribute.
+        known: the keys that the mapping may have.
+        noun: description of these, as in `an input of wipe`.
+        attribute: the attribute that is the mapping; None if it is the parameter.
+
+    Yields:
+        A diagnostic for each place.
+    """
     if not _is_only_bound_to_observations(function, name):
         return
     for node in ast.walk(function):
         match node:
-            case ast.Subscript(value=ast.Name(id=mapping), slice=ast.Constant(value=str(key)) as place):
+            case ast.Subscript(value=mapping, slice=ast.Constant(value=str(key)) as place):
                 pass
             case ast.Call(
-                func=ast.Attribute(value=ast.Name(id=mapping), attr="get"),
+                func=ast.Attribute(value=mapping, attr="get"),
                 args=[ast.Constant(value=str(key)) as place, *_],
             ):
                 pass
             case _:
                 continue
-        if mapping == name and key not in known:
+        match mapping:
+            case ast.Name(id=asked):
+                is_meant = asked == name and attribute is None
+            case ast.Attribute(value=ast.Name(id=asked), attr=part):
+                is_meant = asked == name and part == attribute
+            case _:
+                is_meant = False
+        if is_meant and key not in known:
             near = did_you_mean(key, known)
             listed = ", ".join(f"`{one}`" for one in list(known)[:_MAX_LISTED]) or "none"
             help_ = f"did you mean `{near}`?" if near else f"there are {listed}"
