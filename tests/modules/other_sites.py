@@ -56,11 +56,11 @@ PLANT_WORDS: Final = {
 """Action kinds and variables; no simulator of AEROS runs under these names."""
 
 BOUND: Final = {
-    "clean_table": ("table_area", "cell_survey"),
-    "inspect_table": ("table_area", "cell_survey"),
+    "clean_table": ("table_area",),
+    "inspect_table": ("table_area",),
     "serve_table": ("table_area",),
-    "make_dumplings": ("bench_area", "cell_survey", "press"),
-    "fetch_object": ("cell_survey",),
+    "make_dumplings": ("bench_area",),
+    "fetch_object": (),
     "hold_sponge": ("table_area",),
 }
 """Needs for which a site with other names has several choices; all others bind by themselves."""
