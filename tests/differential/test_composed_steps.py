@@ -14,6 +14,7 @@ import pytest
 from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.report import RunReport
 from aeros.agent.execution.step_attempt import StepRunner
+from aeros.agent.memory.store import open_memory
 from aeros.agent.planning.base import RulePlanner
 from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.task_loop import TaskLoop
@@ -28,6 +29,7 @@ from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.site import Site
 from tests.differential.real_loop import Forgetful
 from tests.unit.agent.fake_runtime import FakeRuntime
+from tests.unit.agent.memory.test_store import WHO
 
 
 class Counting(Forgetful):
@@ -75,6 +77,23 @@ def run(name: str, seed: int) -> tuple[RunReport, FakeRuntime]:
     routed = RoutedTask(ecm.id, task)
     loop = TaskLoop(runtime, RulePlanner(), StepRunner(runtime, memory, journal, "t", seed), journal, routed)
     return loop.run("tidy"), runtime
+
+
+def test_a_composition_learns_from_its_steps_wherever_they_start(tmp_path: Path) -> None:
+    site, ecm, modules = case("capability_by_a_sequence_or_a_composition")
+    (task,) = ecm.tasks.values()
+    counted = []
+    with open_memory(tmp_path / "memory.sqlite3", WHO, "symbolic") as memory:
+        for seed in range(3):
+            runtime = FakeRuntime(modules, at=site)  # every step succeeds
+            runtime.state = dict(START)
+            journal = Journal(runtime, memory, None)
+            steps = StepRunner(runtime, memory, journal, f"{ecm.id}.{task.id}", seed)
+            assert TaskLoop(runtime, RulePlanner(), steps, journal, RoutedTask(ecm.id, task)).run("t").reached
+            (choice,) = (details for kind, details in runtime.notes if kind == "provider-selected")
+            counted.append([option["record"]["successes"] for option in choice["options"]])
+    # `tidy` starts with the sponge, and both alternatives are chosen without it.
+    assert counted == [[0, 0], [1, 1], [2, 2]]
 
 
 class Hurried(FakeRuntime):
