@@ -226,7 +226,9 @@ class Dispatcher:
     ) -> ProviderOption:
         # A composition is as good as the skill of it that succeeded least. Without any records, each
         # alternative is as likely as another.
-        weakest = min(one.run_ids, key=lambda run: recent[run].mean, default=None)
+        # A skill that never ran, as a handler, says nothing beside others that did.
+        tried = [run for run in one.run_ids if recent[run].successes + recent[run].failures > 0]
+        weakest = min(tried or one.run_ids, key=lambda run: recent[run].mean, default=None)
         record = SuccessRecord(0, 0)
         if weakest is not None:
             record = self._memory.success_record(*weakest, contexts[weakest])
