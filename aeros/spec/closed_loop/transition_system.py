@@ -30,6 +30,8 @@ from aeros.spec.closed_loop.invocation import Invocation, State, StateCondition,
 from aeros.spec.closed_loop.loop_variables import LoopVariables, StateSpaceError, recoveries_of, skills_of
 from aeros.spec.consequences.consequences import with_consequences
 from aeros.spec.expr import terms as t
+from aeros.spec.flow.control_flow import handler_cycle
+from aeros.spec.model.composition import Composition
 from aeros.spec.model.ecm import Alternative, Ecm, PlanningRule, Task
 from aeros.spec.model.site import Site
 
@@ -91,6 +93,18 @@ class Transition:
     through: frozenset[State] = frozenset()
     case: str = ""
     undecided: Fraction = Fraction(0)
+
+
+class HandlerCycleError(StateSpaceError):
+    """The handlers of a composition lead back to each other, so it may run for ever.
+
+    Attributes:
+        composition: the composition.
+    """
+
+    def __init__(self, composition: Composition) -> None:
+        super().__init__(f"the handlers of `{composition.id}` lead back to each other")
+        self.composition = composition
 
 
 class TransitionSystem:
@@ -173,6 +187,8 @@ class TransitionSystem:
     def _way(self, alternative: Alternative, rule: PlanningRule) -> _Way:
         if alternative.composition is None:
             return _SkillWay(self._invocation(alternative.name, rule.inputs))
+        if handler_cycle(alternative.composition):
+            raise HandlerCycleError(alternative.composition)
         run = ComposedRun(
             alternative.composition,
             self._invocation,
