@@ -30,8 +30,7 @@ from aeros.spec.closed_loop.invocation import Invocation, State, StateCondition,
 from aeros.spec.closed_loop.loop_variables import LoopVariables, StateSpaceError, recoveries_of, skills_of
 from aeros.spec.consequences.consequences import with_consequences
 from aeros.spec.expr import terms as t
-from aeros.spec.flow.control_flow import handler_cycle
-from aeros.spec.model.composition import Composition
+from aeros.spec.model.composition import Composition, handler_cycle
 from aeros.spec.model.ecm import Alternative, Ecm, PlanningRule, Task
 from aeros.spec.model.site import Site
 
