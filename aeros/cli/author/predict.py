@@ -28,6 +28,8 @@ from aeros.spec.closed_loop.markov_chain import InexactError, predict
 from aeros.spec.closed_loop.outcome_probabilities import with_retries, with_skill_probabilities
 from aeros.spec.closed_loop.success_bounds import bound_success
 from aeros.spec.closed_loop.transition_system import TransitionSystem
+from aeros.spec.consequences.consequences import known_definitions
+from aeros.spec.consequences.start_values import with_defined_predicates
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.diagnostics.errors import MisuseError, UserError
 from aeros.spec.diagnostics.render import escape_invisible
@@ -203,7 +205,7 @@ def _prediction_json(ecm: Ecm, task: Task, site: Site, replans: int) -> dict[str
     """
     try:
         system = TransitionSystem(ecm, replace(task, invariants=()), site)
-        values = initial_values(site, to_doubles(task.start))
+        values = initial_values(site, with_defined_predicates(to_doubles(task.start), known_definitions(ecm)))
         start = tuple(values[name] for name in system.names)
         prediction = _found_json(system, start, replans)
     except StateSpaceError as why:
