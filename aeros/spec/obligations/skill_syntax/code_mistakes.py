@@ -107,9 +107,24 @@ def _unknown_keys(path: str, skill: Skill, ecm: Ecm, site: Site, files: ModuleFi
             )
         yield from missing_keys(file, entry, inputs, given, f"an input of `{skill.id}`")
     if entry is not None:
+        yield from _unknown_outputs(executed[path], entry, skill)
         for models in parameters_of_type(entry, "Models"):
             noun = f"a model of `{skill.id}`"
             yield from missing_keys(executed[path], entry, models, skill.models, noun)
+
+
+def _unknown_outputs(file: SkillFile, entry: ast.FunctionDef, skill: Skill) -> Iterator[Diagnostic]:
+    """Yield keys of a returned dictionary that are no outputs of the skill."""
+    inner = {id(node) for part in ast.walk(entry) if _is_inner(part, entry) for node in ast.walk(part)}
+    for node in ast.walk(entry):
+        if isinstance(node, ast.Return) and isinstance(node.value, ast.Dict) and id(node) not in inner:
+            for place in node.value.keys:
+                key = None if place is None else _text(place)
+                if place is not None and key is not None and key not in skill.outputs:
+                    near = did_you_mean(key, skill.outputs)
+                    help_ = f"did you mean `{near}`?" if near else f"there are {_or(skill.outputs) or 'none'}"
+                    headline = f"`{key}` is not an output of `{skill.id}`"
+                    yield Diagnostic("AE147", headline, SpanLabel(file.span(place)), help=(help_,))
 
 
 def _observable_names(ecm: Ecm, site: Site) -> dict[str, Declared]:
@@ -252,7 +267,18 @@ def _actions_outside_envelope(
         values: dict[str, Any] = {}
         for keyword, node in _parameter_nodes(call):
             variable = declared[keyword]
-            value = _constant_value(node, variable.variable.type, ecm.names.cameras)
+            type_, text = variable.variable.type, _text(node)
+            value = _constant_value(node, type_, ecm.names.cameras)
+            if value is None and isinstance(type_, EnumType) and text is not None:
+                own = [one for one, bound in ecm.names.cameras.items() if bound in type_.members]
+                near = did_you_mean(text, [*own, *type_.members])
+                yield Diagnostic(
+                    "AE148",
+                    f"`{keyword}` of this `{kind}` is `{text}`, which is no member of `{type_}`",
+                    SpanLabel(file.span(node), "always denied"),
+                    help=(f"did you mean `{near}`?" if near else f"one of {_or(own or type_.members)}",),
+                )
+                return
             if value is None:
                 continue
             values[variable.name] = value
@@ -275,6 +301,10 @@ def _actions_outside_envelope(
                     help=("correct the parameter, or widen the envelope",),
                 )
                 return
+
+
+def _or(names: Iterable[str]) -> str:
+    return ", ".join(f"`{name}`" for name in list(names)[:_MAX_LISTED])
 
 
 def _parameter_nodes(call: ast.Call) -> Iterator[tuple[str, ast.expr]]:

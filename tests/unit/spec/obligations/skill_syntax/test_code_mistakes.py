@@ -43,6 +43,7 @@ def codes(folder: Path, body: str) -> list[tuple[str, str]]:
         (f'    observed = yield {MOVE}\n    print(observed["hands"])\n', "AE147", '"hands"'),
         (f'    yield act("approach", pace=rest(observed))\n{SEEN}', "AE147", '"hands"'),
         ('    yield act("approach", pace=inputs["pace"])\n', "AE147", '"pace"'),
+        (f'    yield {MOVE}\n    return {{"hight": 0.1}}\n', "AE147", '"hight"'),
         ('    yield act("approach")\n', "AE149", 'act("approach")'),
         ('    yield Action("approach", {})\n', "AE149", 'Action("approach", {})'),
         ('    yield act("approach", pace=0.21)\n', "AE148", 'act("approach", pace=0.21)'),
