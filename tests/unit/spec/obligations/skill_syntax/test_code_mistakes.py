@@ -33,6 +33,19 @@ def codes(folder: Path, body: str) -> list[tuple[str, str]]:
     return [(one.code, one.primary.span.text if one.primary else "") for one in found.diagnostics]
 
 
+def test_a_text_that_is_no_member_of_its_enum_is_marked(tmp_path: Path) -> None:
+    module = Path(
+        shutil.copytree(CORPUS / "accepted" / "limit_of_each_tool", tmp_path / "limit_of_each_tool")
+    )
+    code = module / "skills.py"
+    code.write_text(code.read_text().replace('tool="sponge"', 'tool="spong"'))
+    (found,) = verify([module], CORPUS / "site" / "table.yaml", detail=Detail.BRIEF).modules
+    (problem,) = found.diagnostics
+    assert (problem.code, problem.help) == ("AE148", ("did you mean `sponge`?",))
+    assert problem.primary is not None
+    assert problem.primary.span.text == '"spong"'
+
+
 @pytest.mark.parametrize(
     ("body", "code", "marked"),
     [
