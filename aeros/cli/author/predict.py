@@ -107,7 +107,7 @@ def add_to(commands: Subparsers) -> None:
         metavar="SKILL=N",
         help="override the number of retries of steps with this skill (repeatable)",
     )
-    add_module_settings(parser, option="--parameter")  # `--set` meant `--probability` once
+    add_module_settings(parser)
     parser.add_argument(
         "--site", type=existing_path, help="the site file (default: the reference site, a Panda cell)"
     )
