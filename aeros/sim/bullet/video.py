@@ -12,7 +12,7 @@ from typing import Final
 from PIL import Image as Picture
 
 from aeros.files import replace_durably
-from aeros.sim.bullet.world import PhysicsWorld
+from aeros.sim.engine.world import EngineWorld
 from aeros.sim.geometry import Camera
 
 FRAMES_MAX: Final = 90
@@ -50,7 +50,7 @@ class VideoRecorder:
         self._next = 0.0
         self._frames: list[Picture.Image] = []
 
-    def tick(self, world: PhysicsWorld, view: Camera) -> None:
+    def tick(self, world: EngineWorld, view: Camera) -> None:
         """Take a picture if one is due.
 
         Args:
