@@ -14,10 +14,10 @@ from typing import Any, Final, NamedTuple, Protocol, TypedDict, Unpack
 import numpy as np
 
 from aeros.runtime.ports import CameraPicture, CameraView, Readings
-from aeros.sim.bullet.people import People, Person
-from aeros.sim.bullet.scanned_cell import PhysicsCell
 from aeros.sim.engine.engine import Engine
+from aeros.sim.engine.people import People, Person
 from aeros.sim.engine.robot import PhysicalRobot
+from aeros.sim.engine.scanned_cell import PhysicsCell
 from aeros.sim.engine.world import EngineWorld
 from aeros.sim.fixed_step_plant import CAMERA_TICKS, FixedStepPlant, PictureSource
 from aeros.sim.geometry import Camera, Vector3
@@ -138,7 +138,7 @@ class PlantOptions(TypedDict, total=False):
             without delay.
         referee: is given the ground truth after every tick; none by default.
         disturbance: faults, active from the start of the clock; none by default.
-        engine: makes the physics engine; PyBullet by default.
+        engine: the physics engine, its world empty; one of PyBullet by default.
     """
 
     spectators: Sequence[Viewer]
@@ -148,7 +148,7 @@ class PlantOptions(TypedDict, total=False):
     scanners: AreaScanners | None
     referee: TruthListener | None
     disturbance: NoDisturbance | None
-    engine: Callable[[], Engine]
+    engine: Engine | None
 
 
 class PhysicsPlant(FixedStepPlant):
@@ -171,7 +171,7 @@ class PhysicsPlant(FixedStepPlant):
         self._spectators = options.get("spectators", ())
         self._referee = options.get("referee")
         self.sensors = Sensors(seed, options.get("sensors"))
-        self._engine = options.get("engine", make_bullet_engine)()
+        self._engine = options.get("engine") or make_bullet_engine()
         self._world = self._engine.world
         wheels = WheelOdometry(RandomSource(seed), *options.get("odometry", OdometryErrors()))
         robot = self._engine.add_robot(scene.robot, wheels)

@@ -21,7 +21,6 @@ from aeros.sim.bullet.body_factory import load_model
 from aeros.sim.bullet.client import DATA, bullet
 from aeros.sim.bullet.external_torques import ExternalTorqueObserver
 from aeros.sim.bullet.world import PhysicsWorld
-from aeros.sim.clock import TICK
 from aeros.sim.engine.robot import PhysicalRobot
 from aeros.sim.robot.body import PANDA_BODY
 from aeros.sim.robot.contact_estimate import estimate_contact_force

@@ -1,4 +1,4 @@
-"""The part of a Panda in a physics engine that every engine shares: commands, odometry, and what faults act on."""
+"""A Panda in a physics engine, as far as it is the same on each: commands, odometry and wearing parts."""
 
 from __future__ import annotations
 

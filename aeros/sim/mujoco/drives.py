@@ -27,7 +27,7 @@ CORRECTION_TORQUE: Final = (20.0, 20.0, 20.0, 20.0, 6.0, 6.0, 6.0)
 """Greatest torque by which a joint's servo corrects the modelled torque, N·m: as on PyBullet."""
 
 BASE_CORRECTION: Final = 60.0
-"""Greatest force by which the carriage's servo corrects the modelled force, N, on each axis: as on PyBullet."""
+"""Greatest force by which the carriage's servo corrects the modelled force, N, on an axis: as on PyBullet."""
 
 _BASE_FORCE_MAX: Final = 600.0
 """Greatest drive force of the carriage, N: a 60 kg base at 3 m/s² plus the arm's reaction."""
@@ -179,7 +179,7 @@ class MujocoDrives:
         self._given[:], self._friction[:] = 0.0, 0.0
 
     def _lead(self, share: float) -> None:
-        """Set the set points of the servos at the end of a step, on the way to those at the end of the tick."""
+        """Set the servos' set points at the end of a step, on the way to those at the end of the tick."""
         left = (1.0 - share) * TICK
         speeds = self._speeds - self._accelerations * left
         points = self._points - (self._speeds + speeds) / 2.0 * left

@@ -97,8 +97,9 @@ class GrowingModel:
         option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
         option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
         option.impratio = _FRICTION_IMPEDANCE_RATIO
-        option.enableflags |= int(mujoco.mjtEnableBit.mjENBL_MULTICCD)
+        option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_ISLAND)
         self._spec.compiler.balanceinertia = True
+        self._spec.compiler.degree = False
         self.bodies: list[tuple[LinkPlan, ...]] = []
         self._added: dict[str, Geom] = {}
         self.geoms: tuple[Geom, ...] = ()
@@ -304,7 +305,7 @@ class GrowingModel:
             joint = body.add_joint(name=_name(*key), axis=link.joint.axis)
             joint.type = mujoco.mjtJoint.mjJNT_SLIDE if link.joint.slides else mujoco.mjtJoint.mjJNT_HINGE
             joint.armature = link.joint.armature
-            joint.damping = link.joint.damping
+            joint.damping[0] = link.joint.damping
             joint.frictionloss = link.joint.friction
             joint.solref_friction[:2] = joint.solref_limit[:2] = (_CONTACT_TIME, 1.0)
             if link.joint.limits is not None:
@@ -317,7 +318,11 @@ class GrowingModel:
     def _add_shape(self, body: Any, key: tuple[int, int, int], geom: Geom) -> None:
         name, shape = "/".join(map(str, key)), geom.shape
         a, b, c = shape.size
-        half = {"box": (a / 2.0, b / 2.0, c / 2.0), "cylinder": (a, b / 2.0, 0.0), "capsule": (a, b / 2.0, 0.0)}
+        half = {
+            "box": (a / 2.0, b / 2.0, c / 2.0),
+            "cylinder": (a, b / 2.0, 0.0),
+            "capsule": (a, b / 2.0, 0.0),
+        }
         named: dict[str, Any] = {"size": half.get(shape.kind, shape.size)}
         if shape.kind == "hull":
             corners = [part for corner in shape.corners for part in corner]

@@ -74,7 +74,7 @@ class MujocoPanda(PhysicalRobot):
         self.hold()
 
     def _exclude(self, number: dict[str, int]) -> None:
-        """Let links collide that can meet by the robot's data; not neighbours, nor parts of hand and fingers."""
+        """Let links collide that can meet by the robot's data; not neighbours, nor hand and fingers."""
         meeting = {
             frozenset((inner.link, outer.link))
             for inner, outer in pairs_that_may_meet(PANDA_BODY.hulls, PANDA_BODY.exempt_pairs)

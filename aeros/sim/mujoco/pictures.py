@@ -1,4 +1,4 @@
-"""Pictures of a MuJoCo world by a ray for each pixel, as the kinematic plant takes them: no OpenGL is needed."""
+"""Pictures of a MuJoCo world by a ray for each pixel, as the kinematic plant takes them: without OpenGL."""
 
 from __future__ import annotations
 

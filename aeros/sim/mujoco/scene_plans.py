@@ -70,7 +70,9 @@ def _plan_model(body: SceneBody, model: UrdfModel) -> Iterator[LinkPlan]:
         missing = f"model file not found: `{model.path}`"
         raise UserError([Diagnostic("AE002", missing, help=("install AEROS again if it came with it",))])
     root = Xml.fromstring(Path(model.path).read_bytes())  # noqa: S314  it has been checked
-    joints = {child.get("link", ""): joint for joint in root.iter("joint") for child in joint.findall("child")}
+    joints = {
+        child.get("link", ""): joint for joint in root.iter("joint") for child in joint.findall("child")
+    }
     visuals = UrdfVisuals(model.path).solids
     waiting = {link.get("name", ""): link for link in root.iter("link")}
     known: set[str | None] = {None}
@@ -127,7 +129,9 @@ def _inertia(link: Xml.Element, shapes: tuple[ShapePlan, ...]) -> Inertia:
     place = origin_of(inertial)
     if moments is None:
         return inertia_of_shapes(weight, shapes)._replace(centre=place.position)
-    xx, yy, zz, xy, xz, yz = (float(moments.get(f"i{axes}", 0)) for axes in ("xx", "yy", "zz", "xy", "xz", "yz"))
+    xx, yy, zz, xy, xz, yz = (
+        float(moments.get(f"i{axes}", 0)) for axes in ("xx", "yy", "zz", "xy", "xz", "yz")
+    )
     turn = axes_of(place.orientation)
     matrix = turn @ np.array(((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))) @ turn.T
     return Inertia(weight, place.position, matrix)
@@ -147,5 +151,6 @@ def _shape(collision: Xml.Element, path: str) -> ShapePlan:
                 return ShapePlan("capsule", (radius, length, 0.0), place)
             case "sphere":
                 return ShapePlan("sphere", (radius, 0.0, 0.0), place)
-    no_mesh = f"MuJoCo cannot load `{path}`: a link collides with something else than boxes, cylinders, capsules and spheres"
-    raise UserError([Diagnostic("AE141", no_mesh)])
+    problem = f"MuJoCo cannot load `{path}`: a link collides by a mesh"
+    cure = "describe it by boxes, cylinders, capsules and spheres, or use `--plant physics`"
+    raise UserError([Diagnostic("AE141", problem, help=(cure,))])

@@ -88,7 +88,8 @@ class MujocoWorld:
         """Implement `EngineWorld.pose`."""
         _, data, links, *_ = self.bodies.built()
         at = links[body, link]
-        return pose_of(data.xipos[at] if link < 0 else data.xpos[at], data.xquat[at])
+        has_mass = self.bodies.bodies[body][link + 1].inertia is not None
+        return pose_of(data.xipos[at] if link < 0 and has_mass else data.xpos[at], data.xquat[at])
 
     def frame_pose(self, body: int) -> Pose:
         """Implement `EngineWorld.frame_pose`."""
@@ -169,13 +170,14 @@ class MujocoWorld:
             return None
         return int(owners[met[0], 0]), length - at
 
-    def distance(self, body: int, other: int, within: float) -> float:
+    def distance(self, body: int, other: int, within: float, *, with_margin: bool = True) -> float:
         """Measure the distance of two bodies.
 
         Args:
             body: number of one.
             other: number of the other.
             within: range of the measurement, m.
+            with_margin: from the rounded hulls of `body`, which enclose its links; else from what collides.
 
         Returns:
             The distance, m; negative if they overlap, inf if it is out of the range.
@@ -184,7 +186,7 @@ class MujocoWorld:
         nearest, beyond = within, True
         ways = np.empty(6)
         for mine in np.flatnonzero(owners[:, 0] == body).tolist():
-            margin = self.bodies.geoms[mine].shape.margin
+            margin = self.bodies.geoms[mine].shape.margin if with_margin else 0.0
             for theirs in np.flatnonzero(owners[:, 0] == other).tolist():
                 reach = float(model.geom_rbound[mine] + model.geom_rbound[theirs])
                 apart = math.dist(data.geom_xpos[mine], data.geom_xpos[theirs]) - reach - margin
@@ -201,7 +203,7 @@ class MujocoWorld:
         found = []
         for first in range(count):
             for second in range(first + 1, count):
-                depth = -self.distance(first, second, 0.0)
+                depth = -self.distance(first, second, 0.0, with_margin=False)
                 if depth > deeper_than and depth < math.inf:
                     found.append((first, second, depth))
         return found

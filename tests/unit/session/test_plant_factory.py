@@ -34,7 +34,7 @@ BARE = replace(TIDY, scene="bare")
 
 
 def test_the_plants_are_these() -> None:
-    assert PLANTS == ("physics", "kinematic", "symbolic")
+    assert PLANTS == ("physics", "mujoco", "kinematic", "symbolic")
 
 
 def test_options_not_given_are_empty_on_every_plant() -> None:
@@ -125,7 +125,7 @@ def test_without_its_library_a_plant_names_the_others(monkeypatch: pytest.Monkey
         open_plant("kinematic", proved()[0], BARE, 0),
     ):
         pass
-    monkeypatch.setitem(sys.modules, "aeros.sim.bullet.people_file", None)
+    monkeypatch.setitem(sys.modules, "aeros.sim.engine.people_file", None)
     with pytest.raises(PlantSetupError, match=r"physics plant needs `pip install 'aeros\[sim\]'`"):
         load_people("physics", "walker")
 

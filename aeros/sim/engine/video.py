@@ -100,7 +100,7 @@ def _encoder_for(suffix: str) -> Encoder:
     """
     if suffix == ".mp4":
         try:
-            from aeros.sim.bullet.mp4 import encode_mp4
+            from aeros.sim.engine.mp4 import encode_mp4
         except ImportError as error:
             missing = f"({error.name} is missing)"
             raise VideoError(f"writing .mp4 needs `pip install 'aeros[video]'` {missing}") from error

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from aeros.sim.bullet.people import People
 from aeros.sim.engine.engine import Engine
+from aeros.sim.engine.people import People
 from aeros.sim.engine.robot import PhysicalRobot
 from aeros.sim.geometry import Vector3
 from aeros.sim.scanners.sections import Section
