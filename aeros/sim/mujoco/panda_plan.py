@@ -80,10 +80,24 @@ _FINGER_BASE: Final = 0.0584
 """Distance of the fingers' frames from the hand's, along its axis, m: as in franka_description."""
 
 _FINGER_SHAPES: Final = (
-    # The pad, and the bar that joins it to the hand; boxes about the mesh of franka_description.
-    ShapePlan("box", (0.0210, 0.0150, 0.0180), Pose((0.0, 0.0075, 0.0448), UPRIGHT)),
-    ShapePlan("box", (0.0210, 0.0190, 0.0358), Pose((0.0, 0.0170, 0.0179), UPRIGHT)),
+    ShapePlan("box", (0.0174, 0.0143, 0.0176), Pose((0.0, 0.00715, 0.045), UPRIGHT)),
+    ShapePlan(
+        "hull",
+        (0.0, 0.0, 0.0),
+        corners=tuple(
+            (side * x, y, z)
+            for x, y, z in (
+                (0.0087, 0.0, 0.0362),
+                (0.0087, 0.0143, 0.0362),
+                (0.0105, 0.0151, 0.0188),
+                (0.0105, 0.0253, 0.0188),
+            )
+            for side in (-1.0, 1.0)
+        ),
+    ),
+    ShapePlan("box", (0.021, 0.0239, 0.0188), Pose((0.0, 0.01445, 0.0094), UPRIGHT)),
 )
+"""Pad, neck and base of a finger, measured in the mesh of franka_description, m; pads meet at y = 0."""
 
 _CARRIAGE_MASS: Final = 55.0
 _SLIDER_MASS: Final = 5.0
