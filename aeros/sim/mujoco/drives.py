@@ -94,7 +94,7 @@ class MujocoDrives:
         self._points, self._speeds, self._accelerations = np.zeros(count), np.zeros(count), np.zeros(count)
         self._modelled = np.zeros(len(joints))
         self._given, self._friction = np.zeros(count), np.zeros(count)
-        self._bias, self._before = np.zeros(count), np.zeros(count)
+        self._bias, self._before, self._step_start = np.zeros(count), np.zeros(count), np.zeros(count)
         self._gap, self._gap_goal, self._force = 0.0, 0.0, 0.0
         self._external = np.zeros(count)
         self.efforts: tuple[float, ...] = (0.0,) * count
@@ -103,7 +103,6 @@ class MujocoDrives:
         world.before_substep.append(self._lead)
         world.after_substep.append(self._record)
         world.after_step.append(self._observe)
-        self._state: tuple[tuple[float, ...], tuple[float, ...]] | None = None
 
     @property
     def positions(self) -> tuple[float, ...]:
@@ -183,15 +182,20 @@ class MujocoDrives:
         left = (1.0 - share) * TICK
         speeds = self._speeds - self._accelerations * left
         points = self._points - (self._speeds + speeds) / 2.0 * left
-        self._world.bodies.built().data.ctrl[: self._count] = (
-            points + self._damping / self._stiffness * speeds
-        )
+        data = self._world.bodies.built().data
+        data.ctrl[: self._count] = points + self._damping / self._stiffness * speeds
+        self._step_start = data.qvel[: self._count].copy()
 
     def _record(self) -> None:
         """Add up what motors gave and friction took in a step."""
-        data, count = self._world.bodies.built().data, self._count
-        self._given += data.actuator_force[:count]
-        self._friction += data.qfrc_damper[:count]
+        model, data, *_ = self._world.bodies.built()
+        count = self._count
+        # Implicit integration takes forces at the speed at the end of a step, except of clamped servos.
+        faster = data.qvel[:count] - self._step_start
+        given = data.actuator_force[:count]
+        is_free = np.abs(given) < model.actuator_forcerange[:count, 1]
+        self._given += given - np.where(is_free, self._damping, 0.0) * faster
+        self._friction += data.qfrc_damper[:count] - model.dof_damping[:count] * faster
         rows = slice(data.ne, data.ne + data.nf)
         joints = data.efc_id[rows]
         own = joints < count
