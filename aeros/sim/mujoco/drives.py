@@ -99,20 +99,18 @@ class MujocoDrives:
         self._external = np.zeros(count)
         self.efforts: tuple[float, ...] = (0.0,) * count
         self.external: tuple[float, ...] = (0.0,) * count
+        self.positions: tuple[float, ...] = (0.0,) * count
+        self.rates: tuple[float, ...] = (0.0,) * count
         world.before_step.append(self._set_motors)
         world.before_substep.append(self._lead)
         world.after_substep.append(self._record)
         world.after_step.append(self._observe)
 
-    @property
-    def positions(self) -> tuple[float, ...]:
-        """Positions of all joints, rad or m."""
-        return tuple(self._world.bodies.built().data.qpos[: self._count].tolist())
-
-    @property
-    def rates(self) -> tuple[float, ...]:
-        """Speeds of all joints, rad/s or m/s."""
-        return tuple(self._world.bodies.built().data.qvel[: self._count].tolist())
+    def note_positions(self) -> None:
+        """Read the positions and speeds of all joints."""
+        data = self._world.bodies.built().data
+        self.positions = tuple(data.qpos[: self._count].tolist())
+        self.rates = tuple(data.qvel[: self._count].tolist())
 
     def set_arm(self, q: Vector, qd: Vector, acceleration: Vector, strength: float) -> None:
         """Take set points of the arm for the next tick.
@@ -146,8 +144,7 @@ class MujocoDrives:
             force: greatest force on each finger, N.
         """
         if width != self._gap_goal:
-            left, right = self._world.bodies.built().data.qpos[self._count - 2 : self._count].tolist()
-            self._gap = (left + right) / 2.0
+            self._gap = (self.positions[-2] + self.positions[-1]) / 2.0
         self._gap_goal, self._force = width, force
 
     def _set_motors(self) -> None:
@@ -167,7 +164,7 @@ class MujocoDrives:
         friction = model.dof_damping[moved] * speeds
         limits = self._most.copy()
         limits[self._arm] = np.array(self._limits) * self._strength
-        self._modelled = np.clip(needed[moved] + bias[moved] + friction, -limits, limits)
+        self._modelled = np.maximum(-limits, np.minimum(limits, needed[moved] + bias[moved] + friction))
         greatest = np.minimum(self._correction, limits - np.abs(self._modelled))
         data.qfrc_applied[moved] = self._modelled
         model.actuator_forcerange[moved, 0], model.actuator_forcerange[moved, 1] = -greatest, greatest
@@ -213,4 +210,5 @@ class MujocoDrives:
         outside: Array = needed[:count] + self._bias - given - friction
         self._external += _OBSERVER_SHARE * (outside - self._external)
         self.efforts, self.external = tuple(given.tolist()), tuple(self._external.tolist())
+        self.note_positions()
         self._accelerations[:] = 0.0

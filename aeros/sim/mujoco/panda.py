@@ -68,6 +68,7 @@ class MujocoPanda(PhysicalRobot):
         built.data.qpos[: len(start)] = start
         mujoco.mj_kinematics(built.model, built.data)
         mujoco.mj_comPos(built.model, built.data)
+        self._drives.note_positions()
         world.after_step.append(self._note_tick)
         world.renderer.robot = self._solids
         self.grip(*self.grip_command)

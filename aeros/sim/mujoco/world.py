@@ -47,6 +47,9 @@ class MujocoWorld:
         self.after_substep: list[Callable[[], None]] = []
         self.after_step: list[Callable[[], None]] = []
         self._contacts: list[tuple[int, int, int, int, Vector3, Vector3, float]] | None = []
+        # Coefficients of the contacts of the last step, of these pairs of shapes with these surfaces.
+        self._mixed_key = b""
+        self._surfaces = self._mixed = np.zeros((0, 3))
 
     @property
     def time(self) -> float:
@@ -230,26 +233,40 @@ class MujocoWorld:
     def _mix_frictions(self, data: Any) -> None:
         """Multiply the coefficients of touching surfaces, as PyBullet does."""
         geoms: NDArray[np.int32] = data.contact.geom
-        first, second = self.bodies.frictions[geoms[:, 0]], self.bodies.frictions[geoms[:, 1]]
-        lateral = first[:, 0] * second[:, 0]
-        spinning = first[:, 0] * second[:, 1] + second[:, 0] * first[:, 1]
-        rolling = first[:, 0] * second[:, 2] + second[:, 0] * first[:, 2]
-        mixed = np.stack((lateral, lateral, spinning, rolling, rolling), axis=1)
-        data.contact.friction[:] = np.maximum(mixed, mujoco.mjMINMU)
+        surfaces, key = self.bodies.frictions, geoms.tobytes()
+        if surfaces is not self._surfaces or key != self._mixed_key:
+            self._surfaces, self._mixed_key = surfaces, key
+            self._mixed = _products(surfaces[geoms[:, 0]], surfaces[geoms[:, 1]])
+        data.contact.friction[:] = self._mixed
 
     def _touching(self) -> list[tuple[int, int, int, int, Vector3, Vector3, float]]:
         """Return body, link, body, link, position, normal and force of each contact; cached in a tick."""
         if self._contacts is None:
-            model, data, _, _, _, owners = self.bodies.built()
-            wrench, found = np.zeros(6), []
-            for number in range(data.ncon):
-                contact = data.contact[number]
-                if contact.exclude:
-                    continue
-                mujoco.mj_contactForce(model, data, number, wrench)
-                (one, its), (another, their) = owners[contact.geom].tolist()
-                x, y, z = contact.pos.tolist()
-                a, b, c = contact.frame[:3].tolist()
-                found.append((one, its, another, their, (x, y, z), (a, b, c), float(wrench[0])))
-            self._contacts = found
+            _, data, _, _, _, owners = self.bodies.built()
+            contact = data.contact
+            places = contact.efc_address
+            # With elliptic cones the first force of a contact is the normal one.
+            forces = data.efc_force[places].tolist() if data.nefc else [0.0] * data.ncon
+            self._contacts = [
+                (one, its, another, their, (x, y, z), (a, b, c), force)
+                for ((one, its), (another, their)), (x, y, z), (a, b, c), force, place in zip(
+                    owners[contact.geom].tolist(),
+                    contact.pos.tolist(),
+                    contact.frame[:, :3].tolist(),
+                    forces,
+                    places.tolist(),
+                    strict=True,
+                )
+                if place >= 0
+            ]
         return self._contacts
+
+
+def _products(first: Array, second: Array) -> Array:
+    """Return the five coefficients of each contact (n, 5) of surfaces of the frictions (n, 3)."""
+    lateral = first[:, 0] * second[:, 0]
+    spinning = first[:, 0] * second[:, 1] + second[:, 0] * first[:, 1]
+    rolling = first[:, 0] * second[:, 2] + second[:, 0] * first[:, 2]
+    mixed = np.stack((lateral, lateral, spinning, rolling, rolling), axis=1)
+    coefficients: Array = np.maximum(mixed, mujoco.mjMINMU)
+    return coefficients
