@@ -17,7 +17,7 @@ from aeros.sim.clock import TICK
 from aeros.sim.engine.world import GRAVITY
 from aeros.sim.geometry import Pose, Quaternion, Vector3
 from aeros.sim.mujoco.client import mujoco
-from aeros.sim.mujoco.plans import AT_ORIGIN, Friction, LinkPlan, ShapePlan
+from aeros.sim.mujoco.plans import AT_ORIGIN, Friction, JointPlan, LinkPlan, ShapePlan
 from aeros.sim.pictures.solids import Array, Solid
 
 SUBSTEPS: Final = 4
@@ -90,16 +90,7 @@ class GrowingModel:
     """
 
     def __init__(self) -> None:
-        self._spec = mujoco.MjSpec()
-        option = self._spec.option
-        option.timestep = TICK / SUBSTEPS
-        option.gravity = (0.0, 0.0, -GRAVITY)
-        option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-        option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-        option.impratio = _FRICTION_IMPEDANCE_RATIO
-        option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_ISLAND)
-        self._spec.compiler.balanceinertia = True
-        self._spec.compiler.degree = False
+        self._spec = _empty_description()
         self.bodies: list[tuple[LinkPlan, ...]] = []
         self._added: dict[str, Geom] = {}
         self.geoms: tuple[Geom, ...] = ()
@@ -300,17 +291,9 @@ class GrowingModel:
             body.explicitinertial = True
             body.mass = link.inertia.mass
             body.ipos = link.inertia.centre
-            body.fullinertia = [float(matrix[row, column]) for row, column in _MOMENTS]
+            body.fullinertia = [float(matrix[row, column]) for row, column in _INERTIA_ORDER]
         if link.joint is not None:
-            joint = body.add_joint(name=_name(*key), axis=link.joint.axis)
-            joint.type = mujoco.mjtJoint.mjJNT_SLIDE if link.joint.slides else mujoco.mjtJoint.mjJNT_HINGE
-            joint.armature = link.joint.armature
-            joint.damping[0] = link.joint.damping
-            joint.frictionloss = link.joint.friction
-            joint.solref_friction[:2] = joint.solref_limit[:2] = (_CONTACT_TIME, 1.0)
-            if link.joint.limits is not None:
-                joint.limited = True
-                joint.range = link.joint.limits
+            _add_joint(body, _name(*key), link.joint)
         for index, shape in enumerate(link.shapes):
             self._add_shape(body, (*key, index), Geom(*key, shape, link.friction))
         return body
@@ -343,7 +326,34 @@ class GrowingModel:
         self._added[name] = geom
 
 
-_MOMENTS: Final = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+def _empty_description() -> Any:
+    """Return the description of an empty world, with the settings of the engine."""
+    spec = mujoco.MjSpec()
+    option = spec.option
+    option.timestep = TICK / SUBSTEPS
+    option.gravity = (0.0, 0.0, -GRAVITY)
+    option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    option.impratio = _FRICTION_IMPEDANCE_RATIO
+    option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_ISLAND)
+    spec.compiler.balanceinertia = True
+    spec.compiler.degree = False
+    return spec
+
+
+def _add_joint(body: Any, name: str, plan: JointPlan) -> None:
+    joint = body.add_joint(name=name, axis=plan.axis)
+    joint.type = mujoco.mjtJoint.mjJNT_SLIDE if plan.slides else mujoco.mjtJoint.mjJNT_HINGE
+    joint.armature = plan.armature
+    joint.damping[0] = plan.damping
+    joint.frictionloss = plan.friction
+    joint.solref_friction[:2] = joint.solref_limit[:2] = (_CONTACT_TIME, 1.0)
+    if plan.limits is not None:
+        joint.limited = True
+        joint.range = plan.limits
+
+
+_INERTIA_ORDER: Final = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 """Order of the moments of inertia in MuJoCo: xx, yy, zz, xy, xz, yz."""
 
 

@@ -8,6 +8,7 @@ robot is built; from then on only motors move them.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from itertools import combinations
 from math import hypot
 
@@ -21,6 +22,7 @@ from aeros.sim.mujoco.drives import MujocoDrives
 from aeros.sim.mujoco.panda_plan import ARM_JOINTS, CARRIAGE_JOINTS, FINGERS, plan_panda
 from aeros.sim.mujoco.plans import names_of_joints, names_of_links
 from aeros.sim.mujoco.world import MujocoWorld
+from aeros.sim.pictures.ray_caster import PlacedSolid
 from aeros.sim.pictures.scene_solids import carriage_solid, robot_solids
 from aeros.sim.robot.body import PANDA_BODY
 from aeros.sim.robot.contact_estimate import estimate_contact_force
@@ -63,12 +65,7 @@ class MujocoPanda(PhysicalRobot):
         )
         self._first = len(carriage)
         self._state: RobotState | None = None
-        built = world.bodies.built()
-        start = (*(0.0,) * len(carriage), *options.posture, FINGER_GAP_MAX / 2.0, FINGER_GAP_MAX / 2.0)
-        built.data.qpos[: len(start)] = start
-        mujoco.mj_kinematics(built.model, built.data)
-        mujoco.mj_comPos(built.model, built.data)
-        self._drives.note_positions()
+        self._place_joints((*(0.0,) * len(carriage), *options.posture, *(FINGER_GAP_MAX / 2.0,) * 2))
         world.after_step.append(self._note_tick)
         world.renderer.robot = self._solids
         self.grip(*self.grip_command)
@@ -84,6 +81,14 @@ class MujocoPanda(PhysicalRobot):
             pair = frozenset("fingers" if name in FINGERS else name for name in (first, second))
             if pair not in meeting:
                 self._world.bodies.exclude(self.body, number[first], number[second])
+
+    def _place_joints(self, start: Sequence[float]) -> None:
+        """Set the positions of all joints; the only place that does so."""
+        built = self._world.bodies.built()
+        built.data.qpos[: len(start)] = start
+        mujoco.mj_kinematics(built.model, built.data)
+        mujoco.mj_comPos(built.model, built.data)
+        self._drives.note_positions()
 
     def _note_tick(self) -> None:
         self._state = None
@@ -164,7 +169,8 @@ class MujocoPanda(PhysicalRobot):
         mujoco.mj_rnePostConstraint(built.model, built.data)
         return -float(built.data.cfrc_int[built.links[self.body, self._hand], 5])
 
-    def _solids(self):  # type: ignore[no-untyped-def]
+    def _solids(self) -> Iterator[PlacedSolid]:
+        """Yield the solids that cameras see of it."""
         base, _ = self.true_points()
         yield from robot_solids(self.read_sensors().q, base)
         if self._first:

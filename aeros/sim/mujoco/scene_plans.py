@@ -65,7 +65,11 @@ def _shapes(shape: Box | Cylinder | Sphere | Basin | Compound) -> Iterator[Shape
 
 
 def _plan_model(body: SceneBody, model: UrdfModel) -> Iterator[LinkPlan]:
-    """Yield the links of a URDF file, each after its parent."""
+    """Yield the links of a URDF file, each after its parent.
+
+    Raises:
+        UserError: it is missing, or has a mesh.
+    """
     if not Path(model.path).is_file():
         missing = f"model file not found: `{model.path}`"
         raise UserError([Diagnostic("AE002", missing, help=("install AEROS again if it came with it",))])
@@ -124,13 +128,13 @@ def _inertia(link: Xml.Element, shapes: tuple[ShapePlan, ...]) -> Inertia:
     inertial = link.find("inertial")
     if inertial is None:
         return inertia_of_shapes(0.0, shapes)
-    mass, moments = inertial.find("mass"), inertial.find("inertia")
+    mass, tensor = inertial.find("mass"), inertial.find("inertia")
     weight = 0.0 if mass is None else float(mass.get("value", 0))
     place = origin_of(inertial)
-    if moments is None:
+    if tensor is None:
         return inertia_of_shapes(weight, shapes)._replace(centre=place.position)
     xx, yy, zz, xy, xz, yz = (
-        float(moments.get(f"i{axes}", 0)) for axes in ("xx", "yy", "zz", "xy", "xz", "yz")
+        float(tensor.get(f"i{axes}", 0)) for axes in ("xx", "yy", "zz", "xy", "xz", "yz")
     )
     turn = axes_of(place.orientation)
     matrix = turn @ np.array(((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))) @ turn.T

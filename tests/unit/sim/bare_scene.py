@@ -10,7 +10,7 @@ from aeros.sim.engine.robot import PhysicalRobot
 from aeros.sim.geometry import Camera
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.robot import RobotOptions
-from tests.unit.sim.bullet_parts import as_bullet
+from tests.unit.sim.bullet.bullet_parts import as_bullet
 
 
 class BareScene:

@@ -24,7 +24,7 @@ from aeros.spec.model.scene import BodyPart
 from tests.shipped_scenes import shipped_scene
 from tests.unit.sim.acting import allow, execute, recording
 from tests.unit.sim.bare_scene import BareScene
-from tests.unit.sim.bullet_parts import as_bullet
+from tests.unit.sim.bullet.bullet_parts import as_bullet
 from tests.unit.sim.referee import Referee
 
 pytestmark = pytest.mark.physics

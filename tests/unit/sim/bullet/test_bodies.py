@@ -25,7 +25,7 @@ from aeros.spec.model.scene import (
     Sphere,
     UrdfModel,
 )
-from tests.unit.sim.declared_bodies import body
+from tests.unit.sim.engine.declared_bodies import body
 
 pytestmark = pytest.mark.physics
 

@@ -12,7 +12,7 @@ from aeros.sim.bullet.world import PhysicsWorld
 pytestmark = pytest.mark.physics
 
 
-def test_a_person_who_jumps_is_found_wherever_they_are() -> None:
+def test_a_person_who_jumps_is_found_at_any_distance() -> None:
     world = PhysicsWorld()
     engine = BulletEngine(world)
     box = world.bodies.add_box((0.2, 0.2, 0.2), (0.0, 0.0, 0.9))

@@ -14,7 +14,7 @@ from aeros.sim.physics import make_bullet_engine, make_mujoco_engine
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.model.scene import Cylinder, SceneBody
-from tests.unit.sim.declared_bodies import body
+from tests.unit.sim.engine.declared_bodies import body
 
 pytestmark = pytest.mark.physics
 

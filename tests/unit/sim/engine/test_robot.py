@@ -24,7 +24,7 @@ def add(engine: Engine, *, carriage: bool = False) -> PhysicalRobot:
     return engine.add_robot(RobotOptions(carriage=carriage), WheelOdometry(RandomSource(0)))
 
 
-def test_a_robot_that_holds_stays_where_it_is(engine: Engine) -> None:
+def test_a_robot_that_holds_does_not_move(engine: Engine) -> None:
     robot = add(engine)
     start = robot.read_sensors()
     assert start.q == pytest.approx(tuple(READY_POSTURE.tolist()))
@@ -38,7 +38,7 @@ def test_a_robot_that_holds_stays_where_it_is(engine: Engine) -> None:
     assert state.finger_gap == pytest.approx(0.08, abs=1e-3)
 
 
-def test_motors_that_a_fault_sets_do_not_change_what_is_commanded(engine: Engine) -> None:
+def test_motors_that_a_fault_sets_do_not_change_the_command(engine: Engine) -> None:
     robot = add(engine)
     away = READY_POSTURE + 0.01
     for _ in range(72):
@@ -48,7 +48,7 @@ def test_motors_that_a_fault_sets_do_not_change_what_is_commanded(engine: Engine
     assert robot.read_sensors().q == pytest.approx(tuple(away.tolist()), abs=3e-3)
 
 
-def test_odometry_that_drifts_is_read_and_is_not_where_the_robot_is(engine: Engine) -> None:
+def test_drift_of_odometry_is_read_and_is_not_the_truth(engine: Engine) -> None:
     robot = add(engine, carriage=True)
     base, tool = robot.true_points()
     robot.odometry.drift = (0.004, -0.002)

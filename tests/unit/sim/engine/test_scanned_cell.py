@@ -14,7 +14,7 @@ from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.scanners.ray_fan import ray_fan
 from aeros.sim.scanners.sections import Disc, cast, rectangle
 from tests.shipped_scenes import shipped_scene
-from tests.unit.sim.bullet_parts import as_bullet
+from tests.unit.sim.bullet.bullet_parts import as_bullet
 from tests.unit.sim.scanners.cells import reference_scanners
 
 pytestmark = pytest.mark.physics

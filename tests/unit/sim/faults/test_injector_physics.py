@@ -45,7 +45,7 @@ from aeros.spec.declared.faults import (
 from tests.shipped_scenes import shipped_scene
 from tests.unit.sim.acting import allow, execute
 from tests.unit.sim.bare_scene import BareScene
-from tests.unit.sim.bullet_parts import as_bullet
+from tests.unit.sim.bullet.bullet_parts import as_bullet
 
 pytestmark = pytest.mark.physics
 

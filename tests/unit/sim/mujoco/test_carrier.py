@@ -11,7 +11,7 @@ from aeros.sim.geometry import UPRIGHT, Pose
 from aeros.sim.mujoco.engine import MujocoEngine
 from aeros.spec.model.scene import UrdfModel
 from tests.shipped_scenes import ECMS
-from tests.unit.sim.declared_bodies import body
+from tests.unit.sim.engine.declared_bodies import body
 
 pytestmark = pytest.mark.physics
 

@@ -11,7 +11,7 @@ from aeros.sim.mujoco.engine import MujocoEngine
 from aeros.sim.mujoco.plans import ShapePlan
 from aeros.sim.scanners.sections import Disc
 from aeros.spec.model.scene import Box, Cylinder, Sphere
-from tests.unit.sim.declared_bodies import body
+from tests.unit.sim.engine.declared_bodies import body
 
 pytestmark = pytest.mark.physics
 

@@ -14,7 +14,7 @@ from aeros.sim.engine.world import GRAVITY
 from aeros.sim.geometry import UPRIGHT, Camera, Pose
 from aeros.sim.scanners.sections import Disc, Polygon
 from aeros.spec.model.scene import Cylinder, Joint, UrdfModel
-from tests.unit.sim.declared_bodies import body
+from tests.unit.sim.engine.declared_bodies import body
 from tests.unit.sim.engine.engines import GREY, engine
 
 pytestmark = pytest.mark.physics
@@ -129,7 +129,7 @@ def test_a_hand_carries_a_body_over_and_lets_it_go(engine: Engine, turn: float) 
     assert 2.0 * abs(orientation[0] * orientation[3]) == pytest.approx(1.0 if turn else 0.0, abs=0.05)
 
 
-def test_a_hand_does_not_hold_what_is_too_heavy(engine: Engine) -> None:
+def test_a_hand_does_not_hold_a_body_that_is_too_heavy(engine: Engine) -> None:
     heavy = engine.add_box((0.1, 0.1, 0.1), (0.0, 0.0, 2.0), mass=2.0, colour=GREY)
     hand = engine.carry(heavy, (0.0, 0.0, 2.0), 0.0, (0.0, 0.0, 1.0), lift=0.0, strength=MAX_FORCE)
     for tick in range(1, 121):
@@ -148,7 +148,7 @@ def test_a_place_is_occupied_as_far_as_the_bounds_of_a_body_reach(engine: Engine
     assert not engine.is_occupied((-0.01, -0.01, 0.15), (0.01, 0.01, 0.4), other)
 
 
-def test_a_plane_cuts_what_it_meets_where_it_is(engine: Engine) -> None:
+def test_a_plane_cuts_bodies_at_their_present_places(engine: Engine) -> None:
     floor(engine)
     post = engine.add_body(body(shape=Cylinder(0.1, 1.0)), Pose((1.0, 0.5, 0.5), UPRIGHT)).number
     box = engine.add_box((0.2, 0.2, 0.2), (0.0, 0.0, 0.4), mass=1.0, colour=GREY)
@@ -187,7 +187,7 @@ def test_a_hinge_turns_by_its_dry_friction_or_not_at_all(engine: Engine, tmp_pat
     assert engine.world.frame_pose(placed.number).position == pytest.approx((0.0, 0.0, 1.0))
 
 
-def test_what_is_painted_is_seen_on_its_surface(engine: Engine) -> None:
+def test_a_painted_picture_is_seen_on_its_surface(engine: Engine) -> None:
     floor(engine)
     rectangle = engine.add_painted_rectangle((-0.5, -0.5), (0.5, 0.5), 0.0)
     engine.world.renderer.paint(rectangle, np.full((4, 4, 3), (250, 0, 0), dtype=np.uint8))
@@ -198,7 +198,7 @@ def test_what_is_painted_is_seen_on_its_surface(engine: Engine) -> None:
     assert seen.depth[12, 16] == pytest.approx(1.0, abs=2e-3)
 
 
-def test_a_body_is_where_its_frame_is_not_where_its_mass_is(engine: Engine, tmp_path: Path) -> None:
+def test_the_frame_of_a_body_is_not_its_centre_of_mass(engine: Engine, tmp_path: Path) -> None:
     path = tmp_path / "club.urdf"
     path.write_text(
         FLAP.replace('<link name="post"><inertial>', '<link name="post"><inertial><origin xyz="0 0 0.04"/>')

@@ -38,7 +38,7 @@ def run(model: GrowingModel, steps: int) -> None:
         mujoco.mj_step(built.model, built.data)
 
 
-def test_what_moves_goes_on_as_it_did_when_a_body_is_added() -> None:
+def test_adding_a_body_keeps_the_motion_of_all_others() -> None:
     model = GrowingModel()
     first = model.add(ball(), Pose((0.0, 0.0, 5.0), UPRIGHT), moves=True)
     run(model, 10)
@@ -54,7 +54,7 @@ def test_what_moves_goes_on_as_it_did_when_a_body_is_added() -> None:
     assert after.owners.tolist() == [[first, -1], [second, -1]]
 
 
-def test_a_body_that_is_moved_stays_where_it_was_put() -> None:
+def test_a_moved_body_stays_at_its_place() -> None:
     model = GrowingModel()
     moved = model.add_moved(BALL, ())
     model.move(moved, (1.0, 2.0, 3.0))

@@ -13,7 +13,7 @@ from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.kinematics import READY_POSTURE
 from aeros.sim.robot.odometry import WheelOdometry
 from aeros.sim.robot.robot import RobotOptions
-from tests.unit.sim.declared_bodies import body
+from tests.unit.sim.engine.declared_bodies import body
 from tests.unit.sim.engine.engines import GREY
 
 pytestmark = pytest.mark.physics
@@ -79,7 +79,7 @@ def test_a_push_on_the_hand_is_felt_by_the_motors_and_free_motion_is_not() -> No
     assert robot.net_contact_force() == 0.0
 
 
-def test_the_wrist_feels_the_weight_of_what_the_hand_lifts() -> None:
+def test_the_wrist_feels_the_weight_of_a_lifted_cube() -> None:
     engine, robot, _ = held()
     before = robot.wrist_vertical_force()
     lift(engine, robot)

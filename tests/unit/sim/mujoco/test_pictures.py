@@ -23,7 +23,7 @@ def middle(engine: MujocoEngine) -> float:
     return float(engine.world.renderer.render(SIDE).depth[24, 32])
 
 
-def test_a_body_is_seen_where_it_falls() -> None:
+def test_a_body_that_falls_leaves_the_picture() -> None:
     engine = MujocoEngine()
     engine.add_box((0.2, 0.2, 0.2), (0.0, 0.0, 0.5), mass=1.0, colour=(1.0, 0.0, 0.0, 1.0))
     assert middle(engine) == pytest.approx(2.9, abs=0.01)
@@ -33,7 +33,7 @@ def test_a_body_is_seen_where_it_falls() -> None:
 
 
 @pytest.mark.parametrize("carriage", [False, True])
-def test_the_robot_is_seen_with_what_it_stands_on(carriage: bool) -> None:
+def test_the_robot_is_seen_with_its_carriage(carriage: bool) -> None:
     engine = MujocoEngine()
     engine.add_robot(RobotOptions(carriage=carriage), WheelOdometry(RandomSource(0)))
     seen = engine.world.renderer.render(Camera((3.0, 0.0, -0.1), (0.0, 0.0, -0.1), width=64, height=48))

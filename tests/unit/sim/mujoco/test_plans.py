@@ -26,7 +26,7 @@ def link(name: str, joint: str | None = None) -> LinkPlan:
 
 
 @pytest.mark.parametrize(
-    ("shape", "volume", "moments"),
+    ("shape", "volume", "diagonal"),
     [
         (ShapePlan("box", (1.0, 2.0, 3.0)), 6.0, (13 / 12, 10 / 12, 5 / 12)),
         (ShapePlan("sphere", (0.5, 0.0, 0.0)), pi / 6.0, (0.1, 0.1, 0.1)),
@@ -36,10 +36,10 @@ def link(name: str, joint: str | None = None) -> LinkPlan:
     ],
 )
 def test_volume_and_moments_are_those_of_the_textbook(
-    shape: ShapePlan, volume: float, moments: tuple[float, ...]
+    shape: ShapePlan, volume: float, diagonal: tuple[float, ...]
 ) -> None:
     assert shape.volume == pytest.approx(volume)
-    assert shape.inertia(1.0).tolist() == pytest.approx(list(moments))
+    assert shape.inertia(1.0).tolist() == pytest.approx(list(diagonal))
 
 
 def test_two_halves_have_the_moments_of_the_whole() -> None:

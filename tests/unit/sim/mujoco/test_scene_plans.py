@@ -11,7 +11,7 @@ import pytest
 from aeros.sim.mujoco.scene_plans import plan_body
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.model.scene import Basin, Box, Compound, Cylinder, Joint, Part, Sphere, UrdfModel
-from tests.unit.sim.declared_bodies import body
+from tests.unit.sim.engine.declared_bodies import body
 
 URDF = """<robot name="door">
 <link name="frame"><collision><geometry><box size="1 1 1"/></geometry></collision></link>

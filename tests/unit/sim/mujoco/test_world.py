@@ -10,7 +10,7 @@ from aeros.sim.mujoco.engine import MujocoEngine
 from aeros.sim.mujoco.model import SUBSTEPS
 from aeros.sim.mujoco.plans import ShapePlan
 from aeros.spec.model.scene import Sphere
-from tests.unit.sim.declared_bodies import body
+from tests.unit.sim.engine.declared_bodies import body
 from tests.unit.sim.engine.engines import GREY
 
 pytestmark = pytest.mark.physics

@@ -29,7 +29,7 @@ from aeros.spec.model.sensor_errors import OdometryErrors, SurveyErrors
 from tests.shipped_scenes import shipped_scene
 from tests.unit.sim.acting import allow, execute
 from tests.unit.sim.bare_scene import BareScene
-from tests.unit.sim.bullet_parts import as_bullet, as_panda
+from tests.unit.sim.bullet.bullet_parts import as_bullet, as_panda
 from tests.unit.sim.scanners.cells import reference_scanners
 
 pytestmark = pytest.mark.physics

@@ -36,7 +36,7 @@ from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
 from tests.unit.sim.acting import allow, execute, recording
 from tests.unit.sim.bare_scene import BareScene
-from tests.unit.sim.bullet_parts import as_bullet, as_panda
+from tests.unit.sim.bullet.bullet_parts import as_bullet, as_panda
 
 pytestmark = pytest.mark.physics
 

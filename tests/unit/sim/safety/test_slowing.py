@@ -26,7 +26,7 @@ from aeros.spec.expr.terms import ConstantTable
 from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
 from tests.shipped_scenes import shipped_scene
-from tests.unit.sim.bullet_parts import as_bullet
+from tests.unit.sim.bullet.bullet_parts import as_bullet
 from tests.unit.sim.referee import of_the_site
 
 pytestmark = pytest.mark.physics

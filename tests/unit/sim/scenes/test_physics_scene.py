@@ -18,7 +18,7 @@ from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.model.scene import BodyPart
 from aeros.spec.scenes.load import add_scene, load_scene, shipped_scenes
 from tests.shipped_scenes import ECMS, shipped_scene
-from tests.unit.sim.bullet_parts import as_bullet
+from tests.unit.sim.bullet.bullet_parts import as_bullet
 
 pytestmark = pytest.mark.physics
 

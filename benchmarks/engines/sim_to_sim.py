@@ -1,9 +1,9 @@
 """Compare the two physics engines: the same tasks from the same starts on PyBullet and on MuJoCo.
 
-`python -m benchmarks.sim_to_sim --runs 4` runs each case as benchmarks/starts.py does, first on `--plant
-physics` and then on `--plant mujoco`, and prints a table in Markdown: how often the goal was true in the
-simulator and how often it was claimed falsely, steps that the monitor stopped, simulated time, the greatest
-contact force and the least distance of a person that were measured, and processor time.
+`python -m benchmarks.engines.sim_to_sim --runs 4` runs each case as benchmarks/starts.py does, first on
+`--plant physics` and then on `--plant mujoco`, and prints a table in Markdown: how often the goal was true in
+the simulator and how often it was claimed falsely, steps that the monitor stopped, simulated time, the
+greatest contact force and the least distance of a person that were measured, and processor time.
 """
 
 from __future__ import annotations
