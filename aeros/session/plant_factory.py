@@ -1,4 +1,4 @@
-"""Open plants by name, with people, faults, scenes and videos; PyBullet is imported only for physics."""
+"""Open plants by name, with people, faults, scenes and videos; an engine is imported only for physics."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from aeros.spec.model.ecm import Task
 from aeros.spec.model.scene import Scene
 
 if TYPE_CHECKING:
-    from aeros.sim.bullet.people import Person
+    from aeros.sim.engine.people import Person
     from aeros.sim.faults.faults_file import FaultContext
     from aeros.sim.faults.injector import FaultEvent
     from aeros.sim.faults.model import Fault
@@ -32,9 +32,12 @@ _LISTEN_TIMEOUT_S: Final = 1.0
 
 _POLL_INTERVAL_S: Final = 0.02
 
-PlantName = Literal["physics", "kinematic", "symbolic"]
+PlantName = Literal["physics", "mujoco", "kinematic", "symbolic"]
 
 PLANTS: Final[tuple[PlantName, ...]] = get_args(PlantName)
+
+PHYSICS_PLANTS: Final = ("physics", "mujoco")
+"""Plants with physics: `physics` on PyBullet, `mujoco` on MuJoCo; people, faults and obstacles need one."""
 
 
 class PlantSetupError(Exception):
@@ -57,10 +60,10 @@ def load_people(plant: str, name_or_path: str | None) -> tuple[Person, ...]:
     """
     if name_or_path is None:
         return ()
-    if plant != "physics":
+    if plant not in PHYSICS_PLANTS:
         raise PlantSetupError(f"`--people` needs the physics plant: the {plant} plant has no people")
-    with _physics_import_errors():
-        from aeros.sim.bullet.people_file import read_people
+    with _physics_import_errors(plant):
+        from aeros.sim.engine.people_file import read_people
     return read_people(name_or_path)
 
 
@@ -84,11 +87,11 @@ def load_faults(
     """
     if name_or_path is None:
         return ()
-    if plant != "physics" or scene is None:
+    if plant not in PHYSICS_PLANTS or scene is None:
         raise PlantSetupError(
             f"`--faults` needs `--plant physics`; on {plant}, failures are declared outcomes"
         )
-    with _physics_import_errors():
+    with _physics_import_errors(plant):
         from aeros.sim.faults.faults_file import read_faults
     return read_faults(name_or_path, surroundings_of(configuration, scene))
 
@@ -137,7 +140,7 @@ def load_run_scene(
         UserError: There is no such scene, a file is no scene file, or a body overlaps another one.
         PlantSetupError: The plant has no obstacles.
     """
-    if extra is not None and plant != "physics":
+    if extra is not None and plant not in PHYSICS_PLANTS:
         raise PlantSetupError(f"`--scene` needs the physics plant: the {plant} plant has no obstacles")
     if plant == "symbolic":
         return None
@@ -160,9 +163,10 @@ def open_video(plant: str, path: Path) -> Viewer:
     Raises:
         PlantSetupError: The plant has no image, or the video cannot be written.
     """
-    _require_physics("--video", plant)
-    with _physics_import_errors():
-        from aeros.sim.bullet.video import VideoError, VideoRecorder
+    if plant not in PHYSICS_PLANTS:
+        raise _no_image("--video", plant)
+    with _physics_import_errors(plant):
+        from aeros.sim.engine.video import VideoError, VideoRecorder
     try:
         return VideoRecorder(path)
     except VideoError as refusal:
@@ -181,8 +185,13 @@ def open_viewer(plant: str) -> Viewer:
     Raises:
         PlantSetupError: The plant has no image, or there is no display.
     """
-    _require_physics("--view", plant)
-    with _physics_import_errors():
+    if plant == "mujoco":
+        raise PlantSetupError(
+            "`--view` needs the physics plant: a window shows PyBullet alone; use `--video`"
+        )
+    if plant != "physics":
+        raise _no_image("--view", plant)
+    with _physics_import_errors(plant):
         from aeros.sim.bullet.window import ViewerWindow, WindowError
     try:
         return ViewerWindow()
@@ -190,12 +199,11 @@ def open_viewer(plant: str) -> Viewer:
         raise PlantSetupError(f"--view: {refusal}; or use --video, which needs no display") from refusal
 
 
-def _require_physics(option: str, plant: str) -> None:
-    if plant != "physics":
-        raise PlantSetupError(
-            f"`{option}` needs the physics plant: the {plant} plant has no image; "
-            "`--mcap` records measurements on any plant"
-        )
+def _no_image(option: str, plant: str) -> PlantSetupError:
+    return PlantSetupError(
+        f"`{option}` needs the physics plant: the {plant} plant has no image; "
+        "`--mcap` records measurements on any plant"
+    )
 
 
 @contextmanager
@@ -255,7 +263,7 @@ def open_scene(
     """Open a simulator in a scene, without people, faults and viewers.
 
     Args:
-        name: `physics` or `kinematic`.
+        name: `physics`, `mujoco` or `kinematic`.
         configuration: Its site has the errors of the sensors.
         scene: The scene.
         seed: Seed of all random numbers.
@@ -315,8 +323,8 @@ def _build(
     faults: Sequence[Fault] = (),
     on_fault: Callable[[FaultEvent], None] | None = None,
 ) -> Plant:
-    if name == "physics":
-        return _build_physics(scene, seed, errors, spectators, people, faults, on_fault)
+    if name in PHYSICS_PLANTS:
+        return _build_physics(name, scene, seed, errors, spectators, people, faults, on_fault)
     return _build_kinematic(scene, seed, errors)
 
 
@@ -332,6 +340,7 @@ def _build_kinematic(scene: Scene, seed: int, errors: SensorSetup) -> Plant:
 
 
 def _build_physics(
+    name: str,
     scene: Scene,
     seed: int,
     errors: SensorSetup,
@@ -340,15 +349,18 @@ def _build_physics(
     faults: Sequence[Fault],
     on_fault: Callable[[FaultEvent], None] | None,
 ) -> Plant:
-    with _physics_import_errors():
+    with _physics_import_errors(name):
         from aeros.sim.faults.injector import FaultInjector
-        from aeros.sim.physics import make_plant
+        from aeros.sim.physics import make_bullet_engine, make_mujoco_engine, make_plant
+
+        engine = (make_mujoco_engine if name == "mujoco" else make_bullet_engine)()
 
     disturbance = None if on_fault is None else FaultInjector(faults, seed, on_fault)
     return make_plant(
         scene,
         seed,
         errors.survey,
+        engine=engine,
         sensors=errors.models,
         odometry=errors.odometry,
         scanners=errors.scanners,
@@ -359,11 +371,12 @@ def _build_physics(
 
 
 @contextmanager
-def _physics_import_errors() -> Iterator[None]:
+def _physics_import_errors(plant: str) -> Iterator[None]:
     try:
         yield
     except ImportError as error:
+        extra, other = ("sim", "mujoco") if plant == "physics" else ("mujoco", "physics")
         raise PlantSetupError(
-            f"the physics plant needs `pip install 'aeros[sim]'` ({error.name} is missing); "
-            "or use `--plant kinematic` or `--plant symbolic`"
+            f"the {plant} plant needs `pip install 'aeros[{extra}]'` ({error.name} is missing); "
+            f"or use `--plant {other}`, `--plant kinematic` or `--plant symbolic`"
         ) from error

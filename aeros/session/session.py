@@ -34,7 +34,7 @@ from aeros.session.argument_checks import (
 from aeros.session.assembly import AgentSession, SessionSetup, open_agent, open_recorded_plant
 from aeros.session.joined_tasks import joined_task, tasks_of
 from aeros.session.module_settings import read_module_settings
-from aeros.session.plant_factory import PLANTS, PlantName, load_run_scene, open_plant
+from aeros.session.plant_factory import PHYSICS_PLANTS, PLANTS, PlantName, load_run_scene, open_plant
 from aeros.session.reading import read_with_model, refuse_unconfirmed
 from aeros.session.rendered_errors import rendered_errors
 from aeros.session.robot_thread import RobotThread
@@ -353,7 +353,7 @@ def open_session(
             folder,
             RunGovernor(governor),
             make_setup,
-            is_bound_to_scene=name in ("physics", "kinematic"),
+            is_bound_to_scene=name in (*PHYSICS_PLANTS, "kinematic"),
             planner=planner,
         )
         stack.callback(session.close)
