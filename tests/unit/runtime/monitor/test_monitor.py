@@ -25,10 +25,11 @@ from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.elaborate.past_time import HistoryCollector
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.types import RealType
+from aeros.spec.expr.types import BOOL, RealType
 from aeros.spec.model.motion import Tracking
 from aeros.spec.model.rules import Rule
 from aeros.spec.model.site import Site
+from aeros.spec.model.variables import Declared
 from tests.unit.runtime.bench import NOW, STATE, Request, configuration, gate, measured, request, without
 from tests.unit.runtime.conftest import SPAN
 from tests.unit.runtime.motion.test_trajectory import POLICY
@@ -362,19 +363,44 @@ def test_a_tick_without_an_action_is_silent_and_prepares_nothing() -> None:
     assert monitor._holds is None
 
 
-def test_fast_checks_are_kept_for_several_sets_of_measured_variables() -> None:
+@pytest.mark.parametrize(("sets", "kept"), [(2, 2), (8, 8), (9, 1)])  # the ninth set drops the others
+def test_fast_checks_are_made_for_up_to_eight_sets_of_measured_variables(sets: int, kept: int) -> None:
     site = configuration().site
     watched = _Noting(site)
-    monitor, asked = RuntimeMonitor(watched, HistoryTracker(site)), request()
-    started = ActiveAction(asked.action, asked.readings, NOW, 0)
-    names = sorted(STATE)
-    for count in range(1, 10):
-        monitor.add(started)
-        assert monitor(NOW, {name: STATE[name] for name in names[:count]}) is None
-        monitor.remove(started)
-    compiled = len(watched.compiled)
-    monitor.add(started)
-    assert (compiled, len(watched.compiled)) == (8, 9)  # all eight were dropped for the ninth set
+    monitor = RuntimeMonitor(watched, HistoryTracker(site))
+    moving, carrying = (
+        ActiveAction(request("quickly", kind).action, request().readings, NOW, 0)
+        for kind in ("move", "carry")
+    )
+    for count in range(1, sets + 1):
+        monitor.add(moving)
+        assert monitor(NOW, {name: STATE[name] for name in sorted(STATE)[:count]}) is None
+        monitor.remove(moving)
+    monitor.add(carrying)
+    assert watched.compiled.count("carry") == kept
+
+
+def test_a_modules_variable_may_be_missing_once_no_rule_under_watch_reads_it() -> None:
+    site = configuration().site
+    hot = t.Variable("kettle.hot", BOOL, t.VariableRole.STATE)
+    cool = Rule("cool", "not kettle.hot", "", "", {"move": t.Not(hot)}, {}, SPAN, SPAN)
+    state = {**site.state, hot.name: Declared(hot, SPAN, max_age=Fraction(1), sensor="kettle.eye")}
+    perception = replace(site.perception, in_invariants=frozenset({hot.name}))
+    site = replace(site, state=state, rules=(*site.rules, cool), perception=perception)
+    monitor = RuntimeMonitor(MonitorRules(site), HistoryTracker(site))
+    values = {**STATE, hot.name: False}
+    moving, stopping = (
+        ActiveAction(action, measured(values), NOW, number)
+        for number, action in enumerate((request("quickly").action, Action("stop", {})))
+    )
+    monitor.add(moving)
+    monitor.add(stopping)
+    assert monitor(NOW, values) is None
+    monitor.remove(moving)
+    assert monitor(NOW, STATE) is None
+    monitor.add(moving)
+    assert monitor(NOW, values) is None
+    assert monitor(NOW, STATE) == "input:kettle.hot"
 
 
 def test_a_value_that_is_the_same_object_is_unpacked_once() -> None:

@@ -39,6 +39,14 @@ def test_extremes_and_ways_are_of_all_ticks() -> None:
     }
 
 
+def test_of_a_family_absolute_values_count_and_of_a_single_quantity_its_own() -> None:
+    recorder = StopRecorder(QUANTITIES, "collision", 0.0)
+    recorder.add({"force": -70.0, "rates": (-0.5,)})
+    found = recorder.details(0.0)["quantities"]
+    assert (found["force"]["least"], found["force"]["greatest"]) == (-70.0, -70.0)
+    assert (found["rates"]["least"], found["rates"]["greatest"]) == (0.5, 0.5)
+
+
 def test_malformed_values_are_left_out() -> None:
     recorder = StopRecorder(QUANTITIES, "collision", 0.0)
     for odd in (None, nan, "x", True, (1.0,), (nan, 0.0, 0.0), (1.0, "y", 2.0)):
