@@ -140,6 +140,7 @@ def test_integers_have_at_most_256_bits() -> None:
 
 
 def test_only_a_single_key_of_a_marker_is_read_as_one() -> None:
+    plain: Any
     for plain in (
         {"float": "nan", "b": 1},
         {"unencodable": "int", "b": 1},

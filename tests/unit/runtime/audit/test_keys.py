@@ -3,11 +3,13 @@ from __future__ import annotations
 import os
 from base64 import b64decode
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from hashlib import sha256
 from pathlib import Path
 
 import pytest
 
+from aeros.files import temporary_folder
 from aeros.runtime.audit.keys import (
     InvalidKeyError,
     PublicKey,
@@ -144,9 +146,19 @@ def test_files_of_keys_are_made_new_with_their_modes(tmp_path: Path, monkeypatch
     assert opened == [(tmp_path / "key", flags, 0o600), (tmp_path / "key.pub", flags, 0o644)]
 
 
-def test_a_key_is_made_once_and_its_public_key_restored(tmp_path: Path) -> None:
+def test_a_key_is_made_once_and_its_public_key_restored(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     path = tmp_path / "keys" / "key"
+    folders: list[Path | None] = []
+
+    def spy(within: Path | None) -> AbstractContextManager[Path]:
+        folders.append(within)
+        return temporary_folder(within)
+
+    monkeypatch.setattr("aeros.runtime.audit.keys.temporary_folder", spy)
     assert ensure_key(path) == path
+    assert folders == [path.parent]  # a link does not lead to another file system
     assert path.parent.stat().st_mode & 0o777 == 0o700
     content, public = path.read_bytes(), path.with_name("key.pub").read_bytes()
     assert public == read_signing_key(path).public.pem()
