@@ -189,7 +189,7 @@ class AuditLog:
             AuditError: that failed; the log is closed nevertheless.
         """
         with self._lock:
-            if self._file < 0:
+            if self._file == -1:
                 return
             try:
                 if self._broken is None and self._signing is not None:

@@ -216,7 +216,11 @@ def test_a_batch_is_synced_when_it_is_full(log_path: Path, monkeypatch: pytest.M
         for _ in range(2 * SYNC_BATCH):
             log.append("event", {})
             counts.append(len(synced))
+        log.append("event", {})
     assert counts == [0] * (SYNC_BATCH - 1) + [1] * SYNC_BATCH + [2]
+    assert len(synced) == 3  # on closing
+    report = verify_log(log_path)
+    assert (report.is_sound, report.records) == (True, 2 * SYNC_BATCH + 1)
 
 
 @pytest.mark.parametrize("durability", [Durability.BEFORE_MOTION, Durability.BATCHED])

@@ -3,6 +3,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from math import inf
+from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
@@ -268,3 +269,29 @@ def test_a_closed_executor_leaves_no_step_and_is_closed_once(cart: MakeCart) -> 
 def test_a_certificate_is_that_of_the_module_in_force(cart: MakeCart) -> None:
     assert cart().executor.certificate("cart") is None
     assert cart().executor.certificate("absent") is None
+
+
+def test_certificates_are_those_of_the_configuration(cart: MakeCart) -> None:
+    certificate: Any = SimpleNamespace(module="cart", manifest="another", site="another")
+    under = replace(configuration(), certificates={"cart": certificate})
+    one = cart(under=under, reach=asking(move()))
+    assert one.executor.certificate("cart") is certificate
+    assert one.executor.certificate("other") is None
+
+
+def test_an_action_has_the_names_of_the_site_for_what_its_module_needs(cart: MakeCart) -> None:
+    module = configuration().modules["cart"]
+    names = replace(module.names, kinds={"go": "move"}, cameras={"eye": "overhead"})
+    under = replace(configuration(), modules={"cart": replace(module, names=names)})
+    one = cart(under=under, reach=asking(act("go", speed=0.25), move()))
+    assert one.executor.run_step(StepRequest("cart", "reach", {})).status is StepStatus.FINISHED
+    assert one.plant.executed == [move(), move()]
+    unknown = cart(under=under, reach=asking(act("fly", speed=0.25)))
+    assert unknown.executor.run_step(StepRequest("cart", "reach", {})).status is StepStatus.DENIED
+
+
+def test_a_stop_without_a_word_is_recorded_without_a_reason(cart: MakeCart) -> None:
+    one = cart(reach=asking(move()))
+    one.plant.script([MotionCompletion(False)])
+    assert one.executor.run_step(StepRequest("cart", "reach", {})).reason == "the plant gave no reason"
+    assert [(stop["reason"], stop["ticks"]) for stop in one.records("stopped")] == [("", 1)]

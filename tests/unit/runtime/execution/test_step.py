@@ -77,6 +77,13 @@ def test_a_greatest_age_is_compared_exactly(site: Site, make_ecm: Any) -> None:
     assert Fraction(0.1) > Fraction(1, 10) > Fraction(0.09999999999999999)
 
 
+def test_a_reading_of_exactly_the_greatest_age_is_sensed(site: Site, make_ecm: Any) -> None:
+    state = {**site.state, "holding": replace(site.state["holding"], max_age=Fraction(1, 8))}
+    observer = ObservationFilter(make_ecm(""), replace(site, state=state))
+    assert observer.observe({"holding": Reading(True, 1.0)}, 1.125) == {"holding": True}
+    assert observer.observe({"holding": Reading(True, 1.0)}, 1.1250000000000002) == {}
+
+
 @pytest.mark.parametrize("now", [nan, inf, -inf])
 def test_without_a_clock_nothing_is_sensed(site: Site, make_ecm: Any, now: float) -> None:
     observer = ObservationFilter(make_ecm(""), site)
