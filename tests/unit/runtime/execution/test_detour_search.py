@@ -111,10 +111,15 @@ def test_a_way_has_a_leg_to_each_target_and_ends_with_the_action_itself(
 ) -> None:
     search, plant, _ = searching(robot, box(0.45, -0.2, 0.4))
     starts: list[Any] = []
+    gate = cast("FakeGate", search._gate)
     targets = [(0.5, 0.1, 0.5), (0.5, -0.3, 0.5), (0.45, -0.45, 0.3)]
 
-    def find(start: Any, *others: Any) -> Any:
+    def find(start: Any, target: Any, base: Any, boxes: Any, is_allowed: Any, failing_leg: Any) -> Any:
         starts.append(start)
+        assert (target, len(boxes)) == (targets[-1], 1)
+        gate.answers += [Decision(DecisionKind.ALLOW, action, ()), OBSTRUCTION]
+        assert [is_allowed(place) for place in targets[:2]] == [True, False]
+        assert failing_leg([(3.0, 0.0, 0.0), targets[0]]) == 0  # out of reach
         return targets
 
     monkeypatch.setattr("aeros.runtime.execution.detour_search.find_detour", find)
@@ -123,6 +128,9 @@ def test_a_way_has_a_leg_to_each_target_and_ends_with_the_action_itself(
     assert found is not None
     assert (found.targets, found.legs) == (targets, [to(*targets[0]), to(*targets[1]), action])
     assert found.legs[2] is action
+    assert [asked[0] for asked in gate.asked] == [CALLER] * len(gate.asked)
+    assert [asked[2] for asked in gate.asked] == [action, to(*targets[0]), to(*targets[1])]
+    assert all(asked[3:] == (plant.now(), {}) for asked in gate.asked)
     assert starts == [pytest.approx(plant.observe()["tool_position"].value, abs=1e-6)]
 
 

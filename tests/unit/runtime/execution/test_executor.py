@@ -18,7 +18,7 @@ from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.expr.shortfall import UnmetBound
 from aeros.spec.model.cause import Cause, causes_to_json
 from aeros.spec.model.site import Site
-from tests.unit.runtime.one_step import DENIAL, MakeBench, twice, watched
+from tests.unit.runtime.one_step import DENIAL, STEP, MakeBench, twice, watched
 from tests.unit.runtime.together import MakeCart, Operator, asking, configuration, move, roll
 
 
@@ -295,3 +295,60 @@ def test_a_stop_without_a_word_is_recorded_without_a_reason(cart: MakeCart) -> N
     one.plant.script([MotionCompletion(False)])
     assert one.executor.run_step(StepRequest("cart", "reach", {})).reason == "the plant gave no reason"
     assert [(stop["reason"], stop["ticks"]) for stop in one.records("stopped")] == [("", 1)]
+
+
+def test_decisions_are_counted_by_kind_until_the_step_ends(make_bench: MakeBench) -> None:
+    bench = make_bench(twice)
+    slower = Decision(DecisionKind.ATTENUATE, act("move"), (Reason("AE750", "speed", "too fast"),))
+    bench.gate.answers = [slower, DENIAL]
+    step = bench.executor.start(STEP)
+    assert not isinstance(step, StepResult)
+    counts = [bench.executor.decision_counts(step)]
+    while bench.executor.advance_once(inf) is None:
+        counts.append(bench.executor.decision_counts(step))
+    assert counts[0] == DecisionCounts()
+    assert counts[-1] == DecisionCounts(attenuated=1)
+    assert bench.executor.decision_counts(step) is None
+
+
+@pytest.mark.parametrize("is_answering", [False, True])
+def test_a_step_whose_module_was_changed_ends_before_it_acts(cart: MakeCart, is_answering: bool) -> None:
+    operator = Operator()
+    module = replace(configuration().modules["cart"], code_digest="e" * 64)
+    changed = Configuration(configuration().site, {"cart": module}, {}, "d" * 64)
+
+    def change() -> None:
+        operator.generation, operator.in_force = operator.generation + 1, changed
+
+    def body(observed: Observation, inputs: Inputs) -> SkillBody:
+        if is_answering:
+            change()
+        yield move()
+
+    one = cart(governor=operator, reach=body)
+    one.start("reach")
+    if not is_answering:
+        change()
+    (result,) = one.ends(1).values()
+    assert result.status is StepStatus.STOPPED
+    assert result.reason == "revoked: `cart` is no longer active, or was changed"
+    assert one.plant.executed == []
+
+
+def test_a_step_that_waits_for_a_resource_that_is_gone_ends(cart: MakeCart) -> None:
+    one = cart(reach=asking(move()))
+    first, second = one.start("reach"), one.start("reach")
+    assert one.executor.wait(0.0) is None
+    one.executor.advance_once(0.0)
+    one.executor._resources.set_capacities({"arm": 1, "camera": 0, "actuator arm": 1})
+    results = one.ends(2)
+    assert results[first].status is StepStatus.FINISHED
+    assert results[second] == StepResult(StepStatus.STOPPED, "this site no longer has `camera`")
+
+
+@pytest.mark.parametrize("reason", ["the plant: monitor:separation", "monitor:", "blocked"])
+def test_only_the_name_of_a_rule_is_explained(cart: MakeCart, reason: str) -> None:
+    one = cart(reach=asking(move()))
+    one.plant.script([MotionCompletion(False, reason)])
+    result = one.executor.run_step(StepRequest("cart", "reach", {}))
+    assert (result.status, result.reason, result.causes) == (StepStatus.STOPPED, reason, ())
