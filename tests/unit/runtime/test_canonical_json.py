@@ -194,3 +194,13 @@ def test_an_encoding_uses_as_much_of_the_size_limit_as_its_value() -> None:
     assert to_canonical_json({"details": later}, ["state"]).endswith(b'"state":{"unencodable":"too large"}}}')
     first = {"state": encode_with_size([half]), "asked": half}
     assert b'"asked":{"unencodable":"too large"}' in to_canonical_json({"details": first}, ["state"])
+
+
+def test_a_reused_encoding_fits_where_its_value_fits(monkeypatch: pytest.MonkeyPatch) -> None:
+    state = [0.5, "x"]
+    plain, known = {"details": {"state": state}}, {"details": {"state": encode_with_size(state)}}
+    encoded = encode_with_size(plain)
+    monkeypatch.setattr("aeros.runtime.canonical_json.MAX_SIZE", encoded.size)
+    assert to_canonical_json(known, ["state"]).decode() == encoded.text
+    monkeypatch.setattr("aeros.runtime.canonical_json.MAX_SIZE", encoded.size - 1)
+    assert b"too large" in to_canonical_json(known, ["state"])

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from hashlib import sha256
 from pathlib import Path
 from random import Random
 from typing import BinaryIO
@@ -132,6 +133,10 @@ def test_a_log_whose_medium_fails_is_bad_from_its_first_record(
     monkeypatch.setattr("aeros.runtime.audit.check._read_lines", fail)
     report = verify_log(log_path)
     assert (report.bad_record, report.reason) == (0, "the log cannot be read: [Errno 5] Input/output error")
+
+
+def test_the_first_record_follows_the_name_of_the_format() -> None:
+    assert sha256(b"aeros/audit/1").hexdigest() == GENESIS
 
 
 def test_an_empty_log_is_sound(log_path: Path) -> None:

@@ -9,10 +9,13 @@ from typing import Any, cast
 import pytest
 
 from aeros.runtime.audit.log import DecisionCounts, verify_log
+from aeros.runtime.execution.executor import Executor
 from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.decision import Decision, DecisionKind, Reason
+from aeros.runtime.gate.gate import CompiledGate, GateMode
 from aeros.runtime.ports import EndedStep, MotionCompletion, Runtime, StepRequest, StepResult, StepStatus
+from aeros.runtime.skills.in_process_run import run_in_process
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.expr.shortfall import UnmetBound
@@ -352,3 +355,44 @@ def test_only_the_name_of_a_rule_is_explained(cart: MakeCart, reason: str) -> No
     one.plant.script([MotionCompletion(False, reason)])
     result = one.executor.run_step(StepRequest("cart", "reach", {}))
     assert (result.status, result.reason, result.causes) == (StepStatus.STOPPED, reason, ())
+
+
+class _Perceiving:
+    """Perceivers that note how they are steered."""
+
+    def __init__(self) -> None:
+        self.steered: list[Any] = []
+
+    def attend(self, modules: frozenset[str] | None) -> None:
+        self.steered.append(modules)
+
+    def set_parameters(self, values: Any) -> None:
+        self.steered.append(values)
+
+    def set_memories(self, memories: Any) -> None:
+        self.steered.append(memories)
+
+    def close_perceivers(self) -> None:
+        self.steered.append("closed")
+
+
+@pytest.mark.parametrize("perception", [None, _Perceiving()])
+def test_perceivers_are_steered_by_the_agent_and_closed_at_the_end(
+    make_bench: MakeBench, perception: _Perceiving | None
+) -> None:
+    bench = make_bench(twice)
+    gate = CompiledGate(configuration(), GateMode.COMPILED)
+    one = Executor(configuration(), gate, bench.plant, bench.audit, run_in_process, perception=perception)
+    one.attend(frozenset({"kettle"}))
+    one.attend(None)
+    one.set_parameters({"rate": 2.0})
+    one.set_memories({"kettle": {"hot": True}})
+    one.close()
+    if perception is not None:
+        assert perception.steered == [
+            {"kettle"},
+            None,
+            {"rate": 2.0},
+            {"kettle": {"hot": True}},
+            "closed",
+        ]

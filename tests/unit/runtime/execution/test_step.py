@@ -65,6 +65,7 @@ def test_a_reading_is_sensed_up_to_its_greatest_age(
 ) -> None:
     """Variables of this site may be 0.1 s old."""
     observer = ObservationFilter(make_ecm(""), site)
+    assert observer.site is site
     seen = observer.observe({"holding": Reading(True, 4.0 - age)}, 4.0)
     assert seen == ({"holding": True} if is_seen else {})
 
