@@ -34,7 +34,6 @@ from typing import Any, Final, Self
 from aeros.files import sync_folder
 from aeros.runtime.audit.check import (
     CHECKPOINT,
-    GENESIS,
     TAIL_REPAIRED,
     AuditReport,
     DecisionCounts,
@@ -114,10 +113,6 @@ class AuditLog:
         self._signing = signing
         self._listener = listener
         self._lock = threading.Lock()
-        self._sequence = 0
-        self._head = GENESIS
-        self._end = 0
-        self._id = GENESIS  # the hash of the first record, once there is one
         self._unsynced = 0
         self._unsigned = 0
         try:
@@ -194,7 +189,7 @@ class AuditLog:
             AuditError: that failed; the log is closed nevertheless.
         """
         with self._lock:
-            if self._file < 0:
+            if self._file == -1:
                 return
             try:
                 if self._broken is None and self._signing is not None:
@@ -235,7 +230,7 @@ class AuditLog:
             why = explain_problem(self.path, problem)
             raise AuditError(f"the audit log `{self.path}` is not sound: {why}")
         self._sequence, self._head, self._end = prefix.records, prefix.head, prefix.end
-        self._id = prefix.first
+        self._id = prefix.first  # `GENESIS` until there is a first record
         self._broken = None
         if prefix.torn_tail is not None:
             # Overwrites the torn bytes, so no crash in between can lose the note.

@@ -155,7 +155,8 @@ class CleanUp:
         except BaseException as failure:
             self._record_failure(step, failure)
             raise
-        status, words, outputs, causes = step.result or SkillRunResult(StepStatus.STOPPED, "")
+        assert step.result is not None  # noqa: S101  `halt_step` has set it
+        status, words, outputs, causes = step.result
         # A skill's reason may contain surrogates, which files, databases and terminals reject.
         reason = words.encode("utf-8", "backslashreplace").decode()
         outcome = {"time": self._plant.now(), "status": status.value, "reason": reason}

@@ -18,7 +18,6 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from itertools import chain
-from math import inf
 
 from aeros.runtime.gate.compiled.codegen import EXACT_INTEGERS, FunctionWriter, double_of
 from aeros.runtime.gate.quotas import TimeWindow
@@ -49,7 +48,7 @@ class HistoryTracker:
 
     def __init__(self, site: Site) -> None:
         self.names = frozenset(one.declared.name for one in site.histories)
-        self.advance = _HistoryWriter(site).build_function() if site.histories else lambda readings, now: {}
+        self.advance = _HistoryWriter(site).build_function()
 
     def update(self, measured: Readings, now: float) -> Readings:
         """Update the histories, and add their values to the readings.
@@ -75,14 +74,14 @@ class _HistoryWriter(FunctionWriter):
 
     For each state variable, by number: `t` is the time of its reading, None if that is not valid now; `p` the
     same at the previous sample; `g` is True if there was a gap in between.
-    For each history, by number: `h` is its value, and `a` and `b` those of its operands, None if unknown.
+    For each history, by number: `h` is its value, and `o` those of its operands, None if unknown.
     """
 
     exit_statement = "break"
 
     def __init__(self, site: Site) -> None:
         super().__init__()
-        self.names |= {"deque": deque, "inf": inf, "max": max}
+        self.names["deque"] = deque
         self._outlasting = {"latest": repr(-EXACT_INTEGERS)}
         self._observed = site.observed_variables
         self._histories = site.histories
@@ -106,9 +105,7 @@ class _HistoryWriter(FunctionWriter):
             self._state(self._number[name], form)
         operands = [_operands(one) for one in self._histories]
         for number, one in enumerate(self._histories):
-            self.local[one.declared.name] = (
-                f"n{number}" if isinstance(one.term, t.Occurrences) else f"h{number}"
-            )
+            self.local[one.declared.name] = f"h{number}"
         written = iter(self.condition_codes(list(chain(*operands)), self._observed.values()))
         for number, one in enumerate(self._histories):
             self._history(number, one, [(term, next(written)) for term in operands[number]])
@@ -118,10 +115,10 @@ class _HistoryWriter(FunctionWriter):
         for number, one in enumerate(self._histories):
             self.add_line(f"if h{number} is not None: known[{one.declared.name!r}] = h{number}")
         self.add_line("return known")
-        self.indent(0)
         outlasting = [f"  {name} = {initially}" for name, initially in self._outlasting.items()]
         head = ["  def advance(readings, now):", f"    nonlocal {', '.join(self._outlasting)}"]
-        source = ["def keeping():", *outlasting, *head, *self.lines, "  return advance"]
+        body = [f"  {line}" for line in self.lines]
+        source = ["def keeping():", *outlasting, *head, *body, "  return advance"]
         advance: Callable[[Readings, float], HistoryValues] = self.compile_function("keeping", source)()
         return advance
 
@@ -139,8 +136,7 @@ class _HistoryWriter(FunctionWriter):
         """Add code that reads a state variable, if its reading is present, well-formed and fresh."""
         limit = checker.declared.max_age
         self.add_line(f"t{number} = None")
-        self.add_line("try:")
-        self.add_line("  while True:")
+        self.add_line("while True:")
         start = len(self.lines)
         self.add_line(f"reading = readings.get({checker.declared.name!r})")
         self.write_reading(checker)
@@ -149,8 +145,6 @@ class _HistoryWriter(FunctionWriter):
         self.add_line(f"t{number} = time")
         self.add_line("break")
         self.indent(start)
-        self.indent(start)
-        self.add_line("except IndexError: pass")
         self._outlasting[f"p{number}"] = "inf"  # nothing is missing before the first sample
         spoke_until_now = self._is_recent(f"p{number}", limit or Fraction(0))
         self.add_line(f"g{number} = p{number} is None or not {spoke_until_now}")
@@ -165,11 +159,10 @@ class _HistoryWriter(FunctionWriter):
             self._update_history(number, history, [repr(one) for one in constants])
             self.indent(start)
         codes = []
-        for local, constant, (term, code) in zip("ab", constants, operands, strict=False):
-            codes.append(repr(constant) if constant is not None else f"{local}{number}")
-            if constant is None:
-                known = " and ".join(self._known[name] for name in t.variables_of(term))
-                self.add_line(f"{codes[-1]} = ({code}) if {known} else None")
+        for place, (term, code) in enumerate(operands):
+            codes.append(f"o{number}_{place}")
+            known = " and ".join(self._known[name] for name in t.variables_of(term))
+            self.add_line(f"{codes[-1]} = ({code}) if {known or True} else None")
         match history.term:
             case t.Previously():
                 self.add_line(f"h{number} = last{number}")
@@ -189,9 +182,8 @@ class _HistoryWriter(FunctionWriter):
                 self.add_line(f"last{number} = {operands[0]}")
             case t.Since():
                 kept, reset = operands
-                if kept != "True":
-                    self.add_line(f"if {kept} is not True: surely{number} = -inf")
-                    self.add_line(f"if {kept} is False: maybe{number} = -inf")
+                self.add_line(f"if {kept} is not True: surely{number} = -inf")
+                self.add_line(f"if {kept} is False: maybe{number} = -inf")
                 self.add_line(f"if {reset} is True: surely{number} = exactly")
                 self.add_line(f"if {reset} is not False: maybe{number} = exactly")
             case t.Occurrences():
@@ -220,7 +212,6 @@ class _HistoryWriter(FunctionWriter):
         )
         self.add_line(f"if len({times}) > {max_count}: {uncounted} = max({uncounted}, {times}.popleft())")
         self.add_line(f"h{number} = None if {self._is_recent(uncounted, window_s)} else len({times})")
-        self.add_line(f"n{number} = None if h{number} is None else float(h{number})")
 
     def _is_recent(self, time: str, window_s: Fraction | None) -> str:
         """Return an expression: is a time at most `window_s` before this sample? `-inf` never is."""
@@ -247,4 +238,5 @@ def _constant(term: t.Term) -> bool | None:
 
 
 def _max_count(declared: Declared) -> int:
-    return int(declared.range[1]) if declared.range is not None else 0
+    assert declared.range is not None  # noqa: S101  every count has one
+    return int(declared.range[1])

@@ -192,14 +192,14 @@ def greatest_displacement(
     corners += [(ball.joint, ball.centre) for ball in body.balls if not body.hulls]
     corners.append((len(mountings), body.tool_offset))
     frames = frames_of(mountings, decided)
-    places = [frames[joint].to_base(corner) for joint, corner in corners]
+    places = [(joint, corner, frames[joint].to_base(corner)) for joint, corner in corners]
     greatest = 0.0
     for inner in range(len(mountings)):
         beyond = zip(levers[inner:], decided[inner:], measured[inner:], strict=True)
         if sum([lever * abs(a - b) for lever, a, b in beyond]) <= greatest:
             break  # the sums only fall
         moved = frames_of(mountings, [*decided[:inner], *measured[inner:]])
-        for (joint, corner), place in zip(corners, places, strict=True):
+        for joint, corner, place in places:
             if joint > inner:
                 greatest = max(greatest, dist(moved[joint].to_base(corner), place))
     return greatest

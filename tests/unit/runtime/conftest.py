@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from aeros.runtime.execution.governor import Governor
+from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.gate import GateMode
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.expr import terms as t
@@ -158,8 +159,14 @@ def make_bench(site: Site, make_ecm: Any, tmp_path: Path) -> Iterator[MakeBench]
 def cart(tmp_path: Path) -> Iterator[MakeCart]:
     made: list[Cart] = []
 
-    def make(mode: GateMode = GateMode.COMPILED, governor: Governor | None = None, **bodies: Asking) -> Cart:
-        made.append(Cart(tmp_path / f"audit-{len(made)}.jsonl", bodies, mode, governor))
+    def make(
+        mode: GateMode = GateMode.COMPILED,
+        governor: Governor | None = None,
+        under: Configuration | None = None,
+        **bodies: Asking,
+    ) -> Cart:
+        log = tmp_path / f"audit-{len(made)}.jsonl"
+        made.append(Cart(log, bodies, mode, governor, under=under))
         return made[-1]
 
     yield make

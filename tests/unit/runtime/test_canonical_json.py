@@ -90,6 +90,73 @@ def test_encodings_are_bounded_in_size() -> None:
     assert to_canonical_json(long) == to_canonical_json({long: 1}) == b'{"unencodable":"too large"}'
 
 
+@pytest.mark.parametrize(
+    ("value", "size"),
+    [
+        (1.0, 1),
+        (nan, 1),
+        (7, 1),
+        (None, 1),
+        (True, 1),
+        (1j, 1),
+        ("abc", 4),
+        ([], 1),
+        ([1.0, "a"], 6),
+        ((1.0, (2.0,)), 7),
+        ({}, 1),
+        ({"key": "abc"}, 9),
+        ({"key": 1.0, "k": [0.5]}, 11),
+    ],
+)
+def test_a_value_uses_a_unit_for_itself_each_item_and_each_character(
+    value: Any, size: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    encoded = encode_with_size(value)
+    assert encoded.size == size
+    monkeypatch.setattr("aeros.runtime.canonical_json.MAX_SIZE", size)
+    assert encode_with_size(value) == encoded
+    monkeypatch.setattr("aeros.runtime.canonical_json.MAX_SIZE", size - 1)
+    assert "too large" in encode_with_size(value).text
+
+
+def test_values_are_encoded_down_to_a_depth_of_32() -> None:
+    for inner, text in ((1.5, "1.5"), ("x", '"x"'), ([], "[]"), ({}, "{}"), (None, "null")):
+        value: Any = inner
+        for depth in range(33):
+            too_deep = '{"unencodable":"too large"}' if depth > 32 else text
+            assert encode_with_size(value).text == "[" * depth + too_deep + "]" * depth
+            value = [value]
+        assert encode_with_size(value).text == "[" * 33 + '{"unencodable":"too large"}' + "]" * 33
+    nested: Any = "x"
+    for _ in range(32):
+        nested = {"a": nested}
+    assert '"x"' in encode_with_size(nested).text
+    assert '"x"' not in encode_with_size({"a": nested}).text
+
+
+def test_integers_have_at_most_256_bits() -> None:
+    for number in (2**256 - 1, 1 - 2**256):
+        assert encode_with_size(number).text == str(number)
+        assert encode_with_size(number * 2).text == '{"unencodable":"int"}'
+
+
+def test_only_a_single_key_of_a_marker_is_read_as_one() -> None:
+    plain: Any
+    for plain in (
+        {"float": "nan", "b": 1},
+        {"unencodable": "int", "b": 1},
+        {"dict": {}, "b": 1},
+        {"float": "1.5"},
+        {"float": 1.5},
+        {"unencodable": 3},
+        {"dict": []},
+    ):
+        assert decode_value(plain) == plain
+    assert decode_value({"unencodable": "int"}) == UnencodableValue("int")
+    assert decode_value({"dict": {"float": {"float": "inf"}}}) == {"float": inf}
+    assert decode_value({"a": [{"dict": {}}]}) == {"a": [{}]}
+
+
 def test_values_before_an_oversized_one_survive() -> None:
     assert b'"verdict":"DENY"' in to_canonical_json({"verdict": "DENY", "asked": ["x" * 1000] * MAX_SIZE})
 
@@ -127,3 +194,13 @@ def test_an_encoding_uses_as_much_of_the_size_limit_as_its_value() -> None:
     assert to_canonical_json({"details": later}, ["state"]).endswith(b'"state":{"unencodable":"too large"}}}')
     first = {"state": encode_with_size([half]), "asked": half}
     assert b'"asked":{"unencodable":"too large"}' in to_canonical_json({"details": first}, ["state"])
+
+
+def test_a_reused_encoding_fits_where_its_value_fits(monkeypatch: pytest.MonkeyPatch) -> None:
+    state = [0.5, "x"]
+    plain, known = {"details": {"state": state}}, {"details": {"state": encode_with_size(state)}}
+    encoded = encode_with_size(plain)
+    monkeypatch.setattr("aeros.runtime.canonical_json.MAX_SIZE", encoded.size)
+    assert to_canonical_json(known, ["state"]).decode() == encoded.text
+    monkeypatch.setattr("aeros.runtime.canonical_json.MAX_SIZE", encoded.size - 1)
+    assert b"too large" in to_canonical_json(known, ["state"])

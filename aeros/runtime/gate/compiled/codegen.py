@@ -139,8 +139,7 @@ class FunctionWriter:
         """Add checks of form and time of the local `reading`, which must not be later than `exactly`.
 
         Most readings share one time, which is then checked only once: the local `measured` is that time
-        object, `time` the same as a double, and `age` its distance from `exactly`. The code raises IndexError
-        for a `Reading` without fields.
+        object, `time` the same as a double, and `age` its distance from `exactly`.
 
         Args:
             checker: the measured variable.

@@ -1,12 +1,15 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from hashlib import sha256
 from pathlib import Path
 from random import Random
+from typing import BinaryIO
 
 import pytest
 
-from aeros.runtime.audit.check import GENESIS, Record, read_prefix
+from aeros.runtime.audit.check import GENESIS, AuditReport, LogPrefix, LogReadError, Record, read_prefix
 from aeros.runtime.audit.log import AuditError, AuditLog, DecisionCounts, verify_log
 from aeros.runtime.canonical_json import seal_record, to_canonical_json
 from aeros.runtime.gate.decision import DecisionKind
@@ -82,6 +85,8 @@ def test_a_line_with_a_right_hash_that_is_no_record_is_found(log_path: Path, bod
         b'{"details":{},"event":"note","extra":1,%b,"written":1.5}',
         b'{"details":{},"event":"note",%b}',
         b'{"details":{},"event":"note",%b,"written":"1.5"}',
+        b'{"details":{"verdict":"MAYBE"},"event":"decision",%b,"written":1.5}',
+        b'{"details":{},"event":"decision",%b,"written":1.5}',
     ],
 )
 def test_a_record_with_a_right_hash_has_one_spelling(log_path: Path, spelt: bytes) -> None:
@@ -113,14 +118,33 @@ def test_decisions_are_counted(log_path: Path) -> None:
 
 def test_a_log_that_is_not_there_is_bad_from_its_first_record(log_path: Path) -> None:
     report = verify_log(log_path)
-    assert (report.records, report.head, report.bad_record) == (0, GENESIS, 0)
-    assert report.reason.startswith("the log cannot be read: ")
+    why = f"the log cannot be read: [Errno 2] No such file or directory: '{log_path}'"
+    assert report == AuditReport(0, GENESIS, 0, why, DecisionCounts())
+
+
+def test_a_log_whose_medium_fails_is_bad_from_its_first_record(
+    log_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write(log_path)
+
+    def fail(file: BinaryIO) -> Iterator[bytes]:
+        raise LogReadError(5, "Input/output error")
+
+    monkeypatch.setattr("aeros.runtime.audit.check._read_lines", fail)
+    report = verify_log(log_path)
+    assert (report.bad_record, report.reason) == (0, "the log cannot be read: [Errno 5] Input/output error")
+
+
+def test_the_first_record_follows_the_name_of_the_format() -> None:
+    assert sha256(b"aeros/audit/1").hexdigest() == GENESIS
 
 
 def test_an_empty_log_is_sound(log_path: Path) -> None:
     log_path.touch()
     report = verify_log(log_path)
     assert (report.is_sound, report.records, report.head, report.reason) == (True, 0, GENESIS, "")
+    with log_path.open("rb") as file:
+        assert read_prefix(file) == LogPrefix(0, GENESIS, GENESIS, 0, DecisionCounts())
 
 
 def test_a_sealed_record_ends_with_the_hash_of_its_body() -> None:

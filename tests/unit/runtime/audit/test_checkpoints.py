@@ -11,7 +11,10 @@ from aeros.runtime.audit.check import GENESIS, verify_log
 from aeros.runtime.audit.checkpoints import (
     CHECKPOINT_INTERVAL,
     AnchorError,
+    AuditCheckpoint,
+    CheckpointVerifier,
     SigningConfiguration,
+    parse_checkpoint,
     verify_signed,
 )
 from aeros.runtime.audit.keys import (
@@ -164,6 +167,19 @@ def test_a_crash_is_mended_in_a_signed_log(log: Path, key: SigningKey, anchor: P
     assert verify_signed(log, key.public, anchor).chain.is_sound
 
 
+def test_the_signature_covers_every_field_and_the_format() -> None:
+    checkpoint = AuditCheckpoint("1" * 64, 3, "2" * 64, 1.5, True, "3" * 64, "4" * 128)
+    assert checkpoint.signed_bytes() == (
+        b'{"closing":true,"format":"aeros/audit-checkpoint/1","head":"%b","key":"%b","log":"%b",'
+        b'"sequence":3,"signature":"","time":1.5}' % (b"2" * 64, b"3" * 64, b"1" * 64)
+    )
+    assert parse_checkpoint(checkpoint.details()) == checkpoint
+    for name, odd in {"log": 1, "sequence": 3.0, "time": "1.5", "closing": 1, "key": None}.items():
+        assert parse_checkpoint({**checkpoint.details(), name: odd}) is None, name
+    assert parse_checkpoint({**checkpoint.details(), "more": 1}) is None
+    assert parse_checkpoint({**checkpoint.details(), "time": 1}) is not None
+
+
 # What is noticed.
 
 
@@ -177,6 +193,13 @@ def test_a_cut_tail_is_noticed_by_the_anchor_alone(log: Path, key: SigningKey, a
     assert (by_anchor.bad_record, by_anchor.reason) == (
         2,
         "the log was cut: it ends before record 5, which the anchor holds",
+    )
+    log.write_bytes(b"".join(lines[:5]))
+    report = verify_signed(log, key.public, anchor)
+    assert (report.chain.bad_record, report.anchored, report.signed) == (5, 0, 2)
+    log.write_bytes(b"")
+    assert verify_signed(log, key.public, anchor).chain.reason == (
+        "the log is empty, but the anchor is of a log with records; each log has its own anchor"
     )
 
 
@@ -264,6 +287,22 @@ def test_a_forged_checkpoint_is_noticed_field_by_field(log: Path, key: SigningKe
         assert verify_signed(log, key.public).chain.bad_record == 5
 
 
+def test_a_note_of_what_the_anchor_holds_is_not_its_checkpoint(
+    log: Path, key: SigningKey, anchor: Path
+) -> None:
+    *before, last = (json.loads(line) for line in write(log, key, anchor))
+    log.write_bytes(rehashed([*before, {**last, "event": "note"}]))
+    assert verify_signed(log, key.public).chain.is_sound
+    found = verify_signed(log, key.public, anchor).chain
+    assert found.reason == "record 5 is not the checkpoint that the anchor holds: the log was rewritten"
+
+
+def test_nothing_is_signed_before_the_first_record(key: SigningKey) -> None:
+    verifier = CheckpointVerifier(key.public)
+    assert (verifier.log, verifier.signed, verifier.closed) == (None, 0, False)
+    assert verifier.missing_tail(0) is None
+
+
 # Continuing hides nothing.
 
 
@@ -304,9 +343,29 @@ def test_a_file_that_is_not_an_anchor_is_refused(
     anchor.write_bytes(content)
     with pytest.raises(AnchorError, match=why):
         verify_signed(log, key.public, anchor)
-    with pytest.raises(AuditError, match=why):
+    with pytest.raises(AuditError, match=f"^the audit log `{log}` cannot be continued: .*{why}"):
         AuditLog(log, signing=SigningConfiguration(key, () if anchor is None else (anchor,)))
     assert anchor.read_bytes() == content
+
+
+def test_an_anchor_that_cannot_be_read_or_is_too_long_is_refused(
+    log: Path, key: SigningKey, anchor: Path
+) -> None:
+    write(log, key, anchor)
+    content = anchor.read_bytes().rstrip()
+    anchor.write_bytes(b" " * (10_000 - len(content)) + content + b" more")
+    assert verify_signed(log, key.public, anchor).chain.is_sound
+    anchor.write_bytes(b" " * (10_001 - len(content)) + content)
+    with pytest.raises(AnchorError, match=f"^`{anchor}` is not an anchor of an audit log$"):
+        verify_signed(log, key.public, anchor)
+    anchor.unlink()
+    with pytest.raises(AnchorError, match=f"^there is no anchor at `{anchor}`$"):
+        verify_signed(log, key.public, anchor)
+    anchor.mkdir()
+    with pytest.raises(
+        AnchorError, match=f"^the anchor `{anchor}` cannot be read: it is not a regular file$"
+    ):
+        verify_signed(log, key.public, anchor)
 
 
 def test_an_anchor_without_our_signature_is_refused(log: Path, key: SigningKey, anchor: Path) -> None:
@@ -350,7 +409,7 @@ def test_a_record_forged_after_a_repair_note_is_rejected_too(log: Path, key: Sig
 
 def test_a_writer_without_the_key_does_not_continue_a_signed_log(log: Path, key: SigningKey) -> None:
     lines = write(log, key)
-    with pytest.raises(AuditError, match="can be continued only with its key"):
+    with pytest.raises(AuditError, match=r"sound: it is signed, and can be continued only with its key$"):
         AuditLog(log)
     assert log.read_bytes() == b"".join(lines)
 

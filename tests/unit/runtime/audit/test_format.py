@@ -26,6 +26,15 @@ def test_a_log_of_a_newer_version_is_called_so(tmp_path: Path, capsys: pytest.Ca
     assert f"NOT SOUND: {message}; install a newer AEROS\n" in capsys.readouterr().out
 
 
+def test_a_first_line_is_read_up_to_a_mebibyte(tmp_path: Path) -> None:
+    log = log_of(tmp_path, "aeros/audit/2")
+    text = log.read_text().rstrip()
+    log.write_text(" " * ((1 << 20) - len(text)) + text)
+    assert explain_problem(log, "why") != "why"
+    log.write_text(" " * ((1 << 20) - len(text) + 1) + text)
+    assert explain_problem(log, "why") == "why"
+
+
 @pytest.mark.parametrize("content", [b"", b"[]\n", b"\xff", b"{}\n", b'{"previous": 3}\n'])
 def test_other_errors_stay_reported(tmp_path: Path, content: bytes) -> None:
     log = log_of(tmp_path, "aeros/audit/1")

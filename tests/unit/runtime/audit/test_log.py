@@ -2,13 +2,19 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Callable
+from hashlib import sha256
 from math import nan
 from pathlib import Path
 
 import pytest
 
-from aeros.runtime.audit.log import SYNC_BATCH, AuditError, AuditLog, verify_log
-from aeros.runtime.canonical_json import MAX_SIZE
+from aeros.runtime.audit.check import GENESIS
+from aeros.runtime.audit.checkpoints import SigningConfiguration
+from aeros.runtime.audit.keys import make_key, read_signing_key
+from aeros.runtime.audit.log import SYNC_BATCH, AuditError, AuditLog, DecisionCounts, verify_log
+from aeros.runtime.canonical_json import MAX_SIZE, encode_with_size
+from aeros.runtime.ports import LogHead
 from aeros.spec.model.policy import Durability
 
 
@@ -146,7 +152,7 @@ def test_an_interrupted_write_is_never_written_over(log_path: Path, monkeypatch:
         patch.setattr(os, "fdatasync", interrupted)
         with pytest.raises(KeyboardInterrupt):
             log.append("event", {})
-    with pytest.raises(AuditError, match="an earlier record was not written"):
+    with pytest.raises(AuditError, match=r"written: an earlier record was not written$"):
         log.append("event", {})
     log.close()
 
@@ -210,7 +216,11 @@ def test_a_batch_is_synced_when_it_is_full(log_path: Path, monkeypatch: pytest.M
         for _ in range(2 * SYNC_BATCH):
             log.append("event", {})
             counts.append(len(synced))
+        log.append("event", {})
     assert counts == [0] * (SYNC_BATCH - 1) + [1] * SYNC_BATCH + [2]
+    assert len(synced) == 3  # on closing
+    report = verify_log(log_path)
+    assert (report.is_sound, report.records) == (True, 2 * SYNC_BATCH + 1)
 
 
 @pytest.mark.parametrize("durability", [Durability.BEFORE_MOTION, Durability.BATCHED])
@@ -230,3 +240,169 @@ def test_a_failing_sync_is_an_audit_error_in_every_mode(
         with pytest.raises(AuditError, match="Input/output error"):
             log.close()
     log.close()
+
+
+# What is in a record, and what its writer says.
+
+
+def test_records_have_the_fields_of_their_writer(log_path: Path) -> None:
+    times = iter((1.5, 2, 3.25))
+    lines: list[bytes] = []
+    with AuditLog(log_path, clock=lambda: next(times), listener=lines.append) as log:
+        assert log.head == LogHead(0, GENESIS)
+        log.append("event", {"b": 1, "a": nan})
+        log.append("étrange", encode_with_size({"b": 1, "a": nan}))
+        log.append("decision", {"verdict": "DENY", "state": encode_with_size({"x": 0.5})})
+        head = log.head
+    assert log_path.read_bytes().splitlines(keepends=True) == lines
+    records = [json.loads(line) for line in lines]
+    own = [record.pop("hash") for record in records]
+    assert head == LogHead(3, own[-1])
+    assert records == [
+        {
+            "sequence": number,
+            "previous": previous,
+            "written": written,
+            "event": event,
+            "details": details,
+        }
+        for number, (previous, written, event, details) in enumerate(
+            (
+                (GENESIS, 1.5, "event", {"a": {"float": "nan"}, "b": 1}),
+                (own[0], 2, "étrange", {"a": {"float": "nan"}, "b": 1}),
+                (own[1], 3.25, "decision", {"verdict": "DENY", "state": {"x": 0.5}}),
+            )
+        )
+    ]
+    assert verify_log(log_path).decisions == DecisionCounts(denied=1)
+
+
+def test_records_are_read_from_a_head_that_the_log_had(log_path: Path) -> None:
+    with AuditLog(log_path) as log:
+        heads = [log.head]
+        for number in range(3):
+            log.append("event", {"number": number})
+            heads.append(log.head)
+        for count, head in enumerate(heads):
+            found = log.records_since(head)
+            assert found is not None
+            assert [one["details"]["number"] for one in found] == list(range(count, 3))
+        assert log.records_since(LogHead(0, "0" * 64)) == log.records_since(heads[0])
+        for unknown in (LogHead(2, heads[1].hash), LogHead(1, GENESIS), LogHead(4, heads[3].hash)):
+            assert log.records_since(unknown) is None
+        content = log_path.read_bytes()
+        log_path.write_bytes(content.replace(b'"number":1', b'"number":7'))
+        with pytest.raises(AuditError) as caught:
+            log.records_since(heads[0])
+        why = "record 1 was edited: its hash does not match its content"
+        assert str(caught.value) == f"the audit log `{log_path}` is not sound: {why}"
+
+
+def test_a_log_is_opened_for_its_owner_alone(log_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: list[tuple[Path, int, int]] = []
+    original = os.open
+
+    def spy(path: Path, flags: int, mode: int = 0o777) -> int:
+        opened.append((path, flags, mode))
+        return original(path, flags, mode)
+
+    monkeypatch.setattr(os, "open", spy)
+    before = os.umask(0)
+    try:
+        AuditLog(log_path).close()
+    finally:
+        os.umask(before)
+    assert opened[0] == (log_path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+    assert log_path.stat().st_mode & 0o777 == 0o600
+
+
+def test_a_torn_line_is_replaced_by_a_note_of_its_length_and_hash(log_path: Path) -> None:
+    lines = write(log_path, 2)
+    torn = lines[1][:-5] + b"x" * 500
+    log_path.write_bytes(lines[0] + torn)
+    with AuditLog(log_path, durability=Durability.BATCHED) as log:
+        assert log.head.records == 2
+    (_, note) = (json.loads(line) for line in log_path.read_bytes().splitlines())
+    assert note["event"] == "tail-mended"
+    assert note["details"] == {"bytes": len(torn), "sha256": sha256(torn).hexdigest()}
+
+
+def test_messages_of_a_writer_name_the_log_and_the_cause(
+    log_path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def message(work: Callable[[], object]) -> str:
+        with pytest.raises(AuditError) as caught:
+            work()
+        return str(caught.value)
+
+    absent = tmp_path / "absent" / "log"
+    assert message(lambda: AuditLog(absent)) == (
+        f"the audit log `{absent}` cannot be opened: [Errno 2] No such file or directory: '{absent}'"
+    )
+    log = AuditLog(log_path)
+    assert message(lambda: AuditLog(log_path)) == f"another process writes the audit log `{log_path}`"
+
+    def full(file: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "fdatasync", full)
+        refused = f"the audit log `{log_path}` cannot be written: [Errno 28] No space left on device"
+        assert message(lambda: log.append("event", {})) == refused
+    assert message(lambda: log.append("event", {})) == refused
+    log.close()
+    log.close()
+    closed = f"the audit log `{log_path}` cannot be written: it is closed"
+    assert message(lambda: log.append("event", {})) == closed
+
+    def broken(file: object, watch: object) -> None:
+        raise OSError(5, "Input/output error")
+
+    monkeypatch.setattr("aeros.runtime.audit.log.read_prefix", broken)
+    assert message(lambda: AuditLog(log_path)) == (
+        f"the audit log `{log_path}` cannot be read: [Errno 5] Input/output error"
+    )
+
+
+def test_a_log_that_could_not_be_opened_is_free_for_others(log_path: Path) -> None:
+    lines = write(log_path)
+    log_path.write_bytes(b"".join(lines[1:]))
+    with pytest.raises(AuditError, match="is not sound: record 0 is missing or moved"):
+        AuditLog(log_path)
+    log_path.write_bytes(b"".join(lines))
+    AuditLog(log_path).close()
+
+
+def test_a_signed_log_begins_with_a_random_number_and_signs_with_the_time_of_the_record(
+    log_path: Path, tmp_path: Path
+) -> None:
+    make_key(tmp_path / "key")
+    key = read_signing_key(tmp_path / "key")
+    times = iter(range(1, 10))
+    AuditLog(log_path, clock=lambda: next(times), signing=SigningConfiguration(key)).close()
+    began, first, last = (json.loads(line) for line in log_path.read_bytes().splitlines())
+    assert (began["event"], list(began["details"])) == ("log-began", ["nonce"])
+    assert len(bytes.fromhex(began["details"]["nonce"])) == 16
+    for place, record, closing in ((1, first, False), (2, last, True)):
+        details = {**record["details"], "signature": ""}
+        assert details == {
+            "log": began["hash"],
+            "sequence": place,
+            "head": (began, first)[place - 1]["hash"],
+            "time": record["written"],
+            "closing": closing,
+            "key": key.public.id,
+            "signature": "",
+        }
+    assert [began["written"], first["written"], last["written"]] == [1, 2, 3]
+
+
+@pytest.mark.parametrize(("event", "synced"), [("decision", True), ("note", False)])
+def test_details_that_come_as_text_count_as_an_allowed_action(
+    log_path: Path, event: str, synced: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    syncs: list[int] = []
+    with AuditLog(log_path, durability=Durability.BEFORE_MOTION) as log:
+        monkeypatch.setattr(os, "fdatasync", syncs.append)
+        log.append(event, encode_with_size({"verdict": "DENY"}))
+        assert bool(syncs) is synced

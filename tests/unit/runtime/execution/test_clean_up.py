@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import inf
 from typing import Any
 
 import pytest
@@ -30,16 +31,21 @@ def test_clean_up_that_raises_is_reported_and_stops_nothing_else(make_bench: Mak
     bench.assert_cleaned_up(finished=False)
 
 
-def test_a_step_that_is_cancelled_comes_to_rest_and_the_other_goes_on(cart: MakeCart) -> None:
+def test_a_step_that_is_cancelled_comes_to_rest_and_the_other_goes_on(
+    cart: MakeCart, monkeypatch: pytest.MonkeyPatch
+) -> None:
     ends: list[str] = []
     one = cart(reach=asking(move(), move(), ends=ends, name="reach"), drive=asking(roll(), roll()))
     reach, drive = one.start("reach"), one.start("drive")
     assert one.executor.wait(0.05) is None
+    halted: list[int] = []
+    monkeypatch.setattr(one.executor._pipeline.monitors.tracker, "halt", halted.append)
     one.executor.cancel(reach, "not wanted")
     one.executor.cancel(reach, "not wanted at all")
     assert one.executor.wait() == EndedStep(reach, StepResult(StepStatus.CANCELLED, "not wanted", allowed=1))
     assert ends == ["reach"]
     assert one.calls("halt") == [1]
+    assert halted == [one.records("decision")[0]["sequence"]]  # its path is not compared while it brakes
     assert [(stop["reason"], stop["skill"]) for stop in one.records("stopped")] == [("not wanted", "reach")]
     assert one.plant.call_count("stop") == 0
     assert one.executor.wait() == EndedStep(drive, StepResult(StepStatus.FINISHED, "", allowed=2))
@@ -65,6 +71,9 @@ def test_a_protective_stop_that_a_skill_asks_for_ends_what_the_others_move(cart:
     assert one.executor.run_step(StepRequest("cart", "look", {})).status is StepStatus.FINISHED
     results = one.ends(2)
     assert "beside" not in one.records("decision")[-1]
+    assert inf in one.calls("advance")  # until the robot is at rest
+    (stop,) = one.records("stopped")
+    assert stop["reason"] == "stopped for `cart.look`, which asked for a protective stop"
     for step in (reach, drive):
         assert results[step].status is StepStatus.STOPPED
         assert "which asked for a protective stop" in results[step].reason

@@ -11,11 +11,15 @@ from typing import Any, cast
 import pytest
 
 from aeros.runtime.audit.log import AuditLog
+from aeros.runtime.canonical_json import digest_of
 from aeros.runtime.execution.decision_pipeline import DecisionPipeline, PipelineDecision
+from aeros.runtime.execution.detour_search import Detour
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.decision import Caller, Decision, DecisionKind, Reason
 from aeros.runtime.gate.gate import GateDisagreementError
 from aeros.runtime.gate.port import Gate
+from aeros.runtime.ports import RobotBody
+from aeros.runtime.records.records import body_to_json
 from aeros.sim.fake import FakePlant
 from aeros.skill import Action, act
 from aeros.spec.diagnostics.errors import InternalError
@@ -54,6 +58,10 @@ class Desk:
         lines = (json.loads(line) for line in self.path.read_text().splitlines())
         return [one["details"] for one in lines if one["event"] == "decision"]
 
+    def events(self, name: str) -> list[dict[str, Any]]:
+        lines = (json.loads(line) for line in self.path.read_text().splitlines())
+        return [one["details"] for one in lines if one["event"] == name]
+
     def counted(self) -> list[int]:
         """The use of the quota on moves that the gate received, decision by decision."""
         return [usage["move-rate"] for *_, usage in self.gate.asked]
@@ -83,6 +91,7 @@ def test_a_disagreement_is_recorded_with_both_verdicts_before_it_halts(desk: Des
     reasons = [["AE750", "workspace", "outside"]]
     assert last["z3"] == {"verdict": "DENY", "reasons": reasons, "decided": None}
     assert (last["module"], last["skill"], sorted(last["state"])) == ("handling", "lift", sorted(VALUES))
+    assert (last["time"], last["configuration"]) == (desk.plant.now(), "c" * 64)
 
 
 def test_an_allowed_action_is_decided_on_what_is_measured_and_recorded(desk: Desk) -> None:
@@ -167,3 +176,56 @@ def test_under_another_site_the_monitors_are_those_of_its_gate(desk: Desk) -> No
     other = replace(desk.configuration.site, digest="6" * 64)
     desk.deciding.switch_configuration(replace(desk.configuration, site=other))
     assert desk.deciding.monitors is not before
+
+
+def test_a_way_round_is_searched_in_the_state_of_the_decision_and_recorded(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ways = [Detour([(0.0, 0.0, 1.0), (1.0, 0.0, 0.0)], [SLOWER, MOVE]), None]
+    made: list[tuple[Any, ...]] = []
+
+    class Search:
+        def __init__(self, *parts: Any) -> None:
+            made.append(parts)
+
+        def find(self, *asked: Any) -> Detour | None:
+            made.append(asked)
+            return ways.pop(0)
+
+    monkeypatch.setattr("aeros.runtime.execution.decision_pipeline.DetourSearch", Search)
+    box = Reason("AE766", "box", "in the way")
+    denied = Decision(DecisionKind.DENY, None, (box, Reason("AE766", "crate", "in the way"), box))
+    assert desk.deciding.find_detour(CALLER, denied, MOVE) is None  # before any decision
+    assert made == []
+    desk.plant.time = 2.5
+    desk.decide(MOVE, denied)
+    desk.plant.time = 3.5
+    assert desk.deciding.find_detour(CALLER, denied, MOVE) == [SLOWER, MOVE]
+    assert desk.deciding.find_detour(CALLER, denied, MOVE) is None
+    ((_, readings, _, now, usage),) = desk.gate.asked
+    parts = (None, desk.gate, desk.deciding._motions, desk.plant, readings, now, usage)
+    assert made == [parts, (CALLER, denied, MOVE)] * 2
+    (record,) = desk.events("detour")
+    assert record == {
+        "time": 2.5,
+        "module": "handling",
+        "skill": "lift",
+        "inputs": {},
+        "asked": {"kind": "move", "parameters": {"speed": 0.1}},
+        "round": ["box", "crate"],
+        "targets": [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]],
+    }
+
+
+def test_a_body_is_recorded_when_it_differs_from_the_one_before(desk: Desk) -> None:
+    short, equal, long = (RobotBody(((0.0, 0.0, 0.0),), (x, 0.0, 0.0), ()) for x in (0.5, 0.5, 0.75))
+    digests = [desk.deciding._record_robot_body(body) for body in (short, short, equal, long, long, short)]
+    recorded = [one["body"] for one in desk.events("body")]
+    assert [digest_of(body_to_json(body)) for body in (short, long, short)] == [
+        digests[0],
+        digests[3],
+        digests[5],
+    ]
+    assert digests[1:3] == digests[:1] * 2
+    assert digests[4] == digests[3]
+    assert [digest_of(body) for body in recorded] == [digests[0], digests[3], digests[5]]

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import cos, sin
 from typing import Any, cast
 
 import pytest
 
-from aeros.runtime.execution.detour_search import DetourSearch
+from aeros.runtime.execution.detour_search import DetourSearch, _tool_at_start
 from aeros.runtime.gate.decision import Caller, Decision, DecisionKind, Reason
 from aeros.runtime.gate.port import Gate
 from aeros.runtime.motion.trajectory import OBSTRUCTED, MotionDecider
-from aeros.runtime.ports import Obstacle, Plant, Trajectory, plan_sequence
+from aeros.runtime.ports import Obstacle, Plant, RobotBody, Trajectory, plan_sequence
 from aeros.sim.kinematic.plant import make_plant
 from aeros.skill import Action, act
 from aeros.spec.scenes.load import load_scene
@@ -103,3 +104,40 @@ def test_a_plant_that_cannot_plan_ahead_is_led_round_nothing(robot: Any) -> None
     search, plant, _ = searching(robot, box(0.45, -0.2, 0.4))
     cast("Any", plant).plan_sequence = lambda actions: None
     assert search.find(CALLER, OBSTRUCTION, to(0.45, -0.45, 0.3)) is None
+
+
+def test_a_way_has_a_leg_to_each_target_and_ends_with_the_action_itself(
+    robot: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    search, plant, _ = searching(robot, box(0.45, -0.2, 0.4))
+    starts: list[Any] = []
+    gate = cast("FakeGate", search._gate)
+    targets = [(0.5, 0.1, 0.5), (0.5, -0.3, 0.5), (0.45, -0.45, 0.3)]
+
+    def find(start: Any, target: Any, base: Any, boxes: Any, is_allowed: Any, failing_leg: Any) -> Any:
+        starts.append(start)
+        assert (target, len(boxes)) == (targets[-1], 1)
+        gate.answers += [Decision(DecisionKind.ALLOW, action, ()), OBSTRUCTION]
+        assert [is_allowed(place) for place in targets[:2]] == [True, False]
+        assert failing_leg([(3.0, 0.0, 0.0), targets[0]]) == 0  # out of reach
+        return targets
+
+    monkeypatch.setattr("aeros.runtime.execution.detour_search.find_detour", find)
+    action = to(0.45, -0.45, 0.3)
+    found = search.find(CALLER, OBSTRUCTION, action)
+    assert found is not None
+    assert (found.targets, found.legs) == (targets, [to(*targets[0]), to(*targets[1]), action])
+    assert found.legs[2] is action
+    assert [asked[0] for asked in gate.asked] == [CALLER] * len(gate.asked)
+    assert [asked[2] for asked in gate.asked] == [action, to(*targets[0]), to(*targets[1])]
+    assert all(asked[3:] == (plant.now(), {}) for asked in gate.asked)
+    assert starts == [pytest.approx(plant.observe()["tool_position"].value, abs=1e-6)]
+
+
+def test_a_way_begins_where_the_tool_is_at_the_start_of_the_plan() -> None:
+    bent = ((0.1, 0.2), (0.3, 0.4), (0.5, 0.6), (0.7, 0.8))
+    body = RobotBody(((0.0, 0.0, 0.0), (0.5, 0.0, 0.0)), (0.5, 0.0, 0.0), ())
+    later = (bent[1], bent[2], bent[3], bent[0])
+    plan = Trajectory(body, ((bent, later), (later, bent)), (1.0, 2.0, 3.0), (0.0, 0.0, 0.0), 1.0)
+    expected = (1.0 + 0.5 * cos(0.1) + 0.5 * cos(0.3), 2.0 + 0.5 * sin(0.1) + 0.5 * sin(0.3), 3.0)
+    assert _tool_at_start(plan) == pytest.approx(expected)

@@ -3,21 +3,25 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from math import inf
+from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
 
 from aeros.runtime.audit.log import DecisionCounts, verify_log
+from aeros.runtime.execution.executor import Executor
 from aeros.runtime.execution.governor import OperatorCommand
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.gate.decision import Decision, DecisionKind, Reason
+from aeros.runtime.gate.gate import CompiledGate, GateMode
 from aeros.runtime.ports import EndedStep, MotionCompletion, Runtime, StepRequest, StepResult, StepStatus
+from aeros.runtime.skills.in_process_run import run_in_process
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.expr.shortfall import UnmetBound
 from aeros.spec.model.cause import Cause, causes_to_json
 from aeros.spec.model.site import Site
-from tests.unit.runtime.one_step import DENIAL, MakeBench, twice, watched
+from tests.unit.runtime.one_step import DENIAL, STEP, MakeBench, twice, watched
 from tests.unit.runtime.together import MakeCart, Operator, asking, configuration, move, roll
 
 
@@ -268,3 +272,127 @@ def test_a_closed_executor_leaves_no_step_and_is_closed_once(cart: MakeCart) -> 
 def test_a_certificate_is_that_of_the_module_in_force(cart: MakeCart) -> None:
     assert cart().executor.certificate("cart") is None
     assert cart().executor.certificate("absent") is None
+
+
+def test_certificates_are_those_of_the_configuration(cart: MakeCart) -> None:
+    certificate: Any = SimpleNamespace(module="cart", manifest="another", site="another")
+    under = replace(configuration(), certificates={"cart": certificate})
+    one = cart(under=under, reach=asking(move()))
+    assert one.executor.certificate("cart") is certificate
+    assert one.executor.certificate("other") is None
+
+
+def test_an_action_has_the_names_of_the_site_for_what_its_module_needs(cart: MakeCart) -> None:
+    module = configuration().modules["cart"]
+    names = replace(module.names, kinds={"go": "move"}, cameras={"eye": "overhead"})
+    under = replace(configuration(), modules={"cart": replace(module, names=names)})
+    one = cart(under=under, reach=asking(act("go", speed=0.25), move()))
+    assert one.executor.run_step(StepRequest("cart", "reach", {})).status is StepStatus.FINISHED
+    assert one.plant.executed == [move(), move()]
+    unknown = cart(under=under, reach=asking(act("fly", speed=0.25)))
+    assert unknown.executor.run_step(StepRequest("cart", "reach", {})).status is StepStatus.DENIED
+
+
+def test_a_stop_without_a_word_is_recorded_without_a_reason(cart: MakeCart) -> None:
+    one = cart(reach=asking(move()))
+    one.plant.script([MotionCompletion(False)])
+    assert one.executor.run_step(StepRequest("cart", "reach", {})).reason == "the plant gave no reason"
+    assert [(stop["reason"], stop["ticks"]) for stop in one.records("stopped")] == [("", 1)]
+
+
+def test_decisions_are_counted_by_kind_until_the_step_ends(make_bench: MakeBench) -> None:
+    bench = make_bench(twice)
+    slower = Decision(DecisionKind.ATTENUATE, act("move"), (Reason("AE750", "speed", "too fast"),))
+    bench.gate.answers = [slower, DENIAL]
+    step = bench.executor.start(STEP)
+    assert not isinstance(step, StepResult)
+    counts = [bench.executor.decision_counts(step)]
+    while bench.executor.advance_once(inf) is None:
+        counts.append(bench.executor.decision_counts(step))
+    assert counts[0] == DecisionCounts()
+    assert counts[-1] == DecisionCounts(attenuated=1)
+    assert bench.executor.decision_counts(step) is None
+
+
+@pytest.mark.parametrize("is_answering", [False, True])
+def test_a_step_whose_module_was_changed_ends_before_it_acts(cart: MakeCart, is_answering: bool) -> None:
+    operator = Operator()
+    module = replace(configuration().modules["cart"], code_digest="e" * 64)
+    changed = Configuration(configuration().site, {"cart": module}, {}, "d" * 64)
+
+    def change() -> None:
+        operator.generation, operator.in_force = operator.generation + 1, changed
+
+    def body(observed: Observation, inputs: Inputs) -> SkillBody:
+        if is_answering:
+            change()
+        yield move()
+
+    one = cart(governor=operator, reach=body)
+    one.start("reach")
+    if not is_answering:
+        change()
+    (result,) = one.ends(1).values()
+    assert result.status is StepStatus.STOPPED
+    assert result.reason == "revoked: `cart` is no longer active, or was changed"
+    assert one.plant.executed == []
+
+
+def test_a_step_that_waits_for_a_resource_that_is_gone_ends(cart: MakeCart) -> None:
+    one = cart(reach=asking(move()))
+    first, second = one.start("reach"), one.start("reach")
+    assert one.executor.wait(0.0) is None
+    one.executor.advance_once(0.0)
+    one.executor._resources.set_capacities({"arm": 1, "camera": 0, "actuator arm": 1})
+    results = one.ends(2)
+    assert results[first].status is StepStatus.FINISHED
+    assert results[second] == StepResult(StepStatus.STOPPED, "this site no longer has `camera`")
+
+
+@pytest.mark.parametrize("reason", ["the plant: monitor:separation", "monitor:", "blocked"])
+def test_only_the_name_of_a_rule_is_explained(cart: MakeCart, reason: str) -> None:
+    one = cart(reach=asking(move()))
+    one.plant.script([MotionCompletion(False, reason)])
+    result = one.executor.run_step(StepRequest("cart", "reach", {}))
+    assert (result.status, result.reason, result.causes) == (StepStatus.STOPPED, reason, ())
+
+
+class _Perceiving:
+    """Perceivers that note how they are steered."""
+
+    def __init__(self) -> None:
+        self.steered: list[Any] = []
+
+    def attend(self, modules: frozenset[str] | None) -> None:
+        self.steered.append(modules)
+
+    def set_parameters(self, values: Any) -> None:
+        self.steered.append(values)
+
+    def set_memories(self, memories: Any) -> None:
+        self.steered.append(memories)
+
+    def close_perceivers(self) -> None:
+        self.steered.append("closed")
+
+
+@pytest.mark.parametrize("perception", [None, _Perceiving()])
+def test_perceivers_are_steered_by_the_agent_and_closed_at_the_end(
+    make_bench: MakeBench, perception: _Perceiving | None
+) -> None:
+    bench = make_bench(twice)
+    gate = CompiledGate(configuration(), GateMode.COMPILED)
+    one = Executor(configuration(), gate, bench.plant, bench.audit, run_in_process, perception=perception)
+    one.attend(frozenset({"kettle"}))
+    one.attend(None)
+    one.set_parameters({"rate": 2.0})
+    one.set_memories({"kettle": {"hot": True}})
+    one.close()
+    if perception is not None:
+        assert perception.steered == [
+            {"kettle"},
+            None,
+            {"rate": 2.0},
+            {"kettle": {"hot": True}},
+            "closed",
+        ]

@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from aeros.descriptions import describe_exception
 from aeros.runtime.audit.log import AuditError, AuditLog, verify_log
 from aeros.runtime.gate.decision import Decision, DecisionKind
 from aeros.runtime.ports import MotionHandle
@@ -124,3 +125,12 @@ def test_an_interrupt_by_the_operator_stops_the_plant(make_bench: MakeBench) -> 
     with pytest.raises(KeyboardInterrupt):
         bench.submit()
     bench.assert_cleaned_up(finished=False)
+
+
+def test_a_plant_that_fails_at_the_end_of_a_step_is_in_the_record(make_bench: MakeBench) -> None:
+    bench = make_bench(twice)
+    bench.plant.failing["skill_ended"] = OSError("link lost")
+    with pytest.raises(OSError, match="link lost"):
+        bench.submit()
+    broken = [one["details"]["reason"] for one in bench.records("step-broken")]
+    assert broken == [describe_exception(OSError("link lost"))]

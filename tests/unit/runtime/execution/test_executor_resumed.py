@@ -105,15 +105,24 @@ def test_that_nobody_looked_meanwhile_denies_until_it_cannot_matter(remembering:
 
 def test_the_record_goes_on_in_one_chain(remembering: Crashing) -> None:
     remembering.lift_at(0.0)
+    remembering.executor.note("session-opened", {})
     before = remembering.executor.log_head()
     remembering.crash()
     assert verify_log(remembering.path).is_sound
     events = [one.event for one in remembering.executor.events_since(EMPTY_LOG_HEAD) or ()]
-    assert (events[0], events[-1]) == ("session-opened", "session-resumed")
+    assert events == ["session-opened", "step-began", "decision", "step-ended", "session-resumed"]
     (resumed,) = remembering.executor.events_since(before) or ()
     assert (resumed.sequence, resumed.event) == (before.records, "session-resumed")
+    assert resumed.details["site"]["digest"] == remembering.configuration.site.digest
     assert remembering.executor.events_since(LogHead(before.records, "0" * 64)) is None
     assert remembering.executor.events_since(LogHead(before.records + 5, before.hash)) is None
+
+
+def test_a_session_that_is_not_resumed_begins_anew(remembering: Crashing) -> None:
+    remembering.lift_at(0.0)
+    remembering.made(resumed=False)
+    events = [one.event for one in remembering.executor.events_since(EMPTY_LOG_HEAD) or ()]
+    assert events == ["session-opened", "step-began", "decision", "step-ended", "session-opened"]
 
 
 def test_under_another_site_nothing_is_resumed(remembering: Crashing) -> None:
@@ -122,3 +131,35 @@ def test_under_another_site_nothing_is_resumed(remembering: Crashing) -> None:
     remembering.configuration = replace(remembering.configuration, site=site)
     with pytest.raises(AuditError, match="another site was in force"):
         remembering.crash()
+
+
+@pytest.mark.parametrize(
+    ("changes", "is_open"),
+    [
+        ((), False),
+        (("began",), True),
+        (("began", "ended"), False),
+        (("began", "broken"), False),
+        (("began", "began", "ended"), True),
+    ],
+)
+def test_a_stop_that_nobody_saw_is_recorded_if_a_step_was_under_way(
+    remembering: Crashing, changes: tuple[str, ...], is_open: bool
+) -> None:
+    for change in changes:
+        remembering.log.append(f"step-{change}", {})
+    remembering.plant.time = 7.5
+    remembering.crash()
+    records = [json.loads(line) for line in remembering.path.read_bytes().splitlines()]
+    assert records[-2 if is_open else -1]["event"] == "session-resumed"
+    stops = [one["details"] for one in records if one["event"] == "stopped"]
+    assert len(stops) == is_open
+    for stop in stops:
+        assert stop["quantities"].pop("human_distance") == {"least": 20.0, "greatest": 20.0, "unit": "m"}
+        assert stop == {
+            "time": 7.5,
+            "ticks": 1,
+            "reason": "the agent was lost; the plant stopped by itself, unseen",
+            "quantities": {},
+            "ways": {},
+        }

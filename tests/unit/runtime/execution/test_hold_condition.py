@@ -9,9 +9,11 @@ from typing import Any
 
 import pytest
 
+from aeros.runtime.execution.hold_condition import hold_condition_for
 from aeros.runtime.ports import MotionCompletion, Reading, StepResult, StepStatus
 from aeros.skill import Inputs, Observation, SkillBody, act
 from aeros.spec.expr import terms as t
+from aeros.spec.model.cause import file_and_line
 from aeros.spec.model.ecm import ActionCondition, Ecm
 from aeros.spec.model.site import Site
 from tests.unit.runtime.conftest import METRES
@@ -152,3 +154,27 @@ def test_a_rule_broken_between_two_actions_is_noticed_before_the_skill_continues
     one.plant.advance = ends_with_the_hand_empty  # type: ignore[method-assign]
     assert one.submit().status is StepStatus.HOLD_LOST
     assert resumed == [0]
+
+
+def test_the_plant_is_asked_only_for_what_a_tick_does_not_measure(site: Site, make_ecm: Any) -> None:
+    skill = holding(site, make_ecm("")).skills["lift"]
+    hold = hold_condition_for(site, "handling", skill, {})
+    assert hold is not None
+    asked = []
+
+    def observe() -> dict[str, Reading]:
+        asked.append(True)
+        return {"human_distance": Reading(3.0, 1.0)}
+
+    assert hold.violation_at_tick({"holding": True, "human_distance": 3.0}, 1.0, observe) is None
+    assert asked == []
+    assert hold.violation_at_tick({"holding": True}, 1.0, observe) is None
+    assert asked == [True]
+    cause = hold.violation_at_tick({"holding": False}, 1.0, observe)
+    assert cause is not None
+    assert cause.location == file_and_line(site.span) != ""
+
+
+def test_a_condition_of_a_step_that_has_ended_is_not_checked_again(bench: Bench) -> None:
+    for _ in range(2):
+        assert bench.submit() == StepResult(StepStatus.FINISHED, "", allowed=2)

@@ -8,8 +8,8 @@ import pytest
 from aeros.runtime.execution.inputs import InputError, check_inputs
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.expr import terms as t
-from aeros.spec.expr.types import BOOL, EnumType, FamilyType, RealType, Type, VectorType
-from aeros.spec.expr.units import LENGTH
+from aeros.spec.expr.types import BOOL, EnumType, FamilyType, IntegerType, RealType, Type, VectorType
+from aeros.spec.expr.units import LENGTH, NUMBER
 from aeros.spec.model.variables import Declared
 
 SPAN = Source("ecm.yaml", "text").span(0, 4)
@@ -30,6 +30,7 @@ def declared(
 REAL = declared(RealType(LENGTH), (-TENTH, TENTH))
 POINT = declared(VectorType(LENGTH), (-TENTH, TENTH), (TENTH, Fraction(0), -TENTH))
 FLAGS = declared(FamilyType(PAIR, BOOL), None)
+COUNT = declared(IntegerType(NUMBER), (Fraction(0), Fraction(5)))
 LENGTHS = declared(FamilyType(PAIR, RealType(LENGTH)), (Fraction(0), Fraction(1)))
 
 
@@ -44,6 +45,9 @@ LENGTHS = declared(FamilyType(PAIR, RealType(LENGTH)), (Fraction(0), Fraction(1)
         (POINT, [0, 0, 0], (0.0, 0.0, 0.0)),
         (FLAGS, (True, False), (True, False)),
         (LENGTHS, (1, 0.5), (1.0, 0.5)),
+        (COUNT, 3, 3),
+        (COUNT, 5.0, 5),
+        (COUNT, Fraction(0), 0),
         (declared(RealType(LENGTH), None), Fraction(1, 3), 1 / 3),
     ],
 )
@@ -78,6 +82,8 @@ class _Float(float):
         (FLAGS, (True, 0), "not a truth value"),
         (FLAGS, True, "not a list of 2 values"),
         (LENGTHS, (0.0, 2.0), "outside its range"),
+        (COUNT, 2.5, "the input `x` is not a whole number"),
+        (COUNT, 6, "`x` = 6 is outside its range"),
         (declared(RealType(LENGTH), None), 10**400, "too large"),
     ],
 )

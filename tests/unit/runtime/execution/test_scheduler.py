@@ -485,14 +485,15 @@ def test_the_legs_round_an_obstacle_come_before_what_the_skill_asks_next(
     leg, found = act("move", speed=0.05), []
 
     def find(caller: Any, denied: Decision, action: Action) -> list[Action]:
-        found.append((denied, action))
+        found.append((caller, denied, action))
         return [leg, action]
 
     monkeypatch.setattr(one.executor._pipeline, "find_detour", find)
     result = one.submit()
     assert (result.status, result.allowed, result.denied) == (FINISHED, 3, 1)
     assert [action.parameters["speed"] for action in one.plant.executed] == [0.05, 0.1, 0.2]
-    assert found == [(OBSTRUCTION, act("move", speed=0.1))]
+    (asked, *_) = one.gate.asked
+    assert found == [(asked[0], OBSTRUCTION, act("move", speed=0.1))]
 
 
 def test_a_leg_that_is_denied_ends_the_step(make_bench: MakeBench, monkeypatch: pytest.MonkeyPatch) -> None:

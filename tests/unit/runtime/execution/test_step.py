@@ -65,6 +65,7 @@ def test_a_reading_is_sensed_up_to_its_greatest_age(
 ) -> None:
     """Variables of this site may be 0.1 s old."""
     observer = ObservationFilter(make_ecm(""), site)
+    assert observer.site is site
     seen = observer.observe({"holding": Reading(True, 4.0 - age)}, 4.0)
     assert seen == ({"holding": True} if is_seen else {})
 
@@ -75,6 +76,13 @@ def test_a_greatest_age_is_compared_exactly(site: Site, make_ecm: Any) -> None:
     assert observer.observe({"holding": Reading(True, 0.0)}, 0.1) == {}
     assert observer.observe({"holding": Reading(True, 0.0)}, 0.09999999999999999) == {"holding": True}
     assert Fraction(0.1) > Fraction(1, 10) > Fraction(0.09999999999999999)
+
+
+def test_a_reading_of_exactly_the_greatest_age_is_sensed(site: Site, make_ecm: Any) -> None:
+    state = {**site.state, "holding": replace(site.state["holding"], max_age=Fraction(1, 8))}
+    observer = ObservationFilter(make_ecm(""), replace(site, state=state))
+    assert observer.observe({"holding": Reading(True, 1.0)}, 1.125) == {"holding": True}
+    assert observer.observe({"holding": Reading(True, 1.0)}, 1.1250000000000002) == {}
 
 
 @pytest.mark.parametrize("now", [nan, inf, -inf])

@@ -178,6 +178,37 @@ def test_a_time_at_which_any_variable_is_not_measured_is_a_gap(site: Site, missi
     assert 14 <= known.count(None) <= 16
 
 
+def test_an_occurrence_before_a_gap_still_counts_within_its_window(site: Site) -> None:
+    near = _near_and_holding(site)
+    samples = [(0.0, _NEAR), (3.0, _FAR), (5.0, _FAR), (5.0625, _FAR), (9.0, _FAR)]
+    assert _tracked(site, t.Since(t.TRUE, near, Fraction(5)), *samples) == [True, True, True, None, None]
+    assert _tracked(site, t.Since(near, near, Fraction(5)), *samples)[:2] == [True, False]
+
+
+def test_a_history_of_no_variables_needs_no_readings(site: Site) -> None:
+    samples: list[tuple[float, dict[str, Any]]] = [(0.0625 * tick, {}) for tick in range(6)]
+    assert _tracked(site, t.Since(t.FALSE, t.TRUE, None), *samples) == [True] * 6
+    assert _tracked(site, t.Since(t.TRUE, t.FALSE, None), *samples) == [False] * 6
+    counts = _tracked(site, t.Occurrences(t.TRUE, Fraction(1, 16)), *samples)
+    assert counts == [1, 2, 2, 2, 2, 2]
+
+
+def test_a_condition_may_read_a_count(site: Site) -> None:
+    """A count is compared, and computed with, as a number."""
+    counted = t.Occurrences(_near_and_holding(site), Fraction(1, 4))
+    histories = HistoryCollector()
+    twice = t.Compare("<=", t.Literal(Fraction(2), IntegerType(NUMBER)), counted)
+    histories.replace_past_terms(t.Since(t.TRUE, twice, None), SPAN)
+    tracker = HistoryTracker(replace(site, histories=histories.collected))
+    ever = []
+    for tick in range(4):
+        values = _NEAR if tick in {1, 2} else _FAR
+        now = 0.0625 * tick
+        updated = tracker.update({name: Reading(value, now) for name, value in values.items()}, now)
+        ever.append(updated[histories.collected[-1].declared.name].value)
+    assert ever == [False, False, True, True]
+
+
 def test_a_condition_must_have_held_ever_since(site: Site) -> None:
     term = t.Since(site.state["holding"].variable, _near_and_holding(site), None)
     dropped = {**_FAR, "holding": False}

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from pathlib import Path
 
 import pytest
 
-from aeros.runtime.monitor.late_ticks import LateTickCounter
+from aeros.runtime.monitor.late_ticks import LATE_TICKS, LateTickCounter
 from aeros.spec.model.motion import LateTicks
 
 LIMITS = LateTicks(Fraction(5, 1000), 2, Fraction(20, 1000))
@@ -36,6 +37,11 @@ def test_a_long_gap_or_too_many_in_a_row_stop_the_robot(
     gaps: tuple[float, ...], stops: list[bool], count: int
 ) -> None:
     assert counted(LateTickCounter, *gaps) == (stops, count)
+
+
+def test_a_stop_for_late_ticks_has_the_reason_that_the_page_names() -> None:
+    page = (Path(__file__).parents[4] / "docs" / "contact.md").read_text("utf-8")
+    assert f"The reason of the stop is `{LATE_TICKS}`." in page
 
 
 def test_time_in_which_nothing_moves_does_not_count() -> None:

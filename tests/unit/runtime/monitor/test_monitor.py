@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import gc
 import tracemalloc
+from dataclasses import replace
+from fractions import Fraction
 from math import inf, nan, nextafter
 from pathlib import Path
 from random import Random
@@ -17,12 +19,20 @@ from aeros.runtime.gate.joint_rules import ActiveAction
 from aeros.runtime.gate.violation import RuleViolation
 from aeros.runtime.monitor.history import HistoryTracker
 from aeros.runtime.monitor.monitor import RuntimeMonitor
-from aeros.runtime.ports import BACK_OFF, Monitor, Reading, Readings
+from aeros.runtime.ports import BACK_OFF, Monitor, Reading, Readings, RobotBody, Trajectory
 from aeros.skill import Action
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
+from aeros.spec.elaborate.past_time import HistoryCollector
+from aeros.spec.expr import terms as t
+from aeros.spec.expr.types import BOOL, RealType
+from aeros.spec.model.motion import Tracking
+from aeros.spec.model.rules import Rule
 from aeros.spec.model.site import Site
+from aeros.spec.model.variables import Declared
 from tests.unit.runtime.bench import NOW, STATE, Request, configuration, gate, measured, request, without
+from tests.unit.runtime.conftest import SPAN
+from tests.unit.runtime.motion.test_trajectory import POLICY
 from tests.unit.runtime.together import configuration as cart
 from tests.unit.runtime.together import move, roll
 
@@ -145,6 +155,7 @@ def test_a_rule_on_an_unknown_state_stops_the_motion() -> None:
     assert decision.action is not None
     monitor = watching(decision.action, without(asked, "hand").readings)
     assert monitor(NOW, {}) == "input:hand.x"
+    assert monitor.violation is None
     monitor.stops.clear()
     assert monitor(NOW, {"hand": (0.25, 0.0, 0.25)}) is None
 
@@ -327,8 +338,11 @@ def test_a_joint_rule_is_watched_while_both_actions_are_under_way(moving_first: 
     moving, rolling = _under_way(move(), 1), _under_way(roll(), 2)
     first, second = (moving, rolling) if moving_first else (rolling, moving)
     low = {**_CART, "charge": 0.1}
+    for _ in range(2):
+        monitor.add(first)
+        assert monitor(NOW, low) is None
+        monitor.remove(first)
     monitor.add(first)
-    assert monitor(NOW, low) is None
     monitor.add(second)
     assert monitor(NOW, _CART) is None
     assert monitor(NOW, low) == "charge-for-both"
@@ -337,6 +351,75 @@ def test_a_joint_rule_is_watched_while_both_actions_are_under_way(moving_first: 
     monitor.stops.clear()
     monitor.remove(second)
     assert monitor(NOW, low) is None
+    assert monitor._holds is not None  # the fast check suffices again
+
+
+def test_a_tick_without_an_action_is_silent_and_prepares_nothing() -> None:
+    monitor, asked = monitors(), request()
+    assert monitor(NOW, STATE) is None
+    assert monitor.violation is None
+    monitor.add(ActiveAction(asked.action, asked.readings, NOW, 0))
+    assert monitor(NOW, STATE) is None
+    assert monitor._holds is None
+
+
+@pytest.mark.parametrize(("sets", "kept"), [(2, 2), (8, 8), (9, 1)])  # the ninth set drops the others
+def test_fast_checks_are_made_for_up_to_eight_sets_of_measured_variables(sets: int, kept: int) -> None:
+    site = configuration().site
+    watched = _Noting(site)
+    monitor = RuntimeMonitor(watched, HistoryTracker(site))
+    moving, carrying = (
+        ActiveAction(request("quickly", kind).action, request().readings, NOW, 0)
+        for kind in ("move", "carry")
+    )
+    for count in range(1, sets + 1):
+        monitor.add(moving)
+        assert monitor(NOW, {name: STATE[name] for name in sorted(STATE)[:count]}) is None
+        monitor.remove(moving)
+    monitor.add(carrying)
+    assert watched.compiled.count("carry") == kept
+
+
+def test_a_modules_variable_may_be_missing_once_no_rule_under_watch_reads_it() -> None:
+    site = configuration().site
+    hot = t.Variable("kettle.hot", BOOL, t.VariableRole.STATE)
+    cool = Rule("cool", "not kettle.hot", "", "", {"move": t.Not(hot)}, {}, SPAN, SPAN)
+    state = {**site.state, hot.name: Declared(hot, SPAN, max_age=Fraction(1), sensor="kettle.eye")}
+    perception = replace(site.perception, in_invariants=frozenset({hot.name}))
+    site = replace(site, state=state, rules=(*site.rules, cool), perception=perception)
+    monitor = RuntimeMonitor(MonitorRules(site), HistoryTracker(site))
+    values = {**STATE, hot.name: False}
+    moving, stopping = (
+        ActiveAction(action, measured(values), NOW, number)
+        for number, action in enumerate((request("quickly").action, Action("stop", {})))
+    )
+    monitor.add(moving)
+    monitor.add(stopping)
+    assert monitor(NOW, values) is None
+    monitor.remove(moving)
+    assert monitor(NOW, STATE) is None
+    monitor.add(moving)
+    assert monitor(NOW, values) is None
+    assert monitor(NOW, STATE) == "input:kettle.hot"
+
+
+def test_a_value_that_is_the_same_object_is_unpacked_once() -> None:
+    site, asked = configuration().site, request()
+    rules = _Slowly(site)
+    unpacked: list[float] = []
+    original = rules.unpackers["human_distance"]
+
+    def unpack(value: float) -> Any:
+        unpacked.append(value)
+        return original(value)
+
+    rules.unpackers["human_distance"] = unpack
+    monitor = RuntimeMonitor(rules, HistoryTracker(site))
+    monitor.add(ActiveAction(asked.action, asked.readings, NOW, 0))
+    for distance in (2.5, 2.5, 2.75):
+        for _ in range(3):
+            assert monitor(NOW, {**STATE, "human_distance": distance}) is None
+    assert unpacked == [2.5, 3.0, 2.75]  # the second is that of the decision
 
 
 def _stopped(back_off: str | None, measured: dict[str, Any]) -> RuntimeMonitor:
@@ -376,6 +459,30 @@ def test_the_robot_may_back_off_while_the_rules_on_that_kind_hold() -> None:
     assert monitor(NOW + 0.5, {**STATE, "joint_ready": (False, False)}) == "some-joint-ready"
     assert monitor(NOW + 0.5, {**STATE, "human_distance": nan}) == "input:human_distance"
     assert monitor(NOW + 0.5, STATE) == "input:gait"  # a value that no request gave
+    for age, answer in ((0.05, BACK_OFF), (0.25, "input:human_distance")):
+        read = {**STATE, "human_distance": Reading(0.25, NOW + 0.5 - age)}
+        assert _stopped("stop", near)(NOW + 0.5, read) == answer
+    assert _stopped("stop", near)(NOW + 0.5, {**near, "kettle.hot": None}) == BACK_OFF
+
+
+def test_a_stop_that_others_begin_goes_on_for_its_reason() -> None:
+    monitor = watching(request().action, request().readings)
+    monitor.stops.begin_stop("the plant says so", NOW)
+    assert monitor(NOW, STATE) == "the plant says so"
+
+
+def test_ticks_of_a_halt_are_recorded_while_the_fast_check_holds() -> None:
+    monitor = watching(request().action, request().readings)
+    assert monitor(NOW, STATE) is None
+    assert monitor._holds is not None
+    monitor.stops.begin_halt(7, "late", NOW)
+    for _ in range(3):
+        assert monitor(NOW, STATE) is None
+    halt = monitor.stops.end_halt(7, NOW)
+    assert halt is not None
+    assert halt["ticks"] == 3
+    monitor._update_histories = None  # type: ignore[assignment, method-assign]
+    assert monitor(NOW, STATE) is None  # by the fast check alone
 
 
 class _Tracker:
@@ -423,6 +530,77 @@ def test_a_motion_that_is_not_followed_stops_the_robot_unless_a_rule_does() -> N
         ("add", 7, None),
         (NOW + 3, STATE),
     ]
+
+
+def test_a_motion_is_compared_with_the_robot_under_the_policy_of_the_site() -> None:
+    body = RobotBody(((0.0, 0.0, 0.0), (0.5, 0.0, 0.0)), (0.5, 0.0, 0.0), ())
+    nowhere = (0.0, 0.0, 0.0)
+    plan = Trajectory(body, ((((0.25, -0.5),) * 4,),), nowhere, nowhere, 1.0)
+    tracking = Tracking("off", Fraction(1, 100), (Fraction(1),) * 2)
+    site, asked = configuration().site, request()
+    site = replace(site, motion=replace(POLICY, base_variable=None, tracking=tracking))
+    monitor = RuntimeMonitor(MonitorRules(site), HistoryTracker(site))
+    monitor.add(ActiveAction(asked.action, asked.readings, NOW, 7), plan)
+    assert monitor(NOW, STATE) is None
+    assert monitor(NOW, {**STATE, "joint_angle": (0.3, -0.5)}) == "decided-path"
+
+
+# Rules that read histories.
+
+_STORM = "once within 5 s (2 m/s < wind)"
+
+
+def _with_memory(back_off: str | None = None) -> RuntimeMonitor:
+    """A monitor under a site on which nothing moves if it was windy in the last 5 s."""
+    site = configuration().site
+    wind = site.state["wind"].variable
+    assert isinstance(wind.type, RealType)
+    strong = t.Compare("<", t.Literal(Fraction(2), wind.type), wind)
+    histories = HistoryCollector()
+    past = histories.replace_past_terms(t.Since(t.TRUE, strong, Fraction(5)), SPAN)
+    terms = {kind: t.Not(past) for kind in ("move", "stop")}
+    memory = Rule("memory", f"not {_STORM}", "", "", terms, {}, SPAN, SPAN)
+    site = replace(site, rules=(*site.rules, memory), histories=histories.collected)
+    rules = MonitorRules(site)
+    rules.back_off = back_off
+    return RuntimeMonitor(rules, HistoryTracker(site))
+
+
+_MOVING = ActiveAction(request().action, measured({**STATE, _STORM: False}), NOW, 0)
+
+
+def test_histories_are_updated_at_ticks_with_values_and_readings() -> None:
+    for wind in (3.0, Reading(3.0, NOW)):
+        monitor = _with_memory()
+        assert monitor(NOW, STATE) is None  # before any action
+        monitor.add(_MOVING)
+        assert monitor(NOW, {**STATE, "wind": wind}) == "memory"
+        monitor.stops.clear()
+        assert monitor(NOW + 0.5, STATE) == "memory"
+
+
+def test_readings_of_the_decision_count_until_they_are_too_old_or_the_action_is_over() -> None:
+    calm = {name: value for name, value in STATE.items() if name != "wind"}
+    monitor = _with_memory()
+    monitor.add(_MOVING)
+    assert monitor(NOW + 0.5, calm) is None
+    assert monitor(NOW + 1.25, calm) == f"input:{_STORM}"
+    for state, answer in ((STATE, None), (calm, f"input:{_STORM}")):
+        monitor = _with_memory()
+        monitor.add(_MOVING)
+        assert monitor(NOW, STATE) is None
+        monitor.remove(_MOVING)
+        monitor.add(replace(_MOVING, readings=measured(calm)))
+        assert monitor(NOW + 0.5, state) == answer
+
+
+def test_rules_on_backing_off_read_histories_too() -> None:
+    near = {**STATE, "human_distance": 0.25}
+    for wind, answer in ((0.0, BACK_OFF), (3.0, "memory")):
+        monitor = _with_memory("stop")
+        monitor.add(_MOVING)
+        assert monitor(NOW, near) == "separation"
+        assert monitor(NOW + 0.5, {**near, "wind": wind}) == answer
 
 
 def test_a_tracker_without_motions_is_not_asked() -> None:

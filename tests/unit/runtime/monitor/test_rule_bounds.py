@@ -65,6 +65,19 @@ def test_each_joint_has_its_own_bounds() -> None:
     assert found_ones[-1] == ("abs(joint_velocity[j7])", "at most", 2.61)
 
 
+def test_a_negation_turns_bounds_round() -> None:
+    distance, speed = (SITE.state[name].variable for name in ("human_distance", "link_speed"))
+    assert isinstance(distance.type, RealType)
+    assert isinstance(speed.type, RealType)
+    one, two = t.Literal(Fraction(1), distance.type), t.Literal(Fraction(2), speed.type)
+    neither = t.Not(t.Or((t.Compare("<", distance, one), t.Compare("<", two, speed))))
+    values: dict[str, Value] = {"human_distance": Fraction(3), "link_speed": Fraction(0)}
+    assert list(rule_bounds(lower(neither), values)) == [
+        Bound(distance, False, Fraction(1)),
+        Bound(speed, True, Fraction(2)),
+    ]
+
+
 def test_unknown_variables_give_no_bounds() -> None:
     assert found("separation", "grip") == []
     assert found("arm-separation", "move_tool", human_distance=3.0) == []

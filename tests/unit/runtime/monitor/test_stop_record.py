@@ -39,6 +39,14 @@ def test_extremes_and_ways_are_of_all_ticks() -> None:
     }
 
 
+def test_of_a_family_absolute_values_count_and_of_a_single_quantity_its_own() -> None:
+    recorder = StopRecorder(QUANTITIES, "collision", 0.0)
+    recorder.add({"force": -70.0, "rates": (-0.5,)})
+    found = recorder.details(0.0)["quantities"]
+    assert (found["force"]["least"], found["force"]["greatest"]) == (-70.0, -70.0)
+    assert (found["rates"]["least"], found["rates"]["greatest"]) == (0.5, 0.5)
+
+
 def test_malformed_values_are_left_out() -> None:
     recorder = StopRecorder(QUANTITIES, "collision", 0.0)
     for odd in (None, nan, "x", True, (1.0,), (nan, 0.0, 0.0), (1.0, "y", 2.0)):
@@ -50,8 +58,9 @@ def test_malformed_values_are_left_out() -> None:
 
 def test_a_stop_and_a_halt_are_recorded_side_by_side_and_end_once() -> None:
     records = StopRecords(QUANTITIES)
-    assert not records.are_open
+    assert (records.are_open, records.late_ticks) == (False, 0)
     records.begin_halt(7, "late", 0.0)
+    assert (records.are_open, records.stop) == (True, None)
     records.add({"force": 1.0})
     records.begin_stop("collision", 0.5)
     records.begin_stop("another", 0.6)
@@ -141,3 +150,10 @@ def test_a_way_needs_three_coordinates_and_a_place_before() -> None:
     recorder.add({"tool": [1.0, 0.0, 2.0]})
     recorder.add({"tool": (1.0, 0.0, 1.0)})
     assert recorder.details(0.0)["ways"] == {"tool": 3.0}
+
+
+def test_a_malformed_place_does_not_hide_the_next_one() -> None:
+    recorder = StopRecorder(StopQuantities({}, ("hand", "tool")), "collision", 0.0)
+    for height in (0.0, 2.0):
+        recorder.add({"hand": None, "tool": (0.0, 0.0, height)})
+    assert recorder.details(0.0)["ways"] == {"tool": 2.0}
