@@ -88,13 +88,13 @@ def navigate(observed: Observation, inputs: Inputs) -> SkillBody:
         return
     abreast = _expected(observed)
     if abreast is not None and observed.get("object_detected") is not True:
-        observed = yield act("move_base", x=abreast[0], y=abreast[1], speed=BASE_SPEED)
+        observed = yield from _drive(abreast[0], abreast[1])
         observed = yield from _look(observed, pace)
         observed = yield from _carry(observed, pace)
         if "station_position" not in observed:
             return
     x, y, _ = observed["station_position"]
-    yield act("move_base", x=x, y=y, speed=BASE_SPEED)
+    yield from _drive(x, y)
 
 
 def detect(observed: Observation, inputs: Inputs) -> SkillBody:
@@ -146,7 +146,7 @@ def deliver(observed: Observation, inputs: Inputs) -> SkillBody:
     if "object_place" not in observed:
         return
     x, y, z = observed["object_place"]
-    observed = yield act("move_base", x=x - REACH, y=y, speed=BASE_SPEED)
+    observed = yield from _drive(x - REACH, y)
     if observed.get("object_grasped") is False:
         return
     # From here the mast sees the stand: the place relative to the base, not as far as wheels have slipped,
@@ -222,9 +222,15 @@ def _search(observed: Observation) -> Task:
     for x, y in _along_the_way(observed):
         if observed.get("object_detected") is True or observed.get("object_absent") is True:
             break
-        yield act("move_base", x=x, y=y, speed=BASE_SPEED)
+        yield from _drive(x, y)
         observed = yield act("look", camera="mast")
     return (yield from _go_there(observed))
+
+
+def _drive(x: float, y: float) -> Task:
+    """Look along the aisle, so that the way leads round what stands there, and drive."""
+    yield act("look", camera="aisle_top")
+    return (yield act("move_base", x=x, y=y, speed=BASE_SPEED))
 
 
 def _go_there(observed: Observation) -> Task:
@@ -232,7 +238,7 @@ def _go_there(observed: Observation) -> Task:
     if observed.get("robot_at_target") is True or "station_position" not in observed:
         return observed
     x, y, _ = observed["station_position"]
-    yield act("move_base", x=x, y=y, speed=BASE_SPEED)
+    yield from _drive(x, y)
     return (yield act("look", camera="mast"))
 
 
