@@ -10,6 +10,7 @@ from math import atan2, copysign, hypot, pi
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
 
 from .pushes import push_length
+from .stations import REACH, base_for_delivery
 
 Task = Generator[Action, Observation, Observation]
 Place = tuple[float, float, float]
@@ -29,9 +30,6 @@ them, as something may stand there that no picture has shown yet."""
 
 ASIDE = (0.30, -0.40, 0.40)
 """Tool position that does not hide the stand from the mast camera, relative to the arm's base, m."""
-
-REACH = 0.50
-"""Distance in front of the arm's base at which objects are put down, m."""
 
 LOOK_HEIGHT = 0.17
 """Height of the tool over the object's middle from which the hand camera looks, m."""
@@ -138,15 +136,21 @@ def grasp(observed: Observation, inputs: Inputs) -> SkillBody:
 
 
 def deliver(observed: Observation, inputs: Inputs) -> SkillBody:
-    """Carry the object to the other stand, put it down where it belongs and look; stop if it is lost."""
+    """Carry the object to the other stand, put it down where it belongs and look; stop if it is lost.
+
+    What stands in the aisle before the stand is seen first: the base then stands beside it.
+    """
     pace = inputs["hand_speed"]
     observed = yield from _carry(observed, pace)
     if observed.get("object_grasped") is False:
         return
     if "object_place" not in observed:
         return
-    x, y, z = observed["object_place"]
-    observed = yield from _drive(x - REACH, y)
+    observed = yield act("look", camera="aisle_top")
+    if "object_place" not in observed:
+        return
+    x, y = base_for_delivery(observed["object_place"], observed.get("delivery_aside", 0.0))
+    observed = yield act("move_base", x=x, y=y, speed=BASE_SPEED)
     if observed.get("object_grasped") is False:
         return
     # From here the mast sees the stand: the place relative to the base, not as far as wheels have slipped,
