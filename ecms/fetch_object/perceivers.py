@@ -416,6 +416,7 @@ def _look(
     if found.axis is not None and grip is None:
         push = _shortest_push(higher, found.position, found.axis)
     values["object_free"] = (grip is not None,)
+    values["object_free_across"] = (grip is not None and _has_room_across(higher, found, *grip),)
     values["object_grip_offset"] = ((0.0, 0.0, 0.0) if grip is None else grip[1], UNCERTAINTY)
     values["object_aside"] = (_aside(points, found.position), UNCERTAINTY)
     values["object_yaw"] = (found.headings[0] if grip is None else grip[0], HEADING_UNCERTAINTY)
@@ -534,6 +535,12 @@ def _grip_with_room(points: Points, found: Seen) -> tuple[float, Place] | None:
             if _has_room(points, (x + u, y + v, z), heading):
                 return heading, (u, v, 0.0)
     return None
+
+
+def _has_room_across(points: Points, found: Seen, heading: float, offset: Place) -> bool:
+    """Return True if an object that stands has room for a hand turned by a right angle, too."""
+    x, y, z = (a + b for a, b in zip(found.position, offset, strict=True))
+    return found.axis is None and _has_room(points, (x, y, z), heading + pi / 2.0)
 
 
 def _shortest_push(points: Points, place: Place, axis: float) -> tuple[Place, Place] | None:

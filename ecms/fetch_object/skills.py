@@ -109,6 +109,7 @@ def detect(observed: Observation, inputs: Inputs) -> SkillBody:
 def grasp(observed: Observation, inputs: Inputs) -> SkillBody:
     """Look again from above with the hand camera, grip the object and lift it, if a hand can get there.
 
+    What the fingers miss, or what slips from them, is gripped once more by its other sides, if there is room.
     Where a camera's reading of it is missing or too old, as from a bad sensor, nothing is gripped.
     """
     pace = inputs["hand_speed"]
@@ -116,23 +117,36 @@ def grasp(observed: Observation, inputs: Inputs) -> SkillBody:
         return
     if not _in_reach(observed, observed["object_position"]):
         return
+    observed = yield from _grip(observed, pace, 0.0)
+    is_lost = observed.get("holding") is False and observed.get("object_free_across") is True
+    if is_lost and _is_located(observed) and not observed["object_lying"]:
+        yield from _grip(observed, pace, pi / 2.0)
+
+
+def _grip(observed: Observation, pace: float, turn: float) -> Task:
+    """Look at the object from above, grip it with a hand turned by `turn`, and lift it."""
     yield act("grip", width=OPEN, force=GRIP_FORCE)
-    yield from _over(observed, pace, observed["object_position"], LOOK_HEIGHT, observed["object_yaw"])
+    yaw = _turned(observed["object_yaw"], turn)
+    observed = yield from _over(observed, pace, observed["object_position"], LOOK_HEIGHT, yaw)
     for _ in range(LOOKS):
         observed = yield act("look", camera="hand")
         if _is_located(observed):
             break
     else:
-        return
-    (x, y, z), yaw = observed["object_position"], observed["object_yaw"]
+        return observed
+    (x, y, z), yaw = observed["object_position"], _turned(observed["object_yaw"], turn)
     dx, dy, _ = observed.get("object_grip_offset", (0.0, 0.0, 0.0))
     x, y, grip = x + dx, y + dy, z + (0.0 if observed["object_lying"] else GRASP)
     yield act("move_tool", target=(x, y, grip + CLEARANCE), yaw=yaw, speed=_free(observed, pace))
     yield act("move_tool", target=(x, y, grip), yaw=yaw, speed=NEAR_SPEED)
     yield act("grip", width=CLOSED, force=GRIP_FORCE)
-    yield act(
-        "move_tool", target=(x, y, max(grip + LIFT, OVER_STANDS)), yaw=yaw, speed=min(CARRY_SPEED, pace)
-    )
+    lifted = (x, y, max(grip + LIFT, OVER_STANDS))
+    return (yield act("move_tool", target=lifted, yaw=yaw, speed=min(CARRY_SPEED, pace)))
+
+
+def _turned(yaw: float, turn: float) -> float:
+    """Return a heading turned to the side on which the hand's last joint has room, rad."""
+    return yaw + turn if yaw <= 0.0 else yaw - turn
 
 
 def deliver(observed: Observation, inputs: Inputs) -> SkillBody:

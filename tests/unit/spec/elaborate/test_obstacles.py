@@ -62,7 +62,10 @@ def test_obstacles_are_looked_for_in_volumes_with_a_surface(tmp_path: Path) -> N
             ("greatest_height: 240 mm", "greatest_height: 70 mm"),
             "error[AE208] malformed-declaration: `greatest_height` is above `least_height`",
         ),
-        (("    base: carriage\n", "    base: cart\n"), "error[AE122] unknown-reference: `cart` is not a volume"),
+        (
+            ("    base: carriage\n", "    base: cart\n"),
+            "error[AE122] unknown-reference: `cart` is not a volume",
+        ),
         (("margin: 15 mm #", "margin: -1 mm #"), "error[AE208] malformed-declaration: `margin` is above 0"),
         (
             ("explained_within: 30 mm", "explained_within: 30 s"),
