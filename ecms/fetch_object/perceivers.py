@@ -138,6 +138,9 @@ REACH = (0.50, 0.70)
 """Horizontal distance from the arm's base at which it can pick objects, m; nearer ones on the floor are
 at the carriage."""
 
+FAR_OFF = 0.1
+"""Distance beyond `REACH` from which a look from nearer by would not show the object in reach, m."""
+
 REACH_ASIDE = 0.15
 """Greatest lateral offset of an object from the arm's base, m: beyond it the elbow would hit the stand."""
 
@@ -289,15 +292,15 @@ def track(view: View) -> Perception:
         if "station_survey" in given and "base_position" in given:
             seen = given.get("object_position") if is_fresh else None
             station = _station_for(given["station_survey"], seen, given.get("object_aside", 0.0))
-            if seen is None and given.get("object_absent") is True:
-                # All was looked over: no place is better than this one for another look.
+            away = 0.0 if seen is None else dist(seen[:2], station[:2])
+            if away > REACH[1] + FAR_OFF or (seen is None and given.get("object_absent") is True):
+                # From nowhere the arm reaches it, or all was looked over: no place is better than this one.
                 x, y, _ = given["base_position"]
                 station = (x, y, station[2])
             values["station_position"] = estimate(station, UNCERTAINTY)
             values["robot_at_target"] = dist(given["base_position"][:2], station[:2]) < ARRIVED_WITHIN
             values["object_out_of_reach"] = False
             if seen is not None:
-                away = dist(seen[:2], station[:2])
                 values["object_distance"] = estimate(away, UNCERTAINTY)
                 values["object_out_of_reach"] = not REACH[0] - NEARER <= away <= REACH[1] + UNCERTAINTY
         view = yield values

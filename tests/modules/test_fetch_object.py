@@ -372,8 +372,16 @@ def test_the_station_moves_to_a_can_seen_out_of_reach_or_far_to_the_side(
 
 def test_the_robot_does_not_leave_the_floor_to_reach_a_can() -> None:
     seen_now = {"object_seen": True, "object_seen_time": 1.0}
-    for place, station in (((9.0, 9.0, 0.0), (0.03, 2.595, 0.0)), ((-9.0, -9.0, 0.0), (-0.595, -1.295, 0.0))):
+    for place, station in (((0.7, 2.9, 0.0), (0.03, 2.595, 0.0)), ((-1.1, -1.7, 0.0), (-0.595, -1.295, 0.0))):
         assert tracked(1.0, **seen_now, object_position=place)["station_position"] == station
+
+
+def test_the_robot_does_not_drive_towards_a_can_that_it_cannot_reach_from_anywhere() -> None:
+    seen_now = {"object_seen": True, "object_seen_time": 1.0}
+    values = tracked(1.0, **seen_now, object_position=(9.0, 9.0, 0.0))
+    assert values["station_position"] == (0.0, 0.0, 0.0), "where it is"
+    assert (values["robot_at_target"], values["object_out_of_reach"]) == (True, True)
+    assert values["object_distance"] == pytest.approx(dist((9.0, 9.0), (0.03, 2.595)))
     old = tracked(31.1, **seen_now, object_position=(9.0, 9.0, 0.0))
     assert old["station_position"] == STATION
 

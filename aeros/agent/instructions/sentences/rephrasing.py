@@ -12,7 +12,9 @@ _TIMES: Final = frozenset({"once", "after", "when"})
 _SPEAKERS: Final = (("i",), ("we",), ("you",), ("they",))
 _PRONOUNS: Final = (("it",), ("them",))
 _DONE: Final = frozenset({"done", "finished", "complete", "completed", "over", "through"})
-_PLACED: Final = frozenset({"at", "by", "for", "here", "in", "into", "on", "onto", "over", "there", "to", "with"})
+_PLACED: Final = frozenset(
+    {"at", "by", "for", "here", "in", "into", "on", "onto", "over", "there", "to", "with"}
+)
 """Words that say where something is to be left."""
 
 _WANTED: Final = frozenset({"needed", "required", "necessary", "wanted"})
