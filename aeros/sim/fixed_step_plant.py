@@ -31,8 +31,8 @@ from aeros.sim.robot.limits import SCANNER_RANGE
 from aeros.sim.robot.motions import (
     ActionParameters,
     PreparedMotion,
-    plan_grip,
     plan_base_lines,
+    plan_grip,
     plan_move_base,
     plan_move_joints,
     plan_move_tool,

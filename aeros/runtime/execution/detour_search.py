@@ -115,7 +115,7 @@ class DetourSearch:
     def _find_for_base(
         self, motion: MotionPolicy, direct: Trajectory, is_allowed: Callable[[Vec3], bool], check: Check
     ) -> list[Vec3] | None:
-        """Return the way of the base beside obstacles; None, too, if what drives is not compared with them."""
+        """Return the way of the base beside obstacles; None, too, if the site compares it with none."""
         driven = None if motion.obstacles is None else motion.obstacles.base
         if driven is None:
             return None

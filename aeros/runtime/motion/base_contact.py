@@ -1,8 +1,8 @@
 """Obstacle check of a base that drives: its own box keeps off what pictures show, all along a straight way.
 
-A box moved along a line comes within d of another box iff the line of its origin meets the other box, enlarged
-by d and by the extent of the first (Minkowski sum of boxes; distances along the axes). The line is cut with the
-enlarged box by the slab method (T. Kay, J. Kajiya, SIGGRAPH 1986).
+A box that moves along a line comes within d of another box iff the line of its origin meets the other box,
+enlarged by d and by the extent of the first (Minkowski sum of boxes; distances along the axes). The line is
+cut with the enlarged box by the slab method (T. Kay, J. Kajiya, SIGGRAPH 1986).
 """
 
 from __future__ import annotations

@@ -1,5 +1,4 @@
-"""Ways round obstacles: straight lines through via points, of the tool over and beside what is in the way, or of
-a base beside it.
+"""Ways round obstacles: straight lines of the tool over and beside them, and of a base beside them.
 
 A graph of places is searched for the shortest way: the start, the target, and at several heights the places
 of both, places around each obstacle, and places near the robot's base. A way is checked as a whole, leg by

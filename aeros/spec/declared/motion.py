@@ -274,8 +274,8 @@ class WatchedVolume:
     greatest_height: TextField | None = field(
         default=None,
         metadata={
-            "doc": "what is higher over the surface is no obstacle, as scanners see it, as in `24 cm`; no bound if "
-            "absent"
+            "doc": "what is higher over the surface is no obstacle, as scanners see it, as in `24 cm`; no bound "
+            "if absent"
         },
     )
 
@@ -309,8 +309,8 @@ class Obstacles:
     base: Identifier | None = field(
         default=None,
         metadata={
-            "doc": "the volume that the base itself takes up, in its own frame: it keeps clear of obstacles where it "
-            "drives; only the links do if absent"
+            "doc": "the volume that the base itself takes up, in its own frame: it keeps clear of obstacles "
+            "where it drives; only the links do if absent"
         },
     )
 

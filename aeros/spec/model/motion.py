@@ -165,7 +165,8 @@ class WatchedVolume:
         box: corners of the volume in W, m.
         surface: height in W on which things stand there, m.
         least_height: height over the surface below which things are no obstacles, m.
-        greatest_height: height over the surface above which things are no obstacles, m; None if there is no bound.
+        greatest_height: height over the surface above which things are no obstacles, m; None if there is no
+            bound.
     """
 
     name: str
