@@ -34,7 +34,7 @@ MIN_PIXELS = 25
 """Least number of pixels of the object: fewer are noise, or an object that is mostly hidden."""
 
 MIN_HIT = 4
-"""Least number of pixels of something that the forearm would hit."""
+"""Least number of pixels of something that the forearm, or a finger, would hit."""
 
 STILL_WITHIN = 0.05
 """Greatest distance of two places of an object that lies still, m: pictures differ."""
@@ -47,6 +47,10 @@ HEADING_UNCERTAINTY = 0.05
 
 HAND_HALF = (0.06, 0.115)
 """Half of the space that hand and flange need, along and across the hand's x axis, with 1 cm margin, m."""
+
+FINGER_HALF, FINGERS_ACROSS = 0.014, (0.036, 0.062)
+"""Half of a fingertip's width along the hand's x axis, and its extent across it, of a hand that is open, with
+3 and 5 mm margin, m."""
 
 HAND_CLEARANCE = 0.02
 """Height of the hand above a gripped object, m; lower objects fit between or next to its fingers."""
@@ -414,7 +418,8 @@ def _look(
         return values
     # Visible points that a hand would hit.
     higher = points[points[:, :, 2] > found.top + HAND_CLEARANCE]
-    grip = _grip_with_room(higher, found)
+    beside = points[~mask & (points[:, :, 2] > found.position[2])]
+    grip = _grip_with_room(higher, beside, found)
     push = None
     if found.axis is not None and grip is None:
         push = _shortest_push(higher, found.position, found.axis)
@@ -526,18 +531,32 @@ def _has_room(points: Points, place: Place, yaw: float, half: tuple[float, float
     return not bool(inside.any())
 
 
-def _grip_with_room(points: Points, found: Seen) -> tuple[float, Place] | None:
+def _grip_with_room(points: Points, beside: Points, found: Seen) -> tuple[float, Place] | None:
     """Return heading and offset from its middle of a hand that has room to grip an object; None if none has.
 
-    One that lies may be gripped beside its middle, along its axis.
+    One that lies may be gripped beside its middle, along its axis. Where nothing of what stands beside it is
+    below the fingers is tried first: what is low and loose may give way.
     """
     x, y, z = found.position
+    with_room: list[tuple[float, Place]] = []
     for along in GRIPS_ALONG if found.axis is not None else (0.0,):
         u, v = (0.0, 0.0) if found.axis is None else (along * cos(found.axis), along * sin(found.axis))
         for heading in found.headings:
-            if _has_room(points, (x + u, y + v, z), heading):
-                return heading, (u, v, 0.0)
-    return None
+            place = (x + u, y + v, z)
+            if _has_room(points, place, heading):
+                if not _is_below_fingers(beside, place, heading):
+                    return heading, (u, v, 0.0)
+                with_room.append((heading, (u, v, 0.0)))
+    return with_room[0] if with_room else None
+
+
+def _is_below_fingers(points: Points, place: Place, yaw: float) -> bool:
+    """Return True if some of `points` (n, 3) are where the fingers of an open hand at `yaw` come down."""
+    away = points[:, :2] - np.array(place[:2])
+    along = np.abs(away @ np.array((cos(yaw), sin(yaw))))
+    across = np.abs(away @ np.array((-sin(yaw), cos(yaw))))
+    half, (inner, outer) = FINGER_HALF, FINGERS_ACROSS
+    return int(((along < half) & (across > inner) & (across < outer)).sum()) >= MIN_HIT
 
 
 def _has_room_across(points: Points, found: Seen, heading: float, offset: Place) -> bool:

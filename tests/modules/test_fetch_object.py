@@ -130,6 +130,15 @@ def test_a_standing_can_next_to_a_wall_is_gripped_at_the_other_heading() -> None
     assert from_mast(STANDING, beside._replace(z=0.095))["object_yaw"] == 0.0
 
 
+def test_fingers_come_down_beside_a_low_block_and_not_on_it() -> None:
+    block = Top(0.6, 0.2 + 0.051, 0.05, (0.02, 0.02), GREY)
+    assert from_mast(STANDING, block)["object_yaw"] == pytest.approx(pi / 2.0)
+    assert from_mast(STANDING, block._replace(z=0.03))["object_yaw"] == 0.0, "lower than the fingertips"
+    assert from_mast(STANDING, block._replace(y=0.2 + 0.09))["object_yaw"] == 0.0, "farther than the fingers"
+    both = from_mast(STANDING, block, Top(0.6 + 0.051, 0.2, 0.05, (0.02, 0.02), GREY))
+    assert (both["object_yaw"], both["object_free"]) == (0.0, True), "what is loose may give way"
+
+
 def test_a_standing_can_without_room_is_not_pushed() -> None:
     found = from_mast(STANDING, wall(0.05, 0.0, 0.0))
     assert (found["object_free"], found["object_push_start"]) == (False, None)

@@ -274,8 +274,8 @@ class WatchedVolume:
     greatest_height: TextField | None = field(
         default=None,
         metadata={
-            "doc": "what is higher over the surface is no obstacle, as scanners see it, as in `24 cm`; no bound "
-            "if absent"
+            "doc": "what is higher over the surface is no obstacle, as scanners see it, as in `24 cm`; "
+            "no bound if absent"
         },
     )
 
