@@ -533,7 +533,7 @@ def actions_of(skill: str, observed: dict[str, Any]) -> list[Action]:
     ],
     ids=["missed", "turned the other way", "held", "no room across", "lying"],
 )
-def test_what_the_fingers_miss_is_gripped_once_more_by_its_other_sides(
+def test_an_object_that_the_fingers_miss_is_gripped_once_more_by_its_other_sides(
     observed: dict[str, Any], headings: list[float]
 ) -> None:
     known: dict[str, Any] = {

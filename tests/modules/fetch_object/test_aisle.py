@@ -34,11 +34,11 @@ def test_the_base_stands_right_before_the_place_in_a_free_aisle() -> None:
     [Top(0.0, 0.2, 0.15, (0.1, 0.1), GREY), Top(-0.55, 1.2, 0.15, (0.1, 0.1), GREY)],
     ids=["farther along", "on the other side"],
 )
-def test_what_stands_elsewhere_is_not_in_the_way(far: Top) -> None:
+def test_things_elsewhere_are_not_in_the_way(far: Top) -> None:
     assert aside(far) == 0.0
 
 
-def test_the_base_stands_beside_what_is_before_the_place() -> None:
+def test_the_base_stands_beside_a_box_before_the_place() -> None:
     found = aside(BEFORE_IT)
     assert found < 0.0, "to the right, as the box is more to the left"
     x, y = base_for_delivery(PLACE, found)

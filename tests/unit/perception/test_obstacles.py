@@ -75,7 +75,7 @@ def test_low_and_tiny_things_and_those_outside_are_left_out() -> None:
     assert find_obstacles(seen(low, tiny, outside), [TABLE], NOTHING) == []
 
 
-def test_what_is_higher_than_the_bound_is_left_to_other_sensors() -> None:
+def test_things_higher_than_the_bound_are_left_to_other_sensors() -> None:
     person = SpaceBox((0.6, -0.3, 0.0), (0.7, -0.2, 0.3))
     bounded = TABLE._replace(greatest_height=0.2)
     assert len(find_obstacles(seen(CUBE, person), [TABLE], NOTHING)) == 2

@@ -41,12 +41,12 @@ def test_a_way_that_ends_before_it_or_leads_past_it_is_clear() -> None:
     assert find_base_contact(aside, [AHEAD], 0.025) is not None
 
 
-def test_what_is_higher_than_the_base_is_none_of_its_business() -> None:
+def test_things_over_the_base_are_passed_under() -> None:
     over = thing("over", (-0.1, 1.2, 0.01), (0.1, 1.4, 0.2))
     assert find_base_contact(along(0.0, 4.0), [over], 0.015) is None
 
 
-def test_a_travel_at_its_end_is_near_only_what_is_there() -> None:
+def test_a_travel_at_its_end_is_near_things_there_alone() -> None:
     assert find_base_contact(along(0.0, 4.0).at_end(), [AHEAD], 0.015) is None
     assert find_base_contact(along(0.0, 1.3).at_end(), [AHEAD], 0.015) is not None
 
