@@ -32,6 +32,7 @@ CAMERAS: Final = {
     "side": "level",
     "table_top": "sky",
     "table_side": "pole_at_table",
+    "aisle_top": "lamp",
 }
 SENSORS: Final = {
     "joint_encoders": "axes",
@@ -115,7 +116,7 @@ def slower_site(folder: Path) -> Path:
     }
     for name in ("bench_area", "press_area"):
         del site["volumes"][name]
-    site["enums"]["cameras"] = ["mast", "table_top", "table_side"]
+    site["enums"]["cameras"] = ["mast", "table_top", "table_side", "aisle_top"]
     for name in ("hand", "overhead", "side"):
         del site["cameras"][name]
         del site["resources"][f"{name}_camera"]
