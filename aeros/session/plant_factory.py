@@ -6,10 +6,11 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, closing, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Literal, get_args
+from typing import TYPE_CHECKING, Final
 
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.ports import Plant
+from aeros.session.plant_provider import PlantProviderError, PlantRequest, open_provided_plant
 from aeros.session.scene_files import scene_of_tasks
 from aeros.session.sensor_models import SensorSetup, sensor_setup
 from aeros.sim.hosting.remote import RemotePlant
@@ -32,9 +33,8 @@ _LISTEN_TIMEOUT_S: Final = 1.0
 
 _POLL_INTERVAL_S: Final = 0.02
 
-PlantName = Literal["physics", "mujoco", "kinematic", "symbolic"]
-
-PLANTS: Final[tuple[PlantName, ...]] = get_args(PlantName)
+PLANTS: Final = ("physics", "mujoco", "kinematic", "symbolic")
+"""Plants that come with AEROS."""
 
 PHYSICS_PLANTS: Final = ("physics", "mujoco")
 """Plants with physics: `physics` on PyBullet, `mujoco` on MuJoCo; people, faults and obstacles need one."""
@@ -142,9 +142,11 @@ def load_run_scene(
     """
     if extra is not None and plant not in PHYSICS_PLANTS:
         raise PlantSetupError(f"`--scene` needs the physics plant: the {plant} plant has no obstacles")
-    if plant == "symbolic":
+    if plant == "symbolic" or (plant not in PLANTS and not _has_scene(tasks)):
         return None
     scene = scene_of_tasks(configuration, tasks, extra)
+    if plant not in PLANTS:
+        return scene
     if len(scene.parts) > 1:
         _build(plant, scene, seed, sensor_setup(configuration, ideal=True)).close()
     return scene
@@ -223,7 +225,7 @@ def open_plant(
     """Open the plant `name`, ready for `task`; it is closed however the block ends.
 
     Args:
-        name: One of `PLANTS`.
+        name: One of `PLANTS`, or the plant of another distribution.
         configuration: The vocabulary, and the outcomes that the symbolic plant draws from.
         task: Its scene and initial state.
         seed: Seed of all random numbers.
@@ -238,16 +240,18 @@ def open_plant(
         The plant.
 
     Raises:
-        PlantSetupError: The extra is missing, or the video cannot be written.
+        PlantSetupError: The extra or the plant is missing, or the video cannot be written.
         UserError: There is no such scene, or it cannot be built.
     """
     scene = scene or load_run_scene(name, None, configuration, [task], seed)
     errors = sensor_setup(configuration, ideal=ideal_sensors)
-    plant = (
-        _build_symbolic(configuration, task, seed)
-        if scene is None
-        else _build(name, scene, seed, errors, spectators, people, faults, on_fault)
-    )
+    plant: Plant
+    if name not in PLANTS:
+        plant = _open_provided(name, PlantRequest(configuration.site, scene, to_doubles(task.start), seed))
+    elif scene is None:
+        plant = _build_symbolic(configuration, task, seed)
+    else:
+        plant = _build(name, scene, seed, errors, spectators, people, faults, on_fault)
     try:
         yield plant
     finally:
@@ -305,6 +309,18 @@ def connect_plant(path: Path) -> RemotePlant:
                     "so start the task again"
                 ) from failure
         time.sleep(_POLL_INTERVAL_S)
+
+
+def _has_scene(tasks: Sequence[Task]) -> bool:
+    """Return True if the tasks, or those that they compose, name scenes."""
+    return all(part.scene is not None for task in tasks for _, part in task.rehearsals(""))
+
+
+def _open_provided(name: str, request: PlantRequest) -> Plant:
+    try:
+        return open_provided_plant(name, request)
+    except PlantProviderError as failure:
+        raise PlantSetupError(str(failure)) from failure
 
 
 def _build_symbolic(configuration: Configuration, task: Task, seed: int) -> Plant:

@@ -19,8 +19,8 @@ from aeros.agent.memory.queries import open_memory_reader
 from aeros.cli.arguments import add_command, existing_path
 from aeros.cli.author.module_argument import read_module, select_declared
 from aeros.cli.module_settings import add_module_settings, module_configurations
+from aeros.cli.plant_argument import plant_name
 from aeros.exit_codes import Exit, UsageError
-from aeros.session.plant_factory import PLANTS
 from aeros.sim.symbolic.state import initial_values
 from aeros.spec.closed_loop.invocation import State
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
@@ -94,7 +94,11 @@ def add_to(commands: Subparsers) -> None:
         help="use the outcomes that the agent with this state folder has seen",
     )
     parser.add_argument(
-        "--plant", choices=PLANTS, default="physics", help="plant of these outcomes (default: physics)"
+        "--plant",
+        type=plant_name,
+        default="physics",
+        metavar="NAME",
+        help="plant of these outcomes (default: physics)",
     )
     parser.add_argument(
         "--max-replans", type=_count, metavar="N", help="maximum number of re-plans (default: the site's)"
