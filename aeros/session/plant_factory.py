@@ -234,7 +234,7 @@ def open_plant(
         faults: Faults to inject (physics).
         on_fault: Called with each event of `faults` as it happens; None to inject no fault.
         scene: The scene; None for that of the task.
-        ideal_sensors: Sensors without the errors that the site declares (physics, kinematic).
+        ideal_sensors: Sensors without the errors that the site declares (all but symbolic).
 
     Yields:
         The plant.

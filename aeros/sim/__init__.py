@@ -1,1 +1,1 @@
-"""Simulated plants: PyBullet physics, kinematics, declared outcomes and an in-memory fake."""
+"""Simulated plants: physics on PyBullet or MuJoCo, kinematics, declared outcomes and an in-memory fake."""

@@ -18,6 +18,8 @@ from aeros.sim.bullet.mirror import bodies_of, poses_of, shapes_of
 from aeros.sim.bullet.window import ViewerWindow, WindowError, WindowUpdate, orbit_view, run_window
 from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.geometry import UPRIGHT, Camera, Pose
+from aeros.sim.mujoco.world import MujocoWorld
+from aeros.spec.diagnostics.errors import MisuseError
 
 pytestmark = pytest.mark.physics
 
@@ -240,3 +242,9 @@ def test_a_camera_orbits_its_target(eye: tuple[float, float, float], yaw: float,
     *view, looked_at = orbit_view(camera)
     assert view == pytest.approx([2.0, yaw, pitch])
     assert looked_at == target
+
+
+def test_a_world_of_another_engine_is_refused() -> None:
+    window = ViewerWindow.__new__(ViewerWindow)
+    with pytest.raises(MisuseError, match="worlds of PyBullet alone"):
+        window.tick(MujocoWorld(), Camera((1.0, 0.0, 1.0), (0.0, 0.0, 0.0)))
