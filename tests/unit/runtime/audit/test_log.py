@@ -9,8 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from aeros.runtime.audit import log as module
 from aeros.runtime.audit.check import GENESIS
-from aeros.runtime.audit.checkpoints import SigningConfiguration
+from aeros.runtime.audit.checkpoints import CHECKPOINT_INTERVAL, SigningConfiguration
 from aeros.runtime.audit.keys import make_key, read_signing_key
 from aeros.runtime.audit.log import SYNC_BATCH, AuditError, AuditLog, DecisionCounts, verify_log
 from aeros.runtime.canonical_json import MAX_SIZE, encode_with_size
@@ -406,3 +407,11 @@ def test_details_that_come_as_text_count_as_an_allowed_action(
         monkeypatch.setattr(os, "fdatasync", syncs.append)
         log.append(event, encode_with_size({"verdict": "DENY"}))
         assert bool(syncs) is synced
+
+
+def test_all_that_the_module_exports_is_there() -> None:
+    assert {getattr(module, name).__name__ for name in module.__all__} == set(module.__all__)
+
+
+def test_syncs_and_checkpoints_come_as_often_as_documented() -> None:
+    assert (SYNC_BATCH, CHECKPOINT_INTERVAL) == (64, 64)
