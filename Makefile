@@ -4,7 +4,7 @@
 SHELL := /bin/sh
 .DEFAULT_GOAL := help
 
-# The simulator has wheels for Python 3.11 only, so that version is preferred where there is one.
+# PyBullet has wheels for Python 3.11 only, so that version is preferred where there is one.
 PYTHON ?= $(shell python3.11 -c '' 2>/dev/null && echo python3.11 || echo python3)
 VENV := .venv
 BIN := $(VENV)/bin
@@ -35,8 +35,9 @@ demo: install ## prove ecms/, then one agent makes dumplings on the simulated Pa
 	@echo '$$ aeros verify ecms/'
 	@$(BIN)/aeros verify ecms/
 	@echo
-	@echo '$$ aeros run "make dumplings" --out $(DEMO)'
-	@$(BIN)/aeros run "make dumplings" --out $(DEMO) --state $(DEMO)-agent
+	@plant=$$($(BIN)/python -c 'from importlib.util import find_spec; print("" if find_spec("pybullet") else " --plant mujoco")'); \
+	echo "$$ aeros run \"make dumplings\"$$plant --out $(DEMO)"; \
+	$(BIN)/aeros run "make dumplings" $$plant --out $(DEMO) --state $(DEMO)-agent
 
 quick: $(VENV)/.installed-test ## what is fast: under 90 s of processor time, once mypy has its cache
 	@$(MAKE) --no-print-directory --keep-going format lint types layers pytest-quick
@@ -118,7 +119,7 @@ dist: $(VENV)/.installed-tools ## build the package into dist/ and check what a 
 lock: $(VENV)/.installed-tools ## renew requirements/*.txt: newest versions that pyproject.toml allows, with their hashes
 	@echo '== uv pip compile'
 	@$(LOCK) --upgrade --extra test --no-emit-package pybullet pyproject.toml requirements/build.in -o requirements/test.txt
-	@$(LOCK) --upgrade --extra sim --no-emit-package pybullet \
+	@$(LOCK) --upgrade --extra sim --extra mujoco --no-emit-package pybullet \
 	  --constraint requirements/test.txt pyproject.toml requirements/build.in -o requirements/install.txt
 	@sed -n 's/^sim = .*"\(pybullet==[^"]*\)".*/\1/p' pyproject.toml | $(LOCK) --upgrade - -o requirements/simulator.txt
 	@$(LOCK) --upgrade --group tools --constraint requirements/test.txt requirements/build.in -o requirements/tools.txt
@@ -140,8 +141,8 @@ $(VENV)/.installed: $(VENV)/.created pyproject.toml requirements/install.txt req
 	@if $(BIN)/python -c 'import sys; sys.exit(sys.version_info >= (3, 12))'; then \
 	  $(PIP) --require-hashes --requirement requirements/simulator.txt; \
 	else \
-	  echo 'PyBullet has no wheel for this Python, so the physics plant is left out.  With Python 3.11 it is there; with a'; \
-	  echo 'compiler: $(BIN)/python -m pip install --require-hashes --requirement requirements/simulator.txt'; \
+	  echo 'PyBullet has no wheel for this Python: use --plant mujoco.  With a compiler:'; \
+	  echo '$(BIN)/python -m pip install --require-hashes --requirement requirements/simulator.txt'; \
 	fi
 	@$(PIP) --no-deps --no-build-isolation --editable .
 	@touch $@

@@ -33,5 +33,5 @@ def describe_exception(error: BaseException, longest: int = 1000, *, one_line: b
         message = str(error)
     except Exception:
         message = "(it has no message)"
-    text = f"{type_name(error)}: {message[:longest]}"
+    text = f"{type_name(error)}: {message[:longest]}" if message.strip() else type_name(error)
     return " ".join(text.split()) if one_line else text

@@ -24,9 +24,10 @@ from aeros.runtime.monitor.history import HistoryTracker
 from aeros.runtime.monitor.monitor import RuntimeMonitor
 from aeros.runtime.ports import MotionCompletion
 from aeros.sim.bullet.client import bullet
-from aeros.sim.bullet.panda import Panda
-from aeros.sim.bullet.world import PhysicsWorld
+from aeros.sim.bullet.engine import BulletEngine
 from aeros.sim.clock import TICK
+from aeros.sim.engine.engine import Engine
+from aeros.sim.engine.robot import PhysicalRobot
 from aeros.sim.geometry import Vector3
 from aeros.sim.physics import PhysicsPlant
 from aeros.sim.randomness import RandomSource
@@ -98,8 +99,10 @@ class _ObstacleScene(PhysicsScene):
         self._stiffness = 1000.0 * stiffness
         self.bodies = (-1, -1)
 
-    def build(self, world: PhysicsWorld, robot: Panda, chance: RandomSource) -> None:
-        super().build(world, robot, chance)
+    def build(self, engine: Engine, robot: PhysicalRobot, chance: RandomSource) -> None:
+        super().build(engine, robot, chance)
+        assert isinstance(engine, BulletEngine)  # noqa: S101  for the type checker
+        world = engine.world
         start, target = self._way
         length = math.dist(start, target)
         middle = [a + (b - a) * (0.5 + _RADIUS / length) for a, b in zip(start, target, strict=True)]

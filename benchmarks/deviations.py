@@ -18,9 +18,10 @@ from aeros.cli.main import main as run_aeros
 from aeros.sim import physics
 from aeros.sim.bullet import body_factory
 from aeros.sim.bullet.client import bullet
-from aeros.sim.bullet.panda import Panda
-from aeros.sim.bullet.renderer import Image
-from aeros.sim.bullet.world import PhysicsWorld
+from aeros.sim.bullet.engine import BulletEngine
+from aeros.sim.engine.engine import Engine
+from aeros.sim.engine.robot import PhysicalRobot
+from aeros.sim.engine.world import Image
 from aeros.sim.geometry import Camera, Pose, Vector3, add, camera_axes
 from aeros.sim.layouts.coating import CoatingMap
 from aeros.sim.layouts.survey import NO_SURVEY_ERRORS
@@ -102,12 +103,14 @@ class DeviatingScene(PhysicsScene):
         x, y, z = (deviation.shift * way / np.linalg.norm(way)).tolist()
         self._shift: Vector3 = (x, y, z)
 
-    def build(self, world: PhysicsWorld, robot: Panda, chance: RandomSource) -> None:
+    def build(self, engine: Engine, robot: PhysicalRobot, chance: RandomSource) -> None:
         """Implement `PhysicalScene.build`."""
+        assert isinstance(engine, BulletEngine)  # noqa: S101  for the type checker
+        world = engine.world
         load, scale = body_factory.load_model, self._deviation.scale
         try:
             body_factory.load_model = lambda *given, **named: _load_scaled(scale, *given, **named)
-            super().build(world, robot, chance)
+            super().build(engine, robot, chance)
         finally:
             body_factory.load_model = load
         self._coatings = {

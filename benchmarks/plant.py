@@ -49,9 +49,9 @@ from aeros.runtime.skills.in_process_run import InProcessRun, run_in_process
 from aeros.session.assembly import build_executor
 from aeros.session.scene_files import scene_of_task
 from aeros.sim.bullet.panda import Panda
-from aeros.sim.bullet.people import People, Person, Waypoint
 from aeros.sim.bullet.renderer import Renderer
 from aeros.sim.bullet.world import PhysicsWorld
+from aeros.sim.engine.people import People, Person, Waypoint
 from aeros.sim.fixed_step_plant import FixedStepPlant
 from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.scenes.physics_scene import PhysicsScene

@@ -18,6 +18,7 @@ from aeros.runtime.ports import (
     newest_pictures,
 )
 from aeros.sim.bullet.client import bullet
+from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.physics import PhysicsPlant
 from aeros.skill import Action
 
@@ -184,4 +185,6 @@ def body_states(plant: PhysicsPlant) -> list[Any]:
 
 def physics_client(plant: PhysicsPlant) -> int:
     """Return PyBullet's number of the world of `plant`."""
-    return plant._world.client
+    world = plant._world
+    assert isinstance(world, PhysicsWorld)  # noqa: S101  for the type checker
+    return world.client

@@ -61,7 +61,8 @@ def run_once(instruction: str, options: Sequence[str], deviation: str | None, se
         trace = _lines(out / "trace.jsonl")
         if not trace:
             raise SystemExit(f"seed {seed} did not run:\n{words}")
-        return processor | read_run(trace, _lines(out / "audit.jsonl"), words)
+        figures = read_run(trace, _lines(out / "audit.jsonl"), words)
+        return processor | figures | read_extremes(_lines(out / "measured.jsonl"))
 
 
 def read_run(trace: Sequence[dict[str, Any]], audit: Iterable[dict[str, Any]], words: str) -> dict[str, Any]:
@@ -97,6 +98,17 @@ def read_run(trace: Sequence[dict[str, Any]], audit: Iterable[dict[str, Any]], w
         "after_fault_s": last["time"] - faults[-1] if faults else None,
         "way": [one["text"] for one in trace if one["kind"] in ("step-ended", "step-not-started")],
     }
+
+
+def read_extremes(measured: Iterable[dict[str, Any]]) -> dict[str, float | None]:
+    """Read the greatest contact force, N, and the least distance of a person, m, that a run measured.
+
+    None where nothing measures it.  Between two moments that are recorded there may have been more.
+    """
+    states = [one["state"] for one in measured]
+    forces = [one["contact_force"][0] for one in states if "contact_force" in one]
+    distances = [one["human_distance"][0] for one in states if "human_distance" in one]
+    return {"force_max": max(forces, default=None), "distance_min": min(distances, default=None)}
 
 
 def _lines(path: Path) -> list[dict[str, Any]]:

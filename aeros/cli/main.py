@@ -55,6 +55,7 @@ _COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "resume": ("robot.operator", "let actions start again"),
     "stop": ("robot.operator", "stop all motion and end the run"),
     "release": ("robot.operator", "lift the quarantine of a crashed agent"),
+    "check-plant": ("robot.check_plant", "check that a plant keeps the promises of its interface"),
     "top": ("run.top", "show a live view of a run"),
     "mcp": ("connect.mcp", "serve the robot to MCP clients"),
     "approve": ("robot.approve", "list and approve requests of MCP clients"),

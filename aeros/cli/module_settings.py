@@ -20,16 +20,13 @@ from aeros.spec.model.configured import (
 _SITE_FILE: Final = "set by the site file"
 
 
-def add_settings(
-    parser: argparse.ArgumentParser, need: str, parameter: str, *, option: str = "--set"
-) -> None:
+def add_settings(parser: argparse.ArgumentParser, need: str, parameter: str) -> None:
     """Add the options that bind what modules need and set their parameters.
 
     Args:
         parser: parser of a command.
         need: form of the name of a need, for `--help`.
         parameter: form of the name of a parameter.
-        option: name of the option that sets parameters.
     """
     parser.add_argument(
         "--bind",
@@ -40,8 +37,7 @@ def add_settings(
         help="the site's name for what a module needs; may be repeated",
     )
     parser.add_argument(
-        option,
-        dest="set",
+        "--set",
         action="append",
         default=[],
         type=_set_text,
@@ -50,14 +46,13 @@ def add_settings(
     )
 
 
-def add_module_settings(parser: argparse.ArgumentParser, *, option: str = "--set") -> None:
+def add_module_settings(parser: argparse.ArgumentParser) -> None:
     """Add `--bind MODULE.NEED=NAME` and `--set MODULE.NAME=VALUE`, for modules of a folder.
 
     Args:
         parser: parser of a command.
-        option: name of the option that sets parameters.
     """
-    add_settings(parser, "MODULE.NEED", "MODULE.NAME", option=option)
+    add_settings(parser, "MODULE.NEED", "MODULE.NAME")
 
 
 def module_configuration(bindings: Iterable[str], parameters: Iterable[str]) -> ModuleConfiguration:

@@ -60,8 +60,8 @@ def read_columns(file: str, content: bytes) -> dict[str, tuple[float, ...]]:
         raise ModelFileError(f"`{file}` is not a table: its name ends in none of .csv, .json, .npz")
     try:
         columns = readers[suffix](content)
-    except ModelFileError:
-        raise
+    except ModelFileError as error:
+        raise ModelFileError(f"`{file}`: {error}") from error
     except (ValueError, LookupError, OSError, struct.error, zipfile.BadZipFile, RecursionError) as error:
         raise ModelFileError(f"`{file}` is no well-formed {suffix} table: {str(error)[:200]}") from error
     lengths = {len(column) for column in columns.values()}
@@ -87,15 +87,28 @@ def split_header(header: str) -> tuple[str, str | None]:
 
 
 def _read_csv(content: bytes) -> dict[str, tuple[float, ...]]:
-    rows = [row for row in csv.reader(io.StringIO(content.decode()), strict=True) if row]
+    reader = csv.reader(io.StringIO(content.decode()), strict=True)
+    rows = [(reader.line_num, row) for row in reader if row]
     if not rows:
         raise ModelFileError("a CSV table begins with the names of its columns")
-    header, *body = rows
-    for number, row in enumerate(body, 2):
+    (_, header), *body = rows
+    for line, row in body:
         if len(row) != len(header):
-            raise ModelFileError(f"row {number} has {len(row)} numbers, and the header names {len(header)}")
+            raise ModelFileError(f"line {line} has {len(row)} numbers, and the header names {len(header)}")
     _limit(len(header) * len(body))
-    return _unique((name.strip(), tuple(map(float, column))) for name, *column in zip(*rows, strict=True))
+    numbers = [
+        [_number(cell, line, name) for cell, name in zip(row, header, strict=True)] for line, row in body
+    ]
+    columns = zip(*numbers, strict=True) if numbers else [()] * len(header)
+    return _unique((name.strip(), tuple(column)) for name, column in zip(header, columns, strict=True))
+
+
+def _number(cell: str, line: int, column: str) -> float:
+    try:
+        return float(cell)
+    except ValueError:
+        found = f"`{cell[:40]}` is no number" if cell.strip() else "a number is missing"
+        raise ModelFileError(f"line {line}, column `{column.strip()}`: {found}") from None
 
 
 def _read_json(content: bytes) -> dict[str, tuple[float, ...]]:

@@ -76,8 +76,14 @@ class Table:
             for name, value in self.lookup(corner).items():
                 low, high = bounds.get(name, (value, value))
                 bounds[name] = min(low, value), max(high, value)
-        slack = {name: ROUNDING * max(map(abs, values)) for name, values in self.values.items()}
-        return {name: (low - slack[name], high + slack[name]) for name, (low, high) in bounds.items()}
+        # Rounded or not, a lookup stays within the values at the corners of its cell.
+        cells = list(self._positions_around(box))
+        ends = {}
+        for name, (low, high) in bounds.items():
+            slack = ROUNDING * max(map(abs, self.values[name]))
+            near = [self.values[name][at] for at in cells]
+            ends[name] = max(low - slack, min(near)), min(high + slack, max(near))
+        return ends
 
     def corners(self, box: Mapping[str, tuple[float, float]]) -> Iterator[dict[str, float]]:
         """List the corners of all parts of cells in a box.
@@ -94,6 +100,19 @@ class Table:
         ]
         for corner in product(*points):
             yield dict(zip(self.axes, corner, strict=True))
+
+    def _positions_around(self, box: Mapping[str, tuple[float, float]]) -> Iterator[int]:
+        """Yield the positions in `values` of all corners of cells that a box touches."""
+        spans = []
+        for name, axis in self.axes.items():
+            low, high = box[name]
+            first = min(max(bisect_right(axis, low) - 1, 0), len(axis) - 2)
+            spans.append(range(first, max(bisect_left(axis, high), first + 1) + 1))
+        for indices in product(*spans):
+            position = 0
+            for index, axis in zip(indices, self.axes.values(), strict=True):
+                position = position * len(axis) + index
+            yield position
 
     def _corners(self, indices: Sequence[int]) -> list[int]:
         """Return the positions of a cell's corners in `values`; the last input varies fastest."""

@@ -6,7 +6,7 @@ Units: m. Frame: W.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from math import radians, tan
+from math import inf, radians, tan
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -122,11 +122,13 @@ class WatchedSpace(NamedTuple):
         box: its corners.
         surface: height on which things stand there, m.
         least_height: height over the surface below which things are no obstacles, m.
+        greatest_height: height over the surface above which things are no obstacles, m.
     """
 
     box: SpaceBox
     surface: float
     least_height: float
+    greatest_height: float = inf
 
 
 class DepthPicture(NamedTuple):
@@ -230,7 +232,7 @@ def _find_in(points: Points, steps: Mask, space: WatchedSpace, known: KnownThing
     unknown[mask] = ~_is_in_any(points[mask], known.objects, known.within)
     for core in separate_parts(erode(unknown), _LEAST_PIXELS):
         top = float(heights[core].max())
-        if top < space.least_height:
+        if not space.least_height <= top <= space.greatest_height:
             continue
         part = _whole(core, mask & (heights >= max(top / 2.0, float(heights[core].min()))))
         of_part = points[part]

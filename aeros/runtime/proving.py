@@ -54,7 +54,8 @@ def prove_configuration(
     Args:
         paths: folders of the modules to prove.
         site: the site file.
-        certified: require that each module's `ecm.lock` equals the certificate that results.
+        certified: require that each module's `ecm.lock` equals the certificate that results, or is one of
+            the same files under another policy.
         settings: settings of the operator, in addition to those of the site file.
         active: predicate on the module name; only modules for which it is true become active.
         active_folders: their folders.  Where they are given, requirements are met by the modules at `paths`
@@ -64,8 +65,8 @@ def prove_configuration(
         The configuration of the active modules, and the report of the verification.
 
     Raises:
-        UserError: a module is refuted, malformed, changed while it was being proved, or its `ecm.lock` is not
-            the certificate; the error lists every problem.
+        UserError: a module is refuted, malformed, changed while it was being proved, or its `ecm.lock` is
+            neither of these; the error lists every problem.
         UndecidedError: nothing is refuted, but the solver ran out of its budget.
     """
     paths = tuple(paths)
@@ -117,6 +118,8 @@ def configuration_of(
 def _require_locks(report: Report, site: Path, settings: OperatorSettings) -> None:
     """Compare every module's `ecm.lock` with the certificate that results.
 
+    One of another site is no objection: the module has just been proved under this one.
+
     Raises:
         UserError: some of them differ.
     """
@@ -125,7 +128,15 @@ def _require_locks(report: Report, site: Path, settings: OperatorSettings) -> No
         problem
         for module in report.modules
         if module.lock is not None and not module.lock.matches_folder(module.path)
-        if (problem := check_lock(module.path, module.lock.certificate, given, settings.configurations))
+        if (
+            problem := check_lock(
+                module.path,
+                module.lock.certificate,
+                given,
+                settings.configurations,
+                accepts_other_site=True,
+            )
+        )
         is not None
     ]
     if problems:

@@ -1,4 +1,4 @@
-"""Open plants by name, with people, faults, scenes and videos; PyBullet is imported only for physics."""
+"""Open plants by name, with people, faults, scenes and videos; an engine is imported only for physics."""
 
 from __future__ import annotations
 
@@ -6,10 +6,11 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, closing, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Literal, get_args
+from typing import TYPE_CHECKING, Final
 
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.ports import Plant
+from aeros.session.plant_provider import PlantProviderError, PlantRequest, open_provided_plant
 from aeros.session.scene_files import scene_of_tasks
 from aeros.session.sensor_models import SensorSetup, sensor_setup
 from aeros.sim.hosting.remote import RemotePlant
@@ -18,7 +19,7 @@ from aeros.spec.model.ecm import Task
 from aeros.spec.model.scene import Scene
 
 if TYPE_CHECKING:
-    from aeros.sim.bullet.people import Person
+    from aeros.sim.engine.people import Person
     from aeros.sim.faults.faults_file import FaultContext
     from aeros.sim.faults.injector import FaultEvent
     from aeros.sim.faults.model import Fault
@@ -32,9 +33,11 @@ _LISTEN_TIMEOUT_S: Final = 1.0
 
 _POLL_INTERVAL_S: Final = 0.02
 
-PlantName = Literal["physics", "kinematic", "symbolic"]
+PLANTS: Final = ("physics", "mujoco", "kinematic", "symbolic")
+"""Plants that come with AEROS."""
 
-PLANTS: Final[tuple[PlantName, ...]] = get_args(PlantName)
+PHYSICS_PLANTS: Final = ("physics", "mujoco")
+"""Plants with physics: `physics` on PyBullet, `mujoco` on MuJoCo; people, faults and obstacles need one."""
 
 
 class PlantSetupError(Exception):
@@ -57,10 +60,10 @@ def load_people(plant: str, name_or_path: str | None) -> tuple[Person, ...]:
     """
     if name_or_path is None:
         return ()
-    if plant != "physics":
+    if plant not in PHYSICS_PLANTS:
         raise PlantSetupError(f"`--people` needs the physics plant: the {plant} plant has no people")
-    with _physics_import_errors():
-        from aeros.sim.bullet.people_file import read_people
+    with _physics_import_errors(plant):
+        from aeros.sim.engine.people_file import read_people
     return read_people(name_or_path)
 
 
@@ -84,11 +87,11 @@ def load_faults(
     """
     if name_or_path is None:
         return ()
-    if plant != "physics" or scene is None:
+    if plant not in PHYSICS_PLANTS or scene is None:
         raise PlantSetupError(
             f"`--faults` needs `--plant physics`; on {plant}, failures are declared outcomes"
         )
-    with _physics_import_errors():
+    with _physics_import_errors(plant):
         from aeros.sim.faults.faults_file import read_faults
     return read_faults(name_or_path, surroundings_of(configuration, scene))
 
@@ -137,11 +140,13 @@ def load_run_scene(
         UserError: There is no such scene, a file is no scene file, or a body overlaps another one.
         PlantSetupError: The plant has no obstacles.
     """
-    if extra is not None and plant != "physics":
+    if extra is not None and plant not in PHYSICS_PLANTS:
         raise PlantSetupError(f"`--scene` needs the physics plant: the {plant} plant has no obstacles")
-    if plant == "symbolic":
+    if plant == "symbolic" or (plant not in PLANTS and not _has_scene(tasks)):
         return None
     scene = scene_of_tasks(configuration, tasks, extra)
+    if plant not in PLANTS:
+        return scene
     if len(scene.parts) > 1:
         _build(plant, scene, seed, sensor_setup(configuration, ideal=True)).close()
     return scene
@@ -160,9 +165,10 @@ def open_video(plant: str, path: Path) -> Viewer:
     Raises:
         PlantSetupError: The plant has no image, or the video cannot be written.
     """
-    _require_physics("--video", plant)
-    with _physics_import_errors():
-        from aeros.sim.bullet.video import VideoError, VideoRecorder
+    if plant not in PHYSICS_PLANTS:
+        raise _no_image("--video", plant)
+    with _physics_import_errors(plant):
+        from aeros.sim.engine.video import VideoError, VideoRecorder
     try:
         return VideoRecorder(path)
     except VideoError as refusal:
@@ -181,8 +187,13 @@ def open_viewer(plant: str) -> Viewer:
     Raises:
         PlantSetupError: The plant has no image, or there is no display.
     """
-    _require_physics("--view", plant)
-    with _physics_import_errors():
+    if plant == "mujoco":
+        raise PlantSetupError(
+            "`--view` needs the physics plant: a window shows PyBullet alone; use `--video`"
+        )
+    if plant != "physics":
+        raise _no_image("--view", plant)
+    with _physics_import_errors(plant):
         from aeros.sim.bullet.window import ViewerWindow, WindowError
     try:
         return ViewerWindow()
@@ -190,12 +201,11 @@ def open_viewer(plant: str) -> Viewer:
         raise PlantSetupError(f"--view: {refusal}; or use --video, which needs no display") from refusal
 
 
-def _require_physics(option: str, plant: str) -> None:
-    if plant != "physics":
-        raise PlantSetupError(
-            f"`{option}` needs the physics plant: the {plant} plant has no image; "
-            "`--mcap` records measurements on any plant"
-        )
+def _no_image(option: str, plant: str) -> PlantSetupError:
+    return PlantSetupError(
+        f"`{option}` needs the physics plant: the {plant} plant has no image; "
+        "`--mcap` records measurements on any plant"
+    )
 
 
 @contextmanager
@@ -215,7 +225,7 @@ def open_plant(
     """Open the plant `name`, ready for `task`; it is closed however the block ends.
 
     Args:
-        name: One of `PLANTS`.
+        name: One of `PLANTS`, or the plant of another distribution.
         configuration: The vocabulary, and the outcomes that the symbolic plant draws from.
         task: Its scene and initial state.
         seed: Seed of all random numbers.
@@ -230,16 +240,18 @@ def open_plant(
         The plant.
 
     Raises:
-        PlantSetupError: The extra is missing, or the video cannot be written.
+        PlantSetupError: The extra or the plant is missing, or the video cannot be written.
         UserError: There is no such scene, or it cannot be built.
     """
     scene = scene or load_run_scene(name, None, configuration, [task], seed)
     errors = sensor_setup(configuration, ideal=ideal_sensors)
-    plant = (
-        _build_symbolic(configuration, task, seed)
-        if scene is None
-        else _build(name, scene, seed, errors, spectators, people, faults, on_fault)
-    )
+    plant: Plant
+    if name not in PLANTS:
+        plant = _open_provided(name, PlantRequest(configuration.site, scene, to_doubles(task.start), seed))
+    elif scene is None:
+        plant = _build_symbolic(configuration, task, seed)
+    else:
+        plant = _build(name, scene, seed, errors, spectators, people, faults, on_fault)
     try:
         yield plant
     finally:
@@ -255,7 +267,7 @@ def open_scene(
     """Open a simulator in a scene, without people, faults and viewers.
 
     Args:
-        name: `physics` or `kinematic`.
+        name: `physics`, `mujoco` or `kinematic`.
         configuration: Its site has the errors of the sensors.
         scene: The scene.
         seed: Seed of all random numbers.
@@ -299,6 +311,18 @@ def connect_plant(path: Path) -> RemotePlant:
         time.sleep(_POLL_INTERVAL_S)
 
 
+def _has_scene(tasks: Sequence[Task]) -> bool:
+    """Return True if the tasks, or those that they compose, name scenes."""
+    return all(part.scene is not None for task in tasks for _, part in task.rehearsals(""))
+
+
+def _open_provided(name: str, request: PlantRequest) -> Plant:
+    try:
+        return open_provided_plant(name, request)
+    except PlantProviderError as failure:
+        raise PlantSetupError(str(failure)) from failure
+
+
 def _build_symbolic(configuration: Configuration, task: Task, seed: int) -> Plant:
     from aeros.sim.symbolic.plant import SymbolicPlant
 
@@ -315,8 +339,8 @@ def _build(
     faults: Sequence[Fault] = (),
     on_fault: Callable[[FaultEvent], None] | None = None,
 ) -> Plant:
-    if name == "physics":
-        return _build_physics(scene, seed, errors, spectators, people, faults, on_fault)
+    if name in PHYSICS_PLANTS:
+        return _build_physics(name, scene, seed, errors, spectators, people, faults, on_fault)
     return _build_kinematic(scene, seed, errors)
 
 
@@ -332,6 +356,7 @@ def _build_kinematic(scene: Scene, seed: int, errors: SensorSetup) -> Plant:
 
 
 def _build_physics(
+    name: str,
     scene: Scene,
     seed: int,
     errors: SensorSetup,
@@ -340,15 +365,18 @@ def _build_physics(
     faults: Sequence[Fault],
     on_fault: Callable[[FaultEvent], None] | None,
 ) -> Plant:
-    with _physics_import_errors():
+    with _physics_import_errors(name):
         from aeros.sim.faults.injector import FaultInjector
-        from aeros.sim.physics import make_plant
+        from aeros.sim.physics import make_bullet_engine, make_mujoco_engine, make_plant
+
+        engine = (make_mujoco_engine if name == "mujoco" else make_bullet_engine)()
 
     disturbance = None if on_fault is None else FaultInjector(faults, seed, on_fault)
     return make_plant(
         scene,
         seed,
         errors.survey,
+        engine=engine,
         sensors=errors.models,
         odometry=errors.odometry,
         scanners=errors.scanners,
@@ -359,11 +387,12 @@ def _build_physics(
 
 
 @contextmanager
-def _physics_import_errors() -> Iterator[None]:
+def _physics_import_errors(plant: str) -> Iterator[None]:
     try:
         yield
     except ImportError as error:
+        extra, other = ("sim", "mujoco") if plant == "physics" else ("mujoco", "physics")
         raise PlantSetupError(
-            f"the physics plant needs `pip install 'aeros[sim]'` ({error.name} is missing); "
-            "or use `--plant kinematic` or `--plant symbolic`"
+            f"the {plant} plant needs `pip install 'aeros[{extra}]'` ({error.name} is missing); "
+            f"or use `--plant {other}`, `--plant kinematic` or `--plant symbolic`"
         ) from error

@@ -51,9 +51,9 @@ def read_with_model(
         raise
     except InstructionError as refusal:
         grammar = refusal
-    site = configuration.site
+    site, modules = configuration.site, configuration.modules
     reader = LlmReader(
-        site, configuration.modules, endpoint, timeout_s, lambda task: declared_start(site, task)
+        site, modules, endpoint, timeout_s, lambda task: declared_start(site, task, modules.values())
     )
     reading = reader.read(instruction)
     if isinstance(grammar, Understanding):

@@ -34,7 +34,8 @@ from aeros.session.argument_checks import (
 from aeros.session.assembly import AgentSession, SessionSetup, open_agent, open_recorded_plant
 from aeros.session.joined_tasks import joined_task, tasks_of
 from aeros.session.module_settings import read_module_settings
-from aeros.session.plant_factory import PLANTS, PlantName, load_run_scene, open_plant
+from aeros.session.plant_factory import PHYSICS_PLANTS, PLANTS, load_run_scene, open_plant
+from aeros.session.plant_provider import provided_plants
 from aeros.session.reading import read_with_model, refuse_unconfirmed
 from aeros.session.rendered_errors import rendered_errors
 from aeros.session.robot_thread import RobotThread
@@ -249,7 +250,7 @@ def _open_parts(setup: SessionSetup, governor: Governor) -> Iterator[AgentSessio
 def open_session(
     modules: str | PathLike[str] | Sequence[str | PathLike[str]],
     *,
-    plant: PlantName | Plant = "symbolic",
+    plant: str | Plant = "symbolic",
     site: str | PathLike[str] | None = None,
     seed: int = 0,
     planner: Planner | None = None,
@@ -265,7 +266,8 @@ def open_session(
     Args:
         modules: A module's folder or a folder of modules, or several of these; each module has a current
             `ecm.lock` (`aeros verify`).
-        plant: `symbolic` (declared outcomes), `kinematic`, `physics`, or your own `Plant`, which you close.
+        plant: `symbolic` (declared outcomes), `kinematic`, `physics`, `mujoco`, the name of a plant that an
+            installed distribution provides, or your own `Plant`, which you close.
         site: The site file; None for the policy in force in `state`, or else the reference site, a Panda
             cell.
         seed: Seed of all random numbers, 0 or more.
@@ -299,7 +301,7 @@ def open_session(
     if name is None:
         require_members("plant", plant, _PLANT_METHODS, "Plant")
     else:
-        require_one_of("plant", name, PLANTS)
+        require_one_of("plant", name, (*PLANTS, *provided_plants()))
     require_one_of("gate mode", gate, get_args(GateModeName))
     require_whole_number("seed", seed)
     ecms, path = as_paths("modules", modules), None if site is None else as_path("site", site)
@@ -339,7 +341,7 @@ def open_session(
                 plant_name=plant if isinstance(plant, str) else type(plant).__qualname__,
             )
 
-        def _plant_for(given: PlantName | Plant, meaning: Understanding) -> AbstractContextManager[Plant]:
+        def _plant_for(given: str | Plant, meaning: Understanding) -> AbstractContextManager[Plant]:
             if not isinstance(given, str):
                 return nullcontext(given)
             tasks = tasks_of(meaning, configuration)
@@ -353,7 +355,7 @@ def open_session(
             folder,
             RunGovernor(governor),
             make_setup,
-            is_bound_to_scene=name in ("physics", "kinematic"),
+            is_bound_to_scene=name in (*PHYSICS_PLANTS, "kinematic"),
             planner=planner,
         )
         stack.callback(session.close)

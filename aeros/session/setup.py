@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
@@ -37,12 +37,13 @@ from aeros.runtime.skills.contract import SkillRefusedError
 from aeros.session.bag import BagOutputError
 from aeros.session.plant_factory import PlantSetupError
 from aeros.sim.symbolic.state import initial_values
+from aeros.spec.consequences.start_values import with_defined_predicates
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.expr.doubles import to_doubles
 from aeros.spec.expr.semantics import Value
 from aeros.spec.model.configured import ModuleConfiguration
-from aeros.spec.model.ecm import Task
+from aeros.spec.model.ecm import Ecm, Task
 from aeros.spec.model.site import Site
 from aeros.spec.verification.reports import Report
 
@@ -201,17 +202,19 @@ def understand_instruction(
     return understand(instruction, configuration.modules, governor.inactive_modules)
 
 
-def declared_start(site: Site, task: Task | None) -> dict[str, Value]:
+def declared_start(site: Site, task: Task | None, modules: Iterable[Ecm]) -> dict[str, Value]:
     """Compute the values at the declared start of a task, as the symbolic plant starts from them.
 
     Args:
         site: The site whose state variables have values.
         task: The task; None for one that declares nothing.
+        modules: The modules, whose definitions decide predicates that the task does not state.
 
     Returns:
         Exact values of all state variables, by name.
     """
-    initial = {} if task is None else to_doubles(task.start)
+    definitions = {name: one for ecm in modules for name, one in ecm.definitions.items()}
+    initial = with_defined_predicates({} if task is None else to_doubles(task.start), definitions)
     return {name: to_exact(site.state[name], value) for name, value in initial_values(site, initial).items()}
 
 

@@ -31,6 +31,7 @@ from aeros.sim.robot.limits import SCANNER_RANGE
 from aeros.sim.robot.motions import (
     ActionParameters,
     PreparedMotion,
+    plan_base_lines,
     plan_grip,
     plan_move_base,
     plan_move_joints,
@@ -68,6 +69,8 @@ CAMERA_TICKS: Final = 24
 
 PictureSource = Callable[[], CameraPicture]
 """Returns a picture of the moment at which it was taken, whenever it is called."""
+
+_SEQUENCES: Final = {"move_tool": plan_tool_lines, "move_base": plan_base_lines}
 
 _PLANNERS: Final[dict[str, Callable[[Robot, ActionParameters, Trajectory | None], PreparedMotion]]] = {
     "stop": plan_stop,
@@ -173,17 +176,19 @@ class FixedStepPlant(ABC):
         return planned.plan
 
     def plan_sequence(self, actions: Sequence[Action]) -> Sequence[PlannedMotion] | None:
-        """Plan `move_tool` actions one after the other; see `ports.plan_sequence`.
+        """Plan `move_tool` or `move_base` actions one after the other; see `ports.plan_sequence`.
 
         Args:
             actions: the actions.
 
         Returns:
-            A plan for each; None if one is of another kind, or something moves.
+            A plan for each; None if they are of several kinds or of another one, or something moves.
         """
-        if self._under_way or any(action.kind != "move_tool" for action in actions):
+        kinds = {action.kind for action in actions}
+        plan = _SEQUENCES.get(min(kinds)) if len(kinds) == 1 else None
+        if self._under_way or plan is None:
             return None
-        return plan_tool_lines(self._robot, [ActionParameters(action.parameters) for action in actions])
+        return plan(self._robot, [ActionParameters(action.parameters) for action in actions])
 
     def begin(self, action: Action, decided: PlannedMotion | None = None) -> MotionHandle | MotionCompletion:
         """Implement `Plant.begin`; refuses a plan that is not the latest one or was not made at this time."""

@@ -1,4 +1,4 @@
-"""The physics plant: executes allowed actions on a PyBullet Panda at 240 ticks a second.
+"""The physics plant: executes allowed actions on a Panda in a physics engine at 240 ticks a second.
 
 It implements `aeros.runtime.ports.Plant` and decides nothing. It refuses what it cannot do before any
 motion, and stops within the tick in which the monitor names a rule.
@@ -14,10 +14,11 @@ from typing import Any, Final, NamedTuple, Protocol, TypedDict, Unpack
 import numpy as np
 
 from aeros.runtime.ports import CameraPicture, CameraView, Readings
-from aeros.sim.bullet.panda import Panda
-from aeros.sim.bullet.people import People, Person
-from aeros.sim.bullet.scanned_cell import PhysicsCell
-from aeros.sim.bullet.world import PhysicsWorld
+from aeros.sim.engine.engine import Engine
+from aeros.sim.engine.people import People, Person
+from aeros.sim.engine.robot import PhysicalRobot
+from aeros.sim.engine.scanned_cell import PhysicsCell
+from aeros.sim.engine.world import EngineWorld
 from aeros.sim.fixed_step_plant import CAMERA_TICKS, FixedStepPlant, PictureSource
 from aeros.sim.geometry import Camera, Vector3
 from aeros.sim.layouts.survey import NO_SURVEY_ERRORS
@@ -52,7 +53,7 @@ TruthListener = Callable[[GroundTruth], None]
 class Viewer(Protocol):
     """Something that shows the world to people, as a video or a window, and changes nothing in it."""
 
-    def tick(self, world: PhysicsWorld, view: Camera) -> None:
+    def tick(self, world: EngineWorld, view: Camera) -> None:
         """Show the world after a tick.
 
         Args:
@@ -68,6 +69,7 @@ class PlantParts(NamedTuple):
     """The parts of a physics plant that a disturbance can act on.
 
     Attributes:
+        engine: the physics engine.
         world: the simulated world.
         robot: the robot.
         scene: the scene with its objects.
@@ -76,8 +78,9 @@ class PlantParts(NamedTuple):
         scanners: scanners that measure how far people are; None if that is measured exactly.
     """
 
-    world: PhysicsWorld
-    robot: Panda
+    engine: Engine
+    world: EngineWorld
+    robot: PhysicalRobot
     scene: PhysicalScene
     sensors: Sensors
     people: People
@@ -135,6 +138,7 @@ class PlantOptions(TypedDict, total=False):
             without delay.
         referee: is given the ground truth after every tick; none by default.
         disturbance: faults, active from the start of the clock; none by default.
+        engine: the physics engine, its world empty; one of PyBullet by default.
     """
 
     spectators: Sequence[Viewer]
@@ -144,10 +148,11 @@ class PlantOptions(TypedDict, total=False):
     scanners: AreaScanners | None
     referee: TruthListener | None
     disturbance: NoDisturbance | None
+    engine: Engine | None
 
 
 class PhysicsPlant(FixedStepPlant):
-    """A scene simulated in PyBullet, with a Panda, sensors, people and faults.
+    """A scene simulated with physics, with a Panda, sensors, people and faults.
 
     The clock starts at 0 after the scene has settled.
 
@@ -166,11 +171,12 @@ class PhysicsPlant(FixedStepPlant):
         self._spectators = options.get("spectators", ())
         self._referee = options.get("referee")
         self.sensors = Sensors(seed, options.get("sensors"))
-        self._world = PhysicsWorld()
+        self._engine = options.get("engine") or make_bullet_engine()
+        self._world = self._engine.world
         wheels = WheelOdometry(RandomSource(seed), *options.get("odometry", OdometryErrors()))
-        robot = Panda(self._world, scene.robot, wheels)
+        robot = self._engine.add_robot(scene.robot, wheels)
         try:
-            scene.build(self._world, robot, RandomSource(seed))
+            scene.build(self._engine, robot, RandomSource(seed))
         except UserError:
             self._world.close()
             raise
@@ -179,12 +185,14 @@ class PhysicsPlant(FixedStepPlant):
         self._world.ticks = 0
         scanners = options.get("scanners")
         floor = 0.0 if scanners is None else scanners.floor
-        self._people = People(self._world, robot.body, people, RandomSource(seed), floor)
+        self._people = People(self._engine, robot.body, people, RandomSource(seed), floor)
         self._area_sensor = None if scanners is None else self._set_up(scanners, robot, RandomSource(seed))
         self._disturbance = options.get("disturbance") or NoDisturbance()
         self._panda = robot
         devices = None if self._area_sensor is None else self._area_sensor.devices
-        self._disturbance.attach(PlantParts(self._world, robot, scene, self.sensors, self._people, devices))
+        self._disturbance.attach(
+            PlantParts(self._engine, self._world, robot, scene, self.sensors, self._people, devices)
+        )
         super().__init__(robot, scene.cameras)
         if self._area_sensor is not None:
             self._area_sensor.start(RobotPosture(self._state.q, self._state.base_position))
@@ -228,8 +236,8 @@ class PhysicsPlant(FixedStepPlant):
 
     # Internals.
 
-    def _set_up(self, scanners: AreaScanners, robot: Panda, chance: RandomSource) -> AreaSensor:
-        cell = PhysicsCell(self._world, robot, self._people, scanners.floor + scanners.height)
+    def _set_up(self, scanners: AreaScanners, robot: PhysicalRobot, chance: RandomSource) -> AreaSensor:
+        cell = PhysicsCell(self._engine, robot, self._people, scanners.floor + scanners.height)
         return AreaSensor(scanners, cell, chance, carriage=self._scene.robot.carriage)
 
     def _look(self, camera: str) -> PictureSource:
@@ -322,6 +330,28 @@ class PhysicsPlant(FixedStepPlant):
 def _format_point(place: Vector3) -> str:
     x, y, z = place
     return f"({x:.3f}, {y:.3f}, {z:.3f}) m"
+
+
+def make_bullet_engine() -> Engine:
+    """Make an engine of PyBullet.
+
+    Returns:
+        The engine, its world empty.
+    """
+    from aeros.sim.bullet.engine import BulletEngine
+
+    return BulletEngine()
+
+
+def make_mujoco_engine() -> Engine:
+    """Make an engine of MuJoCo.
+
+    Returns:
+        The engine, its world empty.
+    """
+    from aeros.sim.mujoco.engine import MujocoEngine
+
+    return MujocoEngine()
 
 
 def make_plant(

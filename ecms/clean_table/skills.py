@@ -147,11 +147,12 @@ DROP_ROOM = 0.08
 
 
 def dock(observed: Observation, inputs: Inputs) -> SkillBody:
-    """Raise the tool, draw it in and drive to the dock."""
+    """Raise the tool, draw it in, look along the aisle and drive to the dock."""
     pace = inputs["hand_speed"]
     observed = yield from _sense(observed, "tool_position", "base_position", "dock_position")
     yield from _raise_and_draw_in(observed, pace, observed["base_position"][2] + DRAWN_IN[2])
     x, y, _ = observed["dock_position"]
+    yield act("look", camera="aisle_top")
     yield act("move_base", x=x, y=y, speed=BASE_SPEED)
 
 

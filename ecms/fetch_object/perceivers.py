@@ -34,7 +34,7 @@ MIN_PIXELS = 25
 """Least number of pixels of the object: fewer are noise, or an object that is mostly hidden."""
 
 MIN_HIT = 4
-"""Least number of pixels of something that the forearm would hit."""
+"""Least number of pixels of something that the forearm, or a finger, would hit."""
 
 STILL_WITHIN = 0.05
 """Greatest distance of two places of an object that lies still, m: pictures differ."""
@@ -47,6 +47,10 @@ HEADING_UNCERTAINTY = 0.05
 
 HAND_HALF = (0.06, 0.115)
 """Half of the space that hand and flange need, along and across the hand's x axis, with 1 cm margin, m."""
+
+FINGER_HALF, FINGERS_ACROSS = 0.014, (0.036, 0.062)
+"""Half of a fingertip's width along the hand's x axis, and its extent across it, of a hand that is open, with
+3 and 5 mm margin, m."""
 
 HAND_CLEARANCE = 0.02
 """Height of the hand above a gripped object, m; lower objects fit between or next to its fingers."""
@@ -137,6 +141,9 @@ STATION_TO_OBJECT = 0.58
 REACH = (0.50, 0.70)
 """Horizontal distance from the arm's base at which it can pick objects, m; nearer ones on the floor are
 at the carriage."""
+
+FAR_OFF = 0.1
+"""Distance beyond `REACH` from which a look from nearer by would not show the object in reach, m."""
 
 REACH_ASIDE = 0.15
 """Greatest lateral offset of an object from the arm's base, m: beyond it the elbow would hit the stand."""
@@ -289,15 +296,15 @@ def track(view: View) -> Perception:
         if "station_survey" in given and "base_position" in given:
             seen = given.get("object_position") if is_fresh else None
             station = _station_for(given["station_survey"], seen, given.get("object_aside", 0.0))
-            if seen is None and given.get("object_absent") is True:
-                # All was looked over: no place is better than this one for another look.
+            away = 0.0 if seen is None else dist(seen[:2], station[:2])
+            if away > REACH[1] + FAR_OFF or (seen is None and given.get("object_absent") is True):
+                # From nowhere the arm reaches it, or all was looked over: no place is better than this one.
                 x, y, _ = given["base_position"]
                 station = (x, y, station[2])
             values["station_position"] = estimate(station, UNCERTAINTY)
             values["robot_at_target"] = dist(given["base_position"][:2], station[:2]) < ARRIVED_WITHIN
             values["object_out_of_reach"] = False
             if seen is not None:
-                away = dist(seen[:2], station[:2])
                 values["object_distance"] = estimate(away, UNCERTAINTY)
                 values["object_out_of_reach"] = not REACH[0] - NEARER <= away <= REACH[1] + UNCERTAINTY
         view = yield values
@@ -411,11 +418,13 @@ def _look(
         return values
     # Visible points that a hand would hit.
     higher = points[points[:, :, 2] > found.top + HAND_CLEARANCE]
-    grip = _grip_with_room(higher, found)
+    beside = points[~mask & (points[:, :, 2] > found.position[2])]
+    grip = _grip_with_room(higher, beside, found)
     push = None
     if found.axis is not None and grip is None:
         push = _shortest_push(higher, found.position, found.axis)
     values["object_free"] = (grip is not None,)
+    values["object_free_across"] = (grip is not None and _has_room_across(higher, found, *grip),)
     values["object_grip_offset"] = ((0.0, 0.0, 0.0) if grip is None else grip[1], UNCERTAINTY)
     values["object_aside"] = (_aside(points, found.position), UNCERTAINTY)
     values["object_yaw"] = (found.headings[0] if grip is None else grip[0], HEADING_UNCERTAINTY)
@@ -522,18 +531,38 @@ def _has_room(points: Points, place: Place, yaw: float, half: tuple[float, float
     return not bool(inside.any())
 
 
-def _grip_with_room(points: Points, found: Seen) -> tuple[float, Place] | None:
+def _grip_with_room(points: Points, beside: Points, found: Seen) -> tuple[float, Place] | None:
     """Return heading and offset from its middle of a hand that has room to grip an object; None if none has.
 
-    One that lies may be gripped beside its middle, along its axis.
+    One that lies may be gripped beside its middle, along its axis. Where nothing of what stands beside it is
+    below the fingers is tried first: what is low and loose may give way.
     """
     x, y, z = found.position
+    with_room: list[tuple[float, Place]] = []
     for along in GRIPS_ALONG if found.axis is not None else (0.0,):
         u, v = (0.0, 0.0) if found.axis is None else (along * cos(found.axis), along * sin(found.axis))
         for heading in found.headings:
-            if _has_room(points, (x + u, y + v, z), heading):
-                return heading, (u, v, 0.0)
-    return None
+            place = (x + u, y + v, z)
+            if _has_room(points, place, heading):
+                if not _is_below_fingers(beside, place, heading):
+                    return heading, (u, v, 0.0)
+                with_room.append((heading, (u, v, 0.0)))
+    return with_room[0] if with_room else None
+
+
+def _is_below_fingers(points: Points, place: Place, yaw: float) -> bool:
+    """Return True if some of `points` (n, 3) are where the fingers of an open hand at `yaw` come down."""
+    away = points[:, :2] - np.array(place[:2])
+    along = np.abs(away @ np.array((cos(yaw), sin(yaw))))
+    across = np.abs(away @ np.array((-sin(yaw), cos(yaw))))
+    half, (inner, outer) = FINGER_HALF, FINGERS_ACROSS
+    return int(((along < half) & (across > inner) & (across < outer)).sum()) >= MIN_HIT
+
+
+def _has_room_across(points: Points, found: Seen, heading: float, offset: Place) -> bool:
+    """Return True if an object that stands has room for a hand turned by a right angle, too."""
+    x, y, z = (a + b for a, b in zip(found.position, offset, strict=True))
+    return found.axis is None and _has_room(points, (x, y, z), heading + pi / 2.0)
 
 
 def _shortest_push(points: Points, place: Place, axis: float) -> tuple[Place, Place] | None:

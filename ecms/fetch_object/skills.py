@@ -10,6 +10,7 @@ from math import atan2, copysign, hypot, pi
 from aeros.skill import Action, Inputs, Observation, SkillBody, act
 
 from .pushes import push_length
+from .stations import REACH, base_for_delivery
 
 Task = Generator[Action, Observation, Observation]
 Place = tuple[float, float, float]
@@ -29,9 +30,6 @@ them, as something may stand there that no picture has shown yet."""
 
 ASIDE = (0.30, -0.40, 0.40)
 """Tool position that does not hide the stand from the mast camera, relative to the arm's base, m."""
-
-REACH = 0.50
-"""Distance in front of the arm's base at which objects are put down, m."""
 
 LOOK_HEIGHT = 0.17
 """Height of the tool over the object's middle from which the hand camera looks, m."""
@@ -88,13 +86,13 @@ def navigate(observed: Observation, inputs: Inputs) -> SkillBody:
         return
     abreast = _expected(observed)
     if abreast is not None and observed.get("object_detected") is not True:
-        observed = yield act("move_base", x=abreast[0], y=abreast[1], speed=BASE_SPEED)
+        observed = yield from _drive(abreast[0], abreast[1])
         observed = yield from _look(observed, pace)
         observed = yield from _carry(observed, pace)
         if "station_position" not in observed:
             return
     x, y, _ = observed["station_position"]
-    yield act("move_base", x=x, y=y, speed=BASE_SPEED)
+    yield from _drive(x, y)
 
 
 def detect(observed: Observation, inputs: Inputs) -> SkillBody:
@@ -111,6 +109,7 @@ def detect(observed: Observation, inputs: Inputs) -> SkillBody:
 def grasp(observed: Observation, inputs: Inputs) -> SkillBody:
     """Look again from above with the hand camera, grip the object and lift it, if a hand can get there.
 
+    What the fingers miss, or what slips from them, is gripped once more by its other sides, if there is room.
     Where a camera's reading of it is missing or too old, as from a bad sensor, nothing is gripped.
     """
     pace = inputs["hand_speed"]
@@ -118,35 +117,54 @@ def grasp(observed: Observation, inputs: Inputs) -> SkillBody:
         return
     if not _in_reach(observed, observed["object_position"]):
         return
+    observed = yield from _grip(observed, pace, 0.0)
+    is_lost = observed.get("holding") is False and observed.get("object_free_across") is True
+    if is_lost and _is_located(observed) and not observed["object_lying"]:
+        yield from _grip(observed, pace, pi / 2.0)
+
+
+def _grip(observed: Observation, pace: float, turn: float) -> Task:
+    """Look at the object from above, grip it with a hand turned by `turn`, and lift it."""
     yield act("grip", width=OPEN, force=GRIP_FORCE)
-    yield from _over(observed, pace, observed["object_position"], LOOK_HEIGHT, observed["object_yaw"])
+    yaw = _turned(observed["object_yaw"], turn)
+    observed = yield from _over(observed, pace, observed["object_position"], LOOK_HEIGHT, yaw)
     for _ in range(LOOKS):
         observed = yield act("look", camera="hand")
         if _is_located(observed):
             break
     else:
-        return
-    (x, y, z), yaw = observed["object_position"], observed["object_yaw"]
+        return observed
+    (x, y, z), yaw = observed["object_position"], _turned(observed["object_yaw"], turn)
     dx, dy, _ = observed.get("object_grip_offset", (0.0, 0.0, 0.0))
     x, y, grip = x + dx, y + dy, z + (0.0 if observed["object_lying"] else GRASP)
     yield act("move_tool", target=(x, y, grip + CLEARANCE), yaw=yaw, speed=_free(observed, pace))
     yield act("move_tool", target=(x, y, grip), yaw=yaw, speed=NEAR_SPEED)
     yield act("grip", width=CLOSED, force=GRIP_FORCE)
-    yield act(
-        "move_tool", target=(x, y, max(grip + LIFT, OVER_STANDS)), yaw=yaw, speed=min(CARRY_SPEED, pace)
-    )
+    lifted = (x, y, max(grip + LIFT, OVER_STANDS))
+    return (yield act("move_tool", target=lifted, yaw=yaw, speed=min(CARRY_SPEED, pace)))
+
+
+def _turned(yaw: float, turn: float) -> float:
+    """Return a heading turned to the side on which the hand's last joint has room, rad."""
+    return yaw + turn if yaw <= 0.0 else yaw - turn
 
 
 def deliver(observed: Observation, inputs: Inputs) -> SkillBody:
-    """Carry the object to the other stand, put it down where it belongs and look; stop if it is lost."""
+    """Carry the object to the other stand, put it down where it belongs and look; stop if it is lost.
+
+    What stands in the aisle before the stand is seen first: the base then stands beside it.
+    """
     pace = inputs["hand_speed"]
     observed = yield from _carry(observed, pace)
     if observed.get("object_grasped") is False:
         return
     if "object_place" not in observed:
         return
-    x, y, z = observed["object_place"]
-    observed = yield act("move_base", x=x - REACH, y=y, speed=BASE_SPEED)
+    observed = yield act("look", camera="aisle_top")
+    if "object_place" not in observed:
+        return
+    x, y = base_for_delivery(observed["object_place"], observed.get("delivery_aside", 0.0))
+    observed = yield act("move_base", x=x, y=y, speed=BASE_SPEED)
     if observed.get("object_grasped") is False:
         return
     # From here the mast sees the stand: the place relative to the base, not as far as wheels have slipped,
@@ -222,9 +240,15 @@ def _search(observed: Observation) -> Task:
     for x, y in _along_the_way(observed):
         if observed.get("object_detected") is True or observed.get("object_absent") is True:
             break
-        yield act("move_base", x=x, y=y, speed=BASE_SPEED)
+        yield from _drive(x, y)
         observed = yield act("look", camera="mast")
     return (yield from _go_there(observed))
+
+
+def _drive(x: float, y: float) -> Task:
+    """Look along the aisle, so that the way leads round what stands there, and drive."""
+    yield act("look", camera="aisle_top")
+    return (yield act("move_base", x=x, y=y, speed=BASE_SPEED))
 
 
 def _go_there(observed: Observation) -> Task:
@@ -232,7 +256,7 @@ def _go_there(observed: Observation) -> Task:
     if observed.get("robot_at_target") is True or "station_position" not in observed:
         return observed
     x, y, _ = observed["station_position"]
-    yield act("move_base", x=x, y=y, speed=BASE_SPEED)
+    yield from _drive(x, y)
     return (yield act("look", camera="mast"))
 
 

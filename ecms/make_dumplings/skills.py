@@ -135,6 +135,9 @@ TOPPLE_FROM = -0.025
 ON_PRESS = 0.06
 """Distance of the wrapper from its place, m, within which it is still on the press."""
 
+HAND_TURNS = (-1.9, 2.9)
+"""Least and greatest heading of the hand over the press, rad: its last joint turns by ±2.90 rad; as tried."""
+
 OVERHANGING = 0.02
 """Distance of the wrapper from the press's middle, across, beyond which a finger would hit the bed, m."""
 
@@ -146,10 +149,11 @@ POT_REACH = 0.08
 
 
 def dock(observed: Observation, inputs: Inputs) -> SkillBody:
-    """Raise the tool, draw it in and drive to the dock."""
+    """Raise the tool, draw it in, look along the aisle and drive to the dock."""
     pace = inputs["hand_speed"]
     yield from _raise_and_draw_in(observed, pace, _drawn_in(observed)[2])
     x, y, _ = observed["dock_position"]
+    yield act("look", camera="aisle_top")
     yield act("move_base", x=x, y=y, speed=BASE_SPEED)
 
 
@@ -318,10 +322,19 @@ def _lay_wrapper(observed: Observation, pace: float) -> Task:
             observed,
             pace,
             observed["wrapper_position"],
-            observed["wrapper_yaw"],
+            _hand_heading(observed["wrapper_yaw"]),
             WRAPPER_GRIP * _size(observed),
         )
     return (yield from _do(observed, _put(pace, press, OPEN)))
+
+
+def _hand_heading(yaw: float) -> float:
+    """Heading of a hand that grips a wrapper turned by `yaw`: an equal one, or the nearest in reach.
+
+    Fingers that close on a wrapper a few degrees off turn it into their own heading.
+    """
+    least, most = HAND_TURNS
+    return min(yaw + 2.0 * pi if yaw < least else yaw, most)
 
 
 def _clear_press(observed: Observation, pace: float) -> Task:
@@ -376,7 +389,7 @@ def _realign_wrapper(observed: Observation, pace: float) -> Task:
         place, yaw = observed["wrapper_position"], observed["wrapper_yaw"]
     # Not lifted: an edge of it may be under the handle's bar.
     along = act("move_tool", target=press, yaw=0.0, speed=NEAR_SPEED)
-    grasp = _grasp(observed, pace, place, yaw, WRAPPER_GRIP * _size(observed), DOUGH_FORCE)
+    grasp = _grasp(observed, pace, place, _hand_heading(yaw), WRAPPER_GRIP * _size(observed), DOUGH_FORCE)
     return (yield from _do(observed, (*grasp, along, *_release(pace, press, OPEN))))
 
 

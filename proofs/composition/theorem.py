@@ -355,7 +355,10 @@ def _branch_pair_obligations(code: ModuleSource) -> TheoremObligation:
 def _owner_obligation(code: ModuleSource) -> TheoremObligation:
     """With what memory says, and what is measured, put aside."""
     dispatching = code.module(DISPATCHER, evidence_context=lambda *_: "", _with_defaults=lambda *_: {})
-    record, recent = SuccessRecord(0, 0), SimpleNamespace(mean=0.5, sample=lambda _: 0.5)
+    record, recent = (
+        SuccessRecord(0, 0),
+        SimpleNamespace(successes=0, failures=0, mean=0.5, sample=lambda _: 0.5),
+    )
     alternatives = tuple(Alternative(name) for name in ("own", "b.lent"))
 
     def run(ask: DecideBranch) -> str:
@@ -383,7 +386,7 @@ def _owner_obligation(code: ModuleSource) -> TheoremObligation:
         one._runtime = SimpleNamespace(active_modules=lambda: modules)
         one._memory = SimpleNamespace(
             success_record=lambda *_: record,
-            recent_records=lambda skills, _: dict.fromkeys(skills, recent),
+            recent_records=lambda contexts: dict.fromkeys(contexts, recent),
             typical_duration=lambda *_: None,
             latest_episode=lambda: 0,
         )

@@ -88,6 +88,7 @@ def _transition_obligation(code: ModuleSource) -> SymbolicFunction:
         one.folder = _FolderStub()
         one._site_of = lambda _: None
         one._folders = lambda _: {}
+        one._modules_that_need = lambda *_: ["n"] if ask("needed") else []
         one._prove_snapshot = lambda *_: (None, None)
         one._transactions = SimpleNamespace(change_lock=changing, commit=lambda _, new, *__: made.append(new))
         try:
@@ -181,7 +182,7 @@ def _history_step(code: ModuleSource) -> TheoremObligation:
         "undone since; no verb moves another module, an active module cannot be removed, configured or\n"
         "reset, and what is absent can only be installed. A version that waits, and a reset, undo that it\n"
         "was configured. It is withdrawn exactly where it was deactivated or removed, not activated since.",
-        (*_MODULE, "(declare-const resets Bool)"),
+        (*_MODULE, "(declare-const resets Bool)", "(declare-const needed Bool)"),
         "(=> (and (invariant state was-configured was-activated) (not (= moved refused)))"
         " (and ((_ is to) moved) (not (and was-activated"
         " (or (= verb remove) (= verb configure) (= verb reset) (and (= verb install) waits))))"

@@ -43,8 +43,8 @@ class Forgetful(Memory):
     def success_record(self, module: str, skill: str, context: str | None = None) -> SuccessRecord:
         return SuccessRecord(0, 0)
 
-    def recent_records(self, skills: Iterable[SkillId], context: str) -> Mapping[SkillId, RecentRecord]:
-        return dict.fromkeys(skills, RecentRecord())
+    def recent_records(self, contexts: Mapping[SkillId, str]) -> Mapping[SkillId, RecentRecord]:
+        return dict.fromkeys(contexts, RecentRecord())
 
     def typical_duration(self, module: str, skill: str, code: str = "") -> None:
         return None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from random import Random
@@ -79,8 +79,8 @@ class _Choosing(Forgetful):
         self._script = script
         self.order: tuple[str, ...] = ()
 
-    def recent_records(self, skills: Iterable[SkillId], context: str) -> Mapping[SkillId, RecentRecord]:
-        return {one: _Drawn(self, one[1]) for one in skills}
+    def recent_records(self, contexts: Mapping[SkillId, str]) -> Mapping[SkillId, RecentRecord]:
+        return {one: _Drawn(self, one[1]) for one in contexts}
 
     def latest_episode(self) -> int:
         # Asked for once a choice, before anything is drawn.

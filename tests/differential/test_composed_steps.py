@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from math import sqrt
 from pathlib import Path
@@ -13,11 +14,14 @@ import pytest
 from aeros.agent.execution.journal import Journal
 from aeros.agent.execution.report import RunReport
 from aeros.agent.execution.step_attempt import StepRunner
+from aeros.agent.memory.store import open_memory
 from aeros.agent.planning.base import RulePlanner
 from aeros.agent.planning.routing import RoutedTask
 from aeros.agent.task_loop import TaskLoop
+from aeros.runtime.ports import StepHandle, StepRequest, StepResult
 from aeros.spec.closed_loop.markov_chain import Prediction, predict
 from aeros.spec.closed_loop.reachability import explore_task
+from aeros.spec.closed_loop.success_bounds import bound_success
 from aeros.spec.closed_loop.transition_system import TransitionSystem
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_ecm, load_site
@@ -25,6 +29,7 @@ from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.site import Site
 from tests.differential.real_loop import Forgetful
 from tests.unit.agent.fake_runtime import FakeRuntime
+from tests.unit.agent.memory.test_store import WHO
 
 
 class Counting(Forgetful):
@@ -72,6 +77,61 @@ def run(name: str, seed: int) -> tuple[RunReport, FakeRuntime]:
     routed = RoutedTask(ecm.id, task)
     loop = TaskLoop(runtime, RulePlanner(), StepRunner(runtime, memory, journal, "t", seed), journal, routed)
     return loop.run("tidy"), runtime
+
+
+def test_a_composition_learns_from_its_steps_wherever_they_start(tmp_path: Path) -> None:
+    site, ecm, modules = case("capability_by_a_sequence_or_a_composition")
+    (task,) = ecm.tasks.values()
+    counted = []
+    with open_memory(tmp_path / "memory.sqlite3", WHO, "symbolic") as memory:
+        for seed in range(3):
+            runtime = FakeRuntime(modules, at=site)  # every step succeeds
+            runtime.state = dict(START)
+            journal = Journal(runtime, memory, None)
+            steps = StepRunner(runtime, memory, journal, f"{ecm.id}.{task.id}", seed)
+            assert TaskLoop(runtime, RulePlanner(), steps, journal, RoutedTask(ecm.id, task)).run("t").reached
+            (choice,) = (details for kind, details in runtime.notes if kind == "provider-selected")
+            counted.append([option["record"]["successes"] for option in choice["options"]])
+    # `tidy` starts with the sponge, and both alternatives are chosen without it.
+    assert counted == [[0, 0], [1, 1], [2, 2]]
+
+
+class Hurried(FakeRuntime):
+    """Of the steps under way, the one of a skill ends first as often as it is asked for."""
+
+    def hurry(self, skill: str, share: float, drawn: Random) -> None:
+        self._hurried = (skill, share, drawn)
+        self.chance = lambda _, outcomes: drawn.choice(outcomes)
+
+    def start(self, request: StepRequest) -> StepHandle | StepResult:
+        skill, share, drawn = self._hurried
+        self.last = [one for one in ("sweep", "fetch") if (one == skill) is not (drawn.random() < share)]
+        return super().start(request)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
+@pytest.mark.parametrize("replans", [0, 2])
+def test_whichever_branch_ends_first_success_is_within_its_bounds(share: float, replans: int) -> None:
+    site, ecm, modules = case("branches_that_may_fail")
+    (task,) = ecm.tasks.values()
+    site = replace(site, limits=replace(site.limits, replans=replans))
+    system = TransitionSystem(ecm, task, site)
+    bounds = bound_success(system, tuple(START[one] for one in system.names), replans)
+    reached, runs = 0, 300
+    for seed in range(runs):
+        drawn = Random(seed)  # noqa: S311  outcomes of a test
+        runtime = Hurried(modules, at=site)
+        runtime.hurry("sweep", share, drawn)
+        runtime.state = dict(START)
+        memory = Counting()
+        journal = Journal(runtime, memory, None)
+        steps = StepRunner(runtime, memory, journal, "t", seed)
+        reached += (
+            TaskLoop(runtime, RulePlanner(), steps, journal, RoutedTask(ecm.id, task)).run("tidy").reached
+        )
+    mean = reached / runs
+    spread = sqrt(mean * (1 - mean) / runs)
+    assert bounds.at_least - 4.5 * spread <= mean <= bounds.at_most + 4.5 * spread
 
 
 def predicted(name: str) -> Prediction:

@@ -32,6 +32,7 @@ CAMERAS: Final = {
     "side": "level",
     "table_top": "sky",
     "table_side": "pole_at_table",
+    "aisle_top": "lamp",
 }
 SENSORS: Final = {
     "joint_encoders": "axes",
@@ -56,11 +57,11 @@ PLANT_WORDS: Final = {
 """Action kinds and variables; no simulator of AEROS runs under these names."""
 
 BOUND: Final = {
-    "clean_table": ("table_area", "cell_survey"),
-    "inspect_table": ("table_area", "cell_survey"),
+    "clean_table": ("table_area",),
+    "inspect_table": ("table_area",),
     "serve_table": ("table_area",),
-    "make_dumplings": ("bench_area", "cell_survey", "press"),
-    "fetch_object": ("cell_survey",),
+    "make_dumplings": ("bench_area",),
+    "fetch_object": (),
     "hold_sponge": ("table_area",),
 }
 """Needs for which a site with other names has several choices; all others bind by themselves."""
@@ -115,7 +116,7 @@ def slower_site(folder: Path) -> Path:
     }
     for name in ("bench_area", "press_area"):
         del site["volumes"][name]
-    site["enums"]["cameras"] = ["mast", "table_top", "table_side"]
+    site["enums"]["cameras"] = ["mast", "table_top", "table_side", "aisle_top"]
     for name in ("hand", "overhead", "side"):
         del site["cameras"][name]
         del site["resources"][f"{name}_camera"]

@@ -12,6 +12,7 @@ import pytest
 
 from aeros.perception import Picture
 from aeros.sim.geometry import Camera, Vector3
+from aeros.skill import Action
 from aeros.spec.diagnostics.codes import Diagnostics
 from aeros.spec.elaborate.load import load_site
 from aeros.spec.model.site import Site
@@ -73,6 +74,7 @@ def test_a_lying_can_is_a_strip_and_is_gripped_across_its_axis(heading: float) -
     assert found["object_position"] == pytest.approx((0.6, 0.2, 0.022), abs=0.004)
     assert found["object_yaw"] == pytest.approx(heading, abs=0.1)
     assert (found["object_lying"], found["object_free"], found["object_push_way"]) == (True, True, None)
+    assert found["object_free_across"] is False
 
 
 def test_a_heading_is_from_minus_a_quarter_turn_on() -> None:
@@ -121,9 +123,20 @@ def test_a_standing_can_next_to_a_wall_is_gripped_at_the_other_heading() -> None
     # The hand needs 0.06 m along its x and 0.115 m across; 2 cm above the can is room for anything.
     assert from_mast(STANDING, wall(0.08, 0.0, 0.0))["object_free"] is True
     assert from_mast(STANDING, wall(0.05, 0.0, 0.0))["object_free"] is False
+    assert from_mast(STANDING)["object_free_across"] is True
+    assert from_mast(STANDING, wall(0.08, 0.0, 0.0))["object_free_across"] is False
     beside = Top(0.6, 0.3, 0.3, (0.02, 0.01), GREY)
     assert from_mast(STANDING, beside)["object_yaw"] == pytest.approx(pi / 2.0)
     assert from_mast(STANDING, beside._replace(z=0.095))["object_yaw"] == 0.0
+
+
+def test_fingers_come_down_beside_a_low_block_and_not_on_it() -> None:
+    block = Top(0.6, 0.2 + 0.051, 0.05, (0.02, 0.02), GREY)
+    assert from_mast(STANDING, block)["object_yaw"] == pytest.approx(pi / 2.0)
+    assert from_mast(STANDING, block._replace(z=0.03))["object_yaw"] == 0.0, "lower than the fingertips"
+    assert from_mast(STANDING, block._replace(y=0.2 + 0.09))["object_yaw"] == 0.0, "farther than the fingers"
+    both = from_mast(STANDING, block, Top(0.6 + 0.051, 0.2, 0.05, (0.02, 0.02), GREY))
+    assert (both["object_yaw"], both["object_free"]) == (0.0, True), "what is loose may give way"
 
 
 def test_a_standing_can_without_room_is_not_pushed() -> None:
@@ -368,8 +381,16 @@ def test_the_station_moves_to_a_can_seen_out_of_reach_or_far_to_the_side(
 
 def test_the_robot_does_not_leave_the_floor_to_reach_a_can() -> None:
     seen_now = {"object_seen": True, "object_seen_time": 1.0}
-    for place, station in (((9.0, 9.0, 0.0), (0.03, 2.595, 0.0)), ((-9.0, -9.0, 0.0), (-0.595, -1.295, 0.0))):
+    for place, station in (((0.7, 2.9, 0.0), (0.03, 2.595, 0.0)), ((-1.1, -1.7, 0.0), (-0.595, -1.295, 0.0))):
         assert tracked(1.0, **seen_now, object_position=place)["station_position"] == station
+
+
+def test_the_robot_does_not_drive_towards_a_can_that_it_cannot_reach_from_anywhere() -> None:
+    seen_now = {"object_seen": True, "object_seen_time": 1.0}
+    values = tracked(1.0, **seen_now, object_position=(9.0, 9.0, 0.0))
+    assert values["station_position"] == (0.0, 0.0, 0.0), "where it is"
+    assert (values["robot_at_target"], values["object_out_of_reach"]) == (True, True)
+    assert values["object_distance"] == pytest.approx(dist((9.0, 9.0), (0.03, 2.595)))
     old = tracked(31.1, **seen_now, object_position=(9.0, 9.0, 0.0))
     assert old["station_position"] == STATION
 
@@ -483,11 +504,47 @@ def test_the_base_goes_first_abreast_of_an_object_that_is_expected_elsewhere(
     }
     if expected is not None:
         observed["object_expected_place"] = expected
-    body = runpy.run_module("ecms.fetch_object.skills")["navigate"](observed, {"hand_speed": 0.45})
+    actions = actions_of("navigate", observed)
+    driven = [(one.parameters["x"], one.parameters["y"]) for one in actions if one.kind == "move_base"]
+    assert driven == places
+    looks = [one.parameters["camera"] for one in actions if one.kind == "look"]
+    assert looks.count("mast") == len(places) - 1
+    assert looks.count("aisle_top") == len(places), "the aisle is looked along before each drive"
+
+
+def actions_of(skill: str, observed: dict[str, Any]) -> list[Action]:
+    """The actions of a skill that observes the same all the time."""
+    body = runpy.run_module("ecms.fetch_object.skills")[skill](observed, {"hand_speed": 0.45})
     actions = [next(body)]
     with suppress(StopIteration):
         while True:
             actions.append(body.send(observed))
-    driven = [(one.parameters["x"], one.parameters["y"]) for one in actions if one.kind == "move_base"]
-    assert driven == places
-    assert sum(one.kind == "look" for one in actions) == len(places) - 1
+    return actions
+
+
+@pytest.mark.parametrize(
+    ("observed", "headings"),
+    [
+        ({"holding": False}, [0.3, 0.3 - pi / 2.0]),
+        ({"holding": False, "object_yaw": -0.3}, [-0.3, -0.3 + pi / 2.0]),
+        ({"holding": True}, [0.3]),
+        ({"holding": False, "object_free_across": False}, [0.3]),
+        ({"holding": False, "object_lying": True}, [0.3]),
+    ],
+    ids=["missed", "turned the other way", "held", "no room across", "lying"],
+)
+def test_an_object_that_the_fingers_miss_is_gripped_once_more_by_its_other_sides(
+    observed: dict[str, Any], headings: list[float]
+) -> None:
+    known: dict[str, Any] = {
+        "tool_position": (0.3, 0.0, 0.5),
+        "base_position": (0.0, 0.0, 0.0),
+        "object_position": (0.5, 0.0, 0.1),
+        "object_yaw": 0.3,
+        "object_free": True,
+        "object_free_across": True,
+        "object_lying": False,
+    }
+    actions = actions_of("grasp", {**known, **observed})
+    closed = [at for at, one in enumerate(actions) if one.kind == "grip" and one.parameters["width"] < 0.05]
+    assert [actions[at - 1].parameters["yaw"] for at in closed] == pytest.approx(headings)

@@ -74,6 +74,7 @@ def test_the_benchmark_of_the_monitors_runs_and_aeros_knows_nothing_of_what_is_m
         ("monitors", "benchmarks-gate.md"),
         ("symbolic", "benchmarks.md"),
         ("plant", "benchmarks.md"),
+        ("engines.sim_to_sim", "plants.md"),
     ],
 )
 def test_each_benchmark_is_published_with_how_to_rerun_it(name: str, page: str) -> None:
@@ -97,6 +98,15 @@ def test_the_benchmark_of_isolation_runs() -> None:
         "an invocation",
         "an action",
     ]
+
+
+@pytest.mark.physics
+@pytest.mark.deep
+def test_the_benchmark_of_both_engines_runs_each_case_on_each() -> None:
+    found = _run("engines.sim_to_sim")
+    assert [row["plant"] for row in found] == ["physics", "mujoco"]
+    assert [(row["runs"], row["reached"], row["false_claims"]) for row in found] == [(1, 1, 0)] * 2
+    assert all(row["force_max"] < 65.0 and row["distance_min"] == 20.0 for row in found)
 
 
 @pytest.mark.physics

@@ -107,7 +107,7 @@ def test_programs_pass_mypy_strict_and_a_wrong_one_does_not(tmp_path: Path) -> N
         "import aeros\n"
         "aeros.absent()\n"
         "aeros.load_gate(3)\n"
-        'aeros.open_session("ecms", plant="symbolik")\n'
+        'aeros.open_session("ecms", plant=7)\n'
         'x: str = aeros.act("wait", duration=1.0)\n'
     )
     command = [
@@ -177,7 +177,7 @@ def test_an_unknown_name_is_reported_with_the_known_names() -> None:
     with pytest.raises(MisuseError, match="no mode `fast`; there are compiled, z3, checked"):
         aeros.load_gate("ecms", mode="fast")  # type: ignore[arg-type]
     with pytest.raises(MisuseError, match="no plant `phisics`; did you mean `physics`"):
-        aeros.open_session("ecms", plant="phisics").__enter__()  # type: ignore[arg-type]
+        aeros.open_session("ecms", plant="phisics").__enter__()
     with pytest.raises(MisuseError, match="no gate mode `fast`"):
         aeros.open_session("ecms", gate="fast").__enter__()  # type: ignore[arg-type]
 

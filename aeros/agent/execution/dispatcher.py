@@ -22,7 +22,7 @@ from typing import Any, Final
 
 from aeros.agent.execution.provider_choice import ProviderChoice, ProviderOption, choose_provider
 from aeros.agent.execution.supervisor import composition_obstacle, start_obstacle
-from aeros.agent.memory.context import evidence_context
+from aeros.agent.memory.context import context_in_any_state, evidence_context
 from aeros.agent.memory.evidence import DurationStats, SkillId
 from aeros.agent.memory.posterior import NO_RESULTS, RecentRecord, SuccessRecord
 from aeros.agent.memory.store import Memory
@@ -200,9 +200,17 @@ class Dispatcher:
         can = [one for one in candidates if one.problem is None]
         preferred = [one for one in can if not self.denied & one.names] or can
         random = Random(f"{self._seed} {self._memory.latest_episode()}")  # noqa: S311  exploration, no secret
-        recent = self._memory.recent_records([run for one in candidates for run in one.run_ids], context)
+        alone = {run: context for one in candidates if one.composition is None for run in one.run_ids}
+        composed = {
+            (ecm.id, skill.id): context_in_any_state(self._task, ecm)
+            for one in candidates
+            if one.composition is not None
+            for ecm, skill in one.runs
+        }
+        contexts = {**composed, **alone}
+        recent = self._memory.recent_records(contexts)
         options = [
-            self._option(one, context, recent, "" if one in preferred else _unavailable_reason(one.problem))
+            self._option(one, contexts, recent, "" if one in preferred else _unavailable_reason(one.problem))
             for one in candidates
         ]
         choice = choose_provider(options, random, self._explorations[capability])
@@ -210,16 +218,25 @@ class Dispatcher:
         return choice
 
     def _option(
-        self, one: _Candidate, context: str, recent: Mapping[SkillId, RecentRecord], unavailable: str
+        self,
+        one: _Candidate,
+        contexts: Mapping[SkillId, str],
+        recent: Mapping[SkillId, RecentRecord],
+        unavailable: str,
     ) -> ProviderOption:
         # A composition is as good as the skill of it that succeeded least. Without any records, each
         # alternative is as likely as another.
-        weakest = min(one.run_ids, key=lambda run: recent[run].mean, default=None)
+        # A skill that never ran, as a handler, says nothing beside others that did.
+        tried = [run for run in one.run_ids if recent[run].successes + recent[run].failures > 0]
+        weakest = min(tried or one.run_ids, key=lambda run: recent[run].mean, default=None)
+        record = SuccessRecord(0, 0)
+        if weakest is not None:
+            record = self._memory.success_record(*weakest, contexts[weakest])
         took = [self._memory.typical_duration(ecm.id, skill.id, ecm.code_digest) for ecm, skill in one.runs]
         seconds = [one.median for one in took if one is not None]
         return ProviderOption(
             one.name,
-            SuccessRecord(0, 0) if weakest is None else self._memory.success_record(*weakest, context),
+            record,
             NO_RESULTS if weakest is None else recent[weakest],
             sum(seconds) if seconds and len(seconds) == len(took) else None,
             unavailable,

@@ -51,11 +51,12 @@ class ProviderOption:
     wear_s: float = 0.0
 
     def __str__(self) -> str:
-        text = f"`{self.skill}` {self.record} succeeded"
         if self.record.successes + self.record.failures:
-            text += f" (by age {self.recent})"
+            text = f"`{self.skill}` {self.record} succeeded (by age {self.recent})"
+        else:
+            text = f"`{self.skill}` has no result yet"
         if self.seconds is not None:
-            text += f" in {self.seconds:.1f} s"
+            text += f", takes {self.seconds:.1f} s"
         if self.wear_s:
             text += f", wear {self.wear_s:g} s"
         return (

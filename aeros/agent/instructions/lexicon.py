@@ -7,10 +7,10 @@ instruction is refused.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Final
+from typing import Final, TypeAlias
 
 from aeros.agent.instructions import english
 from aeros.agent.instructions.arguments import ValuePhrase, value_phrases
@@ -24,6 +24,9 @@ _ARTICLES: Final = frozenset({"a", "an", "the"})
 
 _MAX_EXTRA: Final = 24
 """Number of words that are compared with extras at most."""
+
+_MAX_LISTS: Final = 1 << 8
+"""Lists of phrases that are kept with what is made of them: each instruction is read by the same few."""
 
 
 _FULL_DETERMINERS: Final = english.DETERMINERS - english.PARTIAL_DETERMINERS
@@ -48,6 +51,12 @@ class TaskPhrases:
     extras: tuple[Words, ...]
     values: tuple[ValuePhrase, ...] = ()
     states: frozenset[str] = frozenset()
+    _indexes: tuple[tuple[tuple[Words, ...], _Index], ...] = field(init=False, repr=False, compare=False)
+    """Triggers, objects and extras, each list with its index."""
+
+    def __post_init__(self) -> None:
+        lists = (self.triggers, self.objects, self.extras)
+        object.__setattr__(self, "_indexes", tuple((one, _by_first_word(one)) for one in lists))
 
     def value_phrase(
         self, words: Words, at: int, *, more_than: int = 0, is_perfect: bool = False
@@ -63,11 +72,15 @@ class TaskPhrases:
         Returns:
             The phrase; None if there is none.
         """
+        if at >= len(words):
+            return None
+        begins = _declared_words(words[at], is_perfect=is_perfect)
         return next(
             (
                 one
                 for one in self.values
-                if len(one.words) > more_than
+                if one.words[0] in begins
+                and len(one.words) > more_than
                 and _stands_at(one.words, words, at, is_perfect=is_perfect, is_verb=False)
             ),
             None,
@@ -87,20 +100,37 @@ class TaskPhrases:
         found: tuple[tuple[Words, ...], int] = ((), 0)
         if at >= len(words):
             return found
-        for phrases in (self.triggers, self.objects, self.extras):
+        for phrases, index in self._indexes:
             is_verb = phrases is self.triggers and bool(self.objects)
             length = 0
-            for one in phrases:
-                if len(one) <= found[1]:
-                    break
-                if _stands_at(one, words, at, is_perfect=is_perfect, is_verb=is_verb):
+            for one in _candidates(index, words[at], is_perfect=is_perfect):
+                if len(one) > max(length, found[1]) and _stands_at(
+                    one, words, at, is_perfect=is_perfect, is_verb=is_verb
+                ):
                     length = len(one)
-                    break
             if phrases is self.extras:
-                length = max(length, _longest_with_articles(phrases, words, at))
+                length = max(length, _longest_with_articles(index, words, at))
             if length > found[1]:
                 found = phrases, length
         return found
+
+
+_Index: TypeAlias = "Mapping[str, Sequence[Words]]"
+"""Phrases by their first word."""
+
+
+@lru_cache(maxsize=_MAX_LISTS)
+def _by_first_word(phrases: tuple[Words, ...]) -> _Index:
+    found: dict[str, list[Words]] = {}
+    for one in phrases:
+        found.setdefault(one[0], []).append(one)
+    return found
+
+
+def _candidates(index: _Index, word: str, *, is_perfect: bool) -> Iterator[Words]:
+    """Yield the phrases that may begin with a form of a word."""
+    for declared in _declared_words(word, is_perfect=is_perfect):
+        yield from index.get(declared, ())
 
 
 def task_phrases(modules: Mapping[str, Ecm]) -> tuple[TaskPhrases, ...]:
@@ -117,7 +147,7 @@ def task_phrases(modules: Mapping[str, Ecm]) -> tuple[TaskPhrases, ...]:
             RoutedTask(name, task),
             _as_words(_expanded(task.trigger_phrases)),
             _as_words(task.object_phrases),
-            _with_bare_nouns(_as_words(_expanded(task.extra_phrases))),
+            _with_bare_nouns(_expanded(task.extra_phrases)),
             value_phrases(task),
             _states(task),
         )
@@ -129,44 +159,65 @@ def task_phrases(modules: Mapping[str, Ecm]) -> tuple[TaskPhrases, ...]:
 def _states(task: Task) -> frozenset[str]:
     """Return the adjectives of conditions such as `the table is dirty`, but for those that are verbs, too."""
     found: set[str] = set()
+    objects = _as_words(task.object_phrases)
     for phrase in _as_words(tuple(task.condition_phrases)):
         subject = tuple(word for word in phrase[:-2] if word not in english.DETERMINERS)
-        if phrase[-2:-1] == ("is",) and subject in _as_words(task.object_phrases):
+        if phrase[-2:-1] == ("is",) and subject in objects:
             found.add(phrase[-1])
-    verbs = {word for one in _expanded(task.trigger_phrases) for word in normalized_words(one)}
-    return frozenset(found - verbs)
+    return frozenset(found) - words_in(_as_words(_expanded(task.trigger_phrases)))
 
 
-def _expanded(patterns: Sequence[str]) -> list[str]:
-    return [phrase for one in patterns for phrase in expanded(one)]
+@lru_cache(maxsize=_MAX_LISTS)
+def words_in(phrases: tuple[Words, ...]) -> frozenset[str]:
+    """Collect the words of some phrases.
+
+    Args:
+        phrases: the phrases.
+
+    Returns:
+        Each word once.
+    """
+    return frozenset(word for one in phrases for word in one)
 
 
-def _as_words(phrases: Sequence[str]) -> tuple[Words, ...]:
+@lru_cache(maxsize=_MAX_LISTS)
+def _expanded(patterns: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(phrase for one in patterns for phrase in expanded(one))
+
+
+@lru_cache(maxsize=_MAX_LISTS)
+def _as_words(phrases: tuple[str, ...]) -> tuple[Words, ...]:
+    """Return phrases as words, longest first."""
     spoken = (words for one in phrases if (words := normalized_words(one)))
     return tuple(sorted(spoken, key=len, reverse=True))
 
 
-def _with_bare_nouns(phrases: Sequence[Words]) -> tuple[Words, ...]:
-    """Add each phrase of several words without articles, as in telegrams: `to other stand`."""
+@lru_cache(maxsize=_MAX_LISTS)
+def _with_bare_nouns(extras: tuple[str, ...]) -> tuple[Words, ...]:
+    """Return phrases as words, and each of several words without articles, as in telegrams: `to other stand`.
+
+    Longest first.
+    """
+    phrases = _as_words(extras)
     bare = {tuple(word for word in one if word not in _ARTICLES) for one in phrases if len(one) > 2}
     return tuple(sorted({*phrases, *bare}, key=lambda one: (-len(one), one)))
 
 
-def _longest_with_articles(phrases: Sequence[Words], words: Words, at: int) -> int:
+def _longest_with_articles(index: _Index, words: Words, at: int) -> int:
     """Return the number of words of the longest phrase with free articles in it: `into the two trays`."""
     bare = [place for place in range(at, min(len(words), at + _MAX_EXTRA)) if words[place] not in _ARTICLES]
     if not bare or bare[0] != at or bare[-1] - at + 1 == len(bare):
         return 0
     spoken = tuple(words[place] for place in bare)
-    found = next(
+    length = max(
         (
-            one
-            for one in phrases
+            len(one)
+            for one in _candidates(index, words[at], is_perfect=False)
             if len(one) > 1 and _stands_at(one, spoken, 0, is_perfect=False, is_verb=False)
         ),
-        (),
+        default=0,
     )
-    return bare[len(found) - 1] - at + 1 if found else 0
+    return bare[length - 1] - at + 1 if length else 0
 
 
 def _stands_at(phrase: Words, words: Words, at: int, *, is_perfect: bool, is_verb: bool) -> bool:
@@ -177,20 +228,20 @@ def _stands_at(phrase: Words, words: Words, at: int, *, is_perfect: bool, is_ver
     if at + len(phrase) > len(words) or (is_verb and words[at] == f"{phrase[0]}s"):
         return False
     for offset, declared in enumerate(phrase):
-        if not _is_form(declared, words[at + offset], is_perfect=is_perfect):
+        if declared not in _declared_words(words[at + offset], is_perfect=is_perfect):
             return False
     return True
 
 
 @lru_cache(maxsize=1 << 14)
-def _is_form(declared: str, word: str, *, is_perfect: bool) -> bool:
-    return (
-        declared == word
-        or declared in english.base_forms(word)
-        or (declared in ("it", "them") and word in english.PRONOUNS)
-        or (declared == "the" and word in english.DETERMINERS | english.POSSESSIVES)
-        or (is_perfect and declared in english.participle_bases(word))
-    )
+def _declared_words(word: str, *, is_perfect: bool) -> frozenset[str]:
+    """Return the words of declared phrases that a spoken word may stand for."""
+    found = set(english.base_forms(word))
+    if word in english.PRONOUNS:
+        found |= {"it", "them"}
+    if word in english.DETERMINERS or word in english.POSSESSIVES:
+        found.add("the")
+    return frozenset(found | english.participle_bases(word) if is_perfect else found)
 
 
 def plural_objects(entry: TaskPhrases) -> frozenset[Words]:

@@ -10,11 +10,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from typing import Final
 
 from aeros.agent.instructions import english
 from aeros.agent.instructions.arguments import is_object
-from aeros.agent.instructions.lexicon import TaskPhrases, singular_objects
+from aeros.agent.instructions.lexicon import TaskPhrases, singular_objects, words_in
 from aeros.agent.instructions.phrases import Words
 from aeros.spec.diagnostics.words import normalized_words
 
@@ -102,8 +103,8 @@ def _begins_condition(spoken: Words, at: int) -> bool:
 
 def _vocabulary(tasks: Sequence[TaskPhrases]) -> tuple[frozenset[str], tuple[str, ...]]:
     """Return all words that tasks or the grammar have, and those that slips are corrected to."""
-    acts = {word for entry in tasks for phrase in _phrases(entry) for word in phrase}
-    extras = {word for entry in tasks for phrase in entry.extras for word in phrase}
+    acts = {word for entry in tasks for word in _act_words(entry.triggers) | words_in(entry.objects)}
+    extras = {word for entry in tasks for word in words_in(entry.extras)}
     values: set[str] = set()
     conditions: set[str] = set()
     for entry in tasks:
@@ -119,10 +120,10 @@ def _vocabulary(tasks: Sequence[TaskPhrases]) -> tuple[frozenset[str], tuple[str
     return frozenset(known), tuple(targets)
 
 
-def _phrases(entry: TaskPhrases) -> Iterator[Words]:
-    """Yield the phrases of acts and things, but for wishes such as `i would like`."""
-    yield from (one for one in entry.triggers if one[0] not in ("i", "we"))
-    yield from entry.objects
+@lru_cache(maxsize=1 << 8)
+def _act_words(triggers: tuple[Words, ...]) -> frozenset[str]:
+    """Return the words of acts, but for those of wishes such as `i would like`."""
+    return words_in(tuple(one for one in triggers if one[0] not in ("i", "we")))
 
 
 def _things(tasks: Sequence[TaskPhrases]) -> frozenset[str]:

@@ -39,3 +39,18 @@ def evidence_context(
     predicates = {name: world.predicates[name] for name in read & world.predicates.keys()}
     code = " ".join([module.code_digest, *sorted({one.code_digest for one in others})])
     return json.dumps({"task": task, "code": code, "predicates": predicates}, sort_keys=True)
+
+
+def context_in_any_state(task: str, module: Ecm) -> str:
+    """Encode all contexts of the steps of a task that run a module's code, whatever is measured.
+
+    A composition is chosen where its first step starts, and its other steps start elsewhere.
+
+    Args:
+        task: task as MODULE.TASK.
+        module: module that has the skill.
+
+    Returns:
+        Canonical JSON without predicates; `evidence` lets every context with the task and the code agree.
+    """
+    return json.dumps({"task": task, "code": module.code_digest}, sort_keys=True)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from statistics import quantiles
 from typing import Final, TypeAlias
@@ -26,6 +26,14 @@ SkillId: TypeAlias = tuple[str, str]
 
 _DURATION_SAMPLES: Final = 101
 """Number of the latest successes that a skill's usual duration is computed from."""
+
+
+_AGREES: Final = """CASE WHEN {asked} = context THEN 1
+    WHEN json_valid({asked}) AND json_valid(context) THEN json_type({asked}, '$.predicates') IS NULL
+        AND json_extract({asked}, '$.task') = json_extract(context, '$.task')
+        AND instr(json_extract(context, '$.code'), json_extract({asked}, '$.code')) > 0
+    ELSE 0 END"""
+"""Condition that an episode's context is the one asked for, or one that `context_in_any_state` stands for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,11 +74,12 @@ def read_success_record(
     Returns:
         The counts.
     """
-    sql = """SELECT coalesce(sum(failed = 0), 0), coalesce(sum(failed = 1), 0)
-             FROM episodes JOIN sessions ON sessions.id = session
-             WHERE module = ? AND skill = ? AND counts = 1 AND (? IS NULL OR context = ?)
-             AND (? IS NULL OR plant = ?)"""
-    asked = (module, skill, context, context, plant, plant)
+    sql = f"""SELECT coalesce(sum(failed = 0), 0), coalesce(sum(failed = 1), 0)
+              FROM episodes JOIN sessions ON sessions.id = session
+              WHERE module = :module AND skill = :skill AND counts = 1
+              AND (:context IS NULL OR {_AGREES.format(asked=":context")})
+              AND (:plant IS NULL OR plant = :plant)"""  # noqa: S608  a constant
+    asked = {"module": module, "skill": skill, "context": context, "plant": plant}
     return SuccessRecord(*database.execute(sql, asked).fetchone())
 
 
@@ -101,26 +110,26 @@ def read_typical_duration(
 
 
 def read_recent_records(
-    database: sqlite3.Connection, skills: Sequence[SkillId], context: str, plant: str
+    database: sqlite3.Connection, contexts: Mapping[SkillId, str], plant: str
 ) -> Mapping[SkillId, RecentRecord]:
     """Weigh results by their age as `Memory.recent_records` does.
 
     Args:
         database: connection to the memory.
-        skills: module and id of each skill.
-        context: context that must agree.
+        contexts: context that must agree, by module and id of the skill.
         plant: plant that must agree.
 
     Returns:
         The record of each skill.
     """
-    sql = """SELECT module, skill, failed FROM episodes JOIN sessions ON sessions.id = session
-             WHERE context = ? AND counts = 1 AND plant = ? AND (module || '.' || skill) IN
-             (SELECT value FROM json_each(?)) ORDER BY episodes.id DESC LIMIT ?"""
-    names = json.dumps([f"{module}.{skill}" for module, skill in skills])
-    rows = database.execute(sql, (context, plant, names, MAX_WEIGHED_TRIES)).fetchall()
+    sql = f"""SELECT module, skill, failed FROM episodes JOIN sessions ON sessions.id = session
+              JOIN json_each(?) AS asked ON asked.key = module || '.' || skill
+              WHERE counts = 1 AND plant = ? AND {_AGREES.format(asked="asked.value")}
+              ORDER BY episodes.id DESC LIMIT ?"""  # noqa: S608  a constant
+    names = json.dumps({f"{module}.{skill}": context for (module, skill), context in contexts.items()})
+    rows = database.execute(sql, (names, plant, MAX_WEIGHED_TRIES)).fetchall()
     weighed = weigh_tries([((module, skill), bool(failed)) for module, skill, failed in rows])
-    return {skill: weighed.get(skill, NO_RESULTS) for skill in skills}
+    return {skill: weighed.get(skill, NO_RESULTS) for skill in contexts}
 
 
 def read_experience(

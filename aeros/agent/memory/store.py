@@ -212,18 +212,16 @@ class Memory:
             lambda database: read_success_record(database, module, skill, context, self._plant)
         )
 
-    def recent_records(self, skills: Iterable[SkillId], context: str) -> Mapping[SkillId, RecentRecord]:
+    def recent_records(self, contexts: Mapping[SkillId, str]) -> Mapping[SkillId, RecentRecord]:
         """Weigh the results of skills on this plant by their age, for a choice between the skills.
 
         Args:
-            skills: module and id of each skill.
-            context: context that must agree.
+            contexts: context that must agree, by module and id of the skill.
 
         Returns:
             The record of each skill.
         """
-        named = tuple(skills)
-        return self._query(lambda database: read_recent_records(database, named, context, self._plant))
+        return self._query(lambda database: read_recent_records(database, contexts, self._plant))
 
     def typical_duration(self, module: str, skill: str, code: str = "") -> DurationStats | None:
         """Summarize the durations of a skill's latest successes on this plant.

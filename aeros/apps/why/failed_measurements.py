@@ -3,9 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Final
 
 from aeros.runtime.audit.check import Record
-from aeros.runtime.records.failed_measurements import PERCEIVER_FAILED, TOOL_FAILED, failure_text
+from aeros.runtime.records.failed_measurements import (
+    PERCEIVER_FAILED,
+    PERCEIVER_UNSURE,
+    TOOL_FAILED,
+    failure_text,
+)
+
+_OF_PERCEIVERS: Final = (PERCEIVER_FAILED, "perceiver-recovered", PERCEIVER_UNSURE)
 
 
 def failures_before(
@@ -26,8 +34,9 @@ def failures_before(
     latest: dict[tuple[str, str], tuple[int, str]] = {}
     for place, record in enumerate(records[:end]):
         event, details = record["event"], record["details"]
-        if event in (PERCEIVER_FAILED, "perceiver-recovered") and details.get("module") == module:
-            latest[event[:9], str(details.get("perceiver"))] = (place, failure_text(event, details))
+        if event in _OF_PERCEIVERS and details.get("module") == module:
+            sort = "unsure" if event == PERCEIVER_UNSURE else "perceiver"
+            latest[sort, str(details.get("perceiver"))] = (place, failure_text(event, details))
         elif event in (TOOL_FAILED, "tool-answered") and place >= start:
             latest[event[:4], str(details.get("tool"))] = (place, failure_text(event, details))
     yield from sorted(one for one in latest.values() if one[1])

@@ -12,7 +12,7 @@ from aeros.apps.drawings.drawing import Diagram, Edge, Node, dot, mermaid, svg
 from aeros.cli.arguments import add_command, existing_path
 from aeros.cli.author.module_argument import read_module, select_declared
 from aeros.cli.module_settings import add_module_settings, module_configurations
-from aeros.exit_codes import Exit
+from aeros.exit_codes import Exit, UsageError
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.closed_loop.reachability import ReachableStates, explore_task
 from aeros.spec.closed_loop.transition_system import LoopState as LoopNode
@@ -55,7 +55,9 @@ def add_to(commands: Subparsers) -> None:
         "--site", type=existing_path, help="the site file (default: the reference site, a Panda cell)"
     )
     parser.add_argument(
-        "--kind", choices=("rules", "closed-loop", "composition"), default="rules", help="default: rules"
+        "--kind",
+        choices=("rules", "closed-loop", "composition"),
+        help="default: rules, or composition if --composition is given",
     )
     parser.add_argument("--format", choices=tuple(_FORMATS), default="mermaid", help="default: mermaid")
     parser.set_defaults(command=_command)
@@ -63,13 +65,16 @@ def add_to(commands: Subparsers) -> None:
 
 def _command(arguments: argparse.Namespace) -> Exit:
     ecm, site = read_module(arguments.module, arguments.site, module_configurations(arguments))
-    if arguments.kind == "composition":
+    kind = arguments.kind or ("rules" if arguments.composition is None else "composition")
+    if kind != "composition" and arguments.composition is not None:
+        raise UsageError(f"--composition does not go with --kind {kind}")
+    if kind == "composition":
         composition = select_declared(ecm, "composition", ecm.compositions, arguments.composition)
         drawing = composition_drawing(ecm, composition)
     else:
         task = select_declared(ecm, "task", ecm.tasks, arguments.task)
         drawing = rules_drawing(ecm, task)
-        if arguments.kind == "closed-loop":
+        if kind == "closed-loop":
             try:
                 drawing = closed_loop_drawing(ecm, explore_task(ecm, task, site))
             except StateSpaceError as why:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -143,7 +143,7 @@ def _command(arguments: argparse.Namespace) -> Exit:
             print(f"aeros: {refusal}", file=sys.stderr)
             return Exit.REJECTED
     goal = parse_goal(arguments.goal, site) if arguments.goal is not None else _task_goal(task)
-    known = _start(site, task, dict(arguments.initial))
+    known = _start(site, task, dict(arguments.initial), modules.values())
     steps = None if check is None else _steps(check)
     also = {step.partition(" ")[0].casefold() for step in steps or ()}
     kept = () if task is None else task.invariants
@@ -252,9 +252,11 @@ def _task_goal(task: Task | None) -> ActionCondition:
     return ActionCondition(task.goal, task.goal_text, task.span)
 
 
-def _start(site: Site, task: Task | None, given: Mapping[str, str]) -> dict[str, Value]:
+def _start(
+    site: Site, task: Task | None, given: Mapping[str, str], modules: Iterable[Ecm]
+) -> dict[str, Value]:
     """Return the known values at the start, by name."""
-    known = declared_start(site, task)
+    known = declared_start(site, task, modules)
     for name, text in given.items():
         full, value = parse_value(name, text, site)
         if value is None:

@@ -19,13 +19,17 @@ from aeros.agent.memory.queries import open_memory_reader
 from aeros.cli.arguments import add_command, existing_path
 from aeros.cli.author.module_argument import read_module, select_declared
 from aeros.cli.module_settings import add_module_settings, module_configurations
+from aeros.cli.plant_argument import plant_name
 from aeros.exit_codes import Exit, UsageError
-from aeros.session.plant_factory import PLANTS
 from aeros.sim.symbolic.state import initial_values
+from aeros.spec.closed_loop.invocation import State
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
-from aeros.spec.closed_loop.markov_chain import predict
+from aeros.spec.closed_loop.markov_chain import InexactError, predict
 from aeros.spec.closed_loop.outcome_probabilities import with_retries, with_skill_probabilities
+from aeros.spec.closed_loop.success_bounds import bound_success
 from aeros.spec.closed_loop.transition_system import TransitionSystem
+from aeros.spec.consequences.consequences import known_definitions
+from aeros.spec.consequences.start_values import with_defined_predicates
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.diagnostics.errors import MisuseError, UserError
 from aeros.spec.diagnostics.render import escape_invisible
@@ -39,6 +43,8 @@ if TYPE_CHECKING:
 SCHEMA = "aeros/prediction/1"
 
 _LABELS = {
+    "success_at_least": "success, at least",
+    "success_at_most": "success, at most",
     "success": "success probability",
     "failure": "failure probability",
     "invocations": "expected invocations",
@@ -49,11 +55,11 @@ _LABELS = {
 
 _EXAMPLES = """\
 The agent's loop with its retries, recoveries and re-plans is a Markov chain over the declared outcomes.
-It is solved exactly, in fractions, without sampling.  A run starts from the same state as the symbolic
-plant: the task's `initial`, everything else false.  With --probability the other outcomes of
-the skill keep their proportions.  With --from-memory, probabilities are what the agent experienced
-with this code on that plant, four results of each skill being as declared.  The module is not proved;
-use `aeros verify`.
+It is solved exactly, in fractions, without sampling.  Where parallel branches may fail, or an outcome leaves
+a predicate at either value, only the success is bounded.  A run starts from the same state as the symbolic
+plant: the task's `initial`, everything else false.  With --probability the other outcomes of the skill keep
+their proportions.  With --from-memory, probabilities are what the agent experienced with this code on that
+plant, four results of each skill being as declared.  The module is not proved; use `aeros verify`.
 
 examples:
   aeros predict ecms/make_dumplings                                as declared, with the site's re-plans
@@ -88,7 +94,11 @@ def add_to(commands: Subparsers) -> None:
         help="use the outcomes that the agent with this state folder has seen",
     )
     parser.add_argument(
-        "--plant", choices=PLANTS, default="physics", help="plant of these outcomes (default: physics)"
+        "--plant",
+        type=plant_name,
+        default="physics",
+        metavar="NAME",
+        help="plant of these outcomes (default: physics)",
     )
     parser.add_argument(
         "--max-replans", type=_count, metavar="N", help="maximum number of re-plans (default: the site's)"
@@ -101,7 +111,7 @@ def add_to(commands: Subparsers) -> None:
         metavar="SKILL=N",
         help="override the number of retries of steps with this skill (repeatable)",
     )
-    add_module_settings(parser, option="--parameter")  # `--set` meant `--probability` once
+    add_module_settings(parser)
     parser.add_argument(
         "--site", type=existing_path, help="the site file (default: the reference site, a Panda cell)"
     )
@@ -199,9 +209,9 @@ def _prediction_json(ecm: Ecm, task: Task, site: Site, replans: int) -> dict[str
     """
     try:
         system = TransitionSystem(ecm, replace(task, invariants=()), site)
-        values = initial_values(site, to_doubles(task.start))
+        values = initial_values(site, with_defined_predicates(to_doubles(task.start), known_definitions(ecm)))
         start = tuple(values[name] for name in system.names)
-        prediction = predict(system, start, replans)
+        prediction = _found_json(system, start, replans)
     except StateSpaceError as why:
         headline = f"nothing can be predicted of `{task.id}`: {why}"
         raise UserError([Diagnostic("AE803", headline, SpanLabel(task.span))]) from why
@@ -211,6 +221,26 @@ def _prediction_json(ecm: Ecm, task: Task, site: Site, replans: int) -> dict[str
         "site": site.id,
         "replans_at_most": replans,
         "start": dict(zip(system.names, start, strict=True)),
+        **prediction,
+    }
+
+
+def _found_json(system: TransitionSystem, start: State, replans: int) -> dict[str, Any]:
+    """Predict exactly, or else bound the success.
+
+    Raises:
+        StateSpaceError: The chain is too large.
+    """
+    try:
+        prediction = predict(system, start, replans)
+    except InexactError as why:
+        bounds = bound_success(system, start, replans)
+        return {
+            "reason": str(why),
+            "success_at_least": _number(bounds.at_least),
+            "success_at_most": _number(bounds.at_most),
+        }
+    return {
         "failure": _number(1 - prediction.success),
         **{name: _number(value) for name, value in asdict(prediction).items()},
     }
@@ -227,7 +257,8 @@ def _as_text(one: dict[str, Any]) -> str:
     lines = [
         f"{one['module']}.{one['task']} at {one['site']}, at most {one['replans_at_most']} re-plans",
         f"from {start}",
-        *(f"{label:<22}  {_format_number(one[name])}" for name, label in _LABELS.items()),
+        *(f"{label:<22}  {_format_number(one[name])}" for name, label in _LABELS.items() if name in one),
+        *([f"bounds only: {one['reason']}"] if "reason" in one else []),
     ]
     return "\n".join(map(escape_invisible, lines))
 

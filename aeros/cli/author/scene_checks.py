@@ -41,7 +41,7 @@ def _warnings(
     module: SubjectReport, folders: Sequence[Path], variables: Mapping[str, Collection[str]]
 ) -> Iterator[Diagnostic]:
     """Yield the faults of a module's scenes as warnings, each once."""
-    if module.name != str(module.path):  # else it could not be read
+    if module.is_readable:
         faults = dict.fromkeys(_faults(module, folders, variables))
         yield from (replace(one, severity=Severity.WARNING) for one in faults)
 

@@ -280,13 +280,18 @@ def _progress(name: str) -> None:
 def _update_certificates(report: Report, arguments: argparse.Namespace) -> list[LocatedDiagnostic]:
     """Write or check the certificate of each proved module, and return the problems.
 
-    The certificate of a rejected module is kept.  It is stale now, so no agent loads the module.
+    The certificate of a rejected module is kept.  It is stale now, so no agent loads the module.  Of a module
+    that a link leads to, a certificate of the same files under another site is kept, too: whoever has the
+    files needs it, and a run under this site proves the module anyway.
     """
     problems: list[LocatedDiagnostic] = []
     for module in report.modules:
         lock = module.path / LOCK
         try:
             if module.lock is None or module.lock.matches_folder(module.path):
+                continue
+            is_linked = module.path.is_symlink()
+            if is_linked and not check_lock(module.path, module.lock.certificate, accepts_other_site=True):
                 continue
             if arguments.check:
                 given = module_configurations(arguments)

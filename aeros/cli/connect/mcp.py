@@ -29,6 +29,7 @@ from aeros.cli.arguments import (
 )
 from aeros.cli.latest_run import save_latest_run
 from aeros.cli.module_settings import add_module_settings, module_configurations
+from aeros.cli.plant_argument import add_plant_argument
 from aeros.exit_codes import Exit
 from aeros.files import private_umask
 from aeros.runtime.audit.checkpoints import SigningConfiguration
@@ -36,7 +37,7 @@ from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.registry.control_page import request_command
 from aeros.runtime.registry.registry import Registry
 from aeros.session.assembly import SessionSetup, open_agent, open_recorded_plant
-from aeros.session.plant_factory import PLANTS, open_plant
+from aeros.session.plant_factory import open_plant
 from aeros.session.run_governor import RunGovernor
 from aeros.session.setup import (
     SETUP_ERRORS,
@@ -76,7 +77,7 @@ def add_to(commands: Subparsers) -> None:
     parser = add_command(commands, "mcp", __doc__, _EXAMPLES)
     parser.add_argument("instruction", help='the task for which the robot is set up, as in "make dumplings"')
     parser.add_argument("--seed", type=parse_seed, default=0, help="seed of all random numbers (default: 0)")
-    parser.add_argument("--plant", choices=PLANTS, default="physics", help="default: physics")
+    add_plant_argument(parser)
     parser.add_argument("--site", type=existing_path, help="the site file (default: as for `aeros run`)")
     add_module_folders(parser, "the modules (default: as for `aeros run`)")
     add_module_settings(parser)

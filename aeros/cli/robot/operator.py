@@ -190,7 +190,12 @@ def _policy(arguments: argparse.Namespace) -> Exit:
 
 
 def _warn_of_settings(path: Path, installed: Collection[str]) -> None:
-    """Print a warning for each module that the site file has settings for and that is not installed."""
+    """Print a warning for each module that the site file has settings for and that is not installed.
+
+    A policy is put in force before the first module is installed, so then there is none.
+    """
+    if not installed:
+        return
     site = load_site(path, Diagnostics())
     settings = {} if site is None else summarize_site(site).settings
     absent = [

@@ -18,7 +18,6 @@ from aeros.agent.memory.sightings import RememberedValue
 from aeros.agent.memory.things import THING, RememberedThing, remembered_things
 from aeros.cli.arguments import add_command
 from aeros.exit_codes import Exit
-from aeros.session.plant_factory import PLANTS
 from aeros.spec.diagnostics.render import escape_invisible
 from aeros.spec.model.task_parameters import is_instruction
 
@@ -50,7 +49,7 @@ def add_to(commands: Subparsers) -> None:
     """
     parser = add_command(commands, "world", __doc__, _EXAMPLES)
     parser.add_argument("text", nargs="?", default="", help="only names that contain this")
-    parser.add_argument("--plant", choices=PLANTS, help="seen on this plant (default: the latest session's)")
+    parser.add_argument("--plant", metavar="NAME", help="seen on this plant (default: the latest session's)")
     parser.add_argument(
         "--state", type=Path, default=Path(".aeros"), help="the agent's own folder (default: .aeros)"
     )

@@ -30,6 +30,7 @@ from aeros.cli.arguments import (
     warn_of_withheld_modules,
 )
 from aeros.cli.module_settings import add_module_settings, module_configurations
+from aeros.cli.plant_argument import add_plant_argument
 from aeros.cli.run.planners import LLM_KEY, build_planner
 from aeros.cli.run.reading import find_meaning
 from aeros.cli.run.run_plant import (
@@ -46,7 +47,7 @@ from aeros.runtime.gate.gate import GateMode
 from aeros.runtime.registry.registry import Registry
 from aeros.runtime.registry.registry_governor import OperatorCommands
 from aeros.session.joined_tasks import joined_task, tasks_of
-from aeros.session.plant_factory import PLANTS, PlantSetupError
+from aeros.session.plant_factory import PlantSetupError
 from aeros.session.setup import (
     SETUP_ERRORS,
     build_signing,
@@ -60,7 +61,8 @@ if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
 _EXAMPLES = """\
-All modules are proved before anything moves, and each `ecm.lock` must equal the resulting certificate.
+All modules are proved before anything moves.  Each must have an `ecm.lock` of its present files, and one
+of this site must equal the resulting certificate.
 The folder of --out gets run.webp (video, physics), trace.jsonl (events of the agent), measured.jsonl
 (measurements, ten a second), audit.jsonl (every decision, hash-chained), and with --report an HTML page.
 The exit code is 0 if the goal is reached, else 1.
@@ -118,7 +120,7 @@ def add_to(commands: Subparsers) -> None:
         help="the task with values of its parameters, in place of an instruction; `aeros tasks` lists them",
     )
     parser.add_argument("--seed", type=parse_seed, default=0, help="seed of all random numbers (default: 0)")
-    parser.add_argument("--plant", choices=PLANTS, default="physics", help="default: physics")
+    add_plant_argument(parser)
     parser.add_argument(
         "--gate",
         choices=[mode.value for mode in GateMode],

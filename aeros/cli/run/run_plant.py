@@ -19,6 +19,7 @@ from aeros.files import hold_temporary_folder, temporary_root
 from aeros.runtime.gate.configuration import Configuration
 from aeros.runtime.ports import Plant
 from aeros.session.plant_factory import (
+    PHYSICS_PLANTS,
     connect_plant,
     load_faults,
     load_people,
@@ -31,7 +32,7 @@ from aeros.session.setup import create_output_folder
 from aeros.sim.hosting.host import HostLog, PlantHost
 
 if TYPE_CHECKING:
-    from aeros.sim.bullet.people import Person
+    from aeros.sim.engine.people import Person
     from aeros.sim.faults.injector import FaultEvent
     from aeros.sim.faults.model import Fault
     from aeros.sim.physics import Viewer
@@ -127,7 +128,7 @@ def open_outputs(arguments: argparse.Namespace, task: str) -> Iterator[tuple[Pat
             spectators.append(open_viewer(arguments.plant))
             stack.callback(spectators[0].close)
         out = arguments.out if arguments.serve_plant else create_output_folder(arguments.out, task)
-        is_recorded = arguments.plant == "physics" and not arguments.no_video
+        is_recorded = arguments.plant in PHYSICS_PLANTS and not arguments.no_video
         if is_recorded or arguments.video is not None:
             spectators.append(open_video(arguments.plant, arguments.video or out / "run.webp"))
         yield out, spectators

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from math import isfinite
+from types import MappingProxyType
 from typing import Any
 
 from aeros.agent.execution.report import RunReport
 from aeros.sim.referee import GoalJudgement
 from aeros.spec.diagnostics.render import escape_invisible
+from aeros.spec.expr.units import to_unit
+from aeros.spec.model.variables import Declared
 from aeros.spec.verification.reports import Report
 
 
@@ -20,6 +25,7 @@ def summary(
     real: float,
     judgement: GoalJudgement | None = None,
     failures: Sequence[str] = (),
+    declared: Mapping[str, Declared] = MappingProxyType({}),
 ) -> str:
     """Summarize a run in a few lines.
 
@@ -31,11 +37,12 @@ def summary(
         real: Duration on the wall clock, in seconds.
         judgement: The referee's judgement of the goal; None if there is no referee.
         failures: Measurements that had failed at the end, one line each; they come before the reason.
+        declared: State variables by name; the values of these are shown in their units.
 
     Returns:
         Lines of text.
     """
-    measured = _measured(report.measured)
+    measured = _measured(report.measured, declared)
     obligations = sum(module.claim_count for module in proof_report.modules)
     guarded = sum(module.runtime_checked_count for module in proof_report.modules)
     reasons = [escape_invisible(one) for one in (*failures, str(report.reason))]
@@ -56,7 +63,17 @@ def summary(
     )
 
 
-def _measured(values: Mapping[str, Any]) -> str:
-    return ", ".join(
-        f"{name} = {'unknown' if value is None else json.dumps(value)}" for name, value in values.items()
-    )
+def _measured(values: Mapping[str, Any], declared: Mapping[str, Declared]) -> str:
+    return ", ".join(f"{name} = {_value(value, declared.get(name))}" for name, value in values.items())
+
+
+def _value(value: Any, declared: Declared | None) -> str:
+    if value is None:
+        return "unknown"
+    is_list = isinstance(value, list | tuple)
+    numbers = value if is_list else [value]
+    if declared is None or not all(type(one) in (int, float) and isfinite(one) for one in numbers):
+        return json.dumps(value)
+    shown = [f"{float(to_unit(Fraction(one), declared.unit)):.4g}" for one in numbers]
+    unit = "" if declared.unit.text == "1" else f" {declared.unit.text}"
+    return (f"[{', '.join(shown)}]" if is_list else shown[0]) + unit

@@ -173,7 +173,10 @@ def _report_run(
     out = staged.out
     failures = () if not report.has_failed else _failed_measurements(out / AUDIT)
     plant = staged.arguments.plant
-    print(summary(request.proof_report, report, plant, simulated, seconds, judgement, failures))
+    configuration = staged.configuration
+    declared = {name: one for ecm in configuration.modules.values() for name, one in ecm.state.items()}
+    declared = {**configuration.site.state, **declared}
+    print(summary(request.proof_report, report, plant, simulated, seconds, judgement, failures, declared))
     if tally is not None and GateMode(staged.arguments.gate) is GateMode.CHECKED:
         print(f"checked    Z3 confirmed {tally.confirmed} of {tally.decided} decisions")
     audited, sound = _check_log(out / AUDIT, request.signing)

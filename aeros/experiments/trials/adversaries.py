@@ -154,7 +154,7 @@ def _unproved_configuration(folder: Path, site: Site) -> Configuration:
 
 def _plant(settings: Mapping[str, Any], scene: Scene, seed: int, referee: LimitReferee) -> Plant:
     try:
-        from aeros.sim.bullet.people import Person, Waypoint
+        from aeros.sim.engine.people import Person, Waypoint
         from aeros.sim.physics import make_plant
     except ImportError as error:
         raise missing_physics_error(error) from error

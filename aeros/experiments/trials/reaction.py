@@ -50,7 +50,7 @@ class ReactionTrials:
     @contextmanager
     def open(self, condition: TrialCondition, premises: TrialInputs) -> Iterator[Trial]:
         """Implement `TrialKind.open`, on physics, each trial with a plant of its own."""
-        from aeros.sim.bullet.people_file import read_people
+        from aeros.sim.engine.people_file import read_people
         from aeros.sim.physics import make_plant
 
         settings = condition.settings

@@ -1,16 +1,22 @@
-"""Search for a way round obstacles, on the state in which a straight motion was denied."""
+"""Search for a way round obstacles, on the state in which a straight motion of tool or base was denied."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 from aeros.runtime.gate.decision import Caller, Decision, DecisionKind
 from aeros.runtime.gate.port import Gate
-from aeros.runtime.motion.detour import find_detour
+from aeros.runtime.motion.base_contact import (
+    BaseTravel,
+    box_corners,
+    enlarged_obstacle,
+    find_base_contact,
+)
+from aeros.runtime.motion.detour import Check, find_base_detour, find_detour
 from aeros.runtime.motion.kinematic_bounds import ForwardKinematics
 from aeros.runtime.motion.obstacle_contact import as_barrier, ends_at_obstacle
-from aeros.runtime.motion.swept_volume import MergedMotion, RemainingMotion
+from aeros.runtime.motion.swept_volume import BarrierBox, MergedMotion, RemainingMotion
 from aeros.runtime.motion.trajectory import OBSTRUCTED, MotionDecider, held_object
 from aeros.runtime.ports import Plant, Reading, Readings, Trajectory, Vec3, known_obstacles, plan_sequence
 from aeros.skill import Action
@@ -21,7 +27,7 @@ class Detour(NamedTuple):
     """A way round obstacles.
 
     Attributes:
-        targets: where the tool is at the end of each leg, m; the target that was asked for is the last.
+        targets: where tool or base is at the end of each leg, m; the target that was asked for is the last.
         legs: an action for each; the one that was asked for is the last.
     """
 
@@ -63,7 +69,7 @@ class DetourSearch:
         self._usage = usage
 
     def find(self, caller: Caller, denied: Decision, action: Action) -> Detour | None:
-        """Find a way round what is in the way of a straight motion of the tool.
+        """Find a way round what is in the way of a straight motion of the tool, or of the base.
 
         Args:
             caller: module, skill and inputs of the request.
@@ -77,33 +83,69 @@ class DetourSearch:
         is_obstructed = all(reason.code == OBSTRUCTED for reason in denied.reasons)
         if motion is None or not denied.reasons or not is_obstructed:
             return None
-        parameter = motion.kinds[action.kind].tool_target
         asked = self._decide(caller, self._readings, action).action
         direct_plans = None if asked is None else plan_sequence(self._plant, [asked])
-        if parameter is None or asked is None or not direct_plans or type(direct_plans[0]) is not Trajectory:
+        if asked is None or not direct_plans or type(direct_plans[0]) is not Trajectory:
             return None
+        kind, direct = motion.kinds[asked.kind], direct_plans[0]
+
+        def leg(place: Vec3) -> Action:
+            ends: dict[str, Any] = {}
+            if kind.base_target is not None:
+                ends = dict(zip(kind.base_target, place[:2], strict=True))
+            elif kind.tool_target is not None:
+                ends = {kind.tool_target: place}
+            return Action(asked.kind, {**asked.parameters, **ends})
+
+        def is_allowed(place: Vec3) -> bool:
+            return self._decide(caller, self._readings, leg(place)).kind is DecisionKind.ALLOW
+
+        def failing_leg(places: Sequence[Vec3]) -> int | None:
+            return self._failing_leg(motion, caller, [leg(place) for place in places])
+
+        if kind.base_target is not None:
+            targets = self._find_for_base(motion, direct, is_allowed, failing_leg)
+        elif kind.tool_target is not None:
+            target = asked.parameters[kind.tool_target]
+            targets = self._find_for_tool(motion, direct, target, is_allowed, failing_leg)
+        else:
+            targets = None
+        return None if targets is None else Detour(targets, [*map(leg, targets[:-1]), action])
+
+    def _find_for_base(
+        self, motion: MotionPolicy, direct: Trajectory, is_allowed: Callable[[Vec3], bool], check: Check
+    ) -> list[Vec3] | None:
+        """Return the way of the base beside obstacles; None, too, if the site compares it with none."""
+        driven = None if motion.obstacles is None else motion.obstacles.base
+        if driven is None:
+            return None
+        own, clearance = box_corners(driven), float(motion.clearance)
+        travel = BaseTravel(own, direct.base, direct.base_path).at_end()
         obstacles = known_obstacles(self._plant)
-        held = held_object(motion, direct_plans[0].body, self._readings)
-        moving = MergedMotion(
-            RemainingMotion(direct_plans[0]), RemainingMotion(direct_plans[0])
-        ).swept_motion(held)
+        if find_base_contact(travel, obstacles, clearance) is not None:
+            return None
+        boxes = [
+            BarrierBox(one.name, *enlarged_obstacle(own, one, clearance), False, False, None)
+            for one in obstacles
+        ]
+        return find_base_detour(direct.base, travel.start, boxes, is_allowed, check)
+
+    def _find_for_tool(
+        self,
+        motion: MotionPolicy,
+        direct: Trajectory,
+        target: Vec3,
+        is_allowed: Callable[[Vec3], bool],
+        check: Check,
+    ) -> list[Vec3] | None:
+        """Return the way of the tool over and beside obstacles; the base stands."""
+        obstacles = known_obstacles(self._plant)
+        held = held_object(motion, direct.body, self._readings)
+        moving = MergedMotion(RemainingMotion(direct), RemainingMotion(direct)).swept_motion(held)
         if ends_at_obstacle(moving, obstacles, float(motion.clearance)):
             return None
-        name, kind = parameter, asked.kind
-
-        def leg(target: Vec3) -> Action:
-            return Action(kind, {**asked.parameters, name: target})
-
-        def is_allowed(target: Vec3) -> bool:
-            return self._decide(caller, self._readings, leg(target)).kind is DecisionKind.ALLOW
-
-        def failing_leg(targets: Sequence[Vec3]) -> int | None:
-            return self._failing_leg(motion, caller, [leg(target) for target in targets])
-
         boxes = [*map(as_barrier, obstacles)]
-        start, target = _tool_at_start(direct_plans[0]), asked.parameters[name]
-        targets = find_detour(start, target, direct_plans[0].base, boxes, is_allowed, failing_leg)
-        return None if targets is None else Detour(targets, [*map(leg, targets[:-1]), action])
+        return find_detour(_tool_at_start(direct), target, direct.base, boxes, is_allowed, check)
 
     def _decide(self, caller: Caller, readings: Readings, action: Action) -> Decision:
         return self._gate.decide(caller, readings, action, self._now, self._usage)
@@ -117,6 +159,8 @@ class DetourSearch:
             if type(plan) is not Trajectory:
                 return number
             readings[motion.start_variable] = Reading(plan.joint_paths[0][0][0], self._now)
+            if number > 0 and motion.base_variable is not None:
+                readings[motion.base_variable] = Reading(plan.base, self._now)
             decided = self._decide(caller, readings, leg)
             if self._motions.decide(decided, plan, readings, (), obstacles).kind is not DecisionKind.ALLOW:
                 return number

@@ -1,4 +1,4 @@
-"""Ways round obstacles: straight lines of the tool through via points, over and beside what is in the way.
+"""Ways round obstacles: straight lines of the tool over and beside them, and of a base beside them.
 
 A graph of places is searched for the shortest way: the start, the target, and at several heights the places
 of both, places around each obstacle, and places near the robot's base. A way is checked as a whole, leg by
@@ -26,6 +26,9 @@ it holds is below the hand."""
 
 _ASIDE: Final = (0.14, 0.24, 0.36)
 """Distances from an obstacle's sides at which the tool may pass it, m."""
+
+_BASE_ASIDE: Final = (0.035, 0.15)
+"""Distances from an enlarged obstacle at which a base may turn off, m: more than `_ROOM`."""
 
 _DRAWN_IN: Final = (0.32, 0.45)
 """Distances from the base at which the tool may turn about it, m."""
@@ -67,8 +70,50 @@ def find_detour(
     Returns:
         The ends of the legs, with the target last; None if none was found.
     """
-    graph = _Graph([start, target], obstacles)
-    for place in _via_points(start, target, base, obstacles):
+    return _find_way(
+        [start, target], _via_points(start, target, base, obstacles), obstacles, is_allowed, check
+    )
+
+
+def find_base_detour(
+    start: Vec3,
+    target: Vec3,
+    obstacles: Sequence[BarrierBox],
+    is_allowed: Callable[[Vec3], bool],
+    check: Check,
+) -> list[Vec3] | None:
+    """Find the shortest way of a base beside obstacles that passes its check.
+
+    Args:
+        start: position of the base in W, m.
+        target: where it is to be, m.
+        obstacles: boxes in W that the position keeps out of: obstacles, enlarged by what drives.
+        is_allowed: False for a place at which no leg may end, whatever the way to it is.
+        check: decides a way.
+
+    Returns:
+        The ends of the legs, with the target last; None if none was found.
+    """
+    columns = [
+        (x, y)
+        for box in obstacles
+        for off in _BASE_ASIDE
+        for x in (start[0], target[0], box.lower[0] - off, box.upper[0] + off)
+        for y in (start[1], target[1], box.lower[1] - off, box.upper[1] + off)
+    ]
+    places = _apart([(x, y, start[2]) for x, y in columns])
+    return _find_way([start, target], places, obstacles, is_allowed, check)
+
+
+def _find_way(
+    ends: list[Vec3],
+    via_points: Sequence[Vec3],
+    obstacles: Sequence[BarrierBox],
+    is_allowed: Callable[[Vec3], bool],
+    check: Check,
+) -> list[Vec3] | None:
+    graph = _Graph(list(ends), obstacles)
+    for place in via_points:
         if place not in graph.places and not _is_near(place, obstacles) and is_allowed(place):
             graph.places.append(place)
     for _ in range(MOST_TRIES):

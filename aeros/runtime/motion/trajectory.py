@@ -25,6 +25,7 @@ from math import dist, inf, isfinite
 from typing import Any, Final
 
 from aeros.runtime.gate.decision import Decision, DecisionKind, Reason
+from aeros.runtime.motion.base_contact import BaseTravel, box_corners, find_base_contact
 from aeros.runtime.motion.bezier import joint_box
 from aeros.runtime.motion.kinematic_bounds import (
     MotionRates,
@@ -402,13 +403,19 @@ def _link_contacts(policy: MotionPolicy, moving: SweptMotion) -> list[Reason]:
 def _obstacle_contacts(
     policy: MotionPolicy, moving: SweptMotion, obstacles: Sequence[Obstacle]
 ) -> list[Reason]:
-    """Report an obstacle that a link, or what is held, may come too near to."""
+    """Report an obstacle that a link, what is held, or the base that drives, may come too near to."""
     clearance = float(policy.clearance)
     breach = find_obstacle_contact(moving, obstacles, clearance)
+    is_at_target = breach is not None and ends_at_obstacle(moving, obstacles, clearance)
+    driven = None if policy.obstacles is None else policy.obstacles.base
+    if breach is None and driven is not None and any(moving.base_path):
+        travel = BaseTravel(box_corners(driven), moving.base, moving.base_path)
+        breach = find_base_contact(travel, obstacles, clearance)
+        is_at_target = find_base_contact(travel.at_end(), obstacles, clearance) is not None
     if breach is None:
         return []
     obstacle = next(one for one in obstacles if one.name == breach.barrier)
-    target = ", and at its target" if ends_at_obstacle(moving, obstacles, clearance) else ""
+    target = ", and at its target" if is_at_target else ""
     text = (
         f"`{breach.link}` may come nearer than {1000.0 * clearance:.3g} mm to {obstacle} at "
         f"{100.0 * breach.path_parameter:.0f} % of the path{target}; `{obstacle.camera}` saw it"

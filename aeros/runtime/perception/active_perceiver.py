@@ -69,6 +69,7 @@ class ActivePerceiver:
         self._open, self._record, self._memories = open_perceiver, record, memories
         self._run: PerceiverRun | None = None
         self._check = PerceivedValueCheck(ecm, perceiver)
+        self._unsure: frozenset[str] = frozenset()
         self._sees = ObservationFilter(ecm, site)
         self._readings = perceiver.read_as
         # What its module perceives or defines does not change between two calls.
@@ -179,6 +180,11 @@ class ActivePerceiver:
             self._note_failure(view.time, str(failure))
         else:
             self.values = values
+            unsure = self._check.unsure
+            if unsure.keys() != self._unsure:
+                # An empty one says that all are certain again.
+                self._record("perceiver-unsure", {**self._identity(), "uncertainties": dict(unsure)})
+                self._unsure = frozenset(unsure)
             if self._failures:
                 self._record("perceiver-recovered", {**self._identity(), "after_failures": self._failures})
                 self._failures = 0

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator, Mapping
 from itertools import product
+from math import inf
 from typing import TYPE_CHECKING, Any, Final
 
 from aeros.runtime.gate.configuration import Configuration
@@ -122,7 +123,8 @@ class ObstacleMap:
         for volume in policy.volumes:
             if volume.name not in sees:
                 continue
-            space = WatchedSpace(_as_box(volume.box), float(volume.surface), float(volume.least_height))
+            most = inf if volume.greatest_height is None else float(volume.greatest_height)
+            space = WatchedSpace(_as_box(volume.box), float(volume.surface), float(volume.least_height), most)
             found = [
                 SpaceBox(_lowered(one.grown(margin).lower, one.lower), one.grown(margin).upper)
                 for one in find_obstacles(seen, [space], known)

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from fractions import Fraction
 from math import isfinite
 from typing import Any
 
 from aeros.runtime.gate.value_check import Scalars, ValueChecker
 from aeros.runtime.isolation.protocol import PerceivedValue
 from aeros.runtime.ports import Reading
+from aeros.spec.expr.units import format_quantity
 from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.perception import Perceiver
+from aeros.spec.model.variables import Declared
 
 
 class InvalidValuesError(Exception):
@@ -23,9 +26,13 @@ class PerceivedValueCheck:
     Args:
         ecm: the module.
         perceiver: the perceiver of it.
+
+    Attributes:
+        unsure: what the last answer gave less certain than declared: by full name, how uncertain it was.
     """
 
     def __init__(self, ecm: Ecm, perceiver: Perceiver) -> None:
+        self.unsure: dict[str, str] = {}
         self._checkers = {
             name.partition(".")[2]: ValueChecker(ecm.state[name]) for name in perceiver.provides
         }
@@ -49,6 +56,7 @@ class PerceivedValueCheck:
                 of the answer can be relied on.
         """
         values: dict[str, Reading] = {}
+        self.unsure = {}
         for name, one in perceived.items():
             checker = self._checkers.get(name)
             if checker is None:
@@ -57,12 +65,20 @@ class PerceivedValueCheck:
             fault = checker.unpack(one.value, scalars)
             if fault is not None:
                 raise InvalidValuesError(f"it measured a wrong value: {fault.text}")
-            if _is_certain(checker, one.uncertainty):
+            if not _is_certain(checker, one.uncertainty):
+                self.unsure[checker.declared.name] = _uncertainty_text(checker.declared, one.uncertainty)
+            else:
                 parts = tuple(scalars[scalar] for scalar in checker.names)
                 is_compound = type(one.value) in (list, tuple)
                 time = _checked_time(name, one.time, oldest, newest)
                 values[checker.declared.name] = Reading(parts if is_compound else parts[0], time)
         return values
+
+
+def _uncertainty_text(declared: Declared, uncertainty: Any) -> str:
+    most = declared.uncertainty or Fraction(0)
+    found = f"{float(Fraction(uncertainty) / declared.unit.factor):.3g}"
+    return f"{found} {declared.unit.text}, declared at most {format_quantity(most, declared.unit)}"
 
 
 def _checked_time(name: str, time: Any, oldest: float, newest: float) -> float:

@@ -9,6 +9,7 @@ RecordEvent = Callable[[str, Mapping[str, Any]], object]
 """Writes an event of perceivers or tools, with its details, into the audit record."""
 
 PERCEIVER_FAILED: Final = "perceiver-failed"
+PERCEIVER_UNSURE: Final = "perceiver-unsure"
 TOOL_FAILED: Final = "tool-failed"
 
 
@@ -22,6 +23,11 @@ def failure_text(event: str, details: Mapping[str, Any]) -> str:
     Returns:
         The line; empty for an event of another kind.
     """
+    if event == PERCEIVER_UNSURE:
+        values = details.get("uncertainties")
+        listed = [f"{name} to {text}" for name, text in values.items()] if isinstance(values, Mapping) else []
+        source = f"perceiver `{details.get('module')}.{details.get('perceiver')}`"
+        return f"{source} is less certain than declared, so unknown: {'; '.join(listed)}" if listed else ""
     if event == PERCEIVER_FAILED:
         source = f"perceiver `{details.get('module')}.{details.get('perceiver')}`"
     elif event == TOOL_FAILED:

@@ -28,7 +28,7 @@ from aeros.spec.model.ecm import Ecm
 from aeros.spec.model.operator_settings import OperatorSettings
 from aeros.spec.model.site import Site
 from aeros.spec.text.digests import code_digest, text_digest
-from aeros.spec.text.discovery import MANIFEST, Surroundings, module_folders
+from aeros.spec.text.discovery import MANIFEST, Surroundings, all_module_folders, module_folders
 from aeros.spec.text.site_layers import site_content
 from aeros.spec.verification.modules_with_settings import absent_module_problems
 from aeros.spec.verification.reports import Report
@@ -139,8 +139,7 @@ class FolderModules:
 
     def _found_folders(self, diagnostics: Diagnostics) -> list[Path]:
         """Return the folders of the modules; report each given folder that holds none."""
-        found = (folder for given in self._given for folder in module_folders(given, diagnostics))
-        return with_required_folders(dict.fromkeys(found))
+        return with_required_folders(all_module_folders(self._given, diagnostics))
 
     def _prove_unblocked(self, site: Path) -> tuple[Configuration, Report]:
         """Prove all modules without blocks, as their certificates are written.

@@ -203,6 +203,17 @@ class InstalledModules:
 
     # Parts.
 
+    def _modules_that_need(self, name: str, snapshot: RegistrySnapshot) -> list[str]:
+        """List the proved modules whose manifest names a module as required."""
+        waiting = self._unconfigured(snapshot)
+        return [
+            other
+            for other, folder in self._folders(snapshot).items()
+            if other != name
+            and other not in waiting
+            and name in {one.value for one, _ in self._declared(folder).dependencies.modules}
+        ]
+
     def _policy_of(self, snapshot: RegistrySnapshot) -> Site:
         """Load the site in force, with the operator's settings of modules.
 
@@ -257,7 +268,11 @@ class InstalledModules:
         folders = self._folders(new)
         for one in new.modules.values():
             if bundle_digest(module_files(folders[one.name])) != one.digest:
-                raise refusal("AE965", f"the stored files of `{one.name}` differ from the installed ones")
+                raise refusal(
+                    "AE965",
+                    f"the stored files of `{one.name}` differ from the installed ones",
+                    "install the module again from its folder or bundle, which stores its files anew",
+                )
         active = {name for name, one in new.modules.items() if one.state is ModuleState.ACTIVE}
         unconfigured = self._unconfigured(new)
         given = {name: one for name, one in new.configurations.items() if name not in unconfigured}

@@ -277,6 +277,7 @@ class Registry(InstalledModules):
                 cure = f"if a run has it from a folder, `aeros block --module {name}` reaches it there"
                 raise _unknown_name_error("module", name, old.modules, cure)
             state = _next_state(old, name, verb)
+            self._require_not_needed(name, verb, old)
             before = UNCONFIGURED if resets else old.modules[name].configuration
             one = replace(old.modules[name], state=state, configuration=before.updated(settings))
             if resets and not settings and name in self._find_waiting(_with_module(old, one)):
@@ -285,6 +286,21 @@ class Registry(InstalledModules):
             new = replace(_with_module(old, one), withdrawn=_withdrawn(old.withdrawn, name, verb))
             self._change(old, new, f"{verb.value} {name} {settings}".rstrip())
             return one
+
+    def _require_not_needed(self, name: str, verb: LifecycleAction, old: RegistrySnapshot) -> None:
+        """Refuse to withdraw a module that others need.
+
+        Raises:
+            UserError: a module that stays as it is needs this one.
+        """
+        if verb not in (LifecycleAction.DEACTIVATE, LifecycleAction.REMOVE):
+            return
+        needing = self._modules_that_need(name, old)
+        if verb is LifecycleAction.DEACTIVATE:
+            needing = [other for other in needing if old.modules[other].state is ModuleState.ACTIVE]
+        if needing:
+            cures = (f"`aeros {verb.value} {other}` first" for other in needing)
+            raise refusal("AE964", f"`{needing[0]}` needs `{name}`", *cures)
 
     def _change(self, old: RegistrySnapshot, new: RegistrySnapshot, description: str) -> None:
         configuration, _ = self._prove_snapshot(new)

@@ -27,6 +27,8 @@ def describe_raised(failure: BaseException, function: Callable[..., Any], known:
         As in `skills.py:36: KeyError: 'bloc_position'; did you mean `block_position`?`.
     """
     place = _last_place(failure.__traceback__, function)
+    if type(failure) is MemoryError and not failure.args:
+        return f"{place}MemoryError: its process may use no more memory"
     missing = _missing_name(failure)
     near = () if missing is None else difflib.get_close_matches(missing, list(known), 1, _CLOSE)
     return f"{place}{describe_exception(failure)}" + (f"; did you mean `{near[0]}`?" if near else "")

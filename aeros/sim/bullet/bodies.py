@@ -1,18 +1,17 @@
-"""Bodies of a scene in a PyBullet world, their links and joints, and the check that no two bodies overlap."""
+"""Bodies of a scene in a PyBullet world, with their links and joints."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Final, NamedTuple
+from typing import Final
 
-from aeros.sim.bullet.body_factory import Colour, RigidPart
+from aeros.sim.bullet.body_factory import RigidPart
 from aeros.sim.bullet.client import bullet
 from aeros.sim.bullet.world import PhysicsWorld
+from aeros.sim.engine.engine import PlacedBody
+from aeros.sim.engine.world import Rgba
 from aeros.sim.geometry import Pose
-from aeros.sim.layouts.overlap_faults import MAX_OVERLAP, overlap_fault
 from aeros.sim.pictures.solids import basin_boxes
-from aeros.spec.diagnostics.codes import Diagnostic
-from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.model.scene import (
     Basin,
     Box,
@@ -24,22 +23,6 @@ from aeros.spec.model.scene import (
 )
 
 _FIXED_JOINT: Final = bullet.JOINT_FIXED
-
-
-class PlacedBody(NamedTuple):
-    """A body of a scene in a world.
-
-    Attributes:
-        body: the declaration.
-        number: number of the body in PyBullet.
-        links: numbers of its links by name; -1 is the base.
-        joints: numbers of its movable joints by name.
-    """
-
-    body: SceneBody
-    number: int
-    links: Mapping[str, int]
-    joints: Mapping[str, int]
 
 
 def add_body(world: PhysicsWorld, body: SceneBody, pose: Pose) -> PlacedBody:
@@ -85,7 +68,7 @@ def _add_rigid(world: PhysicsWorld, body: SceneBody, pose: Pose) -> int:
     return world.bodies.add_parts(parts, *pose, mass=body.mass, friction=body.friction)
 
 
-def _parts(body: SceneBody, colour: Colour) -> Iterator[RigidPart]:
+def _parts(body: SceneBody, colour: Rgba) -> Iterator[RigidPart]:
     match body.shape:
         case Sphere(radius):
             yield RigidPart(bullet.GEOM_SPHERE, (radius, 0.0, 0.0), (0.0, 0.0, 0.0), colour)
@@ -140,49 +123,3 @@ def _set_model(
                 jointUpperLimit=high,
                 physicsClientId=world.client,
             )
-
-
-def check_overlaps(world: PhysicsWorld, placed: Mapping[int, SceneBody], names: Mapping[int, str]) -> None:
-    """Check that no two bodies of a world overlap by more than `MAX_OVERLAP`.
-
-    Overlapping bodies are thrown apart as soon as the world steps.
-
-    Args:
-        world: the world.
-        placed: declared bodies by their number in PyBullet.
-        names: names of other bodies, by number.
-
-    Raises:
-        UserError: some overlap; it lists every pair.
-    """
-    problems = [
-        _overlap_diagnostic(first, second, depth, world, placed, names)
-        for first, second, depth in world.overlaps(MAX_OVERLAP)
-    ]
-    if problems:
-        raise UserError(problems)
-
-
-def _overlap_diagnostic(
-    one: int,
-    other: int,
-    depth: float,
-    world: PhysicsWorld,
-    placed: Mapping[int, SceneBody],
-    names: Mapping[int, str],
-) -> Diagnostic:
-    first, second = sorted((one, other), key=lambda body: body not in placed)
-    spoken = [_body_name(body, world, placed, names) for body in (first, second)]
-    declared = [placed[body] for body in (first, second) if body in placed]
-    return overlap_fault(spoken[0], spoken[1], declared, depth)
-
-
-def _body_name(
-    body: int, world: PhysicsWorld, placed: Mapping[int, SceneBody], names: Mapping[int, str]
-) -> str:
-    if body in placed:
-        return f"`{placed[body].name}`"
-    if body in names:
-        return names[body]
-    x, y, z = world.pose(body).position
-    return f"the body at ({x:.2f}, {y:.2f}, {z:.2f}) m"

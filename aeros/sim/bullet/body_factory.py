@@ -7,11 +7,10 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from aeros.sim.bullet.client import bullet
+from aeros.sim.engine.world import Rgba
 from aeros.sim.geometry import UPRIGHT, Quaternion, Vector3
 from aeros.spec.diagnostics.codes import Diagnostic
 from aeros.spec.diagnostics.errors import UserError
-
-Colour = tuple[float, float, float, float]
 
 
 class RigidPart(NamedTuple):
@@ -27,7 +26,7 @@ class RigidPart(NamedTuple):
     kind: int
     size: Vector3
     position: Vector3
-    colour: Colour
+    colour: Rgba
 
 
 def load_model(
@@ -89,7 +88,7 @@ class BodyFactory:
         orientation: Quaternion = UPRIGHT,
         *,
         mass: float = 0.0,
-        colour: Colour = (0.7, 0.7, 0.7, 1.0),
+        colour: Rgba = (0.7, 0.7, 0.7, 1.0),
         friction: float = 0.6,
     ) -> int:
         """Add a box.
@@ -120,7 +119,7 @@ class BodyFactory:
         orientation: Quaternion = UPRIGHT,
         *,
         mass: float = 0.0,
-        colour: Colour = (0.7, 0.7, 0.7, 1.0),
+        colour: Rgba = (0.7, 0.7, 0.7, 1.0),
         friction: float = 0.6,
     ) -> int:
         """Add a cylinder about its own z axis.

@@ -1,37 +1,18 @@
 """Somebody's hand that carries a body: forces that move it along a way, as a spring with a damper would.
 
 The body is moved by forces and torques alone, so it pushes what stands in its way and is held by what holds
-it. The way goes straight up, over to the goal, and down.
+it.
 """
 
 from __future__ import annotations
 
-from math import cos, sin
-from typing import Final
-
 import numpy as np
 
 from aeros.sim.bullet.client import bullet
-from aeros.sim.bullet.world import GRAVITY, PhysicsWorld
-from aeros.sim.geometry import Pose, Vector3, compose
-
-LIFT: Final = 0.25
-"""Height above the higher end of the way at which a body is carried, m."""
-
-STIFFNESS: Final = 900.0
-"""Acceleration by distance from the way, 1/s²."""
-
-DAMPING: Final = 60.0
-"""Acceleration by speed, 1/s: critical for that stiffness."""
-
-MAX_FORCE: Final = 15.0
-"""Strength of the hand, N: more than the fingers' friction at their usual grip."""
-
-_UP_UNTIL, _OVER_UNTIL = 0.25, 0.7
-"""Shares of the time after which the body is up, and over its goal."""
-
-_TURN_GAIN: Final = 0.02
-"""Torque by angle of a body of 0.1 kg, N·m/rad: 5 cm of lever, a third of the force that lifts it."""
+from aeros.sim.bullet.world import PhysicsWorld
+from aeros.sim.engine.carried_way import DAMPING, LIFT, MAX_FORCE, STIFFNESS, TURN_GAIN, CarriedWay
+from aeros.sim.engine.world import GRAVITY
+from aeros.sim.geometry import Vector3
 
 
 class Carrier:
@@ -60,16 +41,12 @@ class Carrier:
     ) -> None:
         self._world = world
         self._body = body
-        self._start = world.pose(body)
-        self._goal = goal
-        self._turn = turn
-        self._axis = axis
+        self._way = CarriedWay(world.pose(body), goal, turn, axis, lift)
         joints = bullet.getNumJoints(body, physicsClientId=world.client)
         self._links = range(-1, joints)
         self._masses = [
             float(bullet.getDynamicsInfo(body, link, physicsClientId=world.client)[0]) for link in self._links
         ]
-        self._high = max(self._start.position[2], goal[2]) + lift
         self._strength = strength
 
     def push(self, share: float) -> None:
@@ -81,7 +58,7 @@ class Carrier:
         client, mass = self._world.client, sum(self._masses)
         place, orientation = self._world.pose(self._body)
         speed, spin = bullet.getBaseVelocity(self._body, physicsClientId=client)
-        wanted = np.array(self._place(share))
+        wanted = np.array(self._way.position(share))
         pull = STIFFNESS * (wanted - np.array(place)) - DAMPING * np.array(speed)
         pull[2] += GRAVITY
         force_wanted = float(np.linalg.norm(pull)) * mass
@@ -94,29 +71,14 @@ class Carrier:
                     self._body, link, force, at, bullet.WORLD_FRAME, physicsClientId=client
                 )
         error = bullet.getAxisAngleFromQuaternion(
-            bullet.getDifferenceQuaternion(orientation, self._orientation(share))
+            bullet.getDifferenceQuaternion(orientation, self._way.orientation(share))
         )
         angle = error[1] if error[1] <= np.pi else error[1] - 2.0 * np.pi
-        gain = _TURN_GAIN * mass / 0.1
+        gain = TURN_GAIN * mass / 0.1
         torque = gain * angle * np.array(error[0]) - 0.1 * gain * np.array(spin)
         bullet.applyExternalTorque(
             self._body, -1, torque.tolist(), bullet.WORLD_FRAME, physicsClientId=client
         )
-
-    def _place(self, share: float) -> Vector3:
-        """Return where the body should be after a share of the time."""
-        (x, y, z), (u, v, w) = self._start.position, self._goal
-        up = _smooth(share / _UP_UNTIL)
-        over = _smooth((share - _UP_UNTIL) / (_OVER_UNTIL - _UP_UNTIL))
-        down = _smooth((share - _OVER_UNTIL) / (0.95 - _OVER_UNTIL))
-        height = z + up * (self._high - z) + down * (w - self._high)
-        return (x + over * (u - x), y + over * (v - y), height)
-
-    def _orientation(self, share: float) -> tuple[float, float, float, float]:
-        half = 0.5 * self._turn * _smooth((share - _UP_UNTIL) / (_OVER_UNTIL - _UP_UNTIL))
-        a, b, c = self._axis
-        turned = Pose((0.0, 0.0, 0.0), (a * sin(half), b * sin(half), c * sin(half), cos(half)))
-        return compose(turned, Pose((0.0, 0.0, 0.0), self._start.orientation)).orientation
 
 
 def is_occupied(world: PhysicsWorld, low: Vector3, high: Vector3, body: int) -> bool:
@@ -137,9 +99,3 @@ def is_occupied(world: PhysicsWorld, low: Vector3, high: Vector3, body: int) -> 
         all(a < d and c < b for a, b, c, d in zip(lower, upper, low, high, strict=True))
         for lower, upper in bounds
     )
-
-
-def _smooth(share: float) -> float:
-    """Go from 0 to 1 with no speed at either end."""
-    s = min(1.0, max(0.0, share))
-    return s * s * (3.0 - 2.0 * s)

@@ -1,4 +1,4 @@
-"""Import PyBullet, at this one place: the banner that it prints on import goes to standard error.
+"""Import PyBullet, at this one place, without the banner that it prints on import.
 
 The library prints the banner through C's standard output, where it would mix with a command's output.
 """
@@ -8,9 +8,9 @@ from __future__ import annotations
 import ctypes
 import os
 
-_stdout = os.dup(1)
+_stdout, _nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)
 try:
-    os.dup2(2, 1)
+    os.dup2(_nowhere, 1)
     import pybullet as bullet
     import pybullet_data
 
@@ -18,6 +18,7 @@ try:
 finally:
     os.dup2(_stdout, 1)
     os.close(_stdout)
+    os.close(_nowhere)
 
 DATA: str = pybullet_data.getDataPath()
 """Folder of the models that come with PyBullet."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, Final, NamedTuple
 
-from aeros.sim.bullet.body_factory import Colour
 from aeros.sim.bullet.client import bullet
 from aeros.sim.bullet.world import PhysicsWorld
+from aeros.sim.engine.world import Rgba
 from aeros.sim.geometry import Pose, Vector3
 
 BASE_LINK: Final = -1
@@ -33,7 +33,7 @@ class Shape(NamedTuple):
     size: Vector3
     mesh: str
     place: Pose
-    colour: Colour
+    colour: Rgba
 
 
 def bodies_of(world: PhysicsWorld) -> list[int]:

@@ -15,23 +15,19 @@ from itertools import combinations
 from math import hypot
 from typing import Final
 
-import numpy as np
-
 from aeros.files import temporary_folder
 from aeros.kinematic_chain import pairs_that_may_meet
 from aeros.sim.bullet.body_factory import load_model
 from aeros.sim.bullet.client import DATA, bullet
 from aeros.sim.bullet.external_torques import ExternalTorqueObserver
 from aeros.sim.bullet.world import PhysicsWorld
-from aeros.sim.clock import TICK
-from aeros.sim.geometry import Vector3
-from aeros.sim.randomness import RandomSource
+from aeros.sim.engine.robot import PhysicalRobot
 from aeros.sim.robot.body import PANDA_BODY
 from aeros.sim.robot.contact_estimate import estimate_contact_force
 from aeros.sim.robot.kinematics import FLANGE_TO_TOOL
-from aeros.sim.robot.limits import FINGER_GAP_MAX, FINGER_SPEED, QD_MAX, TAU_MAX, Vector
+from aeros.sim.robot.limits import FINGER_GAP_MAX, FINGER_SPEED, QD_MAX, Vector
 from aeros.sim.robot.odometry import WheelOdometry
-from aeros.sim.robot.robot import CARRIAGE_EDGES, Robot, RobotOptions, RobotState
+from aeros.sim.robot.robot import CARRIAGE_EDGES, RobotOptions, RobotState
 from aeros.spec.text.files import read_source
 
 _POSITION_GAIN: Final = 0.3
@@ -49,31 +45,20 @@ BASE_CORRECTION: Final = 60.0
 It bounds the push on an obstacle, below `collision_force` and every quasi-static limit."""
 
 
-class Panda(Robot):
+class Panda(PhysicalRobot):
     """A Panda simulated in PyBullet.
-
-    Its own sensors, and so its set points, count from where wheel odometry takes the base to be.
 
     Args:
         world: the world to add it to.
         options: carriage, base position, initial posture and friction.
         odometry: of the carriage; without drift if None.
-
-    Attributes:
-        body: its number in PyBullet.
-        odometry: of the carriage.
-        fingers: numbers of the finger links.
-        grip_command: commanded gap, m, and force on each finger, N.
-        finger_friction: Coulomb coefficient of undegraded finger pads.
-        torque_limits: greatest torque of each arm motor (7), N·m; a fault may lower it.
     """
 
     def __init__(
         self, world: PhysicsWorld, options: RobotOptions, odometry: WheelOdometry | None = None
     ) -> None:
-        super().__init__(options)
+        super().__init__(options, odometry)
         self._world = world
-        self.odometry = odometry or WheelOdometry(RandomSource(0))
         self.body = _load(world, options)
         index = _joint_indices(self.body, world.client)
         self._arm = [index[f"panda_joint{i}"] for i in range(1, 8)]
@@ -84,16 +69,10 @@ class Panda(Robot):
         self._drive = [index["carriage_x"], index["carriage_y"]] if options.carriage else []
         self._sensed = _movable_joints(self.body, world.client)
         self._arm_start = self._sensed.index(self._arm[0])
-        self.torque_limits: list[float] = TAU_MAX.tolist()
         self._drives = _Drives(world, self.body, self._arm, self._drive, self._sensed, self.torque_limits)
         self._external = ExternalTorqueObserver(world, self.body, self._sensed, self._drives.note_corrections)
-        x, y, z = self._base_start.tolist()
-        self._stand: Vector3 = (x, y, z)
-        self._driven: tuple[float, ...] = (0.0,) * len(self._drive)
         if self._drive:
-            world.after_step.append(self._count_wheels)
-        self.grip_command = (FINGER_GAP_MAX, 10.0)
-        self.finger_friction = options.finger_friction
+            world.after_step.append(lambda: self._count_wheels(*self._external.positions[:2]))
         self._assemble()
 
     def _assemble(self) -> None:
@@ -123,40 +102,16 @@ class Panda(Robot):
 
     # Motors.
 
-    def command(self, q: Vector, qd: Vector) -> None:
-        """Implement `Robot.command`."""
-        acceleration = (qd - self.qd_command) / TICK
-        self.q_command, self.qd_command = q, qd
-        self._drives.set_points(q, qd, acceleration, 1.0)
+    def _set_arm_points(self, q: Vector, qd: Vector, acceleration: Vector, strength: float) -> None:
+        """Implement `PhysicalRobot._set_arm_points`."""
+        self._drives.set_points(q, qd, acceleration, strength)
 
-    def set_arm_motors(self, q: Vector, qd: Vector, strength: float = 1.0) -> None:
-        """Set the arm motors for the next tick without changing the commanded set points.
-
-        Args:
-            q: joint positions (7,), rad.
-            qd: joint speeds (7,), rad/s.
-            strength: share of the motors' torque limits, in [0, 1].
-        """
-        self._drives.set_points(q, qd, _AT_REST, strength)
-
-    def command_base(self, xy: Vector, speed: Vector) -> None:
-        """Implement `Robot.command_base`."""
-        acceleration = (speed - self.base_speed_command) / TICK
-        self.base_command, self.base_speed_command = xy, speed
-        self._drives.base_points(xy - np.array(self.odometry.drift), speed, acceleration)
-
-    def grip(self, width: float, force: float) -> None:
-        """Implement `Robot.grip`."""
-        self.grip_command = (width, force)
-        self.set_finger_motors(width, force)
+    def _set_base_points(self, xy: Vector, speed: Vector, acceleration: Vector) -> None:
+        """Implement `PhysicalRobot._set_base_points`."""
+        self._drives.base_points(xy, speed, acceleration)
 
     def set_finger_motors(self, width: float, force: float) -> None:
-        """Set the finger motors without changing the commanded grip.
-
-        Args:
-            width: distance between the finger pads, m.
-            force: greatest force on each finger, N.
-        """
+        """Implement `PhysicalRobot.set_finger_motors`."""
         for finger in self.fingers:
             bullet.setJointMotorControl2(
                 self.body,
@@ -169,11 +124,7 @@ class Panda(Robot):
             )
 
     def set_finger_friction(self, friction: float) -> None:
-        """Set the Coulomb coefficient of both finger pads.
-
-        Args:
-            friction: dimensionless.
-        """
+        """Implement `PhysicalRobot.set_finger_friction`."""
         for finger in self.fingers:
             self._world.bodies.set_friction(self.body, finger, friction)
 
@@ -200,33 +151,9 @@ class Panda(Robot):
             # Closed fingers penetrate each other slightly; a gap is never measured as negative.
             finger_gap=max(0.0, positions[fingers] + positions[fingers + 1]),
             finger_speed=max(abs(rates[fingers]), abs(rates[fingers + 1])),
-            base_position=self._base_position(positions[:first]),
+            base_position=self._odometry_position(positions[:first]),
             base_velocity=(rates[0], rates[1], 0.0) if self._drive else _ZERO_VELOCITY,
         )
-
-    def _base_position(self, drive: tuple[float, ...]) -> Vector3:
-        """Return the position that odometry shows."""
-        if not drive:
-            return self._stand
-        x, y, z = self._stand
-        off_x, off_y = self.odometry.drift
-        return (x + drive[0] + off_x, y + drive[1] + off_y, z)
-
-    def _count_wheels(self) -> None:
-        x, y = self._external.positions[:2]
-        before, self._driven = self._driven, (x, y)
-        self.odometry.drive(x - before[0], y - before[1])
-
-    def true_points(self) -> tuple[Vector3, Vector3]:
-        """Locate the robot, for scene and referee; no sensor of it measures this.
-
-        Returns:
-            Positions of the arm's base and of the tool point in W, m.
-        """
-        state = self.read_sensors()
-        (bx, by, bz), (tx, ty, tz) = state.base_position, state.tool_position
-        off_x, off_y = self.odometry.drift
-        return (bx - off_x, by - off_y, bz), (tx - off_x, ty - off_y, tz)
 
     def finger_forces(self) -> tuple[float, float]:
         """Implement `Robot.finger_forces` by the motors, whose forces are negative as they close."""
@@ -241,11 +168,7 @@ class Panda(Robot):
         return max(arm, hypot(*outside[:first]))
 
     def net_contact_force(self) -> float:
-        """Sum the forces of all contacts with the robot, for a referee; no sensor of it measures this.
-
-        Returns:
-            The magnitude, N.
-        """
+        """Implement `PhysicalRobot.net_contact_force`."""
         return self._world.net_contact_force(self.body)
 
     def wrist_vertical_force(self) -> float:
@@ -413,7 +336,6 @@ def _places(movable: tuple[int, ...], joints: Sequence[int]) -> slice:
     return slice(movable.index(joints[0]), movable.index(joints[-1]) + 1) if joints else slice(0)
 
 
-_AT_REST: Final = np.zeros(7)
 _NO_ACCELERATION: Final = [0.0] * len(QD_MAX)
 _ZERO_VELOCITY: Final = (0.0, 0.0, 0.0)
 _GAINS: Final = [_POSITION_GAIN] * len(QD_MAX)

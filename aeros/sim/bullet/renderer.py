@@ -2,27 +2,14 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image as Picture
 
 from aeros.files import temporary_folder
 from aeros.sim.bullet.client import bullet
+from aeros.sim.engine.world import Image
 from aeros.sim.geometry import Camera
-
-
-class Image(NamedTuple):
-    """A rendered picture.
-
-    Attributes:
-        rgb: (height, width, 3), 0 to 255.
-        depth: along the optical axis (height, width), m.
-    """
-
-    rgb: NDArray[np.uint8]
-    depth: NDArray[np.float64]
 
 
 class Renderer:

@@ -17,7 +17,9 @@ from typing import Final, NamedTuple
 from aeros.sim.bullet.client import bullet
 from aeros.sim.bullet.mirror import SceneMirror, Shape, bodies_of, poses_of, shapes_of
 from aeros.sim.bullet.world import PhysicsWorld
+from aeros.sim.engine.world import EngineWorld
 from aeros.sim.geometry import Camera, Pose, Vector3, subtract
+from aeros.spec.diagnostics.errors import MisuseError
 
 _OPEN_TIMEOUT_S: Final = 30.0  # s, for the window to open
 _FRAME_TICKS: Final = 8  # ticks: 30 pictures for each simulated second at most
@@ -137,13 +139,18 @@ class ViewerWindow:
             self.close()
             raise WindowError(f"no window opens on display `{display}`, which needs an X server with OpenGL")
 
-    def tick(self, world: PhysicsWorld, view: Camera) -> None:
+    def tick(self, world: EngineWorld, view: Camera) -> None:
         """Send an update if one is due and the window has drawn the previous one.
 
         Args:
-            world: the simulated world.
+            world: the simulated world, of PyBullet.
             view: camera to begin with.
+
+        Raises:
+            MisuseError: the world is of another engine.
         """
+        if not isinstance(world, PhysicsWorld):
+            raise MisuseError("the window shows worlds of PyBullet alone")
         if world.ticks % _FRAME_TICKS or not self._is_open or not self._is_ready(0.0):
             return
         fresh = [body for body in bodies_of(world) if body not in self._known]

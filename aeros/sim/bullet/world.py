@@ -10,42 +10,20 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from itertools import combinations
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 from aeros.sim.bullet.body_factory import BodyFactory
 from aeros.sim.bullet.client import bullet
 from aeros.sim.bullet.renderer import Renderer
 from aeros.sim.clock import TICK
+from aeros.sim.engine.world import GRAVITY, Contact
 from aeros.sim.geometry import UPRIGHT, Pose, Vector3
 
 _NO_OFFSET: Final = (0.0, 0.0, 0.0)
 
-GRAVITY: Final = 9.81
-"""Standard acceleration, m/s², rounded as PyBullet's examples do."""
-
-
-class Contact(NamedTuple):
-    """A contact point of a first body with a second.
-
-    Attributes:
-        link_a: number of the first body's link.
-        link_b: number of the second body's link.
-        body_b: number of the second body.
-        position: in W, m.
-        normal: unit vector in W, towards the first body.
-        force: normal force, N.
-    """
-
-    link_a: int
-    link_b: int
-    body_b: int
-    position: Vector3
-    normal: Vector3
-    force: float
-
 
 class PhysicsWorld:
-    """A PyBullet client of its own; worlds share nothing.
+    """A PyBullet client of its own; worlds share nothing. It implements `EngineWorld`.
 
     Attributes:
         client: number of the client; -1 once closed.

@@ -17,9 +17,9 @@ import numpy as np
 from numpy.random import Generator
 
 from aeros.runtime.ports import CameraPicture
-from aeros.sim.bullet.carrier import MAX_FORCE, Carrier, is_occupied
-from aeros.sim.bullet.world import GRAVITY
 from aeros.sim.clock import TICK
+from aeros.sim.engine.carried_way import LIFT, MAX_FORCE
+from aeros.sim.engine.world import GRAVITY
 from aeros.sim.faults.degradation import NO_DEGRADATION, Degradation
 from aeros.sim.faults.model import PersonEntersFault, PhysicalFault, PictureFault
 from aeros.sim.geometry import Pose, Vector3, add, subtract, to_world
@@ -111,11 +111,11 @@ def _put(put: BoxFault, source: Generator, parts: PlantParts) -> Iterator[Degrad
     goal = (x, y, z + put.box[2] / 2.0)
     start = add(goal, (0.0, 0.0, _BROUGHT_FROM))
     half = (put.box[0] / 2.0, put.box[1] / 2.0, put.box[2] / 2.0)
-    while is_occupied(parts.world, subtract(goal, half), add(start, half), parts.robot.body):
+    while parts.engine.is_occupied(subtract(goal, half), add(start, half), parts.robot.body):
         yield NO_DEGRADATION
-    body = parts.world.bodies.add_box(put.box, start, mass=put.mass, colour=_BOX_COLOUR)
+    body = parts.engine.add_box(put.box, start, mass=put.mass, colour=_BOX_COLOUR)
     strength = max(MAX_FORCE, _STRENGTH_BY_WEIGHT * put.mass * GRAVITY)
-    hand = Carrier(parts.world, body, goal, 0.0, (0.0, 0.0, 1.0), lift=0.0, strength=strength)
+    hand = parts.engine.carry(body, goal, 0.0, (0.0, 0.0, 1.0), lift=0.0, strength=strength)
     for tick in range(1, put.over + 1):
         hand.push(tick / put.over)
         yield NO_DEGRADATION
@@ -135,14 +135,15 @@ def _carry(carry: CarryFault, source: Generator, parts: PlantParts) -> Iterator[
     x, y, z = _draw_place(carry, source, parts)
     axis = _random_horizontal(source) if carry.about is None else carry.about
     body = parts.scene.body(carry.thing)
-    carriers = [Carrier(parts.world, body, (x, y, z), carry.turn, axis)]
+    take = partial(parts.engine.carry, turn=carry.turn, axis=axis, lift=LIFT, strength=MAX_FORCE)
+    carriers = [take(body, (x, y, z))]
     if carry.inside:
         content = parts.scene.body(carry.inside)
         away = subtract(parts.world.pose(content).position, parts.world.pose(body).position)
         half = sin(carry.turn / 2.0)
         turned = (half * axis[0], half * axis[1], half * axis[2], cos(carry.turn / 2.0))
         goal = to_world(Pose((x, y, z), turned), away)
-        carriers.append(Carrier(parts.world, content, goal, carry.turn, axis))
+        carriers.append(take(content, goal))
     for tick in range(1, carry.over + 1):
         for carrier in carriers:
             carrier.push(tick / carry.over)

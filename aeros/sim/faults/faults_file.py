@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from aeros.runtime.ports import Vec3
-from aeros.sim.bullet.people_file import parse_person
 from aeros.sim.clock import TICK
+from aeros.sim.engine.people_file import parse_person
 from aeros.sim.faults.model import (
     CameraOpportunity,
     Fault,

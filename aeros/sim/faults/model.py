@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from aeros.sim.bullet.people import Person
+from aeros.sim.engine.people import Person
 from aeros.sim.gilbert_elliott import GilbertElliottProcess
 from aeros.spec.declared.faults import (
     BoxFault,

@@ -81,12 +81,12 @@ class UrdfVisuals:
 
 def _joint(joint: Xml.Element) -> _Joint:
     parent, axis = joint.find("parent"), joint.find("axis")
-    x, y, z = (1.0, 0.0, 0.0) if axis is None else _vector(axis, "xyz")
+    x, y, z = (1.0, 0.0, 0.0) if axis is None else vector_of(axis, "xyz")
     length = hypot(x, y, z)
     return _Joint(
         joint.get("name", ""),
         "" if parent is None else parent.get("link", ""),
-        _origin(joint),
+        origin_of(joint),
         (x / length, y / length, z / length),
         joint.get("type") == "prismatic",
     )
@@ -100,13 +100,13 @@ def _solids(visual: Xml.Element, colours: Mapping[str, Colour]) -> Iterator[Soli
         colour = colour if material.find("color") is None else _colour(material)
     for shape in visual.findall("geometry/*"):
         for solid in _shape(shape, colour):
-            yield solid._replace(place=_origin(visual))
+            yield solid._replace(place=origin_of(visual))
 
 
 def _shape(shape: Xml.Element, colour: Colour) -> Iterator[Solid]:
     match shape.tag:
         case "box":
-            yield box(_vector(shape, "size"), colour)
+            yield box(vector_of(shape, "size"), colour)
         case "cylinder" | "capsule":
             yield cylinder(float(shape.get("radius", 0)), float(shape.get("length", 0)), colour)
         case "sphere":
@@ -121,14 +121,31 @@ def _colour(material: Xml.Element) -> Colour:
     return (red, green, blue)
 
 
-def _origin(element: Xml.Element) -> Pose:
+def origin_of(element: Xml.Element) -> Pose:
+    """Read the place of a visual, a collision, an inertial or a joint.
+
+    Args:
+        element: the element with an `origin`, or none.
+
+    Returns:
+        The pose in the frame of its link; of a joint, in that of the parent.
+    """
     origin = element.find("origin")
     if origin is None:
         return Pose((0.0, 0.0, 0.0), UPRIGHT)
-    return Pose(_vector(origin, "xyz"), _roll_pitch_yaw(*_vector(origin, "rpy")))
+    return Pose(vector_of(origin, "xyz"), _roll_pitch_yaw(*vector_of(origin, "rpy")))
 
 
-def _vector(element: Xml.Element, name: str) -> Vector3:
+def vector_of(element: Xml.Element, name: str) -> Vector3:
+    """Read three numbers.
+
+    Args:
+        element: the element.
+        name: of the attribute.
+
+    Returns:
+        The numbers; 0 if there is no such attribute.
+    """
     x, y, z = (float(part) for part in element.get(name, "0 0 0").split())
     return (x, y, z)
 

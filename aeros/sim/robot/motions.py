@@ -408,25 +408,62 @@ def plan_move_base(
     Raises:
         ActionRejectedError: a parameter is missing, unknown or out of range, or the robot has no carriage.
     """
+    target, speed = _read_base_line(robot, parameters)
+    z = robot.read_sensors().base_position[2]
+    trajectory, way, ticks = _base_line(robot, robot.base_origin + robot.base_command, target, speed, z)
+    return PreparedMotion(trajectory, _move_base(robot, target, way, ticks), _BASE)
+
+
+def plan_base_lines(robot: Robot, lines: Sequence[ActionParameters]) -> list[PlannedMotion]:
+    """Plan `move_base` actions one after the other, each from where the one before it ends.
+
+    Args:
+        robot: the robot; its arm rests.
+        lines: the parameters of each.
+
+    Returns:
+        The trajectories; in place of the first that is refused, the reason, and none after it.
+    """
+    z, start = robot.read_sensors().base_position[2], robot.base_origin + robot.base_command
+    plans: list[PlannedMotion] = []
+    for parameters in lines:
+        try:
+            target, speed = _read_base_line(robot, parameters)
+        except ActionRejectedError as refusal:
+            return [*plans, MotionCompletion(False, str(refusal))]
+        plans.append(_base_line(robot, start, target, speed, z)[0])
+        start = target
+    return plans
+
+
+def _read_base_line(robot: Robot, parameters: ActionParameters) -> tuple[Vector, float]:
+    """Return target (2,) in W, m, and peak speed of a base motion, m/s.
+
+    Raises:
+        ActionRejectedError: a parameter is missing, unknown or out of range, or the robot has no carriage.
+    """
     x = parameters.number("x", -10.0, 10.0)
     y = parameters.number("y", -10.0, 10.0)
     speed = parameters.number("speed", 1e-3, 1.0)
     parameters.reject_unread()
     if not robot.has_carriage:
         raise ActionRejectedError("unknown kind: `move_base` on a robot without a carriage")
-    target = np.array([x, y])
-    way = target - robot.base_origin - robot.base_command
+    return np.array([x, y]), speed
+
+
+def _base_line(
+    robot: Robot, start: Vector, target: Vector, speed: float, z: float
+) -> tuple[Trajectory, Vector, int]:
+    """Return a straight motion of the base, its displacement (2,), m, and its number of ticks."""
+    way = target - start
     distance = float(np.linalg.norm(way))
     most = BASE_ACCELERATION_MAX * _BASE_LIMIT_SHARE
     slowest = ceil((ACCELERATION_TO_MEAN * distance / most) ** 0.5 / TICK)
     ticks = max(minimum_jerk_ticks(distance, speed * _BASE_LIMIT_SHARE), slowest, 1)
-    rest = robot.q_command.tolist()
-    at_rest = (tuple(rest),) * 4
-    px, py = (robot.base_origin + robot.base_command).tolist()
-    base = (px, py, robot.read_sensors().base_position[2])
+    at_rest = (tuple(robot.q_command.tolist()),) * 4
+    px, py = start.tolist()
     travel = (float(way[0]), float(way[1]), 0.0)
-    trajectory = Trajectory(PANDA_BODY, ((at_rest,),), base, travel, ticks * TICK)
-    return PreparedMotion(trajectory, _move_base(robot, target, way, ticks), _BASE)
+    return Trajectory(PANDA_BODY, ((at_rest,),), (px, py, z), travel, ticks * TICK), way, ticks
 
 
 def _move_base(robot: Robot, target: Vector, way: Vector, ticks: int) -> MotionTicks:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Final
 
-from aeros.sim.bullet.bodies import PlacedBody, add_body, check_overlaps
-from aeros.sim.bullet.panda import Panda
-from aeros.sim.bullet.world import PhysicsWorld
+from aeros.sim.engine.engine import Engine, PlacedBody
+from aeros.sim.engine.overlaps import check_overlaps
+from aeros.sim.engine.robot import PhysicalRobot
 from aeros.sim.geometry import Camera, Pose, Vector3, add
 from aeros.sim.layouts.cameras import camera_in_world, fixed_camera
 from aeros.sim.layouts.coating import CoatingMap
@@ -23,12 +23,12 @@ from aeros.spec.scenes.load import require_robot
 _MARKER_DEPTH: Final = 0.05
 """Greatest depth of a place below the surface that carries its marker, m."""
 
-_COATING_HEIGHT: Final = 0.0005
-"""Height of a painted coating over what it covers, m."""
+_COATED_SURFACE: Final = 0.0
+"""Height of the surfaces that coatings cover, in W, m."""
 
 
 class PhysicsScene:
-    """A scene in PyBullet. It implements `PhysicalScene`, and `SimulatedWorld` for its conditions.
+    """A scene with physics. It implements `PhysicalScene`, and `SimulatedWorld` for its conditions.
 
     Args:
         scene: the scene.
@@ -53,20 +53,21 @@ class PhysicsScene:
             name for name, camera in scene.cameras.items() if camera.at_start
         )
 
-    def build(self, world: PhysicsWorld, robot: Panda, chance: RandomSource) -> None:
+    def build(self, engine: Engine, robot: PhysicalRobot, chance: RandomSource) -> None:
         """Implement `PhysicalScene.build`: every body where it was drawn, every coating unwiped."""
-        self._world = world
+        self._engine = engine
+        self._world = world = engine.world
         self._robot = robot
         self._poses = place_things(self.scene, chance)
         self._bodies: dict[str, PlacedBody] = {}
         for name, body in self.scene.bodies.items():
-            self._bodies[name] = add_body(world, body, self._poses[name])
+            self._bodies[name] = engine.add_body(body, self._poses[name])
         check_overlaps(
             world, {placed.number: placed.body for placed in self._bodies.values()}, {robot.body: "the robot"}
         )
         self._coatings = {name: CoatingMap(coating) for name, coating in self.scene.coatings.items()}
         self._pictures = {
-            name: world.bodies.add_textured_rectangle(coating.low, coating.high, _COATING_HEIGHT)
+            name: engine.add_painted_rectangle(coating.low, coating.high, _COATED_SURFACE)
             for name, coating in self.scene.coatings.items()
         }
         for name in self._coatings:
@@ -197,7 +198,7 @@ class PhysicsScene:
     def seal(self, joint: BodyPart, friction: float) -> None:
         """Implement `SimulatedWorld.seal`."""
         placed = self._bodies[joint.body]
-        self._world.bodies.set_joint_friction(placed.number, placed.joints[joint.part or ""], friction)
+        self._engine.set_joint_friction(placed.number, placed.joints[joint.part or ""], friction)
 
     def _wipe(self, name: str, coating: CoatingMap) -> None:
         declared = coating.coating

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Protocol
 
-from aeros.sim.bullet.panda import Panda
-from aeros.sim.bullet.world import PhysicsWorld
+from aeros.sim.engine.engine import Engine
+from aeros.sim.engine.robot import PhysicalRobot
 from aeros.sim.geometry import Camera
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.robot import RobotOptions
@@ -29,16 +29,16 @@ class PhysicalScene(Protocol):
     cameras: tuple[str, ...]
     initial_cameras: tuple[str, ...]
 
-    def build(self, world: PhysicsWorld, robot: Panda, chance: RandomSource) -> None:
+    def build(self, engine: Engine, robot: PhysicalRobot, chance: RandomSource) -> None:
         """Add the scene's objects to the world; called once, before the first tick.
 
         Args:
-            world: the empty world.
+            engine: the engine with the world, in which is only the robot.
             robot: the robot in it.
             chance: random source of the layout.
 
         Raises:
-            UserError: PyBullet cannot load a model, or two bodies overlap.
+            UserError: a model cannot be loaded, or two bodies overlap.
         """
 
     def tick(self) -> None:
@@ -58,7 +58,7 @@ class PhysicalScene(Protocol):
             name: one of `pushable_objects`.
 
         Returns:
-            Its number in PyBullet.
+            Its number.
 
         Raises:
             KeyError: there is no such object.

@@ -39,6 +39,7 @@ from aeros.sim.symbolic.parameter_facts import ParameterFacts
 from aeros.sim.symbolic.state import answers_of_tools, as_reading, initial_values, unknown_positions
 from aeros.skill import Action
 from aeros.spec.consequences.consequences import modules_with_consequences
+from aeros.spec.consequences.start_values import with_defined_predicates
 from aeros.spec.diagnostics.errors import MisuseError
 from aeros.spec.expr.effects import Increment
 from aeros.spec.model.ecm import Ecm, Outcome
@@ -101,7 +102,8 @@ class SymbolicPlant:
         own = {name: one for ecm in modules.values() for name, one in ecm.state.items()}
         self._site = site = replace(site, state={**own, **site.state})
         self._facts = ParameterFacts(modules)
-        given = {**self._facts.defaults, **(initial or {})}
+        definitions = {name: one for ecm in modules.values() for name, one in ecm.definitions.items()}
+        given = with_defined_predicates({**self._facts.defaults, **(initial or {})}, definitions)
         start = initial_values(site, given)
         # What a site shares of a module that is not there, nobody measures.
         unknown = unknown_positions(modules.values(), given) | answers_of_tools(site, given)

@@ -7,8 +7,8 @@ merged after each step, so paths that meet are followed once.
 The branches of a `par` do not interfere, so together they succeed as if one ran after the other.  Where one
 fails, the others may have come to any point.  Where the goal is reached in the midst of it, nothing more
 starts, but what runs goes on, so the branches may end at any point, too.  Every such state is listed, with
-probability 0: how likely it is depends on how long steps take.  So a loop with such a graph is proved, and
-not predicted.
+probability 0: how likely it is depends on how long steps take.  What is missing of 1 is the probability of
+all these states together.  So a loop with such a graph is proved, and its success is predicted within bounds.
 """
 
 from __future__ import annotations
@@ -92,6 +92,8 @@ class ComposedRun:
     Attributes:
         is_exact: False once a parallel branch could fail, or the goal could be reached before all branches
             end: the probability of what follows is not known.
+        is_success_known: False if in the last run the goal could be reached before all branches ended. Else
+            the probability of each state of a success is known, and what is missing of 1 is that of failures.
     """
 
     def __init__(
@@ -109,6 +111,7 @@ class ComposedRun:
         self._conditions: dict[int, StateCondition] = {}
         self._through: set[State] = set()
         self.is_exact = True
+        self.is_success_known = True
 
     @cached_property
     def is_settled(self) -> bool:
@@ -130,6 +133,7 @@ class ComposedRun:
             RunTooLargeError: there are too many states on the way.
         """
         self._through = set()
+        self.is_success_known = True
         failed: Weights = {}
         done = self._part(self._composition.body, {state: Weight(Fraction(1))}, role, failed)
         return done, failed, frozenset(self._through)
@@ -181,12 +185,15 @@ class ComposedRun:
                 for combined, merged in together.items()
             ):
                 # Where the goal is reached on the way, each branch may stop at any point, or go on.
-                self.is_exact = False
+                self.is_exact = self.is_success_known = False
                 _add(done, dict.fromkeys(together.values(), NOTHING))
+                share = NOTHING
+            else:
+                share = weight
             for at, (_, lost, _) in enumerate(alone):
                 others = [points[number] if number != at else list(lost) for number in range(len(points))]
                 _add(failed, {_merged(state, combined): NOTHING for combined in product(*others)})
-            ends = {state: weight}
+            ends = {state: share}
             for branch in part.branches:
                 ends = self._part(branch, ends, role, {})
             _add(done, ends)

@@ -46,6 +46,10 @@ class Prediction:
     replans: Fraction
 
 
+class InexactError(StateSpaceError):
+    """Some probability is not known, so success has bounds only."""
+
+
 def predict(system: TransitionSystem, start: State, replans: int) -> Prediction:
     """Predict the runs of a task from one state.
 
@@ -58,8 +62,9 @@ def predict(system: TransitionSystem, start: State, replans: int) -> Prediction:
         The exact probability of success and the expected counts.
 
     Raises:
-        StateSpaceError: the chain needs more than `MAX_WORK` bits of probabilities, or a step runs a
-            composition whose parallel branches may fail, or an outcome leaves a predicate at either value.
+        StateSpaceError: the chain needs more than `MAX_WORK` bits of probabilities.
+        InexactError: a step runs a composition whose parallel branches may fail, or an outcome leaves a
+            predicate at either value.
     """
     queue = _Queue()
     queue.push(0, LoopState("plan", start), Fraction(1))
@@ -86,7 +91,7 @@ def predict(system: TransitionSystem, start: State, replans: int) -> Prediction:
                 submitted[move.role] += share
             queue.push(made + (move.target.phase == "plan"), move.target, share)
     if system.inexact_reason:
-        raise StateSpaceError(system.inexact_reason)
+        raise InexactError(system.inexact_reason)
     return Prediction(
         success=success,
         invocations=sum(submitted.values(), Fraction(0)),
@@ -113,7 +118,7 @@ class _Queue:
             return
         state = (made, node)
         if state not in self._reach:
-            heapq.heappush(self._order, (_rank(made, node), next(self._tickets), state))
+            heapq.heappush(self._order, (rank_of(made, node), next(self._tickets), state))
         self._reach[state] = self._reach.get(state, Fraction(0)) + probability
 
     def pop(self) -> tuple[int, LoopState, Fraction]:
@@ -125,7 +130,7 @@ class _Queue:
         return made, node, probability
 
 
-def _rank(made: int, node: LoopState) -> tuple[int, ...]:
+def rank_of(made: int, node: LoopState) -> tuple[int, ...]:
     """Rank a state so that every move leads to a higher rank.
 
     The order is by re-plans, then by steps done, then by tries; the recovery comes before the next try.  What

@@ -30,6 +30,7 @@ from aeros.spec.closed_loop.invocation import Invocation, State, StateCondition,
 from aeros.spec.closed_loop.loop_variables import LoopVariables, StateSpaceError, recoveries_of, skills_of
 from aeros.spec.consequences.consequences import with_consequences
 from aeros.spec.expr import terms as t
+from aeros.spec.model.composition import Composition, handler_cycle
 from aeros.spec.model.ecm import Alternative, Ecm, PlanningRule, Task
 from aeros.spec.model.site import Site
 
@@ -78,6 +79,8 @@ class Transition:
         through: states on the way, if a composition is run.
         case: of moves with the same case from one state, for the same choice, nothing decides which is made;
             empty for a move that outcomes of their probability lead to.
+        undecided: if positive, the probability of all moves for the same choice that have it together,
+            beyond those of each: nothing is known of how they share it.
     """
 
     target: LoopState
@@ -88,6 +91,19 @@ class Transition:
     counts: tuple[Fraction, ...] | None = None
     through: frozenset[State] = frozenset()
     case: str = ""
+    undecided: Fraction = Fraction(0)
+
+
+class HandlerCycleError(StateSpaceError):
+    """The handlers of a composition lead back to each other, so it may run for ever.
+
+    Attributes:
+        composition: the composition.
+    """
+
+    def __init__(self, composition: Composition) -> None:
+        super().__init__(f"the handlers of `{composition.id}` lead back to each other")
+        self.composition = composition
 
 
 class TransitionSystem:
@@ -170,6 +186,8 @@ class TransitionSystem:
     def _way(self, alternative: Alternative, rule: PlanningRule) -> _Way:
         if alternative.composition is None:
             return _SkillWay(self._invocation(alternative.name, rule.inputs))
+        if handler_cycle(alternative.composition):
+            raise HandlerCycleError(alternative.composition)
         run = ComposedRun(
             alternative.composition,
             self._invocation,
@@ -299,7 +317,17 @@ class TransitionSystem:
                 target = LoopState("recover", state, node.remaining_rules, node.tries + 1)
             share = move.probability / len(able)
             moves.append(
-                Transition(target, share, role, move.label, way.name, move.counts, move.through, move.case)
+                Transition(
+                    target,
+                    share,
+                    role,
+                    move.label,
+                    way.name,
+                    move.counts,
+                    move.through,
+                    move.case,
+                    move.undecided / len(able),
+                )
             )
             if target.phase == "recover" and self._recoveries["reset"][index]:
                 # The agent's memory may leave out the tries that are left.
@@ -351,6 +379,7 @@ class _Ending:
     counts: tuple[Fraction, ...] | None = None
     through: frozenset[State] = frozenset()
     case: str = ""
+    undecided: Fraction = Fraction(0)
 
 
 def _case_name(number: int, case: Sequence[object]) -> str:
@@ -390,13 +419,18 @@ class _ComposedWay:
             done, failed, through = self.run.run(state, role)
         except RunTooLargeError as error:
             raise StateSpaceError(f"`{self.name}` comes through too many states") from error
+        known = sum((one.probability for ends in (done, failed) for one in ends.values()), Fraction(0))
+        undecided = 1 - known if self.run.is_settled else Fraction(1)
+        only_fails = self.run.is_settled and self.run.is_success_known
         for ends, is_failure, word in ((done, False, "done"), (failed, True, "failed")):
             for after, weight in ends.items():
                 share = weight.probability
                 counts = tuple(one / share if share else one for one in weight.counts)
                 # Where nothing decides between some of them, the goal must be within reach of all.
                 case = "" if self.run.is_settled else word
-                yield _Ending(after, is_failure, share, f"{self.name} → {word}", counts, through, case)
+                label = f"{self.name} → {word}"
+                opened = Fraction(0) if only_fails and not is_failure else undecided
+                yield _Ending(after, is_failure, share, label, counts, through, case, opened)
 
 
 _Way: TypeAlias = _SkillWay | _ComposedWay

@@ -1,8 +1,9 @@
-"""Search for starts that no state agrees with: a stated predicate that the other stated values exclude."""
+"""Values at the start of a task: what the stated ones decide, and those that no state agrees with."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from fractions import Fraction
 from typing import Any, NamedTuple
 
 from aeros.spec.consequences.consequences import (
@@ -13,6 +14,7 @@ from aeros.spec.consequences.consequences import (
 from aeros.spec.consequences.disturbance import Definitions
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.constants import constant_term
+from aeros.spec.expr.semantics import is_true
 from aeros.spec.expr.types import FamilyType, RealType, VectorType
 from aeros.spec.model.ecm import Ecm, Task
 from aeros.spec.model.site import Site
@@ -58,6 +60,37 @@ def find_start_contradiction(ecm: Ecm, task: Task, site: Site) -> StartContradic
                 name, task.initial[name], definitions[name].text, _deciding(name, stated, task, definitions)
             )
     return None
+
+
+def with_defined_predicates(given: Mapping[str, Any], definitions: Definitions) -> dict[str, Any]:
+    """Add the predicates by definition that given values decide.
+
+    Args:
+        given: values (SI) by full name; an exact number for each float.
+        definitions: definitions by full name of the predicate.
+
+    Returns:
+        The given values, and the value of each other predicate whose definition reads only what has one.
+    """
+    known = {name: _exact(value) for name, value in given.items() if value is not None}
+    pending = [name for name in definitions if name not in known]
+    while True:
+        decided = {
+            name: is_true(definitions[name].term, known)
+            for name in pending
+            if t.variables_of(definitions[name].term).keys() <= known.keys()
+        }
+        if not decided:
+            added = definitions.keys() & known.keys() - given.keys()
+            return {**given, **{name: known[name] for name in sorted(added)}}
+        known |= decided
+        pending = [name for name in pending if name not in decided]
+
+
+def _exact(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return tuple(_exact(part) for part in value)
+    return Fraction(value) if isinstance(value, float) else value
 
 
 def _stated(

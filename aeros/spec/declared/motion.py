@@ -271,6 +271,13 @@ class WatchedVolume:
     least_height: TextField = field(
         metadata={"doc": "what is lower over the surface is no obstacle: the objects of tasks, as in `70 mm`"}
     )
+    greatest_height: TextField | None = field(
+        default=None,
+        metadata={
+            "doc": "what is higher over the surface is no obstacle, as scanners see it, as in `24 cm`; "
+            "no bound if absent"
+        },
+    )
 
 
 @dataclass(frozen=True)
@@ -298,6 +305,13 @@ class Obstacles:
         metadata={
             "doc": "greatest edges of the space that a module may explain, as in `[40 cm, 60 cm, 50 cm]`"
         }
+    )
+    base: Identifier | None = field(
+        default=None,
+        metadata={
+            "doc": "the volume that the base itself takes up, in its own frame: it keeps clear of obstacles "
+            "where it drives; only the links do if absent"
+        },
     )
 
 

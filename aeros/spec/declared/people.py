@@ -1,6 +1,6 @@
 """Schema of a people file, unresolved: who walks where while a robot works in simulation.
 
-Lengths and times are still text; `aeros.sim.bullet.people_file` gives them meaning.
+Lengths and times are still text; `aeros.sim.engine.people_file` gives them meaning.
 """
 
 from __future__ import annotations

@@ -134,7 +134,10 @@ _TABLE: Final = (
     DiagnosticCode("AE145", "shared-memory", "form", "a value that comes from memory is public or shared"),
     DiagnosticCode("AE146", "lost-action", "form", "skill code makes an action and does not ask for it"),
     DiagnosticCode(
-        "AE147", "unknown-key", "form", "skill code reads an observation or input that it never gets"
+        "AE147",
+        "unknown-key",
+        "form",
+        "code reads an observation, input, picture or model that it lacks",
     ),
     DiagnosticCode("AE148", "always-denied", "form", "skill code asks for an action outside of its envelope"),
     DiagnosticCode(

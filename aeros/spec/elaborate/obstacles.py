@@ -39,14 +39,18 @@ def elaborate_obstacles(
         box = resolve_name(name, vocabulary.volumes, "a volume", diagnostics)
         surface = elaborate_quantity(watched.surface, LENGTH, diagnostics)
         least = _positive(watched.least_height, "least_height", diagnostics)
+        most = _greatest_height(watched.greatest_height, least, diagnostics)
         if box is not None and surface is not None and least is not None:
-            volumes.append(WatchedVolume(name.value, box, surface, least))
+            volumes.append(WatchedVolume(name.value, box, surface, least, most))
     margin = _positive(declaration.margin, "margin", diagnostics)
     near = _positive(declaration.explained_within, "explained_within", diagnostics)
     largest = _corner(declaration.largest_explained, "largest_explained", declaration.span, diagnostics)
+    base = None
+    if declaration.base is not None:
+        base = resolve_name(declaration.base, vocabulary.volumes, "a volume", diagnostics)
     if margin is None or near is None or largest is None:
         return None
-    return ObstaclePolicy(tuple(volumes), margin, near, largest)
+    return ObstaclePolicy(tuple(volumes), margin, near, largest, base)
 
 
 def elaborate_occupied_space(
@@ -80,6 +84,17 @@ def elaborate_occupied_space(
         )
         return None
     return AxisAlignedBox(lower, upper)
+
+
+def _greatest_height(
+    text: TextField | None, least: Fraction | None, diagnostics: Diagnostics
+) -> Fraction | None:
+    """Return the greatest height of an obstacle, m; None if there is no bound, or after reporting a fault."""
+    found = None if text is None else elaborate_quantity(text, LENGTH, diagnostics)
+    if text is not None and found is not None and least is not None and found <= least:
+        diagnostics.error("AE208", "`greatest_height` is above `least_height`", text.span)
+        return None
+    return found
 
 
 def _positive(text: TextField, name: str, diagnostics: Diagnostics) -> Fraction | None:

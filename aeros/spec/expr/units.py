@@ -115,6 +115,8 @@ _ATOMS: dict[str, tuple[Fraction, Dimension]] = {
     "min": (Fraction(60), TIME),
     "h": (Fraction(3600), TIME),
     "Hz": (Fraction(1), TIME**-1),
+    "kHz": (Fraction(1000), TIME**-1),
+    "MHz": (Fraction(10**6), TIME**-1),
     "kg": (Fraction(1), MASS),
     "g": (Fraction(1, 1000), MASS),
     "N": (Fraction(1), FORCE),

@@ -42,28 +42,6 @@ def control_flow_graph(composition: Composition) -> nx.DiGraph[str]:
     return graph
 
 
-def handler_cycle(composition: Composition) -> list[str]:
-    """Find a cycle of handlers, each of which handles the failure of the one before.
-
-    Args:
-        composition: the composition.
-
-    Returns:
-        Names of the handlers on the cycle, the first repeated at the end; empty if there is no cycle.
-    """
-    edges = [(name, inner) for name, one in composition.handlers.items() for inner in one.handlers]
-    if not edges:
-        return []
-    import networkx as nx
-
-    graph: nx.DiGraph[str] = nx.DiGraph(edges)
-    try:
-        cycle = [source for source, _ in nx.find_cycle(graph)]
-    except nx.NetworkXNoCycle:
-        return []
-    return [*cycle, cycle[0]]
-
-
 _DanglingEdges = list[tuple[str, str]]
 """Nodes that lack an edge to the next node, and the condition of that edge."""
 

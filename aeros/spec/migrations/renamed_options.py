@@ -13,7 +13,7 @@ RENAMED_OPTIONS: Final[Mapping[str, Mapping[str, str]]] = {
     "graph": {"--what": "--kind"},
     "new": {"--in": "--parent", "--task": "--instruction"},
     "plan": {"--start": "--initial", "--pddl": "--export-pddl"},
-    "predict": {"--set": "--probability", "--retry": "--max-retries", "--replans": "--max-replans"},
+    "predict": {"--parameter": "--set", "--retry": "--max-retries", "--replans": "--max-replans"},
     "run": {
         "--plan-within": "--planning-timeout",
         "--engine": "--pddl-engine",

@@ -125,6 +125,28 @@ def handlers_of(step: Step, handlers: Mapping[str, Step]) -> Iterator[Step]:
             pending += reversed(handlers[name].handlers)
 
 
+def handler_cycle(composition: Composition) -> list[str]:
+    """Find a cycle of handlers, each of which handles the failure of the one before.
+
+    Args:
+        composition: the composition.
+
+    Returns:
+        Names of the handlers on the cycle, the first repeated at the end; empty if there is no cycle.
+    """
+    edges = [(name, inner) for name, one in composition.handlers.items() for inner in one.handlers]
+    if not edges:
+        return []
+    import networkx as nx
+
+    graph: nx.DiGraph[str] = nx.DiGraph(edges)
+    try:
+        cycle = [source for source, _ in nx.find_cycle(graph)]
+    except nx.NetworkXNoCycle:
+        return []
+    return [*cycle, cycle[0]]
+
+
 def nested(name: str, composition: Composition, span: SourceSpan) -> tuple[Part, dict[str, Step]]:
     """Make a part of another composition of a whole composition.
 

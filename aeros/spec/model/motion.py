@@ -165,12 +165,15 @@ class WatchedVolume:
         box: corners of the volume in W, m.
         surface: height in W on which things stand there, m.
         least_height: height over the surface below which things are no obstacles, m.
+        greatest_height: height over the surface above which things are no obstacles, m; None if there is no
+            bound.
     """
 
     name: str
     box: AxisAlignedBox
     surface: Fraction
     least_height: Fraction
+    greatest_height: Fraction | None = None
 
 
 @dataclass(frozen=True)
@@ -183,12 +186,14 @@ class ObstaclePolicy:
         explained_within: distance from the robot, or from a measured object, within which points belong to
             it, m.
         largest_explained: greatest edges of a space that a module may explain, m.
+        base: corners of what drives, in the frame of the base, m; None if it is not compared with obstacles.
     """
 
     volumes: tuple[WatchedVolume, ...]
     margin: Fraction
     explained_within: Fraction
     largest_explained: tuple[Fraction, Fraction, Fraction]
+    base: AxisAlignedBox | None = None
 
 
 @dataclass(frozen=True)

@@ -246,6 +246,7 @@ class ClaimForm:
     CODE_ASKS_PLAINLY = ClaimPattern("form/code/{path}/asking")
     ENTRY_POINT = ClaimPattern("form/{skill}/entry")
     SKILL_ASKS_WITHIN_ENVELOPE = ClaimPattern("form/{skill}/asks")
+    PERCEIVER_READS_GIVEN = ClaimPattern("form/perceiver/{perceiver}/reads")
     PERCEIVER_ENTRY_POINT = ClaimPattern("form/perceiver/{perceiver}/entry")
 
     # Models of a module.

@@ -24,7 +24,7 @@ from aeros.spec.backends.package_versions import package_version
 from aeros.spec.closed_loop.findings import LoopFindings, LoopPath, format_path
 from aeros.spec.closed_loop.loop_variables import StateSpaceError
 from aeros.spec.closed_loop.reachability import UnlistedStatesError, explore_system
-from aeros.spec.closed_loop.transition_system import TransitionSystem
+from aeros.spec.closed_loop.transition_system import HandlerCycleError, TransitionSystem
 from aeros.spec.consequences.start_values import find_start_contradiction
 from aeros.spec.consequences.words import unsettled_note
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
@@ -55,6 +55,8 @@ def closed_loop_obligations(ecm: Ecm, site: Site) -> Iterator[Obligation | Stati
         try:
             yield from _task_claims(ecm, task, site)
         except StateSpaceError as error:
+            if isinstance(error, HandlerCycleError) and error.composition.id in ecm.compositions:
+                continue  # the composition is refused: AE856
             yield StaticClaim(ClaimForm.RULES_ANALYSED(task.id), _analysis_undecided(task, str(error)))
 
 

@@ -22,7 +22,6 @@ from aeros.spec.consequences.consequences import with_consequences
 from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.expr import terms as t
 from aeros.spec.flow.arguments import step_arguments
-from aeros.spec.flow.control_flow import handler_cycle
 from aeros.spec.flow.symbolic_paths import (
     SymbolicStates,
     TooManyPathsError,
@@ -31,7 +30,7 @@ from aeros.spec.flow.symbolic_paths import (
     fold_constants,
     split_conjunction,
 )
-from aeros.spec.model.composition import Composition, Step
+from aeros.spec.model.composition import Composition, Step, handler_cycle
 from aeros.spec.model.ecm import Ecm, Skill
 from aeros.spec.model.hold_conditions import HOLD_LOST
 from aeros.spec.model.site import Site

@@ -21,9 +21,8 @@ from aeros.spec.diagnostics.codes import Diagnostic, SpanLabel
 from aeros.spec.diagnostics.source import SourceSpan
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.constants import constant_term
-from aeros.spec.flow.control_flow import handler_cycle
 from aeros.spec.flow.symbolic_paths import TooManyPathsError, explore_paths
-from aeros.spec.model.composition import STOP_ON_FAILURE, Composition, Step
+from aeros.spec.model.composition import STOP_ON_FAILURE, Composition, Step, handler_cycle
 from aeros.spec.model.ecm import ActionCondition, Alternative, CapabilityInterface, Ecm, Skill
 from aeros.spec.model.site import Site
 from aeros.spec.model.variables import Declared

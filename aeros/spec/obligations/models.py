@@ -53,6 +53,10 @@ def model_obligations(ecm: Ecm) -> Iterator[StaticClaim]:
             yield _bound_claim(model, bound, subject)
 
 
+_ROUNDING: Final = Fraction(1, 10**12)
+"""Relative distance from the end of a bound that nobody means: a conversion rounds by 2**-53."""
+
+
 class _Subject:
     """A model that was read: its package, and what bounds are proved of."""
 
@@ -219,12 +223,33 @@ def _refutation(
         if name in found
     ]
     shown = "\n".join(f"  {line}" for line in (*inputs, *outputs))
+    cures = ["widen the bound, or make the box of `given` smaller"]
+    if _is_missed_by_rounding(bound, subject, found):
+        cures = [
+            "only the rounding of a conversion of units is outside: 44 mm is 0.044 m, which no double is; "
+            "widen the bound by its last digit"
+        ]
+    elif isinstance(subject.read, OnnxGraph):
+        cures.append("or train the network again")
     return Diagnostic(
         "AE511",
         f"the outputs of `{model.id}` leave the bound `{bound.id}`",
         label,
         notes=(f"for example, in SI units{engine}, with\n{shown}",),
-        help=("widen the bound, or make the box of `given` smaller", "or train the network again"),
+        help=tuple(cures),
+    )
+
+
+def _is_missed_by_rounding(
+    bound: ModelBound, subject: _Subject, found: Mapping[str, tuple[float, ...]]
+) -> bool:
+    """Tell whether every output is inside, or outside by less than people write."""
+    return bool(found) and all(
+        low - _ROUNDING * abs(low)
+        <= one * subject.package.outputs[name].factor
+        <= high + _ROUNDING * abs(high)
+        for name, box in bound.then.items()
+        for one, (low, high) in zip(found[name], box, strict=True)
     )
 
 

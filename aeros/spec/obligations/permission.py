@@ -139,6 +139,14 @@ def _access_cures(ecm: Ecm, site: Site, group: str, missing: Mapping[str, Sequen
         for one in missing[group]
         if one in unknown
     ]
+    undeclared = [one for one in missing["compute"] if one not in site.devices]
+    if group == "compute":
+        cures += [
+            f"this site has no device `{one}`: only its file can declare one, as in "
+            f"`compute: {{{one}: /dev/nvidia0}}`"
+            for one in undeclared
+        ]
+    unknown |= set(undeclared)
     lists = {one: [name for name in names if name not in unknown] for one, names in missing.items()}
     if not lists[group]:
         return tuple(cures)

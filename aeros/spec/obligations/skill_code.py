@@ -40,6 +40,7 @@ from aeros.spec.obligations.skill_syntax.neighbours import (
     files_run_together,
     neighbour_imports,
 )
+from aeros.spec.obligations.skill_syntax.perceiver_mistakes import first_perceiver_mistake
 from aeros.spec.obligations.skill_syntax.perceiver_names import PERCEIVER_NAMES
 from aeros.spec.obligations.skill_syntax.skill_source import Located, SkillFile, UnreadableCodeError
 from aeros.spec.obligations.verdicts import StaticClaim
@@ -86,6 +87,10 @@ def skill_code_obligations(
         )
         if any(neighbour_imports(file.tree)):
             yield StaticClaim(ClaimForm.CODE_FINDS_NEIGHBOURS(path), missing_neighbour_error(file, files))
+        for perceiver in ecm.perceivers.values():
+            if path == f"{perceiver.module_name}.py":
+                mistake = first_perceiver_mistake(perceiver, readable)
+                yield StaticClaim(ClaimForm.PERCEIVER_READS_GIVEN(perceiver.id), mistake)
         if path not in acting:
             continue
         yield StaticClaim(ClaimForm.CODE_ASKS_PLAINLY(path), _action_calls_are_readable(path, skill_files))

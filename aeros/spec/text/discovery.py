@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -13,6 +13,8 @@ import aeros
 from aeros.spec.diagnostics.codes import Diagnostics
 
 MANIFEST = "ecm.yaml"
+_REGISTRY: Final = "registry.sqlite3"
+"""Database of a robot's registry, which stores modules beside it."""
 
 
 def reference_site_path() -> Path:
@@ -46,6 +48,23 @@ def module_folders(path: Path, diagnostics: Diagnostics) -> list[Path]:
     else:
         diagnostics.error("AE130", f"`{path}` is neither a folder nor an `{MANIFEST}`")
     return []
+
+
+def all_module_folders(paths: Iterable[Path], diagnostics: Diagnostics) -> list[Path]:
+    """Find the modules at several paths; report an error for each without any.
+
+    Args:
+        paths: as `module_folders` takes them.
+        diagnostics: receives the errors.
+
+    Returns:
+        Folders of the modules in the order of the paths, each module once, also if links lead to it.
+    """
+    found: dict[str, Path] = {}
+    for path in paths:
+        for folder in module_folders(path, diagnostics):
+            found.setdefault(os.path.realpath(folder), folder)
+    return list(found.values())
 
 
 @dataclass(frozen=True)
@@ -137,11 +156,25 @@ def may_provide(manifest: str, names: Collection[str]) -> bool:
 
 
 def _manifest_folders(path: Path) -> Iterator[Path]:
-    """Yield folders at `path` and below that have a manifest; skip hidden folders and links to folders.
+    """Yield folders at `path` and below that have a manifest, each once.
 
-    `Path.rglob` takes several times as long, which is noticeable with a thousand modules.
+    A link to a module's folder counts, and is not followed farther. Hidden folders and the modules that a
+    registry stores are skipped. `Path.rglob` takes several times as long, which is noticeable with a thousand
+    modules.
     """
+    links: list[Path] = []
+    found: set[str] = set()
     for here, folders, files in os.walk(path):
+        if _REGISTRY in files:
+            folders.clear()
+            continue
         if (MANIFEST in files or MANIFEST in folders) and os.path.exists(os.path.join(here, MANIFEST)):
+            found.add(os.path.realpath(here))
             yield Path(here)
         folders[:] = [name for name in folders if not name.startswith(".")]
+        links += [Path(here, name) for name in folders if os.path.islink(os.path.join(here, name))]
+    for link in sorted(links):
+        target = os.path.realpath(link)
+        if target not in found and (link / MANIFEST).is_file():
+            found.add(target)
+            yield link

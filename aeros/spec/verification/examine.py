@@ -73,7 +73,8 @@ def examine_site(
     diagnostics, path = Diagnostics(), Path(source.path)
     site = elaborate_source(source, diagnostics)
     if site is None:
-        return None, SubjectReport(str(path), path, Conclusion.REJECTED, merge_unknown_names(diagnostics))
+        problems = merge_unknown_names(diagnostics)
+        return None, SubjectReport(str(path), path, Conclusion.REJECTED, problems, is_readable=False)
     site = settings.applied_to(site)
     settled, findings = _discharge_and_explain(
         (*policy_obligations(site), *joint_policy_obligations(site)), site, oracle

@@ -60,6 +60,7 @@ class SubjectReport:
         scenes: scenes that a module's tasks name, and where.
         composed_scenes: of a module's tasks that name no scene and compose others, the scenes of these.
         cameras: for a module and each that it requires, the site's names of cameras by the module's.
+        is_readable: False if its files could not be read or understood.
     """
 
     name: str
@@ -75,6 +76,7 @@ class SubjectReport:
     scenes: Mapping[str, SourceSpan] = field(default_factory=dict)
     composed_scenes: tuple[ComposedScenes, ...] = ()
     cameras: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    is_readable: bool = True
 
     @property
     def certificate(self) -> Certificate | None:
@@ -206,7 +208,7 @@ def unreadable_site_report(path: Path, error: UserError) -> SubjectReport:
     Returns:
         A report that rejects the site.
     """
-    return SubjectReport(str(path), path, Conclusion.REJECTED, error.diagnostics)
+    return SubjectReport(str(path), path, Conclusion.REJECTED, error.diagnostics, is_readable=False)
 
 
 def missing_module_report(diagnostics: Diagnostics) -> tuple[SubjectReport, ...]:
@@ -241,7 +243,7 @@ def module_report(
     """
     presence = one.summary
     if presence is None:
-        return SubjectReport(str(folder), folder, Conclusion.REJECTED, one.first_problems)
+        return SubjectReport(str(folder), folder, Conclusion.REJECTED, one.first_problems, is_readable=False)
     dependencies = tuple(dependency_obligations(presence, co_installed))
     of_others = tuple(map(summarize_static_claim, dependencies))
 

@@ -21,7 +21,7 @@ from aeros.spec.diagnostics.errors import InternalError, MisuseError, UserError
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.model.operator_settings import NO_SETTINGS, OperatorSettings
 from aeros.spec.model.summary import ModuleSummary, SiteSummary, summarize_site
-from aeros.spec.text.discovery import Surroundings, module_folders
+from aeros.spec.text.discovery import Surroundings, all_module_folders
 from aeros.spec.text.site_layers import read_site
 from aeros.spec.verification.proof_cache import ProofCache
 from aeros.spec.verification.reports import (
@@ -99,7 +99,7 @@ def verify(
         raise MisuseError("a second solver is asked everything, so the report has to be in full")
     progress(f"site {site_path}")
     diagnostics = Diagnostics()
-    folders = list(dict.fromkeys(folder for path in paths for folder in module_folders(path, diagnostics)))
+    folders = all_module_folders(paths, diagnostics)
     refused = missing_module_report(diagnostics)
     surroundings = (
         Surroundings(named=tuple(folders))

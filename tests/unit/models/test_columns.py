@@ -42,9 +42,10 @@ def test_a_unit_stands_in_brackets() -> None:
     ("file", "content", "cause"),
     [
         ("a.txt", b"", "ends in none of"),
-        ("a.csv", b"", "begins with the names"),
-        ("a.csv", b"x,y\n1\n", "row 2 has 1 numbers"),
-        ("a.csv", b"x\none\n", "no well-formed"),
+        ("a.csv", b"", "^`a.csv`: .* begins with the names"),
+        ("a.csv", b"x,y [mm]\n1,2\n\n3,z\n", r"^`a.csv`: line 4, column `y \[mm\]`: `z` is no number"),
+        ("a.csv", b"x\n1\n \n", "^`a.csv`: line 3, column `x`: a number is missing"),
+        ("a.csv", b"x,y\n1\n", "line 2 has 1 numbers"),
         ("a.csv", b"x\nnan\n", "not finite"),
         ("a.csv", b"x\n", "at least one number"),
         ("a.csv", b"x,x\n1,2\n", "two columns are named `x`"),

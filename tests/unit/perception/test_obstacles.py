@@ -75,6 +75,14 @@ def test_low_and_tiny_things_and_those_outside_are_left_out() -> None:
     assert find_obstacles(seen(low, tiny, outside), [TABLE], NOTHING) == []
 
 
+def test_things_higher_than_the_bound_are_left_to_other_sensors() -> None:
+    person = SpaceBox((0.6, -0.3, 0.0), (0.7, -0.2, 0.3))
+    bounded = TABLE._replace(greatest_height=0.2)
+    assert len(find_obstacles(seen(CUBE, person), [TABLE], NOTHING)) == 2
+    (found,) = find_obstacles(seen(CUBE, person), [bounded], NOTHING)
+    assert found.upper[2] == pytest.approx(0.1, abs=0.01)
+
+
 def test_two_things_are_two_obstacles() -> None:
     other = SpaceBox((0.6, -0.3, 0.0), (0.7, -0.2, 0.3))
     assert len(find_obstacles(seen(CUBE, other), [TABLE], NOTHING)) == 2

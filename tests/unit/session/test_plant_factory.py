@@ -34,7 +34,7 @@ BARE = replace(TIDY, scene="bare")
 
 
 def test_the_plants_are_these() -> None:
-    assert PLANTS == ("physics", "kinematic", "symbolic")
+    assert PLANTS == ("physics", "mujoco", "kinematic", "symbolic")
 
 
 def test_options_not_given_are_empty_on_every_plant() -> None:
@@ -125,9 +125,26 @@ def test_without_its_library_a_plant_names_the_others(monkeypatch: pytest.Monkey
         open_plant("kinematic", proved()[0], BARE, 0),
     ):
         pass
-    monkeypatch.setitem(sys.modules, "aeros.sim.bullet.people_file", None)
+    monkeypatch.setitem(sys.modules, "aeros.sim.engine.people_file", None)
     with pytest.raises(PlantSetupError, match=r"physics plant needs `pip install 'aeros\[sim\]'`"):
         load_people("physics", "walker")
+    monkeypatch.setitem(sys.modules, "aeros.sim.mujoco.engine", None)
+    with (
+        pytest.raises(
+            PlantSetupError, match=r"mujoco plant needs `pip install 'aeros\[mujoco\]'.*`--plant physics`"
+        ),
+        open_plant("mujoco", proved()[0], BARE, 0),
+    ):
+        pass
+
+
+@pytest.mark.physics
+def test_the_plant_on_mujoco_is_opened_and_has_no_window() -> None:
+    with open_plant("mujoco", proved()[0], BARE, 0) as plant:
+        assert plant.now() == 0.0
+        assert "human_distance" in plant.observe()
+    with pytest.raises(PlantSetupError, match="a window shows PyBullet alone"):
+        open_viewer("mujoco")
 
 
 def test_a_people_file_that_is_not_there_is_the_users_error() -> None:

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from aeros.sim.bullet.panda import Panda
-from aeros.sim.bullet.world import PhysicsWorld
+from aeros.sim.engine.engine import Engine
+from aeros.sim.engine.robot import PhysicalRobot
 from aeros.sim.geometry import Camera
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.robot import RobotOptions
+from tests.unit.sim.bullet.bullet_parts import as_bullet
 
 
 class BareScene:
@@ -21,9 +22,9 @@ class BareScene:
     cameras: tuple[str, ...] = ()
     initial_cameras: tuple[str, ...] = ()
 
-    def build(self, world: PhysicsWorld, robot: Panda, chance: RandomSource) -> None:
+    def build(self, engine: Engine, robot: PhysicalRobot, chance: RandomSource) -> None:
         """Implement `PhysicalScene.build`: the table."""
-        world.bodies.add_box((1.4, 1.6, 0.05), (0.4, 0.0, -0.025))
+        as_bullet(engine.world).bodies.add_box((1.4, 1.6, 0.05), (0.4, 0.0, -0.025))
 
     def tick(self) -> None:
         """Implement `PhysicalScene.tick`: nothing changes."""

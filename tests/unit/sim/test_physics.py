@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from aeros.runtime.ports import CameraView, MotionCompletion
-from aeros.sim.bullet.panda import Panda
-from aeros.sim.bullet.world import PhysicsWorld
 from aeros.sim.clock import TICK
+from aeros.sim.engine.engine import Engine
+from aeros.sim.engine.robot import PhysicalRobot
 from aeros.sim.fixed_step_plant import CAMERA_TICKS
 from aeros.sim.layouts.cameras import fixed_camera
 from aeros.sim.physics import PhysicsPlant, make_plant
@@ -24,6 +24,7 @@ from aeros.spec.model.scene import BodyPart
 from tests.shipped_scenes import shipped_scene
 from tests.unit.sim.acting import allow, execute, recording
 from tests.unit.sim.bare_scene import BareScene
+from tests.unit.sim.bullet.bullet_parts import as_bullet
 from tests.unit.sim.referee import Referee
 
 pytestmark = pytest.mark.physics
@@ -41,7 +42,8 @@ class CubeOnBlock(BareScene):
         if carriage:
             self.robot = RobotOptions(carriage=True, base=(0.0, 0.0, 0.3))
 
-    def build(self, world: PhysicsWorld, robot: Panda, chance: RandomSource) -> None:
+    def build(self, engine: Engine, robot: PhysicalRobot, chance: RandomSource) -> None:
+        world = as_bullet(engine.world)
         world.bodies.add_box((0.10, 0.03, 0.05), (0.5, 0.1, 0.025))
         world.bodies.add_box((0.04, 0.04, 0.04), (0.5, 0.1, 0.07), mass=0.1)
 
@@ -165,7 +167,7 @@ def test_a_slide_holds_the_asked_force(plant: PhysicsPlant) -> None:
     forces: list[float] = []
 
     def press(now: float, values: Mapping[str, Any]) -> str | None:
-        forces.append(sum(plant._world.forces_by_link(plant._panda.body).values()))
+        forces.append(sum(as_bullet(plant._world).forces_by_link(plant._panda.body).values()))
         return None
 
     assert execute(

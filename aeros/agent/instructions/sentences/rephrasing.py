@@ -12,6 +12,11 @@ _TIMES: Final = frozenset({"once", "after", "when"})
 _SPEAKERS: Final = (("i",), ("we",), ("you",), ("they",))
 _PRONOUNS: Final = (("it",), ("them",))
 _DONE: Final = frozenset({"done", "finished", "complete", "completed", "over", "through"})
+_PLACED: Final = frozenset(
+    {"at", "by", "for", "here", "in", "into", "on", "onto", "over", "there", "to", "with"}
+)
+"""Words that say where something is to be left."""
+
 _WANTED: Final = frozenset({"needed", "required", "necessary", "wanted"})
 _BE: Final = frozenset({"is", "are", "has", "have"})
 _PERFECT: Final[Words] = ("once", "you", "have")
@@ -74,8 +79,10 @@ def _finished_act(clause: Words, *, is_state: bool) -> Words:
     `is_state` is True after `when`: `when the table is wiped` may be about what somebody else does.
     """
     if clause[:2] in (("you", "are"), ("you", "re")) and clause[2:3] and clause[2] in _DONE:
-        rest = clause[3:]
-        return rest[1:] if rest[:1] == ("with",) else rest if rest[:1] and rest[0].endswith("ing") else ()
+        rest = clause[4:] if clause[3:4] == ("with",) else clause[3:]
+        # `when you are done with that` names no act.
+        is_act = clause[3:4] == ("with",) or (rest[:1] and rest[0].endswith("ing"))
+        return rest if is_act and not (rest[:1] and rest[0] in english.PRONOUNS) else ()
     if clause[:1] and clause[0] in _DONE and clause[1:2] == ("with",):
         return clause[2:]
     for at in range(1, len(clause) - 1):
@@ -118,6 +125,8 @@ def _prohibition(clause: Words) -> Words:
         opener += found
     rest = clause[len(opener) :]
     end = english.LEFT_ALONE.ending(rest) if rest[:1] in (("leave",), ("let",), ("keep",)) else ()
+    if not end and rest[:1] == ("leave",) and not _PLACED.intersection(rest):
+        return ("without", *rest[1:])  # `leave the left half`
     if end and len(rest) > 1 + len(end):
         # As after `without`, the prohibition ends here.
         return ("without", *rest[1 : -len(end)])

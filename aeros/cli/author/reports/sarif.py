@@ -83,7 +83,7 @@ def _category(result: VerifyResult) -> str:
     Runs under different sites do not replace each other.  The slash at the end says that no run is named.
     """
     site = result.report.site
-    name = site.name if site.name != str(site.path) else "unreadable-site"
+    name = site.name if site.is_readable else "unreadable-site"
     return f"aeros/verify/{quote(name, safe='')}/"
 
 

@@ -140,6 +140,12 @@ class ModuleNeeds:
         meanings = {one: what for one, what in meanings_of_names(self._given).items() if one not in same_sort}
         if not check_name_is_free(name, meanings, "need", self._diagnostics):
             return ""
+        if need.sees is not None and need.sees.value not in {*bound, *self._given.volumes}:
+            near = did_you_mean(need.sees.value, [*bound, *self._given.volumes])
+            headline = f"`{need.sees.value}` is neither a need of this module nor a volume of the site"
+            cures = (f"did you mean `{near}`?",) if near else ()
+            self._diagnostics.error("AE122", headline, need.sees.span, help=cures)
+            return ""
         # Any volume will do while the need for it is not bound: its own report says so.
         seen = "" if need.sees is None else bound.get(need.sees.value, need.sees.value)
         choices = suitable_things(self._given, need, seen, self._diagnostics)

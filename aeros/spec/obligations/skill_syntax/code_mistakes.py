@@ -9,7 +9,7 @@ inputs; and a parameter that is written as a number, truth value, text or tuple 
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import Any, Final
 
@@ -54,7 +54,7 @@ def first_code_mistake(skill: Skill, ecm: Ecm, site: Site, files: ModuleFiles) -
 def _lost_actions(path: str, skill: Skill, files: ModuleFiles) -> Iterator[Diagnostic]:
     """Yield calls whose value is dropped although it is an action, or asks for some."""
     for file, call in action_calls(path, skill.function, files):
-        if any(isinstance(node, ast.Expr) and node.value is call for node in file.nodes):
+        if call in file.dropped_values:
             yield Diagnostic(
                 "AE146",
                 f"`{skill.id}` makes an action and does not ask for it",
@@ -62,25 +62,16 @@ def _lost_actions(path: str, skill: Skill, files: ModuleFiles) -> Iterator[Diagn
                 help=("write `yield` before it",),
             )
     for file in files_run_by(path, files).values():
-        generators = {name for name, node in file.functions.items() if _is_generator(node)}
-        bound = [name for node in file.nodes for name in names_bound_by(node)]
         for node in file.nodes_in_order:
             match node:
-                case ast.Expr(value=ast.Call(func=ast.Name(id=name)) as call) if name in generators:
-                    if bound.count(name) == 1:
+                case ast.Expr(value=ast.Call(func=ast.Name(id=name)) as call) if name in file.generators:
+                    if sum(names_bound_by(one).count(name) for one in file.nodes) == 1:
                         yield Diagnostic(
                             "AE146",
                             f"`{name}` is called, and the actions that it yields are not asked for",
                             SpanLabel(file.span(call), "has no effect"),
                             help=("write `yield from` before it",),
                         )
-
-
-def _is_generator(function: ast.FunctionDef) -> bool:
-    inner = {id(node) for part in ast.walk(function) if _is_inner(part, function) for node in ast.walk(part)}
-    return any(
-        isinstance(node, ast.Yield | ast.YieldFrom) and id(node) not in inner for node in ast.walk(function)
-    )
 
 
 def _is_inner(node: ast.AST, function: ast.FunctionDef) -> bool:
@@ -94,18 +85,37 @@ def _unknown_keys(path: str, skill: Skill, ecm: Ecm, site: Site, files: ModuleFi
     executed = files_run_by(path, files)
     for file in executed.values():
         for function in file.functions.values():
-            for name in _parameters_of_type(function, "Observation"):
-                yield from _missing_keys(
+            for name in parameters_of_type(function, "Observation"):
+                yield from missing_keys(
                     file, function, name, measured, "a state variable that this module may read"
                 )
     entry = executed[path].functions.get(skill.function)
     if entry is not None and len(entry.args.args) >= 2:
         file, (observed, inputs) = executed[path], (one.arg for one in entry.args.args[:2])
-        if observed not in _parameters_of_type(entry, "Observation"):
-            yield from _missing_keys(
+        if observed not in parameters_of_type(entry, "Observation"):
+            yield from missing_keys(
                 file, entry, observed, measured, "a state variable that this module may read"
             )
-        yield from _missing_keys(file, entry, inputs, given, f"an input of `{skill.id}`")
+        yield from missing_keys(file, entry, inputs, given, f"an input of `{skill.id}`")
+    if entry is not None:
+        yield from _unknown_outputs(executed[path], entry, skill)
+        for models in parameters_of_type(entry, "Models"):
+            noun = f"a model of `{skill.id}`"
+            yield from missing_keys(executed[path], entry, models, skill.models, noun)
+
+
+def _unknown_outputs(file: SkillFile, entry: ast.FunctionDef, skill: Skill) -> Iterator[Diagnostic]:
+    """Yield keys of a returned dictionary that are no outputs of the skill."""
+    inner = {id(node) for part in ast.walk(entry) if _is_inner(part, entry) for node in ast.walk(part)}
+    for node in ast.walk(entry):
+        if isinstance(node, ast.Return) and isinstance(node.value, ast.Dict) and id(node) not in inner:
+            for place in node.value.keys:
+                key = None if place is None else _text(place)
+                if place is not None and key is not None and key not in skill.outputs:
+                    near = did_you_mean(key, skill.outputs)
+                    help_ = f"did you mean `{near}`?" if near else f"there are {_or(skill.outputs) or 'none'}"
+                    headline = f"`{key}` is not an output of `{skill.id}`"
+                    yield Diagnostic("AE147", headline, SpanLabel(file.span(place)), help=(help_,))
 
 
 def _observable_names(ecm: Ecm, site: Site) -> dict[str, Declared]:
@@ -123,7 +133,16 @@ def _observable_names(ecm: Ecm, site: Site) -> dict[str, Declared]:
     return known
 
 
-def _parameters_of_type(function: ast.FunctionDef, type_name: str) -> list[str]:
+def parameters_of_type(function: ast.FunctionDef, type_name: str) -> list[str]:
+    """List the parameters of a function that are annotated with a type.
+
+    Args:
+        function: the function.
+        type_name: name of the type, as in `Observation`.
+
+    Returns:
+        Names of the parameters, in order.
+    """
     arguments = (*function.args.posonlyargs, *function.args.args, *function.args.kwonlyargs)
     return [
         one.arg
@@ -132,43 +151,67 @@ def _parameters_of_type(function: ast.FunctionDef, type_name: str) -> list[str]:
     ]
 
 
-def _missing_keys(
-    file: SkillFile, function: ast.FunctionDef, name: str, known: Mapping[str, object], noun: str
+def missing_keys(
+    file: SkillFile,
+    function: ast.FunctionDef,
+    name: str,
+    known: Collection[str],
+    noun: str,
+    attribute: str | None = None,
 ) -> Iterator[Diagnostic]:
-    """Yield the keys with which a mapping is asked and that it never has."""
-    if not _is_only_bound_to_observations(function, name):
+    """Find the keys with which a mapping is asked and that it never has.
+
+    Args:
+        file: the file of the function.
+        function: the function.
+        name: its parameter that is the mapping, or that has it as an attribute.
+        known: the keys that the mapping may have.
+        noun: description of these, as in `an input of wipe`.
+        attribute: the attribute that is the mapping; None if it is the parameter.
+
+    Yields:
+        A diagnostic for each place.
+    """
+    if not _is_only_bound_to_observations(file, function, name):
         return
-    for node in ast.walk(function):
+    for node in file.nodes_of(function):
         match node:
-            case ast.Subscript(value=ast.Name(id=mapping), slice=ast.Constant(value=str(key)) as place):
+            case ast.Subscript(value=mapping, slice=ast.Constant(value=str(key)) as place):
                 pass
             case ast.Call(
-                func=ast.Attribute(value=ast.Name(id=mapping), attr="get"),
+                func=ast.Attribute(value=mapping, attr="get"),
                 args=[ast.Constant(value=str(key)) as place, *_],
             ):
                 pass
             case _:
                 continue
-        if mapping == name and key not in known:
+        match mapping:
+            case ast.Name(id=asked):
+                is_meant = asked == name and attribute is None
+            case ast.Attribute(value=ast.Name(id=asked), attr=part):
+                is_meant = asked == name and part == attribute
+            case _:
+                is_meant = False
+        if is_meant and key not in known:
             near = did_you_mean(key, known)
             listed = ", ".join(f"`{one}`" for one in list(known)[:_MAX_LISTED]) or "none"
             help_ = f"did you mean `{near}`?" if near else f"there are {listed}"
             yield Diagnostic("AE147", f"`{key}` is not {noun}", SpanLabel(file.span(place)), help=(help_,))
 
 
-def _is_only_bound_to_observations(function: ast.FunctionDef, name: str) -> bool:
+def _is_only_bound_to_observations(file: SkillFile, function: ast.FunctionDef, name: str) -> bool:
     """Tell if a parameter is bound again to nothing but the value of a `yield`, which is an observation."""
     yielded = {
         id(target)
-        for node in ast.walk(function)
+        for node in file.nodes_of(function)
         if isinstance(node, ast.Assign) and isinstance(node.value, ast.Yield)
         for target in node.targets
     }
-    for node in ast.walk(function):
+    for node in file.nodes_of(function):
         is_scope = _is_inner(node, function) or isinstance(
             node, ast.ListComp | ast.SetComp | ast.GeneratorExp
         )
-        if is_scope and name in {bound for part in ast.walk(node) for bound in names_bound_by(part)}:
+        if is_scope and any(name in names_bound_by(part) for part in file.nodes_of(node)):
             return False
         is_parameter = isinstance(node, ast.arg)
         if name in names_bound_by(node) and not is_parameter and id(node) not in yielded:
@@ -215,7 +258,18 @@ def _actions_outside_envelope(
         values: dict[str, Any] = {}
         for keyword, node in _parameter_nodes(call):
             variable = declared[keyword]
-            value = _constant_value(node, variable.variable.type, ecm.names.cameras)
+            type_, text = variable.variable.type, _text(node)
+            value = _constant_value(node, type_, ecm.names.cameras)
+            if value is None and isinstance(type_, EnumType) and text is not None:
+                own = [one for one, bound in ecm.names.cameras.items() if bound in type_.members]
+                near = did_you_mean(text, [*own, *type_.members])
+                yield Diagnostic(
+                    "AE148",
+                    f"`{keyword}` of this `{kind}` is `{text}`, which is no member of `{type_}`",
+                    SpanLabel(file.span(node), "always denied"),
+                    help=(f"did you mean `{near}`?" if near else f"one of {_or(own or type_.members)}",),
+                )
+                return
             if value is None:
                 continue
             values[variable.name] = value
@@ -238,6 +292,10 @@ def _actions_outside_envelope(
                     help=("correct the parameter, or widen the envelope",),
                 )
                 return
+
+
+def _or(names: Iterable[str]) -> str:
+    return ", ".join(f"`{name}`" for name in list(names)[:_MAX_LISTED])
 
 
 def _parameter_nodes(call: ast.Call) -> Iterator[tuple[str, ast.expr]]:

@@ -108,6 +108,7 @@ PERCEIVER_NAMES: Final = AllowedNames(
     },
     ALLOWED_ATTRIBUTES | _ARRAY_ATTRIBUTES | _VIEW_ATTRIBUTES,
     "a perceiver only computes values from the views that it receives",
-    "import only from `aeros.perception`, `numpy` and modules such as `math`",
+    "import only from `aeros.perception`, `numpy` and modules such as `math`; of `numpy` use what computes, "
+    "as docs/perceivers.md lists it",
 )
 """Names that perceivers may use."""

@@ -168,7 +168,7 @@ def test_a_skill_that_was_denied_for_good_is_chosen_only_where_there_is_no_other
     dispatch = asked(dispatcher, world())
     assert dispatch.request.skill == "boil"
     assert str(dispatch.choice.options[1]) == (
-        "`steam` 50 of 50 succeeded (by age 8.0 of 8.0) in 1.0 s, not now: it was denied"
+        "`steam` 50 of 50 succeeded (by age 8.0 of 8.0), takes 1.0 s, not now: it was denied"
     )
     dispatcher.avoid("kitchen", "boil")
     assert asked(dispatcher, world()).request.skill == "steam"

@@ -1,10 +1,27 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from aeros.agent.instructions.refusals import AmbiguousInstructionError, InstructionError
 from aeros.agent.instructions.understand import understand
-from tests.unit.agent.instructions.lists.reference import parametric_modules
+from tests.unit.agent.dumplings import module, task
+from tests.unit.agent.instructions.lists.reference import REGION, parametric_modules
+
+
+@pytest.mark.parametrize("name", ["can", "which_can"])
+@pytest.mark.parametrize("text", ["open the right can", "open the can on the right"])
+def test_a_parameter_with_the_name_of_the_object_says_which_one(name: str, text: str) -> None:
+    one = replace(REGION, name=name, phrases={"left": ("left",), "right": ("right",)}, default="left")
+    opening = replace(
+        task("open_can", ("open",), "wrapper_aligned"), object_phrases=("can",), parameters={name: one}
+    )
+    (found,) = understand(text, {"opener": module("opener", (), opening)}).errands
+    assert found.routed.arguments == {name: "right"}
+    other = replace(opening, parameters={"side": replace(one, name="side")})
+    with pytest.raises(InstructionError, match="which one, or where to"):
+        understand("open the right can", {"opener": module("opener", (), other)})
 
 
 def test_an_ambiguity_is_about_all_if_its_part_has_all_words() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,11 +24,11 @@ def test_results_and_durations_of_another_plant_or_other_code_are_no_evidence(pa
         remember(memory, seconds=3.0)
         remember(memory, failed=True)
         wrap = ("dumpling", "wrap")
-        assert memory.recent_records([wrap], "here")[wrap] == RecentRecord(FORGETTING, 1.0)
+        assert memory.recent_records({wrap: "here"})[wrap] == RecentRecord(FORGETTING, 1.0)
         assert memory.typical_duration(*wrap, "1") is None
     with open_memory(path, WHO, "physics") as memory:
         assert memory.success_record(*wrap) == SuccessRecord(0, 0)
-        assert memory.recent_records([wrap], "here")[wrap] == RecentRecord()
+        assert memory.recent_records({wrap: "here"})[wrap] == RecentRecord()
         assert memory.typical_duration(*wrap) is None
     with open_memory(path, WHO, "symbolic") as memory:
         assert memory.success_record(*wrap) == SuccessRecord(1, 1)
@@ -43,9 +44,22 @@ def test_only_tries_of_the_skills_to_choose_from_make_a_try_older(path: Path) ->
                 memory.start_episode(start), EpisodeEnd("finished", None, True, "", 2.0, {}, True)
             )
         wrap, fold = ("dumpling", "wrap"), ("dumpling", "fold")
-        assert memory.recent_records([wrap], "here") == {wrap: RecentRecord(1.0, 0.0)}
-        both = memory.recent_records([wrap, fold], "here")
+        assert memory.recent_records({wrap: "here"}) == {wrap: RecentRecord(1.0, 0.0)}
+        both = memory.recent_records({wrap: "here", fold: "here"})
         assert both == {wrap: RecentRecord(FORGETTING, 0.0), fold: RecentRecord(0.0, 1.0)}
+
+
+def test_a_context_in_any_state_stands_for_all_of_a_task_with_the_code(path: Path) -> None:
+    with open_memory(path, WHO) as memory:
+        for task, code, seen in (("t", "1", True), ("t", "1 2", False), ("t", "2", True), ("u", "1", True)):
+            where = json.dumps({"task": task, "code": code, "predicates": {"seen": seen}}, sort_keys=True)
+            episode = memory.start_episode(replace(STEP, context=where))
+            memory.end_episode(episode, EpisodeEnd("finished", None, False, "", 2.0, {}, True))
+        remember(memory)  # its context is no JSON
+        wrap, any_state = ("dumpling", "wrap"), json.dumps({"task": "t", "code": "1"})
+        assert memory.success_record(*wrap, any_state) == SuccessRecord(2, 0)
+        assert memory.recent_records({wrap: any_state})[wrap] == RecentRecord(1 + FORGETTING, 0.0)
+        assert memory.success_record(*wrap, json.dumps({"task": "t", "code": "3"})) == SuccessRecord(0, 0)
 
 
 def test_the_latest_successes_say_it(path: Path) -> None:

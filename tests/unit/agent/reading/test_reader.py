@@ -56,7 +56,9 @@ def reader(server: Stub, case: Case | None = None, within: float = 30.0) -> LlmR
     site, modules = reference().site, reference().modules
     modules = modules if case is None else modules_of(case, modules, site)
     endpoint = LlmEndpoint(server.url, "stub")
-    return LlmReader(site, modules, endpoint, within, lambda task: declared_start(site, task))
+    return LlmReader(
+        site, modules, endpoint, within, lambda task: declared_start(site, task, modules.values())
+    )
 
 
 def grammar_of(instruction: str) -> Understanding | InstructionError:

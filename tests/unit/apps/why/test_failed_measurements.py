@@ -35,6 +35,17 @@ LOG = [
 ]
 
 
+def test_a_value_that_is_uncertain_at_the_end_counts_beside_failures() -> None:
+    def unsure(**uncertainties: str) -> dict[str, Any]:
+        return record("perceiver-unsure", module="tidy", perceiver="top", uncertainties=uncertainties)
+
+    log = [failed("top", "too dark"), unsure(x="9 mm, declared at most 8 mm")]
+    dark = "perceiver `tidy.top` failed: too dark; unknown: tidy.x"
+    vague = "perceiver `tidy.top` is less certain than declared, so unknown: x to 9 mm, declared at most 8 mm"
+    assert list(failures_before(log, 0, 2, "tidy")) == [(0, dark), (1, vague)]
+    assert list(failures_before([*log, unsure()], 0, 3, "tidy")) == [(0, dark)]
+
+
 def test_the_last_failure_of_each_that_has_not_recovered_counts() -> None:
     assert list(failures_before(LOG, 4, 11, "tidy")) == [
         (5, "perceiver `tidy.top` failed: too small; unknown: tidy.x"),

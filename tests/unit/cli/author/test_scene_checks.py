@@ -54,6 +54,14 @@ def test_a_module_with_whole_scenes_has_no_warning(tmp_path: Path) -> None:
     assert warnings(tmp_path / "other", {}) == ()
 
 
+def test_a_module_in_the_present_folder_is_no_exception(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (found,) = warnings(Path(), {"bed": WHOLE + "truth: {bed_plantd: true}\n"})
+    assert found.code == "AE122"
+
+
 def test_a_scene_that_no_task_names_is_loaded_too(tmp_path: Path) -> None:
     (found,) = warnings(tmp_path, {"bed": WHOLE + "truth: {bed_plantd: true}\n"})
     assert (found.code, found.help) == ("AE122", ("did you mean `bed_planted`?",))
@@ -116,7 +124,7 @@ def test_the_scenes_of_a_task_that_composes_others_are_combined_as_for_a_run(
 def test_a_module_that_cannot_be_read_is_left_out(tmp_path: Path) -> None:
     (tmp_path / "scenes").mkdir()
     (tmp_path / "scenes" / "bed.yaml").write_text("no scene")
-    unread = SubjectReport(str(tmp_path), tmp_path, Conclusion.REJECTED, ())
+    unread = SubjectReport(str(tmp_path), tmp_path, Conclusion.REJECTED, (), is_readable=False)
     assert add_scene_warnings(Report(SITE, (unread,), None)).modules == (unread,)
 
 

@@ -58,6 +58,10 @@ def test_a_policy_with_settings_of_a_module_that_is_not_installed_is_a_warning(
     other.write_text((BASE / "site.yaml").read_text() + "modules:\n  polish: {set: {force: 6 N}}\n")
     capsys.readouterr()
     assert run("policy", str(other)) == 0
+    assert capsys.readouterr().err == ""  # nothing is installed yet
+    assert run("install", str(BASE / "tidy")) == 0
+    capsys.readouterr()
+    assert run("policy", str(other)) == 0
     shown = capsys.readouterr()
     assert shown.out.startswith("bench is in force; sha256:")
     assert "warning[AE886] absent-module: the site has settings for `polish`" in shown.err

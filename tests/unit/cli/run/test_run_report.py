@@ -8,6 +8,9 @@ from typing import Any, cast
 from aeros.agent.execution.report import RunReport
 from aeros.cli.run.run_report import summary
 from aeros.sim.referee import GoalJudgement
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_site
+from tests.repo.tree import ROOT
 
 
 def report(**changed: Any) -> RunReport:
@@ -44,6 +47,18 @@ def test_the_summary_holds_the_numbers_of_the_report() -> None:
     assert "goal not reached: dark; then: late; then: why" in blind
     missed = summary(proof, report(reached=False, reason="why"), "symbolic", 0.0, 0.0)
     assert "m.t: goal not reached: why" in missed
+
+
+def test_values_are_shown_in_their_units() -> None:
+    proof = cast("Any", SimpleNamespace(modules=[]))
+    diagnostics = Diagnostics()
+    site = load_site(ROOT / "tests" / "corpus" / "site" / "table.yaml", diagnostics)
+    assert site is not None
+    values = {"dirt": 0.123456, "hand": (0.1, 0.25, -1.0), "table_tidy": True, "load": 1e-3, "odd": 0.5}
+    shown = summary(proof, report(measured=values), "physics", 0.0, 0.0, declared=site.state).splitlines()[2]
+    assert shown.endswith(
+        ": dirt = 12.35 %, hand = [0.1, 0.25, -1] m, table_tidy = true, load = 0.001 kg, odd = 0.5"
+    )
 
 
 def test_the_reason_is_shown_harmlessly_and_on_one_line() -> None:

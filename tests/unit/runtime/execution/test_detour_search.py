@@ -16,6 +16,7 @@ from aeros.runtime.ports import Obstacle, Plant, RobotBody, Trajectory, plan_seq
 from aeros.sim.kinematic.plant import make_plant
 from aeros.skill import Action, act
 from aeros.spec.scenes.load import load_scene
+from tests.shipped_scenes import shipped_scene
 from tests.unit.runtime.one_step import FakeGate
 from tests.unit.runtime.perception.kettle import site
 
@@ -141,3 +142,29 @@ def test_a_way_begins_where_the_tool_is_at_the_start_of_the_plan() -> None:
     plan = Trajectory(body, ((bent, later), (later, bent)), (1.0, 2.0, 3.0), (0.0, 0.0, 0.0), 1.0)
     expected = (1.0 + 0.5 * cos(0.1) + 0.5 * cos(0.3), 2.0 + 0.5 * sin(0.1) + 0.5 * sin(0.3), 3.0)
     assert _tool_at_start(plan) == pytest.approx(expected)
+
+
+def test_a_base_is_led_round_what_stands_in_the_aisle() -> None:
+    driving = make_plant(shipped_scene("fetch"), 0)
+    lower, upper = (-0.1, 1.1, -0.3), (0.1, 1.3, -0.15)
+    obstacle = Obstacle("box", lower, upper, 0.0, "aisle_top", "aisle_floor")
+    target = act("move_base", x=0.0, y=2.3, speed=0.4)
+    search, plant, motions = searching(driving, obstacle)
+    readings = dict(plant.observe())
+    allowed = Decision(DecisionKind.ALLOW, target, ())
+    denied = motions.decide(allowed, plant.plan(target), readings, (), (obstacle,))
+    (reason,) = denied.reasons
+    assert (reason.code, reason.rule) == (OBSTRUCTED, "box")
+    assert reason.text.startswith("`base` may come nearer than 15 mm to box at (0.00, 1.20) m in aisle_floor")
+    found = search.find(CALLER, denied, target)
+    assert found is not None
+    assert found.legs[-1] is target
+    assert len(found.legs) > 1
+    for leg, plan in zip(found.legs, plan_sequence(plant, found.legs) or (), strict=True):
+        assert isinstance(plan, Trajectory)
+        readings["base_position"] = readings["base_position"]._replace(value=plan.base)
+        decided = Decision(DecisionKind.ALLOW, leg, ())
+        assert motions.decide(decided, plan, readings, (), (obstacle,)) is decided
+    at_it = act("move_base", x=0.0, y=1.5, speed=0.4)
+    assert search.find(CALLER, OBSTRUCTION, at_it) is None, "no way leads to a place at the obstacle"
+    driving.close()

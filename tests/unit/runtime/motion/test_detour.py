@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from aeros.runtime.motion.detour import MOST_TRIES, find_detour
+from aeros.runtime.motion.detour import MOST_TRIES, find_base_detour, find_detour
 from aeros.runtime.motion.swept_volume import BarrierBox
 from aeros.runtime.ports import Vec3
 
@@ -92,3 +92,18 @@ def test_equal_worlds_give_equal_ways(answers: list[bool]) -> None:
         return lambda way: 0 if left and left.pop() else None
 
     assert found(check()) == found(check())
+
+
+def test_a_base_drives_beside_an_obstacle_and_not_over_it() -> None:
+    start, target = (0.0, 0.0, 0.0), (0.0, 2.0, 0.0)
+    blocked = BarrierBox("box", (-0.2, 0.8, -9.0), (0.5, 1.2, 9.0), False, False, None)
+    way = find_base_detour(start, target, [blocked], anywhere, clear)
+    assert way is not None
+    assert way[-1] == target
+    assert all(z == 0.0 for _, _, z in way)
+    assert min(x for x, _, _ in way) < -0.2, "the nearer side"
+    right = find_base_detour(start, target, [blocked], lambda place: place[0] > -0.2, clear)
+    assert right is not None
+    assert max(x for x, _, _ in right) > 0.5
+    aisle = find_base_detour(start, target, [blocked], lambda place: -0.2 < place[0] < 0.5, clear)
+    assert aisle is None

@@ -253,6 +253,17 @@ def test_a_picture_that_came_during_the_pause_is_shown_after_it() -> None:
     assert watched.update(1.5, 1.2)["kettle.water_hot"] == Reading(True, 1.2)
 
 
+def test_a_value_that_becomes_uncertain_or_certain_again_is_recorded_once() -> None:
+    vague = {"water_hot": True, "water_level": (0.1, 1.0)}
+    watched = Watched(vague, vague, GOOD)
+    for now in (1.0, 2.0, 3.0):
+        watched.update(now, now)
+    (first, vaguely), (second, surely) = watched.events
+    assert (first, second, surely["uncertainties"]) == ("perceiver-unsure", "perceiver-unsure", {})
+    assert vaguely["uncertainties"].keys() == {"kettle.water_level"}
+    assert "declared at most" in vaguely["uncertainties"]["kettle.water_level"]
+
+
 def test_after_an_answer_the_pause_is_short_again_and_the_recovery_is_recorded() -> None:
     watched = Watched(CRASH, CRASH, GOOD, CRASH)
     for now in (1.0, 2.0, 4.0, 5.0):

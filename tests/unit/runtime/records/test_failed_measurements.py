@@ -23,6 +23,18 @@ from aeros.runtime.records.failed_measurements import failure_text
         ("tool-failed", {}, "tool `None` failed: None"),
         ("tool-answered", {"tool": "ask"}, ""),
         ("perceiver-recovered", {}, ""),
+        (
+            "perceiver-unsure",
+            {
+                "module": "tidy",
+                "perceiver": "top",
+                "uncertainties": {"tidy.x": "9 mm, declared at most 8 mm"},
+            },
+            "perceiver `tidy.top` is less certain than declared, so unknown: "
+            "tidy.x to 9 mm, declared at most 8 mm",
+        ),
+        ("perceiver-unsure", {"module": "tidy", "perceiver": "top", "uncertainties": {}}, ""),
+        ("perceiver-unsure", {}, ""),
     ],
 )
 def test_a_failure_is_one_line(event: str, details: dict[str, object], text: str) -> None:

@@ -34,6 +34,14 @@ def described(name: str, observed: Any, inputs: Any) -> str:
     return describe_raised(raised.value, function, ("clutter_position", "holding"))
 
 
+def test_memory_that_ran_out_is_told_in_words() -> None:
+    class Full(dict[str, int]):
+        def __missing__(self, _: str) -> int:
+            raise MemoryError
+
+    assert described("tidy", Full(), "x") == "skills.py:3: MemoryError: its process may use no more memory"
+
+
 def test_a_key_that_is_misspelt_is_named_with_its_line_and_the_nearest_name() -> None:
     assert described("tidy", {}, "cluter_position") == (
         "skills.py:3: KeyError: 'cluter_position'; did you mean `clutter_position`?"

@@ -1,4 +1,4 @@
-"""Declared bodies in a world, and overlaps of them that are refused with their places."""
+"""Declared bodies in a world."""
 
 from __future__ import annotations
 
@@ -8,53 +8,31 @@ from typing import Any
 
 import pytest
 
-from aeros.sim.bullet.bodies import PlacedBody, add_body, check_overlaps
+from aeros.sim.bullet.bodies import add_body
 from aeros.sim.bullet.client import bullet
 from aeros.sim.bullet.world import PhysicsWorld
-from aeros.sim.geometry import Pose, Vector3, yaw_of, yaw_orientation
-from aeros.spec.diagnostics.codes import Diagnostic
+from aeros.sim.engine.engine import PlacedBody
+from aeros.sim.geometry import Pose, yaw_of, yaw_orientation
 from aeros.spec.diagnostics.errors import UserError
-from aeros.spec.diagnostics.source import Source
 from aeros.spec.model.scene import (
-    GREY,
     Basin,
     Box,
     Compound,
     Cylinder,
     Joint,
     Part,
-    Placement,
     SceneBody,
     Sphere,
     UrdfModel,
 )
+from tests.unit.sim.engine.declared_bodies import body
 
 pytestmark = pytest.mark.physics
 
-SOURCE = Source("scene.yaml", "crate bottle\npole")
-CUBE = Box((0.1, 0.1, 0.1))
 MODEL = """<robot name="vase"><link name="a">
 <inertial><mass value="0.8"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
 <collision><geometry><cylinder radius="0.05" length="0.2"/></geometry></collision></link></robot>
 """
-
-
-def body(
-    name: str = "crate", shape: Any = CUBE, position: Vector3 = (0.0, 0.0, 0.05), **more: Any
-) -> SceneBody:
-    start = SOURCE.text.find(name)
-    yaw = more.pop("yaw", 0.0)
-    placement = Placement(None, position, yaw, (0.0, 0.0, 0.0), 0.0, name)
-    values = {
-        "mass": 0.0,
-        "friction": 0.5,
-        "spinning": 0.02,
-        "rolling_resistance": 0.0,
-        "colour": GREY,
-        "grip": None,
-        **more,
-    }
-    return SceneBody(name, shape, placement, span=SOURCE.span(start, start + len(name)), **values)
 
 
 def put(world: PhysicsWorld, declared: SceneBody) -> PlacedBody:
@@ -119,62 +97,6 @@ def test_a_model_is_fixed_or_has_its_own_mass(
 def test_a_model_that_cannot_be_loaded_is_refused(tmp_path: Path, world: PhysicsWorld) -> None:
     with pytest.raises(UserError):
         put(world, body(shape=UrdfModel(str(tmp_path / "absent.urdf"), ("a",), {})))
-
-
-def overlapping(world: PhysicsWorld, *bodies: SceneBody, names: Any = None) -> tuple[Diagnostic, ...]:
-    placed = {put(world, one).number: one for one in bodies}
-    with pytest.raises(UserError) as refused:
-        check_overlaps(world, placed, names or {})
-    return tuple(refused.value.diagnostics)
-
-
-def test_two_declared_bodies_are_named_with_both_places(world: PhysicsWorld) -> None:
-    bottle = body("bottle", Cylinder(0.05, 0.1), (0.09, 0.0, 0.05))
-    (found,) = overlapping(world, body("crate"), bottle)
-    assert (found.code, found.headline) == ("AE140", "`crate` and `bottle` overlap by 10.0 mm")
-    assert found.primary is not None
-    labels = [found.primary, *found.secondary]
-    assert sorted(label.text for label in labels) == ["`bottle` is placed here", "`crate` is placed here"]
-    assert {label.span.start for label in labels} == {0, 6}
-    assert found.help == ("move one of them, or make it smaller, by at least 10.0 mm",)
-
-
-def test_the_declared_body_is_named_first(world: PhysicsWorld) -> None:
-    table = world.bodies.add_box((1.0, 1.0, 0.1), (0.0, 0.0, -0.045))
-    stone = world.bodies.add_box((0.1, 0.1, 0.1), (5.0, 5.0, 5.0))
-    (found,) = overlapping(world, body("pole"), names={table: "the table", stone: "a stone"})
-    assert found.headline == "`pole` and the table overlap by 5.0 mm"
-    assert found.primary is not None
-    assert (found.primary.span.start, found.secondary) == (13, ())
-
-
-def test_a_part_of_the_scene_without_a_name_is_reported_by_its_place(world: PhysicsWorld) -> None:
-    world.bodies.add_box((1.0, 1.0, 0.1), (0.25, 0.0, -0.045))
-    (found,) = overlapping(world, body("pole"))
-    assert found.headline == "`pole` and the body at (0.25, 0.00, -0.04) m overlap by 5.0 mm"
-
-
-def test_an_overlap_of_the_scene_itself_has_no_place_in_a_file(world: PhysicsWorld) -> None:
-    first, second = (world.bodies.add_box((0.1, 0.1, 0.1), (x, 0.0, 0.0)) for x in (0.0, 0.05))
-    (found,) = overlapping(world, names={first: "one", second: "another"})
-    assert (found.primary, found.secondary, found.help) == (None, (), ())
-    assert "overlap by 50.0 mm" in found.headline
-
-
-def test_every_pair_is_reported(world: PhysicsWorld) -> None:
-    rows = [
-        body(name, position=(0.09 * place, 0.0, 0.05))
-        for place, name in enumerate(("crate", "bottle", "pole"))
-    ]
-    assert len(overlapping(world, *rows)) == 2
-
-
-def test_bodies_up_to_2_mm_in_each_other_are_accepted(world: PhysicsWorld) -> None:
-    placed = {
-        put(world, one).number: one for one in (body("crate"), body("pole", position=(0.0985, 0.0, 0.05)))
-    }
-    check_overlaps(world, placed, {})
-    check_overlaps(PhysicsWorld(), {}, {})
 
 
 def height_at(world: PhysicsWorld, x: float, y: float) -> float | None:

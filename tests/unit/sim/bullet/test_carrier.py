@@ -6,8 +6,9 @@ from math import dist, pi
 
 import pytest
 
-from aeros.sim.bullet.carrier import LIFT, Carrier, is_occupied
+from aeros.sim.bullet.carrier import Carrier, is_occupied
 from aeros.sim.bullet.world import PhysicsWorld
+from aeros.sim.engine.carried_way import LIFT
 
 GOAL = (0.4, -0.3, 0.05)
 TICKS = 360

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from aeros.sim.bullet.client import bullet
+from aeros.sim.bullet.engine import BulletEngine
 from aeros.sim.bullet.mirror import BASE_LINK, SceneMirror, bodies_of, poses_of, shapes_of
 from aeros.sim.bullet.panda import Panda
-from aeros.sim.bullet.people import People, Person, Waypoint
 from aeros.sim.bullet.world import PhysicsWorld
+from aeros.sim.engine.people import People, Person, Waypoint
 from aeros.sim.geometry import UPRIGHT, Camera, Pose, yaw_orientation
 from aeros.sim.randomness import RandomSource
 from aeros.sim.scenes.physics_scene import PhysicsScene
@@ -33,8 +34,9 @@ OFF_CENTRE = """<robot name="club"><link name="club">
 def test_a_mirrored_scene_looks_the_same_to_the_pixel(name: str) -> None:
     scene, world, other = PhysicsScene(shipped_scene(name)), PhysicsWorld(), PhysicsWorld()
     robot = Panda(world, scene.robot)
-    scene.build(world, robot, RandomSource(0))
-    People(world, robot.body, [Person("guest", (Waypoint((0.5, 0.45)),))], RandomSource(0))
+    engine = BulletEngine(world)
+    scene.build(engine, robot, RandomSource(0))
+    People(engine, robot.body, [Person("guest", (Waypoint((0.5, 0.45)),))], RandomSource(0))
     mirror = SceneMirror(other.client)
     for body in bodies_of(world):
         if not shapes_of(world, [body]):  # what is painted on it is not mirrored

@@ -7,7 +7,8 @@ from math import dist
 
 import pytest
 
-from aeros.sim.bullet.world import GRAVITY, PhysicsWorld
+from aeros.sim.bullet.world import PhysicsWorld
+from aeros.sim.engine.world import GRAVITY
 from tests.shipped_scenes import ECMS
 
 MODELS = ECMS / "make_dumplings" / "scenes" / "models"

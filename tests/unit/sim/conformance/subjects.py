@@ -73,6 +73,16 @@ def _physics(scene: str) -> Callable[[], Plant]:
     return make
 
 
+def _mujoco(scene: str) -> Callable[[], Plant]:
+    def make() -> Plant:
+        # MuJoCo is imported only where it is asked for.
+        from aeros.sim.physics import make_mujoco_engine, make_plant
+
+        return make_plant(shipped_scene(scene), 0, engine=make_mujoco_engine())
+
+    return make
+
+
 def _watched() -> Plant:
     return ListenedPlant(make_kinematic(shipped_scene("bare"), 0), BusFeed(InProcessBus(), _site()))
 
@@ -143,4 +153,11 @@ PHYSICAL: Final = {
         parallel_actions=TOGETHER,
         look_action=act("look", camera="hand"),
     ),
+}
+
+ON_MUJOCO: Final = {
+    name.replace("physics", "mujoco"): replace(
+        subject, make_plant=_mujoco("fetch" if name == "physics on its carriage" else "bare")
+    )
+    for name, subject in PHYSICAL.items()
 }

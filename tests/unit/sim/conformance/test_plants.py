@@ -10,8 +10,9 @@ from aeros.sim.conformance.contact_checks import (
     a_broken_rule_stops_contact_within_one_tick,
     a_servo_motion_stays_near_its_paths,
 )
+from aeros.sim.conformance.stop_checks import a_broken_rule_stops_everything_within_one_tick
 from aeros.sim.conformance.suite import CHECKS, Check
-from tests.unit.sim.conformance.subjects import PHYSICAL, SUBJECTS
+from tests.unit.sim.conformance.subjects import ON_MUJOCO, PHYSICAL, SUBJECTS
 
 _IN_CONTACT = {
     a_servo_motion_stays_near_its_paths.__name__,
@@ -45,3 +46,18 @@ def test_a_plant_without_physics_conforms(name: str, check: Check) -> None:
 @pytest.mark.physics
 def test_the_physics_plant_conforms(name: str, check: Check) -> None:
     check(PHYSICAL[name])
+
+
+@pytest.mark.parametrize(
+    "check", [a_servo_motion_stays_near_its_paths, a_broken_rule_stops_everything_within_one_tick]
+)
+@pytest.mark.physics
+def test_the_physics_plant_presses_and_stops_on_mujoco(check: Check) -> None:
+    check(ON_MUJOCO["mujoco"])
+
+
+@_each_check_of(ON_MUJOCO)
+@pytest.mark.deep
+@pytest.mark.physics
+def test_the_physics_plant_conforms_on_mujoco(name: str, check: Check) -> None:
+    check(ON_MUJOCO[name])

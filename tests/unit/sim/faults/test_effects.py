@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from aeros.runtime.ports import CameraPicture, CameraView
-from aeros.sim.bullet.people import Person, Waypoint
+from aeros.sim.engine.people import Person, Waypoint
 from aeros.sim.faults.degradation import NO_DEGRADATION, Degradation
 from aeros.sim.faults.effects import physical_effect, picture_effect
 from aeros.sim.faults.model import (

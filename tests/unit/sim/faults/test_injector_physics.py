@@ -13,8 +13,9 @@ import pytest
 from aeros.runtime.ports import CameraPicture, CameraView, MotionCompletion
 from aeros.sim.bullet.client import bullet
 from aeros.sim.bullet.panda import Panda
-from aeros.sim.bullet.people import Person, Waypoint
-from aeros.sim.bullet.world import PhysicsWorld
+from aeros.sim.engine.engine import Engine
+from aeros.sim.engine.people import Person, Waypoint
+from aeros.sim.engine.robot import PhysicalRobot
 from aeros.sim.faults.injector import FaultEvent, FaultInjector
 from aeros.sim.faults.model import (
     CameraOpportunity,
@@ -44,6 +45,7 @@ from aeros.spec.declared.faults import (
 from tests.shipped_scenes import shipped_scene
 from tests.unit.sim.acting import allow, execute
 from tests.unit.sim.bare_scene import BareScene
+from tests.unit.sim.bullet.bullet_parts import as_bullet
 
 pytestmark = pytest.mark.physics
 
@@ -56,7 +58,8 @@ class Cube(BareScene):
 
     pushable_objects: tuple[str, ...] = ("cube",)
 
-    def build(self, world: PhysicsWorld, robot: Panda, chance: RandomSource) -> None:
+    def build(self, engine: Engine, robot: PhysicalRobot, chance: RandomSource) -> None:
+        world = as_bullet(engine.world)
         world.bodies.add_box((1.0, 1.0, 0.05), (0.5, 0.0, -0.025))
         world.bodies.add_box((0.10, 0.03, 0.05), (0.5, 0.1, 0.025))
         self.world = world
@@ -141,7 +144,7 @@ PUT = BoxFault((0.08, 0.08, 0.2), (0.45, -0.2, 0.0), spread=(0.02, 0.02, 0.0), m
 
 
 def bounds_of_newest(one: FaultyPlant) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    client = one.plant._world.client
+    client = as_bullet(one.plant._world).client
     newest = bullet.getBodyUniqueId(bullet.getNumBodies(physicsClientId=client) - 1, physicsClientId=client)
     low, high = bullet.getAABB(newest, physicsClientId=client)
     return low, high

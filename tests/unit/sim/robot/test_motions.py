@@ -18,7 +18,7 @@ from aeros.sim.kinematic.robot import KinematicRobot
 from aeros.sim.robot.body import PANDA_BODY
 from aeros.sim.robot.errors import ActionRejectedError, BlockedError
 from aeros.sim.robot.limits import Q_MAX, QD_MAX, Vector
-from aeros.sim.robot.motions import ActionParameters, PreparedMotion, plan_tool_lines
+from aeros.sim.robot.motions import ActionParameters, PreparedMotion, plan_base_lines, plan_tool_lines
 from aeros.sim.robot.robot import BRAKED_PARTS, RobotOptions, RobotState
 
 BASE: Vector3 = (1.0, 2.0, 0.5)
@@ -477,3 +477,18 @@ def test_lines_after_a_refused_one_are_not_planned() -> None:
     assert isinstance(one, Trajectory)
     assert isinstance(refusal, MotionCompletion)
     assert (refusal.reason or "").startswith("unreachable: ")
+
+
+def test_ways_of_the_base_are_planned_one_after_the_other() -> None:
+    of = robot()
+    first: dict[str, Any] = {"x": -0.2, "y": 0.1, "speed": 0.3}
+    second = {"x": -0.2, "y": 0.5, "speed": 0.3}
+    far = {"x": 99.0, "y": 0.5, "speed": 0.3}
+    one, other, refusal = plan_base_lines(of, [ActionParameters(each) for each in (first, second, far)])
+    assert isinstance(one, Trajectory)
+    assert isinstance(other, Trajectory)
+    assert isinstance(refusal, MotionCompletion)
+    assert one == trajectory(planned(of, "move_base", **first))
+    assert other.base[:2] == (-0.2, 0.1)
+    assert other.base_path == pytest.approx((0.0, 0.4, 0.0))
+    assert other.joint_paths == one.joint_paths

@@ -16,9 +16,9 @@ import numpy as np
 import pytest
 
 from aeros.sim.bullet.client import bullet
-from aeros.sim.bullet.panda import Panda
-from aeros.sim.bullet.people import Person, Waypoint
-from aeros.sim.bullet.world import PhysicsWorld
+from aeros.sim.engine.engine import Engine
+from aeros.sim.engine.people import Person, Waypoint
+from aeros.sim.engine.robot import PhysicalRobot
 from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.randomness import RandomSource
 from aeros.sim.robot.limits import SCANNER_RANGE
@@ -29,6 +29,7 @@ from aeros.spec.model.sensor_errors import OdometryErrors, SurveyErrors
 from tests.shipped_scenes import shipped_scene
 from tests.unit.sim.acting import allow, execute
 from tests.unit.sim.bare_scene import BareScene
+from tests.unit.sim.bullet.bullet_parts import as_bullet, as_panda
 from tests.unit.sim.scanners.cells import reference_scanners
 
 pytestmark = pytest.mark.physics
@@ -41,7 +42,10 @@ def scene_of(plant: PhysicsPlant) -> PhysicsScene:
 
 def put(plant: PhysicsPlant, body: str, place: tuple[float, float, float]) -> None:
     bullet.resetBasePositionAndOrientation(
-        scene_of(plant).body(body), place, (0.0, 0.0, 0.0, 1.0), physicsClientId=plant._world.client
+        scene_of(plant).body(body),
+        place,
+        (0.0, 0.0, 0.0, 1.0),
+        physicsClientId=as_bullet(plant._world).client,
     )
 
 
@@ -59,7 +63,7 @@ def tidy_and_wipe(plant: PhysicsPlant) -> None:
 
 def wrap(plant: PhysicsPlant) -> None:
     """Fold the wrapper round the filling where it lies, and seal it."""
-    scene, client = scene_of(plant), plant._world.client
+    scene, client = scene_of(plant), as_bullet(plant._world).client
     wrapper = scene._bodies["wrapper"]
     x, y, z = scene.pose_of(BodyPart("wrapper")).position
     put(plant, "filling", (x, y, z + 0.0115))
@@ -95,9 +99,9 @@ def make_scanned(people: tuple[Person, ...] = ()) -> PhysicsPlant:
 class Walled(BareScene):
     """The bare table, and a wall beside it from the floor up."""
 
-    def build(self, world: PhysicsWorld, robot: Panda, chance: RandomSource) -> None:
-        super().build(world, robot, chance)
-        world.bodies.add_box((0.1, 6.0, 2.0), (1.5, 0.6, 0.7))
+    def build(self, engine: Engine, robot: PhysicalRobot, chance: RandomSource) -> None:
+        super().build(engine, robot, chance)
+        as_bullet(engine.world).bodies.add_box((0.1, 6.0, 2.0), (1.5, 0.6, 0.7))
 
 
 def make(scene: str) -> PhysicsPlant:
@@ -139,15 +143,16 @@ def test_an_unseen_change_changes_no_reading(pair: tuple[Change, PhysicsPlant, P
 
 def test_a_slipping_wheel_is_not_felt() -> None:
     plain, changed = make("fetch"), make("fetch")
-    robot, slip = changed._panda, (0.2, -0.1)
+    robot, slip = as_panda(changed._panda), (0.2, -0.1)
+    world = as_bullet(changed._world)
     x, y = robot.odometry.drift
     robot.odometry.drift = (x + slip[0], y + slip[1])
     for joint, off in zip(robot._drive, slip, strict=True):
-        at = changed._world.joint_position(robot.body, joint)
-        bullet.resetJointState(robot.body, joint, at - off, physicsClientId=changed._world.client)
-    robot._driven = tuple(at - off for at, off in zip(robot._driven, slip, strict=True))
+        at = world.joint_position(robot.body, joint)
+        bullet.resetJointState(robot.body, joint, at - off, physicsClientId=world.client)
+    robot._driven = (robot._driven[0] - slip[0], robot._driven[1] - slip[1])
     robot.hold_base()
-    changed._world._joint_states.clear()
+    world._joint_states.clear()
     for plant in (plain, changed):
         execute(plant, act("wait", duration=0.1), allow, 9.0)
     moved = np.subtract(changed._panda.true_points()[0], plain._panda.true_points()[0])
@@ -195,7 +200,7 @@ def test_a_person_whom_rays_meet_is_noticed() -> None:
 
 def test_a_box_that_is_no_person_is_an_intruder() -> None:
     plant = make_scanned()
-    plant._world.bodies.add_box((0.3, 0.3, 0.6), (-1.0, -1.0, 0.0))
+    as_bullet(plant._world).bodies.add_box((0.3, 0.3, 0.6), (-1.0, -1.0, 0.0))
     found = distances(plant)
     assert found[0][0] == SCANNER_RANGE
     assert found[-1][0] < 1.2

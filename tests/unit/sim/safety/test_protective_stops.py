@@ -21,8 +21,8 @@ from aeros.runtime.monitor.history import HistoryTracker
 from aeros.runtime.monitor.monitor import RuntimeMonitor
 from aeros.runtime.motion.trajectory import MotionDecider
 from aeros.sim.bullet.client import bullet
-from aeros.sim.bullet.people import Person, Waypoint
 from aeros.sim.clock import TICK
+from aeros.sim.engine.people import Person, Waypoint
 from aeros.sim.geometry import Vector3
 from aeros.sim.physics import NoDisturbance, PhysicsPlant, PlantParts
 from aeros.sim.robot.kinematics import READY_POSTURE
@@ -36,6 +36,7 @@ from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
 from tests.unit.sim.acting import allow, execute, recording
 from tests.unit.sim.bare_scene import BareScene
+from tests.unit.sim.bullet.bullet_parts import as_bullet, as_panda
 
 pytestmark = pytest.mark.physics
 
@@ -65,7 +66,7 @@ class Rough(NoDisturbance):
         self._stage = stage
 
     def before_tick(self) -> None:
-        world, robot = self._stage.world, self._stage.robot
+        world, robot = as_bullet(self._stage.world), as_panda(self._stage.robot)
         joint, torque = self.weak
         if world.time < BEGINS or self.is_over:
             robot.torque_limits[joint - 1] = float(TAU_MAX[joint - 1])
@@ -112,8 +113,9 @@ class Obstructed(BareScene):
         self._obstacle = obstacle
         self._load = load
 
-    def build(self, world: Any, robot: Any, chance: Any) -> None:
-        super().build(world, robot, chance)
+    def build(self, engine: Any, robot: Any, chance: Any) -> None:
+        super().build(engine, robot, chance)
+        world = engine.world
         if self._load is not None:
             bullet.changeDynamics(robot.body, robot._wrist, mass=self._load, physicsClientId=world.client)
         if self._obstacle:

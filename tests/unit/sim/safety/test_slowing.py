@@ -17,7 +17,7 @@ from aeros.runtime.monitor.history import HistoryTracker
 from aeros.runtime.monitor.monitor import RuntimeMonitor
 from aeros.runtime.ports import MotionCompletion
 from aeros.sim.bullet.client import bullet
-from aeros.sim.bullet.people import Person, Waypoint
+from aeros.sim.engine.people import Person, Waypoint
 from aeros.sim.physics import make_plant
 from aeros.skill import act
 from aeros.spec.diagnostics.codes import Diagnostics
@@ -26,6 +26,7 @@ from aeros.spec.expr.terms import ConstantTable
 from aeros.spec.model.site import Site
 from aeros.spec.text.discovery import reference_site_path
 from tests.shipped_scenes import shipped_scene
+from tests.unit.sim.bullet.bullet_parts import as_bullet
 from tests.unit.sim.referee import of_the_site
 
 pytestmark = pytest.mark.physics
@@ -38,7 +39,7 @@ TOWARDS = Person("walks", (Waypoint((0.0, 5.0)), Waypoint((0.0, 0.0), speed=1.6)
 def seen(site: Site, monkeypatch: pytest.MonkeyPatch) -> tuple[str | None, float, float]:
     """Drive towards a walking person: reason of the end, and fastest link in all and near them, m/s."""
     plant = make_plant(shipped_scene("fetch"), 0, people=(TOWARDS,))
-    robot, client = plant._people._robot, plant._world.client
+    robot, client = plant._people._robot, as_bullet(plant._world).client
     links = range(bullet.getNumJoints(robot, physicsClientId=client))
     (person,) = (one.body for one in plant._people.walkers)
     fastest: list[tuple[float, bool]] = []
@@ -128,7 +129,7 @@ def hit(region: str, speed: float) -> tuple[float, float]:
     site = load_site(reference_site_path(), Diagnostics())
     assert site is not None
     plant = make_plant(shipped_scene("fetch"), 0)
-    robot, client = plant._people._robot, plant._world.client
+    robot, client = plant._people._robot, as_bullet(plant._world).client
     stiffness = limit_of("region_stiffness", region)
     x, y, z = plant.observe()["base_position"].value
     # Half-way, where the carriage, 0.25 m from its middle to its end, is fastest. A ball has one contact.

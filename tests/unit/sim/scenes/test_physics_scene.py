@@ -18,6 +18,7 @@ from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.model.scene import BodyPart
 from aeros.spec.scenes.load import add_scene, load_scene, shipped_scenes
 from tests.shipped_scenes import ECMS, shipped_scene
+from tests.unit.sim.bullet.bullet_parts import as_bullet
 
 pytestmark = pytest.mark.physics
 
@@ -92,7 +93,7 @@ def test_instruments_measure_the_bodies_that_they_name(plant: PhysicsPlant) -> N
 
 
 def test_a_joint_is_sealed_and_a_time_is_measured_while_conditions_hold(plant: PhysicsPlant) -> None:
-    scene, world = scene_of(plant), plant._world
+    scene, world = scene_of(plant), as_bullet(plant._world)
     chest = scene.body("chest")
     assert plant.truth() == {"settled": False, "locked": False}
     for _ in range(24):
@@ -182,7 +183,7 @@ def test_nothing_is_in_the_way_without_physics(
 
 def test_an_empty_table_is_under_the_robot_with_nothing_on_it() -> None:
     plant = make_plant(shipped_scene("bare"), 0)
-    client = plant._world.client
+    client = as_bullet(plant._world).client
     (hit,) = bullet.rayTest((0.9, 0.5, 1.0), (0.9, 0.5, -1.0), physicsClientId=client)
     assert hit[3][2] == pytest.approx(0.0, abs=1e-6)
     assert bullet.getNumBodies(physicsClientId=client) == 2

@@ -9,7 +9,11 @@ from typing import Any
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeros.spec.consequences.start_values import StartContradiction, find_start_contradiction
+from aeros.spec.consequences.start_values import (
+    StartContradiction,
+    find_start_contradiction,
+    with_defined_predicates,
+)
 from aeros.spec.expr import terms as t
 from aeros.spec.expr.semantics import Environment, is_true
 from aeros.spec.expr.types import RealType, VectorType
@@ -33,6 +37,16 @@ def test_a_stated_predicate_must_agree_with_the_stated_readings() -> None:
         "m.far", False, TEXTS["m.far"], {"base": Fraction(6)}
     )
     assert contradiction(base=None, m_far=False) is None
+
+
+def test_what_the_stated_values_decide_is_added() -> None:
+    added = with_defined_predicates({"base": 6.0}, DEFINITIONS)
+    assert added == {"base": 6.0, "m.far": True}
+    assert with_defined_predicates({"base": 6.0, "m.far": False}, DEFINITIONS) == {
+        "base": 6.0,
+        "m.far": False,
+    }
+    assert with_defined_predicates({"base": None}, DEFINITIONS) == {"base": None}
 
 
 def test_variables_that_are_not_stated_may_be_anything() -> None:

@@ -34,10 +34,12 @@ def test_obstacles_are_looked_for_in_volumes_with_a_surface(tmp_path: Path) -> N
     assert site.motion is not None
     policy = site.motion.obstacles
     assert policy is not None
-    assert [one.name for one in policy.volumes] == ["over_bench", "over_table", "stands"]
-    stands = policy.volumes[2]
+    assert [one.name for one in policy.volumes] == ["over_bench", "over_table", "stands", "aisle_floor"]
+    stands, aisle = policy.volumes[2:]
     assert (stands.surface, stands.least_height) == (Fraction(-3, 10), Fraction(7, 100))
     assert stands.box == site.volumes["stands"]
+    assert (stands.greatest_height, aisle.greatest_height) == (None, Fraction(24, 100))
+    assert policy.base == site.volumes["carriage"]
     assert (policy.margin, policy.explained_within) == (Fraction(15, 1000), Fraction(30, 1000))
     assert policy.largest_explained == (Fraction(2, 5), Fraction(3, 5), Fraction(1, 2))
 
@@ -55,6 +57,14 @@ def test_obstacles_are_looked_for_in_volumes_with_a_surface(tmp_path: Path) -> N
                 "stands: {surface: -300 mm, least_height: 0 mm}",
             ),
             "error[AE208] malformed-declaration: `least_height` is above 0",
+        ),
+        (
+            ("greatest_height: 240 mm", "greatest_height: 70 mm"),
+            "error[AE208] malformed-declaration: `greatest_height` is above `least_height`",
+        ),
+        (
+            ("    base: carriage\n", "    base: cart\n"),
+            "error[AE122] unknown-reference: `cart` is not a volume",
         ),
         (("margin: 15 mm #", "margin: -1 mm #"), "error[AE208] malformed-declaration: `margin` is above 0"),
         (

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from aeros.spec.diagnostics.source import Source
 from aeros.spec.expr import terms as t
-from aeros.spec.flow.control_flow import DONE, START, STOPPED, control_flow_graph, handler_cycle
+from aeros.spec.flow.control_flow import DONE, START, STOPPED, control_flow_graph
 from aeros.spec.model.composition import Composition, Part, Step, handlers_of
 from aeros.spec.model.step_graph import If, Par, Seq, steps_of
 
@@ -57,14 +57,6 @@ def test_a_handler_after_the_last_try_leads_to_the_end() -> None:
 
 def test_a_retry_without_a_handler_leads_to_itself() -> None:
     assert ("step/a", "step/a", "failure") in edges(composition(step("a", 1)))
-
-
-def test_handlers_in_a_circle_are_found() -> None:
-    round_ = {"h": step("h", 1, "i"), "i": step("i", 1, "h")}
-    found = handler_cycle(composition(step("a", 1, "h"), **round_))
-    assert found[0] == found[-1]
-    assert set(found) == {"h", "i"}
-    assert handler_cycle(composition(step("a", 1, "h"), h=step("h", 1, "i"), i=step("i"))) == []
 
 
 def test_the_handlers_of_a_step_are_those_it_leads_to() -> None:

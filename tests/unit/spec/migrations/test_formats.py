@@ -66,7 +66,7 @@ def test_a_program_of_today_writes_these_versions() -> None:
         "crashes": 2,
         "plant-log": 2,
         "memory-database": 6,
-        "registry-database": 4,
+        "registry-database": 5,
         "trace": 2,
     }
 

@@ -8,6 +8,7 @@ from aeros.spec.model.composition import (
     Composition,
     OutputReference,
     Step,
+    handler_cycle,
     handlers_of,
     nested,
 )
@@ -66,3 +67,15 @@ def test_a_nested_composition_fails_where_its_precondition_does_not_hold() -> No
     part, _ = nested("clean", Composition("c", t.FALSE, SPAN, _step("look"), {}, SPAN), SPAN)
     assert isinstance(part, NestedIf)
     assert (part.condition, part.otherwise, part.is_precondition) == (t.FALSE, None, True)
+
+
+def _composition(body: Step, **handlers: Step) -> Composition:
+    return Composition("c", t.TRUE, None, body, handlers, SPAN)
+
+
+def test_handlers_in_a_circle_are_found() -> None:
+    found = handler_cycle(_composition(_step("a", "h"), h=_step("h", "i"), i=_step("i", "h")))
+    assert found[0] == found[-1]
+    assert set(found) == {"h", "i"}
+    assert handler_cycle(_composition(_step("a", "h"), h=_step("h", "i"), i=_step("i"))) == []
+    assert handler_cycle(_composition(_step("a"))) == []

@@ -72,6 +72,18 @@ def test_a_violation_is_shown_with_an_input_that_onnxruntime_evaluated(module: P
     assert "outside (-0.1 to 0.5)" in note
 
 
+@pytest.mark.parametrize(("upper", "is_rounding"), [("2000", True), ("1999", False)])
+def test_a_bound_that_is_missed_by_the_rounding_of_units_says_so(
+    module: Path, site: Site, upper: str, is_rounding: bool
+) -> None:
+    found = problem(
+        claims(module, site, "upper: [2001]", f"upper: [{upper}]"), "models/patience/bound/short-while-clean"
+    )
+    assert found.code == "AE511"
+    assert ("rounding of a conversion" in found.help[0]) is is_rounding
+    assert not any("train" in one for one in found.help)
+
+
 def test_a_violation_that_is_checked_at_each_call_is_no_error(module: Path, site: Site) -> None:
     found = claims(module, site, "then: {y: {upper: [1]}}", "then: {y: {upper: [0.7]}}")
     claim = found["models/tent/bound/at-the-top"]

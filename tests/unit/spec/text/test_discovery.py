@@ -7,7 +7,13 @@ from pathlib import Path
 import pytest
 
 from aeros.spec.diagnostics.codes import Diagnostics
-from aeros.spec.text.discovery import Surroundings, may_provide, module_folders, reference_site_path
+from aeros.spec.text.discovery import (
+    Surroundings,
+    all_module_folders,
+    may_provide,
+    module_folders,
+    reference_site_path,
+)
 
 
 def found(path: Path) -> list[Path]:
@@ -36,6 +42,26 @@ def test_the_reference_site_is_a_file_of_the_package() -> None:
     assert reference_site_path().name == "panda_cell.yaml"
 
 
+def test_links_to_modules_count_once_and_stored_modules_do_not(tmp_path: Path) -> None:
+    own, other = module(tmp_path / "mine" / "own"), module(tmp_path / "elsewhere" / "other")
+    for name, target in (
+        ("a", other),
+        ("b", other),
+        ("c", own),
+        ("d", tmp_path / "elsewhere"),
+        ("e", tmp_path),
+    ):
+        (tmp_path / "mine" / name).symlink_to(target, target_is_directory=True)
+    module(tmp_path / "mine" / "robot" / "registry" / "modules" / "1" / "own")
+    (tmp_path / "mine" / "robot" / "registry" / "registry.sqlite3").touch()
+    assert found(tmp_path / "mine") == [tmp_path / "mine" / "a", own]
+    sink = Diagnostics()
+    every = all_module_folders([tmp_path / "mine", tmp_path / "elsewhere", own], sink)
+    assert (every, sink.has_errors) == ([tmp_path / "mine" / "a", own], False)
+    assert all_module_folders([own, tmp_path / "none"], sink) == [own]
+    assert sink.has_errors
+
+
 def test_a_manifest_and_its_folder_are_the_module(tmp_path: Path) -> None:
     folder = module(tmp_path / "it")
     module(folder / "inside")
@@ -52,10 +78,10 @@ def test_modules_inside_modules_are_found_too(tmp_path: Path) -> None:
     assert found(tmp_path) == [outer, inner]
 
 
-def test_hidden_folders_and_links_to_folders_are_skipped(tmp_path: Path) -> None:
+def test_hidden_folders_and_links_to_folders_of_modules_are_skipped(tmp_path: Path) -> None:
     kept = module(tmp_path / "some" / "a")
     module(tmp_path / "some" / ".hidden" / "b")
-    (tmp_path / "some" / "link").symlink_to(module(tmp_path / "elsewhere"))
+    (tmp_path / "some" / "link").symlink_to(module(tmp_path / "elsewhere" / "deep").parent)
     assert found(tmp_path / "some") == [kept]
 
 

@@ -74,6 +74,23 @@ def test_a_comment_added_anywhere_makes_it_stale(module: Path, site: Path, file:
     assert found.headline == f"the certificate of `left_to_the_gate` is stale: {field} differs"
 
 
+@pytest.mark.parametrize(("file", "counts"), [(None, True), ("ecm.yaml", False), ("skills.py", False)])
+def test_one_of_another_site_counts_for_a_run_if_the_files_are_the_same(
+    module: Path, site: Path, file: str | None, counts: bool
+) -> None:
+    for changed in (site, *([module / file] if file else [])):
+        with changed.open("a", encoding="utf-8") as opened:
+            opened.write("# later\n")
+    expected = certificate_of(module, site)
+    assert (check_lock(module, expected, accepts_other_site=True) is None) is counts
+    assert code_of(module, expected) == "AE902"
+    lock = module / LOCK
+    lock.write_text(lock.read_text().replace("PROVED", "GUARDED"))
+    altered = check_lock(module, expected, accepts_other_site=True)
+    assert altered is not None
+    assert altered.code == "AE903"
+
+
 def test_it_states_the_limits_that_the_module_declares(module: Path, site: Path) -> None:
     assert not certificate_of(module, site).resources
     assert "resources" not in certificate_of(module, site).text()

@@ -18,6 +18,8 @@ from aeros.agent.instructions.sentences.rephrasing import rephrased
         ("leave the can where it is and cook", "without the can , cook"),
         ("keep the can there , and cook", "without the can , cook"),
         ("leave the can on the left", "leave the can on the left"),
+        ("leave the left half and cook", "without the left half , cook"),
+        ("cook , and when you are done with that , wipe", "cook , and when you are done with that , wipe"),
         ("clear it all up", "clear it up"),
         ("clean all of it", "clean it"),
         ("bring both the can and the block", "bring the can and the block"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import pytest
 
 from aeros.runtime.registry.lifecycle import ModuleState
 from aeros.runtime.registry.registry import Registry
+from aeros.runtime.registry.store import InstalledModule
 from aeros.spec.diagnostics.errors import UserError
 from aeros.spec.model.configured import ModuleConfiguration
 from tests.unit.runtime.registry.conftest import BASE, Author
@@ -258,6 +260,13 @@ def test_an_active_module_is_not_left_without_what_it_needs(
     registry.activate("tidy")
 
 
+def needed(withdraw: Callable[[str], InstalledModule]) -> tuple[str, ...]:
+    with pytest.raises(UserError) as refused:
+        withdraw("tidy")
+    (problem,) = refused.value.diagnostics
+    return problem.code, problem.headline, *problem.help
+
+
 def test_a_module_waits_for_one_that_it_needs(
     registry: Registry, folder: Path, write: Author, other: Path
 ) -> None:
@@ -272,6 +281,12 @@ def test_a_module_waits_for_one_that_it_needs(
     registry.configure("tidy", BENCH)
     registry.configure("needy", BENCH)
     assert refusal(registry.configure, "tidy", resets=True) == ["AE964"]
+    registry.activate("tidy")
+    registry.activate("needy")
+    assert needed(registry.deactivate) == ("AE964", "`needy` needs `tidy`", "`aeros deactivate needy` first")
+    registry.deactivate("needy")
+    registry.deactivate("tidy")
+    assert needed(registry.remove) == ("AE964", "`needy` needs `tidy`", "`aeros remove needy` first")
     registry.activate("tidy")
     registry.activate("needy")
     with pytest.raises(UserError) as raised:

@@ -213,6 +213,16 @@ def test_a_camera_is_not_missing_while_the_volume_that_it_must_see_is_not_bound(
     assert "needs `surface`" in problems[0]
 
 
+def test_a_misspelt_volume_that_a_camera_must_see_is_named(folder: Path, site: Site) -> None:
+    manifest = folder / "ecm.yaml"
+    wrong = SEEING.replace("sees: surface", "sees: surfaces")
+    manifest.write_text(manifest.read_text().replace("needs:\n  surface: {is: volume}\n", wrong))
+    _, problems = elaborated(folder, bound(site, surface="tabletop"))
+    assert len(problems) == 1
+    assert "`surfaces` is neither a need of this module nor a volume" in problems[0]
+    assert "did you mean `surface`?" in problems[0]
+
+
 def test_a_camera_may_be_declared_before_the_volume_that_it_must_see(folder: Path, site: Site) -> None:
     manifest = folder / "ecm.yaml"
     manifest.write_text(manifest.read_text().replace("needs:\n  surface: {is: volume}\n", SEEING))

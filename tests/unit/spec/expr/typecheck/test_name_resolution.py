@@ -121,7 +121,7 @@ def test_a_variable_of_a_module_that_may_not_be_read_is_named_whole() -> None:
         attribute(name("pot"), "water_ht", OF_POT)
     assert (near.value.message, near.value.cure) == (
         "`pot.water_ht` is not declared here",
-        "did you mean `pot.water_hot`?",
+        "did you mean `pot.water_hot`? Or let `pot` declare it `public`, if it has it",
     )
     with pytest.raises(ExpressionTypeError) as hidden:
         attribute(name("pot"), "water_hot", SCOPE)

@@ -33,6 +33,19 @@ def codes(folder: Path, body: str) -> list[tuple[str, str]]:
     return [(one.code, one.primary.span.text if one.primary else "") for one in found.diagnostics]
 
 
+def test_a_text_that_is_no_member_of_its_enum_is_marked(tmp_path: Path) -> None:
+    module = Path(
+        shutil.copytree(CORPUS / "accepted" / "limit_of_each_tool", tmp_path / "limit_of_each_tool")
+    )
+    code = module / "skills.py"
+    code.write_text(code.read_text().replace('tool="sponge"', 'tool="spong"'))
+    (found,) = verify([module], CORPUS / "site" / "table.yaml", detail=Detail.BRIEF).modules
+    (problem,) = found.diagnostics
+    assert (problem.code, problem.help) == ("AE148", ("did you mean `sponge`?",))
+    assert problem.primary is not None
+    assert problem.primary.span.text == '"spong"'
+
+
 @pytest.mark.parametrize(
     ("body", "code", "marked"),
     [
@@ -43,6 +56,7 @@ def codes(folder: Path, body: str) -> list[tuple[str, str]]:
         (f'    observed = yield {MOVE}\n    print(observed["hands"])\n', "AE147", '"hands"'),
         (f'    yield act("approach", pace=rest(observed))\n{SEEN}', "AE147", '"hands"'),
         ('    yield act("approach", pace=inputs["pace"])\n', "AE147", '"pace"'),
+        (f'    yield {MOVE}\n    return {{"hight": 0.1}}\n', "AE147", '"hight"'),
         ('    yield act("approach")\n', "AE149", 'act("approach")'),
         ('    yield Action("approach", {})\n', "AE149", 'Action("approach", {})'),
         ('    yield act("approach", pace=0.21)\n', "AE148", 'act("approach", pace=0.21)'),

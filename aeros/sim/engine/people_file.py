@@ -8,7 +8,7 @@ from math import dist
 from pathlib import Path
 from typing import Final
 
-from aeros.sim.bullet import people
+from aeros.sim.engine import people
 from aeros.sim.shipped_files import find_file, shipped_files
 from aeros.spec.declared import people as declared
 from aeros.spec.declared.decode import decode

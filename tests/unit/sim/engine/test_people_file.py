@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from aeros.sim.bullet.people import DEFAULT_HEIGHT, DEFAULT_RADIUS, Person, Waypoint
-from aeros.sim.bullet.people_file import read_people, shipped_people
+from aeros.sim.engine.people import DEFAULT_HEIGHT, DEFAULT_RADIUS, Person, Waypoint
+from aeros.sim.engine.people_file import read_people, shipped_people
 from aeros.spec.diagnostics.errors import UserError
 
 pytestmark = pytest.mark.physics

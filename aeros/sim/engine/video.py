@@ -12,7 +12,7 @@ from typing import Final
 from PIL import Image as Picture
 
 from aeros.files import replace_durably
-from aeros.sim.bullet.world import PhysicsWorld
+from aeros.sim.engine.world import EngineWorld
 from aeros.sim.geometry import Camera
 
 FRAMES_MAX: Final = 90
@@ -50,7 +50,7 @@ class VideoRecorder:
         self._next = 0.0
         self._frames: list[Picture.Image] = []
 
-    def tick(self, world: PhysicsWorld, view: Camera) -> None:
+    def tick(self, world: EngineWorld, view: Camera) -> None:
         """Take a picture if one is due.
 
         Args:
@@ -100,7 +100,7 @@ def _encoder_for(suffix: str) -> Encoder:
     """
     if suffix == ".mp4":
         try:
-            from aeros.sim.bullet.mp4 import encode_mp4
+            from aeros.sim.engine.mp4 import encode_mp4
         except ImportError as error:
             missing = f"({error.name} is missing)"
             raise VideoError(f"writing .mp4 needs `pip install 'aeros[video]'` {missing}") from error

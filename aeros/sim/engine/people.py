@@ -12,10 +12,7 @@ from dataclasses import dataclass, replace
 from math import dist, inf, sqrt
 from typing import Final
 
-from aeros.sim.bullet.body_factory import Colour
-from aeros.sim.bullet.client import bullet
-from aeros.sim.bullet.world import PhysicsWorld
-from aeros.sim.geometry import UPRIGHT
+from aeros.sim.engine.engine import Engine
 from aeros.sim.randomness import RandomSource
 from aeros.sim.scanners.sections import Disc
 
@@ -23,13 +20,8 @@ DEFAULT_HEIGHT: Final = 1.75
 DEFAULT_RADIUS: Final = 0.25
 """A person, if nothing else is declared, m: enclosed by a capsule of that height and radius."""
 
-_CLOTHES: Final[Colour] = (0.30, 0.42, 0.50, 1.0)
-
 MAX_SPEED: Final = 12.0
 """Greatest walking speed, m/s."""
-
-_DISTANCE_STEP: Final = 0.02
-"""Margin over the previous distance for the first query, m: robot and person closing in at 4.8 m/s."""
 
 Position2 = tuple[float, float]
 
@@ -133,7 +125,7 @@ class People:
 
     def __init__(
         self,
-        world: PhysicsWorld,
+        engine: Engine,
         robot: int,
         people: Sequence[Person],
         chance: RandomSource,
@@ -142,23 +134,23 @@ class People:
         """Place everybody at the start of their path.
 
         Args:
-            world: the world.
-            robot: number of the robot's body in PyBullet.
+            engine: the engine with the world that they are in.
+            robot: number of the robot's body.
             people: the people.
             chance: random source of offsets and delays.
             floor: height in W of the cell's floor, m.
         """
-        self._world = world
+        self._engine = engine
         self._robot = robot
         self._chance = chance
         self._floor = floor
-        self.walkers: list[_PersonBody] = []
+        self.walkers: list[_Walker] = []
         for person in people:
             self._add(person, 0.0)
 
     @property
     def bodies(self) -> list[int]:
-        """Numbers of their bodies in PyBullet."""
+        """Numbers of their bodies."""
         return [walker.body for walker in self.walkers]
 
     def add_person(self, person: Person) -> None:
@@ -167,7 +159,7 @@ class People:
         Args:
             person: the person.
         """
-        self._add(person, self._world.time)
+        self._add(person, self._engine.world.time)
 
     def update(self, time: float) -> None:
         """Move everybody to their position at a time.
@@ -205,41 +197,26 @@ class People:
 
     def _add(self, person: Person, since: float) -> None:
         standing = replace(person, floor=self._floor if person.floor is None else person.floor)
-        self.walkers.append(_PersonBody(self._world, standing, self._chance, since))
+        self.walkers.append(_Walker(self._engine, standing, self._chance, since))
 
 
-class _PersonBody:
-    """A person's capsule in the world; `body` is its number in PyBullet."""
+class _Walker:
+    """A person in the world, on their path; `body` is the number of their capsule."""
 
-    def __init__(self, world: PhysicsWorld, person: Person, chance: RandomSource, since: float) -> None:
-        self._client = world.client
+    def __init__(self, engine: Engine, person: Person, chance: RandomSource, since: float) -> None:
         self._since = since
         self._walk = WalkSchedule(person, chance)
         self._place = (0.0, 0.0)
         self._middle = (person.floor or 0.0) + person.height / 2.0
         self._radius = person.radius
-        self._last = inf
-        length = person.height - 2.0 * person.radius
-        self._half = length / 2.0
-        shape = bullet.createCollisionShape(
-            bullet.GEOM_CAPSULE, radius=person.radius, height=length, physicsClientId=self._client
-        )
-        visual = bullet.createVisualShape(
-            bullet.GEOM_CAPSULE,
-            radius=person.radius,
-            length=length,
-            rgbaColor=_CLOTHES,
-            physicsClientId=self._client,
-        )
-        self.body: int = bullet.createMultiBody(0.0, shape, visual, physicsClientId=self._client)
-        bullet.setCollisionFilterGroupMask(self.body, -1, 0, 0, physicsClientId=self._client)
+        self._half = (person.height - 2.0 * person.radius) / 2.0
+        self._capsule = engine.add_person(person.height, person.radius)
+        self.body = self._capsule.number
         self.update(since)
 
     def update(self, time: float) -> None:
         x, y = self._place = self._walk.position(time - self._since)
-        bullet.resetBasePositionAndOrientation(
-            self.body, (x, y, self._middle), UPRIGHT, physicsClientId=self._client
-        )
+        self._capsule.move((x, y, self._middle))
 
     def section(self, height: float) -> Disc | None:
         """Cut the capsule with a level plane; None if the plane does not meet it."""
@@ -249,15 +226,5 @@ class _PersonBody:
         return Disc(*self._place, sqrt(self._radius**2 - beyond**2))
 
     def distance(self, robot: int, within: float) -> float:
-        """Measure the distance from the robot, first with a range just above the previous distance.
-
-        Most links are out of that range, and a query with the full range would cost more than everything
-        else.
-        """
-        near = self._query_distance(robot, min(within, self._last + _DISTANCE_STEP))
-        self._last = near if near < inf else self._query_distance(robot, within)
-        return self._last
-
-    def _query_distance(self, robot: int, within: float) -> float:
-        points = bullet.getClosestPoints(robot, self.body, within, physicsClientId=self._client)
-        return min((float(point[8]) for point in points), default=inf)
+        """Measure the distance from the robot."""
+        return self._capsule.distance(robot, within)

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from aeros.cli.arguments import VIDEO_SUFFIXES
-from aeros.sim.bullet import video
-from aeros.sim.bullet.video import FRAMES_MAX, VideoError, VideoRecorder
 from aeros.sim.bullet.world import PhysicsWorld
+from aeros.sim.engine import video
+from aeros.sim.engine.video import FRAMES_MAX, VideoError, VideoRecorder
 from aeros.sim.physics import make_plant
 from aeros.sim.scenes.physics_scene import PhysicsScene
 from aeros.skill import act
@@ -93,7 +93,7 @@ def test_a_video_in_an_unwritable_folder_is_refused() -> None:
 def test_without_pyav_there_is_no_mp4_and_the_cure_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.delitem(sys.modules, "aeros.sim.bullet.mp4", raising=False)
+    monkeypatch.delitem(sys.modules, "aeros.sim.engine.mp4", raising=False)
     monkeypatch.setitem(sys.modules, "av", None)
     with pytest.raises(VideoError, match=r"needs `pip install 'aeros\[video\]'` \(av is missing\)"):
         VideoRecorder(tmp_path / "film.mp4")

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from aeros.sim.bullet.client import bullet
-from aeros.sim.bullet.people import Person, Waypoint
-from aeros.sim.bullet.scanned_cell import PhysicsCell
+from aeros.sim.engine.people import Person, Waypoint
+from aeros.sim.engine.scanned_cell import PhysicsCell
 from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.scanners.ray_fan import ray_fan
 from aeros.sim.scanners.sections import Disc, cast, rectangle
 from tests.shipped_scenes import shipped_scene
+from tests.unit.sim.bullet.bullet_parts import as_bullet
 from tests.unit.sim.scanners.cells import reference_scanners
 
 pytestmark = pytest.mark.physics
@@ -30,14 +31,14 @@ def plant() -> Iterator[PhysicsPlant]:
 def test_rays_meet_what_those_of_pybullet_meet(plant: PhysicsPlant) -> None:
     scanners = reference_scanners()
     fan, height = ray_fan(scanners), scanners.floor + scanners.height
-    cell = PhysicsCell(plant._world, plant._panda, plant._people, height)
+    cell = PhysicsCell(plant._engine, plant._panda, plant._people, height)
     _, base = cell.robot()
     people = cell.people()
     assert [type(one) for one in people] == [Disc]  # who stands on the floor of the cell, as none was given
     carriage = rectangle((base[0] - 0.25, base[1] - 0.225), (base[0] + 0.25, base[1] + 0.225))
     free = np.full(len(fan.origins), scanners.range)
     ours = cast(fan, free, [*cell.furniture(), *people, carriage])
-    client = plant._world.client
+    client = as_bullet(plant._world).client
     # Rays of PyBullet meet no people, who collide with nothing; they meet their double.
     capsule = bullet.createCollisionShape(
         bullet.GEOM_CAPSULE, radius=0.25, height=1.25, physicsClientId=client

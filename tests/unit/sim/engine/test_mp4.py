@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from aeros.sim.bullet.mp4 import encode_mp4
+from aeros.sim.engine.mp4 import encode_mp4
 from tests.unit.sim.films import frames_of
 
 RED, BLUE = (200, 30, 30), (30, 30, 200)

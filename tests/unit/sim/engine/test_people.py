@@ -9,8 +9,9 @@ from typing import Any
 
 import pytest
 
-from aeros.sim.bullet.people import Person, WalkSchedule, Waypoint
-from aeros.sim.bullet.people_file import read_people
+from aeros.sim.bullet.engine import BulletPerson
+from aeros.sim.engine.people import Person, WalkSchedule, Waypoint
+from aeros.sim.engine.people_file import read_people
 from aeros.sim.physics import PhysicsPlant, make_plant
 from aeros.sim.randomness import RandomSource
 from aeros.skill import act
@@ -116,10 +117,12 @@ def test_the_incremental_distance_equals_a_search_over_all_links() -> None:
     plant = make_plant(shipped_scene("bare"), 0, people=[Person("a", way)])
     people = plant._people
     (walker,) = people.walkers
+    capsule = walker._capsule
+    assert isinstance(capsule, BulletPerson)
     joint_positions: list[tuple[float, float]] = []
 
     def monitor(now: float, values: Mapping[str, Any]) -> str | None:
-        joint_positions.append((values["human_distance"], walker._query_distance(people._robot, 20.0)))
+        joint_positions.append((values["human_distance"], capsule._query_distance(people._robot, 20.0)))
         return None
 
     execute(plant, move(0.5, -0.3, 0.3), monitor, 99.0)

@@ -1,13 +1,12 @@
-"""Sections of everything that the scanners of a cell can meet in a PyBullet world."""
+"""Sections of everything that the scanners of a cell can meet in a world with physics."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from aeros.sim.bullet.cut_bodies import CutBodies
-from aeros.sim.bullet.panda import Panda
-from aeros.sim.bullet.people import People
-from aeros.sim.bullet.world import PhysicsWorld
+from aeros.sim.engine.engine import Engine
+from aeros.sim.engine.people import People
+from aeros.sim.engine.robot import PhysicalRobot
 from aeros.sim.geometry import Vector3
 from aeros.sim.scanners.sections import Section
 
@@ -16,17 +15,17 @@ class PhysicsCell:
     """Sections of the bodies, the people and the robot of a world. It implements `ScannedCell`.
 
     Args:
-        world: the world.
+        engine: the engine with the world.
         robot: the robot in it.
         people: the people in it.
         height: of the scan plane in W, m.
     """
 
-    def __init__(self, world: PhysicsWorld, robot: Panda, people: People, height: float) -> None:
+    def __init__(self, engine: Engine, robot: PhysicalRobot, people: People, height: float) -> None:
         self._robot = robot
         self._people = people
         self._height = height
-        self._bodies = CutBodies(world, height, lambda: [robot.body, *people.bodies])
+        self._bodies = engine.cut_bodies(height, lambda: [robot.body, *people.bodies])
 
     def furniture(self) -> Sequence[Section]:
         """Implement `ScannedCell.furniture`."""

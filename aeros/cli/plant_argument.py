@@ -1,0 +1,42 @@
+"""The option `--plant`: a plant that comes with AEROS, or one that an installed distribution provides."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Final
+
+from aeros.session.plant_factory import PLANTS
+from aeros.session.plant_provider import PlantProviderError, load_provider
+
+HELP: Final = f"{', '.join(PLANTS)}, or a plant that an installed distribution provides"
+
+
+def plant_name(text: str) -> str:
+    """Parse the name of a plant.
+
+    Args:
+        text: The argument.
+
+    Returns:
+        The name.
+
+    Raises:
+        argparse.ArgumentTypeError: There is no such plant, or it cannot be imported.
+    """
+    if text not in PLANTS:
+        try:
+            load_provider(text, PLANTS)
+        except PlantProviderError as error:
+            raise argparse.ArgumentTypeError(str(error)) from error
+    return text
+
+
+def add_plant_argument(parser: argparse.ArgumentParser) -> None:
+    """Add the option `--plant` with the default `physics`.
+
+    Args:
+        parser: Parser of a command.
+    """
+    parser.add_argument(
+        "--plant", type=plant_name, default="physics", metavar="NAME", help=f"{HELP} (default: physics)"
+    )

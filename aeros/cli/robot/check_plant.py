@@ -1,0 +1,156 @@
+"""`aeros check-plant`: hold a plant to the promises of its interface, by moving it in every way."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import inspect
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from aeros.cli.arguments import add_command
+from aeros.cli.terminal import print_line, show_progress
+from aeros.descriptions import describe_exception, type_name
+from aeros.exit_codes import Exit, UsageError
+from aeros.session.plant_factory import PLANTS
+from aeros.session.plant_provider import PlantProviderError, load_provider
+from aeros.sim.conformance.plant_under_test import ConformanceError, PlantUnderTest
+from aeros.sim.conformance.suite import CHECKS, Check
+from aeros.spec.diagnostics.render import escape_invisible
+
+if TYPE_CHECKING:
+    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
+
+SCHEMA: Final = "aeros/plant-check/1"
+
+_EXAMPLES: Final = """\
+Each check makes a plant, moves, stops and halts it, and closes it.  So run this on the robot's own simulator
+first.  What the plant cannot do is not tried: moves in contact, motions of arm and base at once, pictures,
+unless its `PlantUnderTest` names actions for them.  That sensors measure what they name, and that limits and
+geometry are those of the robot, no check can tell.
+
+examples:
+  aeros check-plant turntable                the plant that an installed distribution provides under this name
+  aeros check-plant my_robot.checks:SUBJECT  a `PlantUnderTest`, or a function that makes one
+  aeros check-plant turntable --check stop_ends_everything
+  aeros check-plant turntable --format json
+"""
+
+_OPTIONAL: Final = {
+    "contact_actions": "moves in contact",
+    "parallel_actions": "motions of arm and base at once",
+    "look_action": "pictures",
+}
+
+
+def add_to(commands: Subparsers) -> None:
+    """Add the command and its arguments.
+
+    Args:
+        commands: Subparsers of `aeros`.
+    """
+    parser = add_command(commands, "check-plant", __doc__, _EXAMPLES)
+    parser.add_argument("plant", metavar="NAME|MODULE:OBJECT", help="the plant")
+    parser.add_argument(
+        "--check",
+        action="append",
+        choices=[check.__name__ for check in CHECKS],
+        metavar="CHECK",
+        help="one check alone, by its name as printed; may be repeated (default: all)",
+    )
+    parser.add_argument("--format", choices=("text", "json"), default="text", help="default: text")
+    parser.set_defaults(command=_command)
+
+
+def _command(arguments: argparse.Namespace) -> Exit:
+    subject = _subject(arguments.plant)
+    chosen = [check for check in CHECKS if arguments.check is None or check.__name__ in arguments.check]
+    results = []
+    for number, check in enumerate(chosen):
+        if sys.stderr.isatty():
+            show_progress(f"{number + 1} of {len(chosen)}: {_words(check)} …")
+        results.append(_result(check, subject))
+        if sys.stderr.isatty():
+            show_progress("")
+        if arguments.format == "text":
+            _print_result(results[-1])
+    missing = [words for name, words in _OPTIONAL.items() if not getattr(subject, name)]
+    failed = sum(one["failure"] is not None for one in results)
+    if arguments.format == "json":
+        report = {"schema": SCHEMA, "plant": arguments.plant, "checks": results, "not_tried": missing}
+        print(json.dumps(report, indent=1))
+    else:
+        print_line("")
+        print_line(f"{len(results) - failed} of {len(results)} promises kept")
+        if missing:
+            print_line(f"not tried  {', '.join(missing)}")
+    return Exit.REJECTED if failed else Exit.SUCCESS
+
+
+def _subject(given: str) -> PlantUnderTest:
+    """Find the plant and the statements of its author.
+
+    Raises:
+        UsageError: There is none, or its code fails.
+    """
+    if ":" in given:
+        return _imported(given)
+    if given in PLANTS:
+        raise UsageError(f"`{given}` comes with AEROS, whose tests run the suite; name a plant of your own")
+    try:
+        provider = load_provider(given)
+    except PlantProviderError as error:
+        raise UsageError(str(error)) from error
+    if provider.subject is None:
+        raise UsageError(f"the provider of `{given}` states no `subject`, which says what to hold it to")
+    return _made(given, provider.subject)
+
+
+def _imported(given: str) -> PlantUnderTest:
+    module, _, name = given.partition(":")
+    here = str(Path.cwd())
+    if here not in sys.path:  # as `python -m` does
+        sys.path.insert(0, here)
+    try:
+        found = getattr(importlib.import_module(module), name)
+    except Exception as failure:
+        reason = describe_exception(failure, one_line=True)
+        raise UsageError(f"`{given}` cannot be imported: {reason}") from failure
+    return found if isinstance(found, PlantUnderTest) else _made(given, found)
+
+
+def _made(given: str, make: Any) -> PlantUnderTest:
+    try:
+        subject = make()
+    except Exception as failure:
+        reason = describe_exception(failure, one_line=True)
+        raise UsageError(f"`{given}` makes no `PlantUnderTest`: {reason}") from failure
+    if not isinstance(subject, PlantUnderTest):
+        raise UsageError(f"`{given}` makes an object of type {type_name(subject)}, not a `PlantUnderTest`")
+    return subject
+
+
+def _result(check: Check, subject: PlantUnderTest) -> dict[str, Any]:
+    failure = None
+    try:
+        check(subject)
+    except ConformanceError as broken:
+        failure = str(broken)
+    except Exception as broken:
+        failure = f"the plant raised {describe_exception(broken, one_line=True)}"
+    promise = (inspect.getdoc(check) or "").splitlines()[0].removeprefix("Check that ")
+    return {"check": check.__name__, "promise": promise[:1].upper() + promise[1:], "failure": failure}
+
+
+def _print_result(result: dict[str, Any]) -> None:
+    kept = result["failure"] is None
+    print_line(f"{'kept  ' if kept else 'BROKEN'}  {result['check'].replace('_', ' ')}")
+    if not kept:
+        print_line(f"        promise  {result['promise']}")
+        print_line(f"        found    {escape_invisible(result['failure'])}")
+
+
+def _words(check: Check) -> str:
+    return check.__name__.replace("_", " ")

@@ -1,0 +1,1 @@
+"""MuJoCo as engine of the physics plant."""

@@ -1,0 +1,63 @@
+"""Bounds of success: equal to the prediction where there is one, and else the best and the worst case."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import pytest
+from hypothesis import given
+
+from aeros.spec.closed_loop import success_bounds
+from aeros.spec.closed_loop.loop_variables import StateSpaceError
+from aeros.spec.closed_loop.success_bounds import SuccessBounds, bound_success
+from aeros.spec.closed_loop.transition_system import TransitionSystem
+from aeros.spec.diagnostics.codes import Diagnostics
+from aeros.spec.elaborate.load import load_ecm, load_site
+from tests.differential.planning.small_tasks import Case, cases
+from tests.differential.reference_cases import predicted
+from tests.hypothesis_profiles import examples
+from tests.repo.tree import ROOT
+
+CORPUS = ROOT / "tests" / "corpus"
+
+
+def bounds(name: str, replans: int) -> SuccessBounds:
+    sink = Diagnostics()
+    site = load_site(CORPUS / "site" / "table.yaml", sink)
+    assert site is not None
+    loaded = load_ecm(CORPUS / "accepted" / name, site, sink)
+    assert loaded is not None
+    (task,) = loaded.ecm.tasks.values()
+    system = TransitionSystem(loaded.ecm, task, site)
+    start = {"fetched": "brush", "table_tidy": False}
+    return bound_success(system, tuple(start[one] for one in system.names), replans)
+
+
+@examples(30)
+@given(cases(most_rules=3, most_retries=2, most_replans=3))
+def test_bounds_meet_where_every_probability_is_known(case: Case) -> None:
+    system = TransitionSystem(case.ecm, case.task, case.site)
+    start = tuple(case.start[name] for name in system.names)
+    found = bound_success(system, start, case.site.limits.replans)
+    assert found.at_least == found.at_most == predicted(case).success
+
+
+@pytest.mark.parametrize("replans", [0, 1, 3])
+def test_a_failed_branch_leaves_the_other_anywhere(replans: int) -> None:
+    # Each skill succeeds in one of two tries. At best the table is always swept, and only the sponge is
+    # missing after a failure; at worst nothing is done by then.
+    failed = Fraction(3, 4)
+    at_worst, at_best = Fraction(0), Fraction(0)
+    for _ in range(replans + 1):
+        at_worst = 1 - failed + failed * at_worst
+    alone = Fraction(0)
+    for _ in range(replans + 1):
+        alone = Fraction(1, 2) + Fraction(1, 2) * alone
+    at_best = 1 - failed + failed * alone
+    assert bounds("branches_that_may_fail", replans) == SuccessBounds(at_worst, at_best)
+
+
+def test_a_chain_that_is_too_large_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(success_bounds, "MAX_NODES", 5)
+    with pytest.raises(StateSpaceError, match="too large"):
+        bounds("branches_that_may_fail", 3)
