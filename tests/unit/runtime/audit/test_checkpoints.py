@@ -83,6 +83,7 @@ def events(log: Path) -> list[str]:
 def test_a_log_is_signed_when_it_is_opened_every_so_often_and_when_it_is_closed(
     log: Path, key: SigningKey
 ) -> None:
+    assert CHECKPOINT_INTERVAL == 64
     write(log, key, count=CHECKPOINT_INTERVAL + 5)
     found = events(log)
     assert found[:2] == ["log-began", "checkpoint"]

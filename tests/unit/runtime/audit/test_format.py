@@ -26,6 +26,12 @@ def test_a_log_of_a_newer_version_is_called_so(tmp_path: Path, capsys: pytest.Ca
     assert f"NOT SOUND: {message}; install a newer AEROS\n" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize(("version", "is_known"), [(2, True), (999, True), (1000, False)])
+def test_versions_below_a_thousand_are_recognised(tmp_path: Path, version: int, is_known: bool) -> None:
+    log = log_of(tmp_path, f"aeros/audit/{version}")
+    assert explain_problem(log, "why").startswith(f"`aeros/audit/{version}` was written") is is_known
+
+
 def test_a_first_line_is_read_up_to_a_mebibyte(tmp_path: Path) -> None:
     log = log_of(tmp_path, "aeros/audit/2")
     text = log.read_text().rstrip()

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from aeros.runtime.audit import log as module
 from aeros.runtime.audit.check import GENESIS
 from aeros.runtime.audit.checkpoints import SigningConfiguration
 from aeros.runtime.audit.keys import make_key, read_signing_key
@@ -217,6 +218,7 @@ def test_a_batch_is_synced_when_it_is_full(log_path: Path, monkeypatch: pytest.M
             log.append("event", {})
             counts.append(len(synced))
         log.append("event", {})
+    assert SYNC_BATCH == 64
     assert counts == [0] * (SYNC_BATCH - 1) + [1] * SYNC_BATCH + [2]
     assert len(synced) == 3  # on closing
     report = verify_log(log_path)
@@ -406,3 +408,8 @@ def test_details_that_come_as_text_count_as_an_allowed_action(
         monkeypatch.setattr(os, "fdatasync", syncs.append)
         log.append(event, encode_with_size({"verdict": "DENY"}))
         assert bool(syncs) is synced
+
+
+def test_all_that_the_module_exports_is_there(log_path: Path) -> None:
+    module.AuditLog(log_path).close()
+    assert {getattr(module, name).__name__ for name in module.__all__} == set(module.__all__)

@@ -201,7 +201,7 @@ class _Mimic(Action):
         (_raises(ValueError("no")), "ValueError: no"),
         (_raises(ValueError("\ud800")), "ValueError: "),
         (_raises(SystemExit(0)), "SystemExit: 0"),
-        (_raises(GeneratorExit()), "GeneratorExit: "),
+        (_raises(GeneratorExit()), "GeneratorExit"),
         (_raises(StopIteration()), "RuntimeError: generator raised StopIteration"),
         (_raises(AuditError("spoof")), "AuditError: spoof"),
         (_raises(InternalError("spoof")), "InternalError: spoof"),

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from math import hypot, pi, sqrt
 
 import pytest
 
-from aeros.runtime.motion.bezier import Piece
+from aeros.runtime.motion.bezier import Piece, split_in_half
 from aeros.runtime.motion.kinematic_bounds import (
     TIMING_PEAKS,
     MotionRates,
@@ -189,6 +190,27 @@ def test_a_bent_path_of_one_joint_by_taylor_without_halving() -> None:
     third = 0.5 * (4.8 + 3.0 * 2.4 * 4.8 + 2.4**3)
     first = hypot(0.3 + 0.6, 0.09) + third / 8.0
     assert moving == near(*rates_in_time(first, hypot(1.2, 0.18) + third / 2.0, third, 2.0))
+
+
+def test_a_path_of_two_pieces_has_the_rates_of_the_same_path_in_one() -> None:
+    """Rates of an angle of 0.8s³ by differences in time, and of the tool half a metre from the axis."""
+    cube: Piece = ((0.0,), (0.0,), (0.0,), (0.8,))
+
+    def angle(step: int) -> float:
+        u = min(max(step / 400.0, 0.0), 1.0)
+        s = u**3 * (10.0 - 15.0 * u + 6.0 * u * u)
+        return 0.8 * s**3
+
+    rows = [[angle(step) for step in range(401)]]
+    for _ in range(3):
+        rows.append([(later - earlier) * 200.0 for earlier, later in pairwise(rows[-1])])
+    exact = [max(map(abs, row)) for row in rows[1:]]  # in 2 s
+    (moving, turning), (moving_halves, turning_halves) = (
+        tool_rates(HALF_METRE, path, 2.0, 0.0) for path in ((cube,), split_in_half(cube))
+    )
+    for order in range(3):
+        assert exact[order] <= turning_halves[order] <= turning[order]
+        assert 0.5 * exact[order] <= moving_halves[order] <= moving[order]
 
 
 def test_speeds_on_pieces_bound_the_speed_there_and_nowhere_else() -> None:
