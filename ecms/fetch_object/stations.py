@@ -20,4 +20,4 @@ def base_for_delivery(place: tuple[float, float, float], aside: float) -> tuple[
         Position of the base along x and y, m.
     """
     x, y, _ = place
-    return min(EASTMOST, x - sqrt(REACH**2 - aside**2)), y + aside
+    return min(EASTMOST, x - sqrt(max(0.0, REACH**2 - aside**2))), y + aside

@@ -211,12 +211,15 @@ def closely_obligation(code: ModuleSource) -> TheoremObligation:
 
 
 def contacts_obligation(code: ModuleSource) -> TheoremObligation:
-    """Of links with each other, and of obstacles, with the searches put aside."""
+    """Of links with each other, and of obstacles with them and with a base, with the searches put aside."""
 
     def run(ask: DecideBranch) -> str:
         def find(name: str, clearance: str) -> Any:
             def found(*given: object) -> Any:
-                if given != (("motion", clearance) if name == "links" else ("motion", obstacles, clearance)):
+                if given == (at_end, obstacles, clearance):
+                    return "there" if ask("ends-there") else None
+                searched = travel if name == "base" else moving
+                if given != ((searched, clearance) if name == "links" else (searched, obstacles, clearance)):
                     raise ValueError(name)
                 contact = SimpleNamespace(
                     outer="hand", inner="arm", distance=0.0, path_parameter=0.0, link="hand", barrier="box"
@@ -225,26 +228,46 @@ def contacts_obligation(code: ModuleSource) -> TheoremObligation:
 
             return found
 
+        def drive(*given: object) -> Any:
+            if given != (("corners of", "own"), "start", path):
+                raise ValueError("travel")
+            return travel
+
         obstacles = [SimpleNamespace(name="box", camera="eye")]
+        path = (1.0,) if ask("base-drives") else (0.0,)
+        moving = SimpleNamespace(base="start", base_path=path)
+        at_end = "at the end"
+        travel = SimpleNamespace(at_end=lambda: at_end)
         module = trajectory_module(
             code,
             find_link_contact=find("links", "link clearance"),
             find_obstacle_contact=find("obstacles", "clearance"),
             ends_at_obstacle=lambda *_: ask("ends-there"),
+            BaseTravel=drive,
+            box_corners=lambda box: ("corners of", box),
+            find_base_contact=find("base", "clearance"),
             Reason=lambda *given: given,
         )
         policy = SimpleNamespace(
             link_clearance=_Clearance("link clearance") if ask("keeps-links-apart") else None,
             clearance=_Clearance("clearance"),
+            obstacles=SimpleNamespace(base="own" if ask("compares-base") else None)
+            if ask("looks-for-obstacles")
+            else None,
         )
-        links = module._link_contacts(policy, "motion")
-        return is_nothing([*links, *module._obstacle_contacts(policy, "motion", obstacles)])
+        links = module._link_contacts(policy, moving)
+        return is_nothing([*links, *module._obstacle_contacts(policy, moving, obstacles)])
 
     return nothing_obligation(
         "`_link_contacts` and `_obstacle_contacts` are empty exactly where the sweep finds no two links\n"
-        "within the site's clearance between links, if it has one, and no obstacle within its clearance.",
-        declare_truths("links.meet", "obstacles.meet", "ends-there", "keeps-links-apart"),
-        "(and (=> keeps-links-apart (not links.meet)) (not obstacles.meet))",
+        "within the site's clearance between links, if it has one, and no obstacle within its clearance of\n"
+        "a link, or of a base that drives and that the site compares with obstacles.",
+        declare_truths(
+            *("links.meet", "obstacles.meet", "base.meet", "ends-there", "keeps-links-apart"),
+            *("base-drives", "compares-base", "looks-for-obstacles"),
+        ),
+        "(and (=> keeps-links-apart (not links.meet)) (not obstacles.meet)\n"
+        "     (=> (and base-drives compares-base looks-for-obstacles) (not base.meet)))",
         run,
     )
 

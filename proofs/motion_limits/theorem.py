@@ -302,6 +302,18 @@ _VOLUMES: Final = (
         "    breach = find_obstacle_contact(moving, obstacles, clearance)\n",
         "    breach = find_obstacle_contact(moving, obstacles[:0], clearance)\n",
     ),
+    _mutant(
+        "drives-at-obstacles",
+        "contacts",
+        "        breach = find_base_contact(travel, obstacles, clearance)\n",
+        "        breach = find_base_contact(travel, obstacles[:0], clearance)\n",
+    ),
+    _mutant(
+        "compares-a-base-that-stands",
+        "contacts",
+        "driven is not None and any(moving.base_path):",
+        "driven is not None and not any(moving.base_path):",
+    ),
     _mutant("takes-unknown-for-nothing", "held", "measured.value is False:", "measured.value is not True:"),
     _mutant(
         "holds-half-of-it",

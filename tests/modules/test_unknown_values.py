@@ -95,6 +95,7 @@ OBSERVED: Final[dict[str, Any]] = {
     "stand_lift": 0.0,
     "object_expected_place": (1.7, -1.1, 0.44),
     "object_scale": 1.0,
+    "delivery_aside": 0.1,
     "object_aside": 0.0,
     "wrapper_scale": 1.0,
     "object_place": (1.7, -1.1, 0.44),

@@ -108,9 +108,7 @@ def _begin_segment(tokens: Words, position: int) -> tuple[int, Mood, Words]:
                 start += len(opener)
             return start, Mood.PROHIBITION, prohibition
         is_side = opener == ("right",) and tokens[position + 1 : position + 2] != (COMMA,)
-        # `go to the stand and get the can`
-        is_way = opener == ("go",) and tokens[position + 1 : position + 2] in (("to",), ("over",))
-        if opener and opener != tokens[position:] and not is_side and not is_way:
+        if opener and opener != tokens[position:] and not is_side:
             position += len(opener)
             continue
         for phrases in (english.CONDITIONALS, english.TIME_CONDITIONALS):
