@@ -56,7 +56,7 @@ def test_a_text_that_is_no_member_of_its_enum_is_marked(tmp_path: Path) -> None:
         (f'    observed = yield {MOVE}\n    print(observed["hands"])\n', "AE147", '"hands"'),
         (f'    yield act("approach", pace=rest(observed))\n{SEEN}', "AE147", '"hands"'),
         ('    yield act("approach", pace=inputs["pace"])\n', "AE147", '"pace"'),
-        (f'    yield {MOVE}\n    return {{"hight": 0.1}}\n', "AE147", '"hight"'),
+        (f'    yield {MOVE}\n    return {{"tall": 0.1}}\n', "AE147", '"tall"'),
         ('    yield act("approach")\n', "AE149", 'act("approach")'),
         ('    yield Action("approach", {})\n', "AE149", 'Action("approach", {})'),
         ('    yield act("approach", pace=0.21)\n', "AE148", 'act("approach", pace=0.21)'),
