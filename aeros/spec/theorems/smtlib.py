@@ -7,11 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from fractions import Fraction
+from functools import lru_cache
 
 TRUE = "true"
 FALSE = "false"
 
 
+@lru_cache(maxsize=1 << 12, typed=True)
 def smt_literal(value: bool | int | Fraction) -> str:
     """Write a constant; fractions are reals, whole numbers integers.
 

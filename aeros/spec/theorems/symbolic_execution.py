@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any, Final
 
 from aeros.spec.diagnostics.errors import InternalError
@@ -128,8 +129,13 @@ def term_of(value: Any) -> str:
     if isinstance(value, bool | int | Fraction):
         return smt_literal(value)
     if isinstance(value, float):
-        return smt_literal(Fraction(value))
+        return _float_literal(value)
     raise InternalError(f"a symbolic value met {value!r}, which no formula speaks of")
+
+
+@lru_cache(maxsize=1 << 12)
+def _float_literal(value: float) -> str:
+    return smt_literal(Fraction(value))
 
 
 def execute_symbolically(run: Callable[[DecideBranch], str], raising: str | None = None) -> DecisionDiagram:
@@ -145,18 +151,18 @@ def execute_symbolically(run: Callable[[DecideBranch], str], raising: str | None
     Raises:
         InternalError: there are more than `_MAX_RUNS` runs, or the code is not deterministic.
     """
-    explored: list[tuple[tuple[tuple[str, bool], ...], str]] = []
-    forced: list[tuple[str, bool]] = []
+    path = _Path()
+    table = _DiagramTable()
     for _ in range(_MAX_RUNS):
-        path = _ForcedRun(forced)
-        result = _result(run, path, raising)
-        explored.append((tuple(path.asked.items()), result))
-        forced = list(path.asked.items())
-        while forced and not forced[-1][1]:
-            forced.pop()
-        if not forced:
-            return _DiagramTable().intern(explored, 0)
-        forced[-1] = (forced[-1][0], False)
+        path.begin()
+        found: DecisionDiagram = _result(run, path, raising)
+        path.end()
+        while path.ends_with_false():
+            question, if_true = path.pop()
+            found = table.node(question, if_true, found)
+        if not path.questions:
+            return found
+        path.turn(found)
     raise InternalError(f"more than {_MAX_RUNS} runs do not end it")
 
 
@@ -171,26 +177,69 @@ def _result(run: Callable[[DecideBranch], str], path: DecideBranch, raising: str
         return raising
 
 
-class _ForcedRun:
-    """One run: repeats the given answers, then answers True to every new question."""
+class _Path:
+    """The questions of a run: repeats the answers that are fixed, then answers True to every new question.
 
-    def __init__(self, forced: list[tuple[str, bool]]) -> None:
-        self._forced = forced
-        self.asked: dict[str, bool] = {}
+    Attributes:
+        questions: the questions of the latest run in order, each once.
+    """
+
+    def __init__(self) -> None:
+        self.questions: list[str] = []
+        self._answers: list[bool] = []
+        self._if_true: list[DecisionDiagram] = []
+        """For each question, the diagram of the answer True, once the answer is False; before, empty."""
+        self._places: dict[str, int] = {}
+        self._asked = 0
 
     def __call__(self, question: str) -> bool:
-        known = self.asked.get(question)
-        if known is not None:
-            return known
-        if question in (TRUE, FALSE):
+        place = self._places.get(question)
+        if place is not None and place < self._asked:
+            return self._answers[place]
+        if place is None and question in (TRUE, FALSE):
             return question == TRUE
-        place, answer = len(self.asked), True
-        if place < len(self._forced):
-            expected, answer = self._forced[place]
-            if expected != question:
+        if self._asked < len(self.questions):
+            if place != self._asked:
+                expected = self.questions[self._asked]
                 raise InternalError(f"asked `{question}` where the run before asked `{expected}`")
-        self.asked[question] = answer
-        return answer
+            self._asked += 1
+            return self._answers[self._asked - 1]
+        self._places[question] = self._asked
+        self.questions.append(question)
+        self._answers.append(True)
+        self._if_true.append("")
+        self._asked += 1
+        return True
+
+    def begin(self) -> None:
+        """Begin a run, in which no question has been asked yet."""
+        self._asked = 0
+
+    def end(self) -> None:
+        """End a run.
+
+        Raises:
+            InternalError: it has not asked all questions whose answers are fixed.
+        """
+        if self._asked < len(self.questions):
+            expected = self.questions[self._asked]
+            raise InternalError(f"ended where the run before asked `{expected}`")
+
+    def ends_with_false(self) -> bool:
+        """Say if the last question has been answered both ways."""
+        return bool(self._answers) and not self._answers[-1]
+
+    def pop(self) -> tuple[str, DecisionDiagram]:
+        """Remove the last question; return it with the diagram of the answer True."""
+        question = self.questions.pop()
+        del self._places[question]
+        self._answers.pop()
+        return question, self._if_true.pop()
+
+    def turn(self, if_true: DecisionDiagram) -> None:
+        """Fix the answer False to the last question, whose diagram for the answer True is known now."""
+        self._answers[-1] = False
+        self._if_true[-1] = if_true
 
 
 class _DiagramTable:
@@ -199,17 +248,12 @@ class _DiagramTable:
     def __init__(self) -> None:
         self._nodes: dict[tuple[str, int | str, int | str], DecisionNode] = {}
 
-    def intern(self, explored: list[tuple[tuple[tuple[str, bool], ...], str]], depth: int) -> DecisionDiagram:
-        asked, result = explored[0]
-        if depth == len(asked):
-            return result
-        question = asked[depth][0]
-        sides = [[one for one in explored if one[0][depth][1] is side] for side in (True, False)]
-        holds, fails = (self.intern(side, depth + 1) for side in sides)
-        if _identity(holds) == _identity(fails):
-            return holds
-        key = (question, _identity(holds), _identity(fails))
-        return self._nodes.setdefault(key, DecisionNode(question, holds, fails))
+    def node(self, question: str, if_true: DecisionDiagram, if_false: DecisionDiagram) -> DecisionDiagram:
+        """Return the diagram that asks a question."""
+        if _identity(if_true) == _identity(if_false):
+            return if_true
+        key = (question, _identity(if_true), _identity(if_false))
+        return self._nodes.setdefault(key, DecisionNode(question, if_true, if_false))
 
 
 def _identity(diagram: DecisionDiagram) -> int | str:

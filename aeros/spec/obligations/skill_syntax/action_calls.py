@@ -42,7 +42,7 @@ def action_calls(path: str, function: str, files: ModuleFiles) -> Iterator[tuple
         pending.append((path, executed[path].functions[function]))
     while pending:
         here, part = pending.pop()
-        for node in ast.walk(part):
+        for node in executed[here].nodes_of(part):
             place = places[here].get(node.id) if isinstance(node, ast.Name) else None
             if place is not None and place not in seen:
                 seen.add(place)

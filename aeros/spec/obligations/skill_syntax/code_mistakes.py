@@ -54,7 +54,7 @@ def first_code_mistake(skill: Skill, ecm: Ecm, site: Site, files: ModuleFiles) -
 def _lost_actions(path: str, skill: Skill, files: ModuleFiles) -> Iterator[Diagnostic]:
     """Yield calls whose value is dropped although it is an action, or asks for some."""
     for file, call in action_calls(path, skill.function, files):
-        if any(isinstance(node, ast.Expr) and node.value is call for node in file.nodes):
+        if call in file.dropped_values:
             yield Diagnostic(
                 "AE146",
                 f"`{skill.id}` makes an action and does not ask for it",
@@ -62,25 +62,16 @@ def _lost_actions(path: str, skill: Skill, files: ModuleFiles) -> Iterator[Diagn
                 help=("write `yield` before it",),
             )
     for file in files_run_by(path, files).values():
-        generators = {name for name, node in file.functions.items() if _is_generator(node)}
-        bound = [name for node in file.nodes for name in names_bound_by(node)]
         for node in file.nodes_in_order:
             match node:
-                case ast.Expr(value=ast.Call(func=ast.Name(id=name)) as call) if name in generators:
-                    if bound.count(name) == 1:
+                case ast.Expr(value=ast.Call(func=ast.Name(id=name)) as call) if name in file.generators:
+                    if sum(names_bound_by(one).count(name) for one in file.nodes) == 1:
                         yield Diagnostic(
                             "AE146",
                             f"`{name}` is called, and the actions that it yields are not asked for",
                             SpanLabel(file.span(call), "has no effect"),
                             help=("write `yield from` before it",),
                         )
-
-
-def _is_generator(function: ast.FunctionDef) -> bool:
-    inner = {id(node) for part in ast.walk(function) if _is_inner(part, function) for node in ast.walk(part)}
-    return any(
-        isinstance(node, ast.Yield | ast.YieldFrom) and id(node) not in inner for node in ast.walk(function)
-    )
 
 
 def _is_inner(node: ast.AST, function: ast.FunctionDef) -> bool:
@@ -136,9 +127,9 @@ def _missing_keys(
     file: SkillFile, function: ast.FunctionDef, name: str, known: Mapping[str, object], noun: str
 ) -> Iterator[Diagnostic]:
     """Yield the keys with which a mapping is asked and that it never has."""
-    if not _is_only_bound_to_observations(function, name):
+    if not _is_only_bound_to_observations(file, function, name):
         return
-    for node in ast.walk(function):
+    for node in file.nodes_of(function):
         match node:
             case ast.Subscript(value=ast.Name(id=mapping), slice=ast.Constant(value=str(key)) as place):
                 pass
@@ -156,19 +147,19 @@ def _missing_keys(
             yield Diagnostic("AE147", f"`{key}` is not {noun}", SpanLabel(file.span(place)), help=(help_,))
 
 
-def _is_only_bound_to_observations(function: ast.FunctionDef, name: str) -> bool:
+def _is_only_bound_to_observations(file: SkillFile, function: ast.FunctionDef, name: str) -> bool:
     """Tell if a parameter is bound again to nothing but the value of a `yield`, which is an observation."""
     yielded = {
         id(target)
-        for node in ast.walk(function)
+        for node in file.nodes_of(function)
         if isinstance(node, ast.Assign) and isinstance(node.value, ast.Yield)
         for target in node.targets
     }
-    for node in ast.walk(function):
+    for node in file.nodes_of(function):
         is_scope = _is_inner(node, function) or isinstance(
             node, ast.ListComp | ast.SetComp | ast.GeneratorExp
         )
-        if is_scope and name in {bound for part in ast.walk(node) for bound in names_bound_by(part)}:
+        if is_scope and any(name in names_bound_by(part) for part in file.nodes_of(node)):
             return False
         is_parameter = isinstance(node, ast.arg)
         if name in names_bound_by(node) and not is_parameter and id(node) not in yielded:

@@ -13,6 +13,7 @@ import tokenize
 import unicodedata
 import warnings
 from collections.abc import Iterator, Mapping
+from functools import cached_property
 from pathlib import Path
 from typing import Final
 
@@ -69,6 +70,41 @@ class SkillFile:
         self.nodes = tuple(ast.walk(self.tree))
         self.nodes_in_order = tuple(_nodes_in_order(self.tree))
         self.functions = {node.name: node for node in self.tree.body if isinstance(node, ast.FunctionDef)}
+        self._nodes_of: dict[ast.AST, tuple[ast.AST, ...]] = {}
+
+    def nodes_of(self, part: ast.AST) -> tuple[ast.AST, ...]:
+        """List a part of the syntax tree and all nodes in it, as `ast.walk` does; each skill asks again.
+
+        Args:
+            part: node of the syntax tree.
+
+        Returns:
+            The nodes, the part itself first.
+        """
+        found = self._nodes_of.get(part)
+        if found is None:
+            found = self._nodes_of[part] = tuple(ast.walk(part))
+        return found
+
+    @cached_property
+    def dropped_values(self) -> frozenset[ast.expr]:
+        """Expressions that are statements, so that nothing takes their values."""
+        return frozenset(node.value for node in self.nodes if isinstance(node, ast.Expr))
+
+    @cached_property
+    def generators(self) -> frozenset[str]:
+        """Names of the functions that yield."""
+        return frozenset(name for name, node in self.functions.items() if self._is_generator(node))
+
+    def _is_generator(self, function: ast.FunctionDef) -> bool:
+        nodes = self.nodes_of(function)
+        inner = {
+            node
+            for part in nodes[1:]
+            if isinstance(part, ast.FunctionDef | ast.Lambda)
+            for node in self.nodes_of(part)
+        }
+        return any(isinstance(node, ast.Yield | ast.YieldFrom) and node not in inner for node in nodes)
 
     def span(self, node: Located) -> SourceSpan:
         """Locate a node on the line on which it begins.
