@@ -151,7 +151,7 @@ def execute_symbolically(run: Callable[[DecideBranch], str], raising: str | None
     Raises:
         InternalError: there are more than `_MAX_RUNS` runs, or the code is not deterministic.
     """
-    path = _Path()
+    path = _AnsweredPath()
     table = _DiagramTable()
     for _ in range(_MAX_RUNS):
         path.begin()
@@ -177,7 +177,7 @@ def _result(run: Callable[[DecideBranch], str], path: DecideBranch, raising: str
         return raising
 
 
-class _Path:
+class _AnsweredPath:
     """The questions of a run: repeats the answers that are fixed, then answers True to every new question.
 
     Attributes:

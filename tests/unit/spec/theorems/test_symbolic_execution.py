@@ -54,6 +54,16 @@ def test_code_that_asks_otherwise_the_second_time_is_noticed() -> None:
         execute_symbolically(lambda ask: str(ask(f"p{next(number)}") and ask("q")))
 
 
+def test_code_that_asks_less_the_second_time_is_noticed() -> None:
+    number = count()
+
+    def run(ask: DecideBranch) -> str:
+        return str(next(number) > 0 or (ask("p") and ask("q")))
+
+    with pytest.raises(InternalError, match="ended where the run before asked `p`"):
+        execute_symbolically(run)
+
+
 def test_an_expected_exception_has_a_result() -> None:
     def run(ask: DecideBranch) -> str:
         return ["fine"][not ask("p")]
